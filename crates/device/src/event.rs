@@ -1,0 +1,176 @@
+//! What can be watched.
+
+use std::borrow::Cow;
+
+use bytes::Bytes;
+use serde::Serialize;
+
+use crate::{Point, Segment};
+
+/// Something that happened inside a device. It comes with the model time at which it happened.
+///
+/// A stable, small word identifies each command and warning; texts for people are made on
+/// request by [`Device::explain`](crate::Device::explain).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Event {
+    // --- command ---
+    /// A command was taken from the line and is being executed.
+    Command {
+        /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
+        mnemonic: &'static str,
+        /// The line as it was received, without its end.
+        bytes: Bytes,
+    },
+    /// A line of a stored program is being executed.
+    Line {
+        /// Its number, from 0.
+        line: u32,
+        /// The stable mnemonic.
+        mnemonic: &'static str,
+    },
+    // --- answer ---
+    /// The device answered.
+    Answer {
+        /// The mnemonic of the command that is answered.
+        mnemonic: &'static str,
+        /// What it answered, whole.
+        bytes: Bytes,
+    },
+    // --- segment ---
+    /// A motion begins, changes its course or ends.
+    Motion(Motion),
+    // --- switch ---
+    /// A limit or reference switch as the controller sees it changed.
+    Switch {
+        /// The axis, 0 for X.
+        axis: u8,
+        /// Whether it is the switch at the positive end.
+        positive: bool,
+        /// Whether it is now active.
+        active: bool,
+    },
+    // --- port ---
+    /// An output port changed.
+    Port {
+        /// The port.
+        port: u16,
+        /// Its value now.
+        value: u8,
+    },
+    // --- flash ---
+    /// The non-volatile memory changed.
+    Flash {
+        /// What changed, such as `program line`, `erased`, `defaults`.
+        what: &'static str,
+    },
+    // --- line ---
+    /// The line's speed changed.
+    Baud {
+        /// Bits per second.
+        baud: u32,
+    },
+    // --- warning ---
+    /// Something was lost or assumed.
+    Warning(Warning),
+}
+
+/// The course of one motion. A watcher that wants every step keeps the segment, enumerates it,
+/// and replaces or cuts it when told.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "motion", rename_all = "kebab-case")]
+pub enum Motion {
+    /// A segment begins at the time of the event.
+    Begins {
+        /// Where the counters are at its start.
+        origin: Point,
+        /// Path and times.
+        segment: Box<Segment>,
+    },
+    /// The running segment, which keeps its start, goes on with other times (it brakes).
+    Changes {
+        /// The segment as it will now run. Steps already made keep their times.
+        segment: Box<Segment>,
+    },
+    /// The running segment ends after this many steps.
+    Ends {
+        /// Clock steps made.
+        steps: u64,
+    },
+}
+
+/// Something that a person should know although nothing is wrong with the device.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "warning", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Warning {
+    /// The receive buffer was full: bytes from the line were lost.
+    ReceiveOverflow {
+        /// How many bytes.
+        lost: u64,
+    },
+    /// What left the device found nobody on the line.
+    NobodyListens {
+        /// How many bytes.
+        lost: u64,
+    },
+    /// A command was accepted that has no effect here.
+    NoEffect {
+        /// Which, and why, in a few words.
+        what: Cow<'static, str>,
+    },
+    /// The carriage and the step counter no longer agree.
+    StepsLost {
+        /// The axis, 0 for X.
+        axis: u8,
+        /// Carriage minus counter has changed by this many steps.
+        steps: i64,
+    },
+    /// A program ended with an error.
+    ProgramError {
+        /// The reply code that names the error.
+        code: char,
+        /// The line, from 0.
+        line: u32,
+    },
+}
+
+/// A set of kinds of events. What nobody wants is not made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kinds(u16);
+
+impl Kinds {
+    /// Nothing.
+    pub const NONE: Kinds = Kinds(0);
+    /// Commands, and the lines of a running program.
+    pub const COMMAND: Kinds = Kinds(1);
+    /// Answers.
+    pub const ANSWER: Kinds = Kinds(1 << 1);
+    /// Motions.
+    pub const MOTION: Kinds = Kinds(1 << 2);
+    /// Switches.
+    pub const SWITCH: Kinds = Kinds(1 << 3);
+    /// Ports.
+    pub const PORT: Kinds = Kinds(1 << 4);
+    /// Flash memory.
+    pub const FLASH: Kinds = Kinds(1 << 5);
+    /// The line.
+    pub const LINE: Kinds = Kinds(1 << 6);
+    /// Warnings.
+    pub const WARNING: Kinds = Kinds(1 << 7);
+    /// Everything.
+    pub const ALL: Kinds = Kinds(0xFF);
+
+    /// Whether all of `kinds` are in this set.
+    #[must_use]
+    pub const fn contain(self, kinds: Kinds) -> bool {
+        self.0 & kinds.0 == kinds.0
+    }
+
+    /// This set and `kinds`.
+    #[must_use]
+    pub const fn and(self, kinds: Kinds) -> Kinds {
+        Kinds(self.0 | kinds.0)
+    }
+}

@@ -1,0 +1,21 @@
+//! The contract between a simulated device and whatever runs it.
+//!
+//! Bytes and signals go in with a time, bytes and events come out with a time; nothing inside
+//! knows a clock, a socket or a thread. [`Device`] says how to drive one; a host for real
+//! serial lines, a test with simulated time and a debugger all do it the same way.
+#![forbid(unsafe_code)]
+
+mod condition;
+mod event;
+mod input;
+mod output;
+mod run;
+mod view;
+
+pub use condition::Condition;
+pub use event::{Event, Kinds, Motion, Warning};
+pub use input::{Input, Signal, SignalId, SignalKind};
+pub use output::{FlashChange, Output};
+pub use run::{Device, MAX_CAUSES};
+pub use view::{AxisView, LoopView, PortView, ProgramView, TimerView, View};
+pub use vimc4_motion::{AXES, Point, Segment, Time};

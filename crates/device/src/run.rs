@@ -1,0 +1,121 @@
+//! The trait every simulated device implements.
+
+use std::fmt::Debug;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::{Condition, Input, Kinds, Output, Signal, SignalId, Time, View};
+
+/// How many causes a forecast follows before it gives up, so that the forecast of something an
+/// endless program never does comes to an end.
+pub const MAX_CAUSES: u32 = 1_000_000;
+
+/// A simulated device, driven from outside.
+///
+/// # The contract
+///
+/// * [`handle`](Device::handle) first performs every cause that is due up to and including
+///   `at`, in order of time (at equal times in a fixed order of the device's own), then the
+///   input. `at` never goes backwards; an earlier one counts as the latest.
+/// * After every `handle`, [`poll_output`](Device::poll_output) is called until it returns
+///   [`Output::Wake`], which says when the device wants to be woken.
+/// * Outputs carry model time. A host that wakes the device late gets the same bytes with the
+///   same times, only later.
+/// * A wake-up before the deadline changes nothing, and neither does watching.
+///
+/// This is the whole loop that runs one:
+///
+/// ```
+/// use vimc4_device::{Device, Input, Output, Time};
+///
+/// /// Sends `line` at `at` and lets the device run until it waits for an input.
+/// fn converse<D: Device>(device: &mut D, line: &[u8], at: Time) -> (Vec<u8>, Time) {
+///     let mut answer = Vec::new();
+///     let mut now = at;
+///     device.handle(Input::Bytes(line), now);
+///     loop {
+///         match device.poll_output() {
+///             Output::Bytes(_, bytes) => answer.extend_from_slice(&bytes),
+///             Output::Flash(..) | Output::Event(..) => {}
+///             Output::Wake(Some(due)) => {
+///                 now = due;
+///                 device.handle(Input::Wake, now);
+///             }
+///             Output::Wake(None) => return (answer, now),
+///         }
+///     }
+/// }
+/// ```
+pub trait Device {
+    /// Everything that decides what the device will do. Two devices with equal states that get
+    /// the same inputs at the same times do the same.
+    type State: Clone + PartialEq + Debug + Serialize + DeserializeOwned;
+
+    /// Performs what is due up to `at`, then the input.
+    fn handle(&mut self, input: Input<'_>, at: Time);
+
+    /// The next output, [`Output::Wake`] when there is none.
+    fn poll_output(&mut self) -> Output;
+
+    /// Says which kinds of events are wanted from now on. It is not part of the state.
+    fn watch(&mut self, kinds: Kinds);
+
+    /// The state. Take it after the outputs are drained.
+    fn state(&self) -> &Self::State;
+
+    /// Continues from a state taken earlier, of the same kind of device.
+    fn restore(&mut self, state: Self::State);
+
+    /// The time up to which the device has run.
+    fn now(&self) -> Time;
+
+    /// When the device wants to be woken, as the last [`Output::Wake`] said.
+    fn wake(&self) -> Option<Time>;
+
+    /// A picture of the device at `at`, which is not before [`now`](Device::now) and not after
+    /// the wake-up time.
+    fn view(&self, at: Time) -> View;
+
+    /// The things of the outside world that can be set with [`Input::Signal`].
+    fn signals(&self) -> &[Signal];
+
+    /// The signal behind a bit of an input port, if something outside drives that bit.
+    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId>;
+
+    /// Bits per second of its serial line.
+    fn baud(&self) -> u32;
+
+    /// The image of its non-volatile memory.
+    fn flash_image(&self) -> Vec<u8>;
+
+    /// A command as people read it: `relative move X +5,000 steps at 900 Hz`.
+    fn explain(&self, command: &[u8]) -> String;
+
+    /// Whether the device does nothing by itself at its present time.
+    fn is_idle(&self) -> bool;
+
+    /// The first instant in the time from [`now`](Device::now) up to, but not including, the
+    /// wake-up time at which the condition holds if no input comes. In this span no cause is
+    /// due, so one motion at most is running and the answer is computed, not searched for.
+    fn crossing(&self, condition: &Condition) -> Option<Time>;
+
+    /// The first instant from [`now`](Device::now) on at which the condition holds if no input
+    /// comes, by following a copy from cause to cause, never from step to step. `None` if the
+    /// device comes to rest before, or after [`MAX_CAUSES`] causes.
+    fn when(&self, condition: &Condition) -> Option<Time>
+    where
+        Self: Clone,
+    {
+        let mut future = self.clone();
+        future.watch(Kinds::NONE);
+        for _ in 0..MAX_CAUSES {
+            if let Some(at) = future.crossing(condition) {
+                return Some(at);
+            }
+            future.handle(Input::Wake, future.wake()?);
+            while !matches!(future.poll_output(), Output::Wake(_)) {}
+        }
+        None
+    }
+}
