@@ -1,1 +1,30 @@
+//! What stands between a simulated device and the world: clocks, transports, flash files and
+//! the task that runs it all.
+//!
+//! Everything is generic over [`Device`](vimc4_device::Device) and knows no model. A
+//! [`Runner`] owns a device, usually at the end of a [`Line`], and calls it directly; a
+//! [`Handle`] controls it from elsewhere.
 #![forbid(unsafe_code)]
+
+mod clock;
+mod flash;
+mod handle;
+mod pacing;
+mod report;
+mod runner;
+mod timer;
+mod traffic;
+mod transport;
+
+pub use clock::{Clock, ClockError, Rate};
+pub use flash::{FlashFile, FlashFileError};
+pub use handle::{ControlError, Handle, Reply};
+pub use pacing::{Line, LineState};
+pub use report::{News, Report, Sink, Wants};
+pub use runner::{RunError, Runner};
+pub use traffic::{Traffic, Verbosity, escape};
+pub use transport::{
+    Clients, Memory, MemoryPort, Received, Sent, Serial, SerialError, Tcp, TcpError, Transport,
+};
+#[cfg(unix)]
+pub use transport::{Link, LinkError, Pty, PtyError};

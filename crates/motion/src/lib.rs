@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 mod arc;
+mod bresenham;
 mod helix;
 mod line;
 mod path;

@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Point;
+use crate::bresenham::{Spread, clock_of, made};
+use crate::{AXES, Point};
+
+/// The longest way of one axis, steps.
+const LONGEST: i64 = 1 << 40;
 
 /// A straight line, possibly what is left of one.
 ///
@@ -18,9 +22,77 @@ pub struct Line {
 
 impl Line {
     /// The line from the origin to `delta`. Magnitudes up to 2⁴⁰ are allowed; a line that long
-    /// stands for "on and on" (a reference run whose switch is not connected).
+    /// stands for "on and on" (a reference run whose switch is not connected). Larger ones are
+    /// cut to it.
     #[must_use]
-    pub fn new(_delta: Point) -> Line {
-        todo!()
+    pub fn new(delta: Point) -> Line {
+        Line { delta: delta.map(|steps| steps.clamp(-LONGEST, LONGEST)), done: 0 }
+    }
+
+    /// Clock steps of the whole line: the way of its longest axis.
+    fn whole(&self) -> u64 {
+        self.delta.iter().fold(0, |longest, steps| longest.max(steps.unsigned_abs()))
+    }
+
+    /// The offset from the start of the whole line after `k` of its clock steps.
+    fn whole_at(&self, k: u64) -> Point {
+        let n = self.whole();
+        self.delta.map(|steps| steps.signum() * made(k, steps.unsigned_abs(), n) as i64)
+    }
+
+    pub(crate) fn length(&self) -> u64 {
+        self.whole() - self.done
+    }
+
+    pub(crate) fn at(&self, k: u64) -> Point {
+        let (there, here) = (self.whole_at(self.done + k), self.whole_at(self.done));
+        std::array::from_fn(|axis| there[axis] - here[axis])
+    }
+
+    pub(crate) fn first_at(&self, axis: usize, offset: i64) -> Option<u64> {
+        let way = *self.delta.get(axis)?;
+        if offset.signum() != way.signum() {
+            return None;
+        }
+        let (m, n) = (way.unsigned_abs(), self.whole());
+        let j = made(self.done, m, n) + offset.unsigned_abs();
+        (j <= m).then(|| clock_of(j, m, n) - self.done)
+    }
+
+    /// Every axis runs in one direction only, so the ends are the extent.
+    pub(crate) fn extent(&self, k: u64) -> (Point, Point) {
+        let there = self.at(k);
+        (there.map(|steps| steps.min(0)), there.map(|steps| steps.max(0)))
+    }
+
+    /// The whole line goes on: its rounding must not begin anew.
+    pub(crate) fn after(&self, k: u64) -> Line {
+        Line { delta: self.delta, done: self.done + k }
+    }
+
+    pub(crate) fn walk(&self) -> LineWalk {
+        let n = self.whole();
+        LineWalk {
+            spreads: self.delta.map(|steps| Spread::new(self.done, steps.unsigned_abs(), n)),
+            directions: self.delta.map(i64::signum),
+        }
+    }
+}
+
+/// A line as a step interrupt makes it: one accumulator an axis.
+#[derive(Clone, Debug)]
+pub(crate) struct LineWalk {
+    spreads: [Spread; AXES],
+    directions: Point,
+}
+
+impl LineWalk {
+    #[inline]
+    pub(crate) fn tick(&mut self, point: &mut Point) {
+        for ((slot, spread), direction) in
+            point.iter_mut().zip(&mut self.spreads).zip(self.directions)
+        {
+            *slot += direction & spread.tick();
+        }
     }
 }

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::arc::ArcWalk;
+use crate::helix::HelixWalk;
+use crate::line::LineWalk;
 use crate::{Arc, Helix, Line};
 
 /// How many axes a path can move: X, Y, Z, A in this order.
@@ -28,51 +31,105 @@ impl Path {
     /// The number of clock steps from start to end.
     #[must_use]
     pub fn length(&self) -> u64 {
-        todo!()
+        match self {
+            Path::Line(line) => line.length(),
+            Path::Arc(arc) => arc.length(),
+            Path::Helix(helix) => helix.length(),
+        }
     }
 
     /// The offset from the start after `k` clock steps; `k` beyond the end is the end.
     #[must_use]
-    pub fn at(&self, _k: u64) -> Point {
-        todo!()
+    pub fn at(&self, k: u64) -> Point {
+        let k = k.min(self.length());
+        match self {
+            Path::Line(line) => line.at(k),
+            Path::Arc(arc) => arc.at(k),
+            Path::Helix(helix) => helix.at(k),
+        }
     }
 
     /// The first clock step after which the offset of `axis` is `offset`, `None` if the path
     /// never gets there. 0 if `offset` is 0.
     #[must_use]
-    pub fn first_at(&self, _axis: usize, _offset: i64) -> Option<u64> {
-        todo!()
+    pub fn first_at(&self, axis: usize, offset: i64) -> Option<u64> {
+        if offset == 0 {
+            return Some(0);
+        }
+        match self {
+            Path::Line(line) => line.first_at(axis, offset),
+            Path::Arc(arc) => arc.first_at(axis, offset),
+            Path::Helix(helix) => helix.first_at(axis, offset),
+        }
     }
 
     /// The smallest and the largest offset of every axis over the clock steps 0 to `k`.
     #[must_use]
-    pub fn extent(&self, _k: u64) -> (Point, Point) {
-        todo!()
+    pub fn extent(&self, k: u64) -> (Point, Point) {
+        let k = k.min(self.length());
+        match self {
+            Path::Line(line) => line.extent(k),
+            Path::Arc(arc) => arc.extent(k),
+            Path::Helix(helix) => helix.extent(k),
+        }
     }
 
     /// What is left of this path after `k` clock steps, measured from there: for all `j`,
     /// `path.after(k).at(j) == path.at(k + j) - path.at(k)`.
     #[must_use]
-    pub fn after(&self, _k: u64) -> Path {
-        todo!()
+    pub fn after(&self, k: u64) -> Path {
+        let k = k.min(self.length());
+        match self {
+            Path::Line(line) => Path::Line(line.after(k)),
+            Path::Arc(arc) => Path::Arc(arc.after(k)),
+            Path::Helix(helix) => Path::Helix(helix.after(k)),
+        }
     }
 
     /// Walks the path stepwise: yields the offset after clock steps 1, 2, 3 … up to the end.
     /// This is the definition that the closed forms are held against.
     #[must_use]
     pub fn steps(&self) -> PathSteps {
-        todo!()
+        let walk = match self {
+            Path::Line(line) => Walk::Line(line.walk()),
+            Path::Arc(arc) => Walk::Arc(arc.walk()),
+            Path::Helix(helix) => Walk::Helix(helix.walk()),
+        };
+        PathSteps { left: self.length(), point: [0; AXES], walk }
     }
 }
 
 /// Iterator over a path, one item a clock step. See [`Path::steps`].
 #[derive(Clone, Debug)]
-pub struct PathSteps {}
+pub struct PathSteps {
+    left: u64,
+    point: Point,
+    walk: Walk,
+}
+
+/// What a step interrupt keeps between two steps.
+#[derive(Clone, Debug)]
+enum Walk {
+    Line(LineWalk),
+    Arc(ArcWalk),
+    Helix(HelixWalk),
+}
 
 impl Iterator for PathSteps {
     type Item = Point;
 
+    #[inline]
     fn next(&mut self) -> Option<Point> {
-        todo!()
+        self.left = self.left.checked_sub(1)?;
+        match &mut self.walk {
+            Walk::Line(line) => line.tick(&mut self.point),
+            Walk::Arc(arc) => arc.tick(&mut self.point),
+            Walk::Helix(helix) => helix.tick(&mut self.point),
+        }
+        Some(self.point)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        usize::try_from(self.left).map_or((usize::MAX, None), |left| (left, Some(left)))
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Path, Point, Profile};
+use crate::{Path, PathSteps, Point, Profile, ProfileTimes};
 
 /// One motion from standstill to standstill: a path and the times of its steps.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -42,18 +42,25 @@ impl Segment {
     /// Every step with its time and place, in order.
     #[must_use]
     pub fn steps(&self) -> SegmentSteps {
-        todo!()
+        SegmentSteps { number: 0, path: self.path.steps(), times: self.profile.times() }
     }
 }
 
 /// Iterator over a segment. See [`Segment::steps`].
 #[derive(Clone, Debug)]
-pub struct SegmentSteps {}
+pub struct SegmentSteps {
+    number: u64,
+    path: PathSteps,
+    times: ProfileTimes,
+}
 
 impl Iterator for SegmentSteps {
     type Item = Step;
 
+    #[inline]
     fn next(&mut self) -> Option<Step> {
-        todo!()
+        let (nanos, offset) = (self.times.next()?, self.path.next()?);
+        self.number += 1;
+        Some(Step { number: self.number, nanos, offset })
     }
 }

@@ -1,0 +1,342 @@
+//! The controls of a running controller.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::sync::{mpsc, oneshot};
+use vimc4_device::{Condition, Device, Input, Signal, SignalKind, Time, View};
+
+use crate::report::Sink;
+use crate::runner::{Destination, Job, Runner};
+use crate::transport::Transport;
+
+/// Buttons that stay pressed until somebody releases them.
+const LATCHING: [&str; 1] = ["estop"];
+
+/// Controls a running controller from outside: its panel, its power, its time.
+///
+/// Every method asks at once and in order; the [`Reply`] can be awaited or waited for. Bytes
+/// never take this way. The controller ends when it is [told to](Handle::stop) or when the
+/// last handle is dropped.
+#[derive(Debug)]
+pub struct Handle<D: Device> {
+    jobs: mpsc::UnboundedSender<Job<D>>,
+    stop: Arc<Mutex<Option<oneshot::Sender<()>>>>,
+}
+
+impl<D: Device> Clone for Handle<D> {
+    fn clone(&self) -> Self {
+        Handle { jobs: self.jobs.clone(), stop: Arc::clone(&self.stop) }
+    }
+}
+
+/// Why a controller did not do what it was told.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// It runs no longer.
+    #[error("the emulator has ended")]
+    Ended,
+    /// It has no such signal.
+    #[error("there is no {wanted} `{name}`; there are {known}")]
+    NoSuchSignal {
+        /// What kind of thing was asked for, such as `button`.
+        wanted: &'static str,
+        /// The name.
+        name: String,
+        /// The names that would be right.
+        known: String,
+    },
+    /// The signal does not take this value.
+    #[error("`{name}` cannot be `{value}`; it can be {possible}")]
+    NoSuchValue {
+        /// The signal.
+        name: String,
+        /// What it was to be.
+        value: String,
+        /// What would be right.
+        possible: String,
+    },
+    /// No input is connected to this bit.
+    #[error("nothing outside drives bit {bit} of port {port}; the inputs are {known}")]
+    NotAnInput {
+        /// The port.
+        port: u16,
+        /// The bit.
+        bit: u8,
+        /// The inputs there are.
+        known: String,
+    },
+    /// Its time cannot be moved.
+    #[error("time moves by itself with this clock; use the manual clock to move it")]
+    RunsByItself,
+    /// It comes to rest, or runs on without end, and the condition never holds.
+    #[error("this never happens unless something else does first")]
+    Never,
+}
+
+/// An answer that is on its way.
+#[derive(Debug)]
+#[must_use = "without waiting for the reply nobody learns whether it was done"]
+pub struct Reply<T>(oneshot::Receiver<Result<T, ControlError>>);
+
+impl<T> Reply<T> {
+    /// Blocks this thread until the answer is there.
+    pub fn wait(self) -> Result<T, ControlError> {
+        block_on(self)
+    }
+}
+
+impl<T> Future for Reply<T> {
+    type Output = Result<T, ControlError>;
+
+    fn poll(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Self::Output> {
+        Pin::new(&mut self.0).poll(cx).map(|reply| reply.unwrap_or(Err(ControlError::Ended)))
+    }
+}
+
+impl<D: Device + Clone + 'static> Handle<D> {
+    pub(crate) fn new(
+        jobs: mpsc::UnboundedSender<Job<D>>,
+        stop: oneshot::Sender<()>,
+    ) -> Handle<D> {
+        Handle { jobs, stop: Arc::new(Mutex::new(Some(stop))) }
+    }
+
+    /// Ends the controller. Its transports are closed when its task has ended.
+    pub fn stop(&self) {
+        let stop = self.stop.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(stop) = stop {
+            // If nobody hears it, it has ended already.
+            let _ = stop.send(());
+        }
+    }
+
+    /// The things of the outside world that can be set.
+    pub fn signals(&self) -> Reply<Vec<Signal>> {
+        self.call(|runner| Ok(runner.device().signals().to_vec()))
+    }
+
+    /// Sets a signal by name to any value it takes.
+    pub fn set(&self, name: &str, value: i32) -> Reply<()> {
+        let name = name.to_owned();
+        self.call(move |runner| {
+            let signal = find(runner.device().signals(), "signal", &name, |_| true)?;
+            check(&signal, value)?;
+            runner.input(Input::Signal(signal.id, value));
+            Ok(())
+        })
+    }
+
+    /// Puts a switch into a position by name, as in `key auto`.
+    pub fn turn(&self, name: &str, position: &str) -> Reply<()> {
+        let (name, position) = (name.to_owned(), position.to_owned());
+        self.call(move |runner| {
+            let signal = find(runner.device().signals(), "switch", &name, |s| {
+                s.kind == SignalKind::Switch
+            })?;
+            let value = position_of(&signal, &position)?;
+            runner.input(Input::Signal(signal.id, value));
+            Ok(())
+        })
+    }
+
+    /// Presses a button and releases it at the same instant. The emergency stop stays pressed.
+    pub fn press(&self, name: &str) -> Reply<()> {
+        self.button(name, if LATCHING.contains(&name) { &[1] } else { &[1, 0] })
+    }
+
+    /// Presses a button and keeps it pressed.
+    pub fn hold(&self, name: &str) -> Reply<()> {
+        self.button(name, &[1])
+    }
+
+    /// Releases a button.
+    pub fn release(&self, name: &str) -> Reply<()> {
+        self.button(name, &[0])
+    }
+
+    fn button(&self, name: &str, values: &'static [i32]) -> Reply<()> {
+        let name = name.to_owned();
+        self.call(move |runner| {
+            let signal = find(runner.device().signals(), "button", &name, |s| {
+                s.kind == SignalKind::Button
+            })?;
+            for &value in values {
+                runner.input(Input::Signal(signal.id, value));
+            }
+            Ok(())
+        })
+    }
+
+    /// Sets a bit of an input port.
+    pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Reply<()> {
+        self.call(move |runner| {
+            let Some(id) = runner.device().input_signal(port, bit) else {
+                let known = names(runner.device().signals(), |s| s.name.starts_with("input "));
+                return Err(ControlError::NotAnInput { port, bit, known });
+            };
+            runner.input(Input::Signal(id, i32::from(level)));
+            Ok(())
+        })
+    }
+
+    /// Takes the power away or gives it back.
+    pub fn power(&self, on: bool) -> Reply<()> {
+        self.call(move |runner| {
+            runner.input(Input::Power(on));
+            Ok(())
+        })
+    }
+
+    /// Moves time forward. Only clocks that do not run by themselves can be moved.
+    pub fn advance(&self, span: Duration) -> Reply<Time> {
+        self.travel(Destination::After(span))
+    }
+
+    /// Moves time forward to the first instant at which the condition holds, or waits for that
+    /// instant if the clock runs by itself.
+    pub fn run_until(&self, condition: Condition) -> Reply<Time> {
+        self.travel(Destination::Until(condition))
+    }
+
+    /// The controller's time.
+    pub fn now(&self) -> Reply<Time> {
+        self.call(|runner| Ok(runner.device().now()))
+    }
+
+    /// A picture of the controller at its present time.
+    pub fn view(&self) -> Reply<View> {
+        self.call(|runner| Ok(runner.device().view(runner.device().now())))
+    }
+
+    /// Everything that decides what the controller will do.
+    pub fn state(&self) -> Reply<D::State>
+    where
+        D::State: Send,
+    {
+        self.call(|runner| Ok(runner.device().state().clone()))
+    }
+
+    /// Continues from a state taken earlier, its time included.
+    pub fn restore(&self, state: D::State) -> Reply<()>
+    where
+        D::State: Send,
+    {
+        self.call(move |runner| {
+            runner.restore(state);
+            Ok(())
+        })
+    }
+
+    /// A command as people read it.
+    pub fn explain(&self, command: &[u8]) -> Reply<String> {
+        let command = command.to_vec();
+        self.call(move |runner| Ok(runner.device().explain(&command)))
+    }
+
+    /// Opens another way to the line.
+    pub fn attach(&self, transport: impl Transport + 'static) -> Reply<()> {
+        self.call(move |runner| {
+            runner.attach(Box::new(transport));
+            Ok(())
+        })
+    }
+
+    /// Lets a sink watch from now on.
+    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<()> {
+        self.call(move |runner| {
+            runner.watch(Box::new(sink));
+            Ok(())
+        })
+    }
+
+    fn call<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut Runner<D>) -> Result<T, ControlError> + Send + 'static,
+    ) -> Reply<T> {
+        let (sender, reply) = oneshot::channel();
+        // If it cannot be sent, the sender is dropped with it, and the reply says so.
+        let _ = self.jobs.send(Job::Call(Box::new(move |runner| {
+            let _ = sender.send(work(runner));
+        })));
+        Reply(reply)
+    }
+
+    fn travel(&self, destination: Destination) -> Reply<Time> {
+        let (sender, reply) = oneshot::channel();
+        let _ = self.jobs.send(Job::Travel(destination, sender));
+        Reply(reply)
+    }
+}
+
+fn find(
+    signals: &[Signal],
+    wanted: &'static str,
+    name: &str,
+    fits: impl Fn(&Signal) -> bool,
+) -> Result<Signal, ControlError> {
+    signals.iter().find(|s| s.name == name && fits(s)).cloned().ok_or_else(|| {
+        ControlError::NoSuchSignal { wanted, name: name.to_owned(), known: names(signals, fits) }
+    })
+}
+
+fn names(signals: &[Signal], fits: impl Fn(&Signal) -> bool) -> String {
+    let names: Vec<&str> =
+        signals.iter().filter(|s| fits(s)).map(|s| s.name.as_str()).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+fn check(signal: &Signal, value: i32) -> Result<(), ControlError> {
+    let (low, high) = match signal.kind {
+        SignalKind::Analogue { low, high } => (low, high),
+        SignalKind::Button | SignalKind::Switch | SignalKind::Input => (0, 1),
+    };
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(ControlError::NoSuchValue {
+        name: signal.name.clone(),
+        value: value.to_string(),
+        possible: format!("{low} to {high}"),
+    })
+}
+
+fn position_of(signal: &Signal, position: &str) -> Result<i32, ControlError> {
+    let positions = signal.positions.as_ref().map_or(&[] as &[String], |p| p.as_slice());
+    match positions.iter().position(|p| p == position) {
+        Some(0) => Ok(0),
+        Some(_) => Ok(1),
+        None => Err(ControlError::NoSuchValue {
+            name: signal.name.clone(),
+            value: position.to_owned(),
+            possible: positions.join(" or "),
+        }),
+    }
+}
+
+/// Waits for a future on this thread. The executors of tokio refuse to do so inside of tasks;
+/// this one does what it is told, so the blocking methods work everywhere.
+fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
+    struct Unpark(Thread);
+
+    impl Wake for Unpark {
+        fn wake(self: Arc<Self>) {
+            self.0.unpark();
+        }
+    }
+
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let mut cx = Context::from_waker(&waker);
+    loop {
+        if let Poll::Ready(output) = Pin::new(&mut future).poll(&mut cx) {
+            return output;
+        }
+        thread::park();
+    }
+}

@@ -1,0 +1,264 @@
+//! The serial line, with the time its characters take.
+
+use std::cell::OnceCell;
+use std::collections::VecDeque;
+
+use bytes::Bytes;
+use serde::{Deserialize, Serialize};
+use vimc4_device::{
+    Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View,
+};
+
+/// How many bytes may be on their way to a paced device. A client that writes faster than the
+/// line is held back by its own operating system, as it is by a real port.
+const LANE: usize = 4_096;
+
+/// A character is a start bit, eight data bits and a stop bit.
+const BITS: u64 = 10;
+
+/// A device at the end of a serial line; together they are again a device.
+///
+/// On a paced line every character takes ten bit times at the device's [`baud`](Device::baud)
+/// rate, in both directions and in model time: a byte reaches the device when its stop bit has
+/// passed, and an answer leaves byte by byte. On an [ideal](Line::ideal) line nothing takes any
+/// time. Neither knows a clock; pacing is as reproducible as the device itself.
+#[derive(Clone, Debug)]
+pub struct Line<D: Device> {
+    device: D,
+    wires: Wires,
+    ready: VecDeque<Output>,
+    /// The state is put together when somebody asks, which is far less often than bytes pass.
+    state: OnceCell<LineState<D::State>>,
+}
+
+/// The state of a device and its line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LineState<S> {
+    /// The device's own state.
+    pub device: S,
+    wires: Wires,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Wires {
+    paced: bool,
+    now: Time,
+    to_device: Lane,
+    from_device: Lane,
+}
+
+/// One direction of the line. Characters follow each other without gaps from `start` on; the
+/// time of each is computed from there, so that rounding never adds up.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Lane {
+    queue: VecDeque<u8>,
+    start: Time,
+    passed: u64,
+    baud: u32,
+}
+
+impl Lane {
+    fn push(&mut self, bytes: &[u8], at: Time, baud: u32) {
+        if self.queue.is_empty() {
+            (self.start, self.passed, self.baud) = (at, 0, baud);
+        }
+        self.queue.extend(bytes);
+    }
+
+    /// When the stop bit of the first character will have passed.
+    fn due(&self) -> Option<Time> {
+        (!self.queue.is_empty()).then(|| {
+            let bits = u128::from((self.passed + 1) * BITS) * 1_000_000_000;
+            let span = bits.div_ceil(u128::from(self.baud.max(1)));
+            self.start.after_nanos(u64::try_from(span).unwrap_or(u64::MAX))
+        })
+    }
+
+    /// Takes the first character, whose stop bit passes now; the next one has the speed of now.
+    fn pop(&mut self, baud: u32) -> Option<u8> {
+        let due = self.due()?;
+        let byte = self.queue.pop_front()?;
+        if self.queue.is_empty() {
+            // An empty lane has one form only, so that equal lines compare equal.
+            *self = Lane::default();
+        } else if baud == self.baud {
+            self.passed += 1;
+        } else {
+            (self.start, self.passed, self.baud) = (due, 0, baud);
+        }
+        Some(byte)
+    }
+}
+
+impl<D: Device> Line<D> {
+    /// A line on which characters take no time.
+    pub fn ideal(device: D) -> Line<D> {
+        Line::new(device, false)
+    }
+
+    /// A line on which every character takes ten bit times.
+    pub fn paced(device: D) -> Line<D> {
+        Line::new(device, true)
+    }
+
+    fn new(device: D, paced: bool) -> Line<D> {
+        let wires = Wires {
+            paced,
+            now: device.now(),
+            to_device: Lane::default(),
+            from_device: Lane::default(),
+        };
+        Line { device, wires, ready: VecDeque::new(), state: OnceCell::new() }
+    }
+
+    /// The device at the end of the line.
+    pub fn device(&self) -> &D {
+        &self.device
+    }
+
+    /// How many more bytes the line takes now without losing any. A host reads no more than
+    /// this from its clients; the rest waits where they wrote it.
+    pub fn room(&self) -> usize {
+        if self.wires.paced {
+            LANE.saturating_sub(self.wires.to_device.queue.len())
+        } else {
+            usize::MAX
+        }
+    }
+
+    /// Hands an input to the device and collects what comes out.
+    fn pass(&mut self, input: Input<'_>, at: Time) {
+        self.device.handle(input, at);
+        loop {
+            match self.device.poll_output() {
+                Output::Wake(_) => return,
+                Output::Bytes(at, bytes) if self.wires.paced => {
+                    let baud = self.device.baud();
+                    self.wires.from_device.push(&bytes, at, baud);
+                }
+                output => self.ready.push_back(output),
+            }
+        }
+    }
+
+    /// Performs the first cause that is due up to `at`: at equal times a byte that leaves, then
+    /// what the device does by itself, then a byte that arrives.
+    fn step(&mut self, at: Time) -> bool {
+        let leaves = self.wires.from_device.due().unwrap_or(Time::NEVER);
+        let wakes = self.device.wake().unwrap_or(Time::NEVER);
+        let arrives = self.wires.to_device.due().unwrap_or(Time::NEVER);
+        let first = leaves.min(wakes).min(arrives);
+        if first > at || first == Time::NEVER {
+            return false;
+        }
+        let baud = self.device.baud();
+        if first == leaves {
+            if let Some(byte) = self.wires.from_device.pop(baud) {
+                self.ready.push_back(Output::Bytes(first, Bytes::copy_from_slice(&[byte])));
+            }
+        } else if first == wakes {
+            self.pass(Input::Wake, first);
+        } else if let Some(byte) = self.wires.to_device.pop(baud) {
+            self.pass(Input::Bytes(&[byte]), first);
+        }
+        true
+    }
+}
+
+impl<D: Device> Device for Line<D> {
+    type State = LineState<D::State>;
+
+    fn handle(&mut self, input: Input<'_>, at: Time) {
+        self.state.take();
+        let at = at.max(self.wires.now);
+        while self.step(at) {}
+        self.wires.now = at;
+        match input {
+            Input::Bytes(bytes) if self.wires.paced => {
+                let baud = self.device.baud();
+                self.wires.to_device.push(bytes, at, baud);
+                self.pass(Input::Wake, at);
+            }
+            Input::Power(false) => {
+                // What the transmitter had not sent is gone; what is on its way to the device
+                // arrives, and finds nobody at home.
+                self.wires.from_device = Lane::default();
+                self.pass(input, at);
+            }
+            input => self.pass(input, at),
+        }
+    }
+
+    fn poll_output(&mut self) -> Output {
+        self.ready.pop_front().unwrap_or_else(|| Output::Wake(self.wake()))
+    }
+
+    fn watch(&mut self, kinds: Kinds) {
+        self.device.watch(kinds);
+    }
+
+    fn state(&self) -> &Self::State {
+        self.state.get_or_init(|| LineState {
+            device: self.device.state().clone(),
+            wires: self.wires.clone(),
+        })
+    }
+
+    fn restore(&mut self, state: Self::State) {
+        self.state.take();
+        self.ready.clear();
+        self.wires = state.wires;
+        self.device.restore(state.device);
+    }
+
+    fn now(&self) -> Time {
+        self.wires.now
+    }
+
+    fn wake(&self) -> Option<Time> {
+        [self.wires.from_device.due(), self.device.wake(), self.wires.to_device.due()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    fn view(&self, at: Time) -> View {
+        self.device.view(at)
+    }
+
+    fn signals(&self) -> &[Signal] {
+        self.device.signals()
+    }
+
+    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
+        self.device.input_signal(port, bit)
+    }
+
+    fn baud(&self) -> u32 {
+        self.device.baud()
+    }
+
+    fn flash_image(&self) -> Vec<u8> {
+        self.device.flash_image()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        self.device.explain(command)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.device.is_idle()
+            && self.wires.to_device.queue.is_empty()
+            && self.wires.from_device.queue.is_empty()
+    }
+
+    fn crossing(&self, condition: &Condition) -> Option<Time> {
+        let in_transit =
+            !self.wires.to_device.queue.is_empty() || !self.wires.from_device.queue.is_empty();
+        if in_transit && *condition == Condition::Idle {
+            return None;
+        }
+        // The device looks as far as its own wake-up; a character may be due before that.
+        self.device.crossing(condition).filter(|at| self.wake().is_none_or(|wake| *at < wake))
+    }
+}

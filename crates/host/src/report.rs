@@ -1,0 +1,97 @@
+//! What can be watched from outside.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vimc4_device::{Event, Kinds, Time};
+
+/// Something that happened in a running controller or on its line, with its model time.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Report {
+    /// Bytes arrived on the line.
+    Received {
+        /// When.
+        at: Time,
+        /// Over which transport, by its label.
+        from: Arc<str>,
+        /// What.
+        bytes: Bytes,
+    },
+    /// Bytes left on the line.
+    Sent {
+        /// When.
+        at: Time,
+        /// What.
+        bytes: Bytes,
+    },
+    /// Something happened inside the device.
+    Event(Time, Event),
+    /// Somebody came or went, or bytes were lost on the way.
+    News(Time, News),
+}
+
+/// What happens at the transports of a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum News {
+    /// A client opened the line.
+    Opened {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// Who, as far as that is known.
+        client: String,
+    },
+    /// A client closed the line or vanished.
+    Closed {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// Who, as far as that is known.
+        client: String,
+    },
+    /// A client was turned away because another one holds the line.
+    Refused {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// Who was turned away.
+        client: String,
+        /// Who holds the line.
+        holder: String,
+    },
+    /// A client that does not read lost its copy of what the controller sent.
+    Lost {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// How many bytes.
+        bytes: u64,
+    },
+    /// A transport failed and is no longer served.
+    Failed {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// What the operating system says.
+        error: String,
+    },
+}
+
+/// What a sink wants to see. What nobody wants is not made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wants {
+    /// Kinds of events of the device.
+    pub kinds: Kinds,
+    /// The bytes on the line.
+    pub bytes: bool,
+}
+
+/// Watches a running controller.
+///
+/// It is called by the task that runs the controller, between a command and its answer: it must
+/// neither block nor take long.
+pub trait Sink: Send {
+    /// What it wants to see; asked once.
+    fn wants(&self) -> Wants;
+
+    /// Something happened. `explain` puts a command in the words people use, see
+    /// [`Device::explain`](vimc4_device::Device::explain).
+    fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String);
+}

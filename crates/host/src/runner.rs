@@ -1,0 +1,591 @@
+//! The task that runs a controller.
+
+use std::fmt;
+use std::future::{Future, poll_fn};
+use std::io;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use thiserror::Error;
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::yield_now;
+use vimc4_device::{Condition, Device, Event, Input, Kinds, Output, Time, Warning};
+
+use crate::clock::{Clock, Ticking};
+use crate::flash::{FlashFile, FlashFileError};
+use crate::handle::{ControlError, Handle};
+use crate::report::{News, Report, Sink, Wants};
+use crate::timer::Timer;
+use crate::transport::{Received, Sent, Transport};
+
+/// How many deadlines are performed before the line is looked at again.
+const BATCH: u32 = 10_000;
+
+/// How long that may take.
+const BATCH_TIME: Duration = Duration::from_millis(5);
+
+/// How long the computer may be behind a clock that runs by itself before the clock gives way.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// How much is read at once.
+const CHUNK: usize = 4_096;
+
+/// Owns a device and its transports and lets it live in the time of a [`Clock`].
+///
+/// There is no channel and no other thread between a byte that is read and its answer: the task
+/// reads, calls the device and writes. It sleeps in the kernel until a byte, a control or a
+/// deadline of the device wakes it; an idle controller costs nothing.
+///
+/// ```no_run
+/// # async fn example<D>(device: D) -> Result<(), Box<dyn std::error::Error>>
+/// # where D: vimc4_device::Device + Clone + Send + 'static {
+/// use vimc4_host::{Clients, Clock, Line, Runner, Tcp};
+///
+/// let (mut runner, handle) = Runner::new(Line::ideal(device), Clock::Real);
+/// runner.attach(Box::new(Tcp::bind("127.0.0.1:4004".parse()?, Clients::Refuse)?));
+/// runner.run().await?;
+/// # drop(handle);
+/// # Ok(())
+/// # }
+/// ```
+pub struct Runner<D: Device> {
+    device: D,
+    room: fn(&D) -> usize,
+    clock: Clock,
+    ticking: Option<Ticking>,
+    /// Since when the device has been behind its clock without a pause.
+    behind: Option<Instant>,
+    transports: Vec<Box<dyn Transport>>,
+    /// The transport that is asked first, so that one client's flood leaves room for others.
+    first: usize,
+    flash: Option<FlashFile>,
+    sinks: Vec<(Wants, Box<dyn Sink>)>,
+    wants: Wants,
+    baud: u32,
+    jobs: mpsc::UnboundedReceiver<Job<D>>,
+    stop: oneshot::Receiver<()>,
+    journey: Option<(Time, TimeReply)>,
+    waiters: Vec<Waiter>,
+    failure: Option<RunError>,
+}
+
+/// Why a controller ended by itself.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// What it stores cannot be stored any more. Going on would confirm what is lost.
+    #[error(transparent)]
+    Flash(#[from] FlashFileError),
+    /// The system has no timer for us.
+    #[error("cannot make a timer: {0}; the limit of open files may be too low")]
+    Timer(io::Error),
+}
+
+type TimeReply = oneshot::Sender<Result<Time, ControlError>>;
+
+type Work<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
+
+/// What a [`Handle`] asks for.
+pub(crate) enum Job<D: Device> {
+    Call(Work<D>),
+    Travel(Destination, TimeReply),
+}
+
+pub(crate) enum Destination {
+    After(Duration),
+    Until(Condition),
+}
+
+/// Somebody who waits for a condition while time runs by itself.
+struct Waiter {
+    condition: Condition,
+    /// When it will hold, if it does before the device's next deadline.
+    at: Option<Time>,
+    reply: TimeReply,
+}
+
+/// Why the task looked up.
+enum Woken<D: Device> {
+    Line(usize, Received),
+    Job(Job<D>),
+    Stop,
+    /// Time has passed, or there is more to do.
+    Time,
+}
+
+impl<D: Device + Clone + 'static> Runner<D> {
+    /// A device in the time of a clock, and the handle that controls it.
+    pub fn new(device: D, clock: Clock) -> (Runner<D>, Handle<D>) {
+        let (jobs, job_queue) = mpsc::unbounded_channel();
+        let (stop, stop_signal) = oneshot::channel();
+        let baud = device.baud();
+        let mut runner = Runner {
+            device,
+            room: |_| usize::MAX,
+            clock,
+            ticking: None,
+            behind: None,
+            transports: Vec::new(),
+            first: 0,
+            flash: None,
+            sinks: Vec::new(),
+            wants: Wants::default(),
+            baud,
+            jobs: job_queue,
+            stop: stop_signal,
+            journey: None,
+            waiters: Vec::new(),
+            failure: None,
+        };
+        runner.watch_kinds();
+        (runner, Handle::new(jobs, stop))
+    }
+
+    /// Says how many bytes the device takes now. What it does not take stays with the client,
+    /// whose operating system holds it back.
+    #[must_use]
+    pub fn with_room(mut self, room: fn(&D) -> usize) -> Runner<D> {
+        self.room = room;
+        self
+    }
+
+    /// Keeps the device's flash memory in a file. `image` is what the file held when it was
+    /// opened; where the device reads it differently (it drops a torn record, or begins a fresh
+    /// memory), the file follows.
+    pub fn with_flash(
+        mut self,
+        mut file: FlashFile,
+        image: &[u8],
+    ) -> Result<Runner<D>, FlashFileError> {
+        let present = self.device.flash_image();
+        if present != image {
+            file.apply(&vimc4_device::FlashChange::Replace(Bytes::from(present)))?;
+            file.sync()?;
+        }
+        self.flash = Some(file);
+        Ok(self)
+    }
+
+    /// Opens a way to the line.
+    pub fn attach(&mut self, mut transport: Box<dyn Transport>) {
+        transport.set_baud(self.baud);
+        self.transports.push(transport);
+    }
+
+    /// Lets a sink watch.
+    pub fn watch(&mut self, sink: Box<dyn Sink>) {
+        self.sinks.push((sink.wants(), sink));
+        self.wants = Wants::default();
+        for (wants, _) in &self.sinks {
+            self.wants.kinds = self.wants.kinds.and(wants.kinds);
+            self.wants.bytes |= wants.bytes;
+        }
+        self.watch_kinds();
+    }
+
+    fn watch_kinds(&mut self) {
+        self.device.watch(self.wants.kinds);
+    }
+
+    /// The device.
+    pub fn device(&self) -> &D {
+        &self.device
+    }
+
+    /// Runs until it is told to stop, until nobody holds a handle any more, or until the flash
+    /// file fails.
+    pub async fn run(mut self) -> Result<(), RunError> {
+        let mut timer = Timer::new().map_err(RunError::Timer)?;
+        let mut buffer = [0; CHUNK];
+        self.ticking = self.clock.rate().map(|rate| Ticking::start(rate, self.device.now()));
+        // The device may have had something to say before the first input.
+        self.drain();
+        loop {
+            let busy = self.move_time();
+            if let Some(failure) = self.failure.take() {
+                return Err(failure);
+            }
+            // In vain until there is a timer for it, but then the clock stands still anyway.
+            let _ = timer.arm(self.next_moment());
+            if busy {
+                // The reactor gets its turn, so that looking at the line shows what is there.
+                yield_now().await;
+            }
+            match self.look_up(&mut timer, &mut buffer, busy).await {
+                Woken::Line(from, received) => self.receive(from, received, &buffer),
+                Woken::Job(job) => {
+                    self.settle(&mut buffer).await;
+                    self.perform(job);
+                }
+                Woken::Stop => return Ok(()),
+                Woken::Time => self.jump(),
+            }
+        }
+    }
+
+    /// Waits for something to happen; with `busy` it only looks.
+    async fn look_up(&mut self, timer: &mut Timer, buffer: &mut [u8], busy: bool) -> Woken<D> {
+        poll_fn(|cx| {
+            if Pin::new(&mut self.stop).poll(cx).is_ready() {
+                return Poll::Ready(Woken::Stop);
+            }
+            // A journey through time and its catching up are not disturbed: what arrives in
+            // between arrives when they have ended.
+            if self.journey.is_none() && self.behind.is_none() {
+                if let Poll::Ready((from, received)) = self.poll_line(cx, buffer) {
+                    return Poll::Ready(Woken::Line(from, received));
+                }
+                match self.jobs.poll_recv(cx) {
+                    Poll::Ready(Some(job)) => return Poll::Ready(Woken::Job(job)),
+                    Poll::Ready(None) => return Poll::Ready(Woken::Stop),
+                    Poll::Pending => {}
+                }
+            }
+            for transport in &mut self.transports {
+                transport.poll_send(cx);
+            }
+            if timer.poll(cx).is_ready() || busy {
+                return Poll::Ready(Woken::Time);
+            }
+            Poll::Pending
+        })
+        .await
+    }
+
+    /// Asks the transports for what has arrived, beginning after the one that spoke last.
+    fn poll_line(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<(usize, Received)> {
+        let room = (self.room)(&self.device).min(buffer.len());
+        if room == 0 {
+            return Poll::Pending;
+        }
+        let count = self.transports.len();
+        for offset in 0..count {
+            let index = (self.first + offset) % count;
+            if let Poll::Ready(received) =
+                self.transports[index].poll_receive(cx, &mut buffer[..room])
+            {
+                self.first = index + 1;
+                return Poll::Ready((index, received));
+            }
+        }
+        Poll::Pending
+    }
+
+    /// Takes in everything that was sent before a control was used, although its news may still
+    /// be under way: who writes a command and then asks where the machine is means that order.
+    async fn settle(&mut self, buffer: &mut [u8]) {
+        // A client that never stops sending must not keep the control from being used.
+        for _ in 0..64 {
+            yield_now().await;
+            let looked = poll_fn(|cx| Poll::Ready(self.poll_line(cx, buffer))).await;
+            let Poll::Ready((from, received)) = looked else { return };
+            self.receive(from, received, buffer);
+        }
+    }
+
+    fn receive(&mut self, from: usize, received: Received, buffer: &[u8]) {
+        match received {
+            Received::Bytes(count) => {
+                let bytes = buffer.get(..count).unwrap_or_default();
+                if self.wants.bytes {
+                    let at = self.present();
+                    let from = Arc::clone(self.transports[from].label());
+                    let bytes = Bytes::copy_from_slice(bytes);
+                    self.report(Kinds::NONE, true, || Report::Received { at, from, bytes });
+                }
+                self.input(Input::Bytes(bytes));
+            }
+            Received::News(news) => self.news(news),
+        }
+        self.transports.retain(|transport| !transport.is_finished());
+    }
+
+    fn perform(&mut self, job: Job<D>) {
+        self.catch_up();
+        match job {
+            Job::Call(work) => work(self),
+            Job::Travel(destination, reply) => self.set_out(destination, reply),
+        }
+    }
+
+    fn set_out(&mut self, destination: Destination, reply: TimeReply) {
+        let now = self.device.now();
+        let by_itself = self.ticking.is_some();
+        // Whoever asked may have stopped waiting for the answer.
+        match destination {
+            Destination::After(_) if by_itself => {
+                let _ = reply.send(Err(ControlError::RunsByItself));
+            }
+            Destination::After(span) => self.journey = Some((now + span, reply)),
+            Destination::Until(condition) if by_itself => {
+                let at = self.device.crossing(&condition);
+                self.waiters.push(Waiter { condition, at, reply });
+            }
+            Destination::Until(condition) => match self.device.when(&condition) {
+                Some(at) => self.journey = Some((at, reply)),
+                None => {
+                    let _ = reply.send(Err(ControlError::Never));
+                }
+            },
+        }
+    }
+
+    /// Something happens to the device at its present time.
+    pub fn input(&mut self, input: Input<'_>) {
+        let at = self.present();
+        self.input_at(input, at);
+    }
+
+    fn input_at(&mut self, input: Input<'_>, at: Time) {
+        self.device.handle(input, at);
+        self.drain();
+        for waiter in &mut self.waiters {
+            waiter.at = self.device.crossing(&waiter.condition);
+        }
+    }
+
+    /// Continues from an earlier state.
+    pub(crate) fn restore(&mut self, state: D::State) {
+        let before = self.flash.is_some().then(|| self.device.flash_image());
+        self.device.restore(state);
+        self.watch_kinds();
+        if let Some(rate) = self.clock.rate() {
+            self.ticking = Some(Ticking::start(rate, self.device.now()));
+        }
+        let after = self.device.flash_image();
+        if before.is_some_and(|before| before != after) {
+            self.store(&vimc4_device::FlashChange::Replace(Bytes::from(after)));
+            self.secure();
+        }
+        self.input_at(Input::Wake, self.device.now());
+    }
+
+    // --- time ---
+
+    /// The model time at this moment.
+    fn present(&self) -> Time {
+        match &self.ticking {
+            // While the device is behind, its own time is the present one.
+            Some(ticking) if self.behind.is_none() => ticking.now().max(self.device.now()),
+            _ => self.device.now(),
+        }
+    }
+
+    /// Lets time pass as far as the clock says. Returns whether more is to be done at once.
+    fn move_time(&mut self) -> bool {
+        if let Some((target, _)) = self.journey {
+            if !self.run_to(target) {
+                return true;
+            }
+            if let Some((_, reply)) = self.journey.take() {
+                let _ = reply.send(Ok(target));
+            }
+        }
+        if self.ticking.is_some() {
+            return self.catch_up();
+        }
+        self.clock == Clock::Instant && self.next_deadline().is_some()
+    }
+
+    /// The clock is `Instant` and nothing is readable: time jumps.
+    fn jump(&mut self) {
+        if self.clock == Clock::Instant && self.journey.is_none() {
+            let began = Instant::now();
+            for _ in 0..BATCH {
+                let Some(due) = self.next_deadline() else { return };
+                self.step(due);
+                if self.failure.is_some() || began.elapsed() >= BATCH_TIME {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Performs what is due by now. Returns whether that did not come to an end.
+    fn catch_up(&mut self) -> bool {
+        let Some(ticking) = self.ticking else { return false };
+        let done = self.run_to(ticking.now());
+        if done {
+            self.behind = None;
+        } else if self.behind.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
+            // The computer is too slow for this device at this speed. The clock gives way,
+            // because a line that nobody reads would be worse.
+            self.ticking = self.clock.rate().map(|rate| Ticking::start(rate, self.device.now()));
+            self.behind = None;
+        }
+        !done
+    }
+
+    /// Performs causes one by one until `target`, for a few milliseconds at most. Returns
+    /// whether it arrived.
+    fn run_to(&mut self, target: Time) -> bool {
+        let began = Instant::now();
+        for _ in 0..BATCH {
+            match self.next_deadline() {
+                Some(due) if due <= target => self.step(due),
+                _ => {
+                    if self.device.now() < target {
+                        self.step(target);
+                    }
+                    return true;
+                }
+            }
+            if self.failure.is_some() || began.elapsed() >= BATCH_TIME {
+                break;
+            }
+        }
+        false
+    }
+
+    fn step(&mut self, at: Time) {
+        self.input_at(Input::Wake, at);
+        let now = self.device.now();
+        let (due, rest) = std::mem::take(&mut self.waiters)
+            .into_iter()
+            .partition::<Vec<_>, _>(|waiter| waiter.at.is_some_and(|at| at <= now));
+        self.waiters = rest;
+        for waiter in due {
+            let _ = waiter.reply.send(Ok(now));
+        }
+    }
+
+    /// The next time at which the device does something, or somebody waits for it.
+    fn next_deadline(&self) -> Option<Time> {
+        let waiters = self.waiters.iter().filter_map(|waiter| waiter.at);
+        self.device.wake().into_iter().chain(waiters).min().filter(|at| *at != Time::NEVER)
+    }
+
+    /// The moment at which the timer must ring.
+    fn next_moment(&self) -> Option<Instant> {
+        self.ticking.and_then(|ticking| ticking.moment_of(self.next_deadline()?))
+    }
+
+    // --- outputs ---
+
+    /// Passes on what the device has to say, in order: what is stored is on disk before the
+    /// answer that confirms it is sent.
+    fn drain(&mut self) {
+        loop {
+            match self.device.poll_output() {
+                Output::Flash(_, change) => self.store(&change),
+                Output::Bytes(at, bytes) => {
+                    self.secure();
+                    self.send(at, bytes);
+                }
+                Output::Event(at, event) => {
+                    self.report(kind_of(&event), false, || Report::Event(at, event));
+                }
+                Output::Wake(_) => break,
+            }
+        }
+        self.secure();
+        let baud = self.device.baud();
+        if baud != self.baud {
+            self.baud = baud;
+            for transport in &mut self.transports {
+                transport.set_baud(baud);
+            }
+        }
+    }
+
+    fn store(&mut self, change: &vimc4_device::FlashChange) {
+        if let Some(flash) = &mut self.flash
+            && let Err(error) = flash.apply(change)
+        {
+            self.failure.get_or_insert(error.into());
+        }
+    }
+
+    fn secure(&mut self) {
+        if let Some(flash) = &mut self.flash
+            && let Err(error) = flash.sync()
+        {
+            self.failure.get_or_insert(error.into());
+        }
+    }
+
+    fn send(&mut self, at: Time, bytes: Bytes) {
+        if self.failure.is_some() {
+            return;
+        }
+        let mut heard = false;
+        let mut losses = Vec::new();
+        for transport in &mut self.transports {
+            match transport.send(&bytes) {
+                Sent::Nobody => {}
+                Sent::Accepted => heard = true,
+                Sent::Lost(bytes) => {
+                    heard = true;
+                    losses.push(News::Lost { transport: Arc::clone(transport.label()), bytes });
+                }
+            }
+        }
+        let lost = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+        self.report(Kinds::NONE, true, || Report::Sent { at, bytes });
+        for news in losses {
+            self.news(news);
+        }
+        if !heard {
+            let warning = Event::Warning(Warning::NobodyListens { lost });
+            self.report(Kinds::WARNING, false, || Report::Event(at, warning));
+        }
+    }
+
+    fn news(&mut self, news: News) {
+        let at = self.device.now();
+        let report = Report::News(at, news);
+        let Runner { sinks, device, .. } = self;
+        for (_, sink) in sinks {
+            sink.report(&report, &|command| device.explain(command));
+        }
+    }
+
+    /// Tells the sinks that want it.
+    fn report(&mut self, kinds: Kinds, bytes: bool, report: impl FnOnce() -> Report) {
+        let wanted = |wants: &Wants| {
+            if bytes { wants.bytes } else { wants.kinds.contain(kinds) }
+        };
+        if !wanted(&self.wants) {
+            return;
+        }
+        let report = report();
+        let Runner { sinks, device, .. } = self;
+        for (wants, sink) in sinks {
+            if wanted(wants) {
+                sink.report(&report, &|command| device.explain(command));
+            }
+        }
+    }
+}
+
+impl<D: Device + fmt::Debug> fmt::Debug for Runner<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Runner")
+            .field("device", &self.device)
+            .field("clock", &self.clock)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The kind that must be wanted for an event to be told.
+fn kind_of(event: &Event) -> Kinds {
+    match event {
+        Event::Command { .. } | Event::Line { .. } => Kinds::COMMAND,
+        Event::Answer { .. } => Kinds::ANSWER,
+        Event::Motion(_) => Kinds::MOTION,
+        Event::Switch { .. } => Kinds::SWITCH,
+        Event::Port { .. } => Kinds::PORT,
+        Event::Flash { .. } => Kinds::FLASH,
+        Event::Baud { .. } => Kinds::LINE,
+        // What is new to this list is told to those who want everything.
+        Event::Warning(_) => Kinds::WARNING,
+        _ => Kinds::ALL,
+    }
+}

@@ -1,0 +1,231 @@
+//! The conversation as people read it.
+
+use std::fmt::{self, Write};
+use std::time::Duration;
+
+use vimc4_device::{Event, Kinds, Time, Warning};
+
+use crate::report::{News, Report, Sink, Wants};
+
+/// A sink that writes lines of text:
+///
+/// ```text
+///     1.250000 s  @0A 5000,900  relative move X +5,000 steps at 900 Hz
+///     6.850000 s  0  after 5.6 s
+/// ```
+///
+/// The lines go to a function, one at a time and without their ends; it must not block.
+pub struct Traffic<F> {
+    write: F,
+    verbosity: Verbosity,
+    began: Option<Time>,
+}
+
+/// How much a [`Traffic`] sink tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verbosity {
+    /// Who was refused, what was lost or assumed.
+    Warnings,
+    /// That, who comes and goes, and every command with its answer.
+    Conversation,
+}
+
+impl<F: FnMut(String) + Send> Traffic<F> {
+    /// Tells `write` about the conversation.
+    pub fn new(verbosity: Verbosity, write: F) -> Traffic<F> {
+        Traffic { write, verbosity, began: None }
+    }
+
+    fn line(&mut self, at: Time, text: fmt::Arguments<'_>) {
+        let micros = at.as_nanos() / 1_000;
+        let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+        (self.write)(format!("{seconds:>6}.{micros:06} s  {text}"));
+    }
+
+    fn event(&mut self, at: Time, event: &Event, explain: &dyn Fn(&[u8]) -> String) {
+        match event {
+            Event::Command { bytes, .. } => {
+                self.began = Some(at);
+                self.line(at, format_args!("{}  {}", escape(bytes), explain(bytes)));
+            }
+            Event::Line { line, mnemonic } => {
+                self.line(at, format_args!("line {line}: {mnemonic}"));
+            }
+            Event::Answer { bytes, .. } => {
+                // A command's time counts for its first answer only.
+                let took = self.began.take().map(|began| took(at - began)).unwrap_or_default();
+                self.line(at, format_args!("{}  {took}", escape(bytes)));
+            }
+            Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
+            Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
+            Event::Warning(warning) => {
+                self.line(at, format_args!("warning: {}", describe_warning(warning)));
+            }
+            _ => {}
+        }
+    }
+
+    fn news(&mut self, at: Time, news: &News) {
+        match news {
+            News::Opened { transport, client } if self.verbosity == Verbosity::Conversation => {
+                self.line(at, format_args!("{transport}: {client} opened the line"));
+            }
+            News::Closed { transport, client } if self.verbosity == Verbosity::Conversation => {
+                self.line(at, format_args!("{transport}: {client} closed the line"));
+            }
+            News::Opened { .. } | News::Closed { .. } => {}
+            News::Refused { transport, client, holder } => self.line(
+                at,
+                format_args!("{transport}: refused {client}, because {holder} holds the line"),
+            ),
+            News::Lost { transport, bytes } => self.line(
+                at,
+                format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
+            ),
+            News::Failed { transport, error } => {
+                self.line(at, format_args!("{transport}: failed and is no longer served: {error}"));
+            }
+        }
+    }
+}
+
+impl<F: FnMut(String) + Send> Sink for Traffic<F> {
+    fn wants(&self) -> Wants {
+        let kinds = match self.verbosity {
+            Verbosity::Warnings => Kinds::WARNING,
+            Verbosity::Conversation => Kinds::COMMAND
+                .and(Kinds::ANSWER)
+                .and(Kinds::FLASH)
+                .and(Kinds::LINE)
+                .and(Kinds::WARNING),
+        };
+        Wants { kinds, bytes: false }
+    }
+
+    fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
+        match report {
+            Report::Event(at, event) => self.event(*at, event, explain),
+            Report::News(at, news) => self.news(*at, news),
+            Report::Received { .. } | Report::Sent { .. } => {}
+        }
+    }
+}
+
+impl<F> fmt::Debug for Traffic<F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Traffic").field("verbosity", &self.verbosity).finish_non_exhaustive()
+    }
+}
+
+fn describe_warning(warning: &Warning) -> String {
+    match warning {
+        Warning::ReceiveOverflow { lost } => {
+            format!("the receive buffer was full, {} lost", count(*lost))
+        }
+        Warning::NobodyListens { lost } => {
+            format!("nobody has the line open, {} lost", count(*lost))
+        }
+        Warning::NoEffect { what } => format!("no effect: {what}"),
+        Warning::StepsLost { axis, steps } => {
+            let axis = ["X", "Y", "Z", "A"].get(usize::from(*axis)).copied().unwrap_or("?");
+            format!("the {axis} carriage lost {steps} steps")
+        }
+        Warning::ProgramError { code, line } => {
+            format!("the program ended in line {line} with error {code}")
+        }
+        other => format!("{other:?}"),
+    }
+}
+
+fn count(bytes: u64) -> String {
+    if bytes == 1 { "1 byte was".to_owned() } else { format!("{bytes} bytes were") }
+}
+
+/// `after 5.6 s`, in two digits or as many as the whole part has.
+fn took(span: Duration) -> String {
+    if span.is_zero() {
+        return "at once".to_owned();
+    }
+    let nanos = span.as_nanos();
+    let (unit, name) = match nanos {
+        0..1_000_000 => (1_000, "µs"),
+        1_000_000..1_000_000_000 => (1_000_000, "ms"),
+        _ => (1_000_000_000, "s"),
+    };
+    let value = nanos as f64 / f64::from(unit);
+    let text = if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") };
+    format!("after {} {name}", text.strip_suffix(".0").unwrap_or(&text))
+}
+
+/// Bytes in a form that can be read and copied: printable characters as they are, the others as
+/// `\r`, `\n`, `\t`, `\\` or `\xFD`.
+#[must_use]
+pub fn escape(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len());
+    for &byte in bytes {
+        match byte {
+            b'\r' => text.push_str("\\r"),
+            b'\n' => text.push_str("\\n"),
+            b'\t' => text.push_str("\\t"),
+            b'\\' => text.push_str("\\\\"),
+            b' '..=b'~' => text.push(char::from(byte)),
+            // Writing to a string cannot fail.
+            _ => drop(write!(text, "\\x{byte:02X}")),
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use bytes::Bytes;
+
+    use super::*;
+
+    #[test]
+    fn a_conversation_reads_as_people_speak() {
+        let (sender, lines) = mpsc::channel();
+        let mut traffic =
+            Traffic::new(Verbosity::Conversation, move |line| sender.send(line).unwrap());
+        let explain = |_: &[u8]| "relative move X +5,000 steps at 900 Hz".to_owned();
+        let mut tell = |report| traffic.report(&report, &explain);
+        let began = Time::from_millis(1_250);
+        tell(Report::Event(
+            began,
+            Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A 5000,900") },
+        ));
+        tell(Report::Event(
+            began + Duration::from_millis(5_555),
+            Event::Answer { mnemonic: "@A", bytes: Bytes::from_static(b"0") },
+        ));
+        tell(Report::Event(
+            Time::from_secs(7),
+            Event::Warning(Warning::NobodyListens { lost: 1 }),
+        ));
+        assert_eq!(
+            lines.try_iter().collect::<Vec<_>>(),
+            [
+                "     1.250000 s  @0A 5000,900  relative move X +5,000 steps at 900 Hz",
+                "     6.805000 s  0  after 5.6 s",
+                "     7.000000 s  warning: nobody has the line open, 1 byte was lost",
+            ]
+        );
+    }
+
+    #[test]
+    fn spans_are_short() {
+        let text = |nanos| took(Duration::from_nanos(nanos));
+        assert_eq!(text(0), "at once");
+        assert_eq!(text(520_834), "after 521 µs");
+        assert_eq!(text(1_040_000), "after 1 ms");
+        assert_eq!(text(9_960_000_000), "after 10 s");
+        assert_eq!(text(600_000_000_000), "after 600 s");
+    }
+
+    #[test]
+    fn control_bytes_are_escaped() {
+        assert_eq!(escape(b"@07\r\n\\\xFD\x1B[2J"), r"@07\r\n\\\xFD\x1B[2J");
+    }
+}

@@ -1,0 +1,134 @@
+//! A stable name for a PTY.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf, absolute};
+
+use thiserror::Error;
+
+/// A symbolic link to a PTY, removed when dropped if it is still ours.
+#[derive(Debug)]
+pub struct Link {
+    path: PathBuf,
+    target: PathBuf,
+}
+
+/// Why a link cannot be made.
+#[derive(Debug, Error)]
+pub enum LinkError {
+    /// The name belongs to something else.
+    #[error(
+        "{path} exists and is no link to a PTY; remove it or choose another name for the link",
+        path = .0.display()
+    )]
+    Occupied(PathBuf),
+    /// The operating system does not let us.
+    #[error(
+        "cannot make the link {path}: {source}; choose a name in a folder that exists and can be \
+         written to",
+        path = .path.display()
+    )]
+    Failed {
+        /// The link.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+impl Link {
+    /// Whether [`create`](Link::create) would be allowed to use the name: it is free, or a link
+    /// that leads nowhere or to a PTY.
+    pub fn check(path: &Path) -> Result<(), LinkError> {
+        match fs::symlink_metadata(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            Err(source) => Err(LinkError::Failed { path: path.to_owned(), source }),
+            Ok(found) if !found.is_symlink() => Err(LinkError::Occupied(path.to_owned())),
+            Ok(_) => {
+                let target = fs::read_link(path)
+                    .map_err(|source| LinkError::Failed { path: path.to_owned(), source })?;
+                let dangling = fs::metadata(path)
+                    .is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+                if dangling || target.starts_with("/dev/pts") {
+                    Ok(())
+                } else {
+                    Err(LinkError::Occupied(path.to_owned()))
+                }
+            }
+        }
+    }
+
+    /// Makes the link, or moves it here from a PTY that is gone. Whoever looks at the name sees
+    /// the old link or the new one, never none.
+    pub fn create(path: &Path, target: &Path) -> Result<Link, LinkError> {
+        Link::check(path)?;
+        let failed = |source| LinkError::Failed { path: path.to_owned(), source };
+        // The link must be found again when the working directory has changed.
+        let path = absolute(path).map_err(failed)?;
+        let name = path.file_name().ok_or_else(|| failed(io::ErrorKind::InvalidInput.into()))?;
+        let mut fresh = std::ffi::OsString::from(".");
+        fresh.push(name);
+        fresh.push(format!(".{}.new", std::process::id()));
+        let fresh = path.with_file_name(fresh);
+        let _ = fs::remove_file(&fresh);
+        symlink(target, &fresh).map_err(failed)?;
+        if let Err(source) = fs::rename(&fresh, &path) {
+            let _ = fs::remove_file(&fresh);
+            return Err(failed(source));
+        }
+        Ok(Link { target: target.to_owned(), path })
+    }
+
+    /// The name, absolute.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        // Another emulator may have taken the name over.
+        if fs::read_link(&self.path).is_ok_and(|target| target == self.target) {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_replaces_only_what_was_a_link_to_a_pty() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("vimc4.pty");
+        // Free, dangling, into /dev/pts: allowed.
+        drop(Link::create(&path, Path::new("/dev/pts/0")).unwrap());
+        assert!(!path.is_symlink());
+        symlink("/nowhere/at/all", &path).unwrap();
+        let first = Link::create(&path, Path::new("/dev/pts/0")).unwrap();
+        let second = Link::create(&path, Path::new("/dev/pts/1")).unwrap();
+        assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/1"));
+        // The first one has lost the name and must not take it away from the second.
+        drop(first);
+        assert!(path.is_symlink());
+        drop(second);
+        assert!(!path.is_symlink());
+        // A file, a folder, a link to a file: somebody's own.
+        fs::write(&path, "precious").unwrap();
+        let refused = Link::create(&path, Path::new("/dev/pts/0")).unwrap_err();
+        assert!(matches!(refused, LinkError::Occupied(_)), "{refused}");
+        let other = folder.path().join("other");
+        symlink(&path, &other).unwrap();
+        assert!(Link::create(&other, Path::new("/dev/pts/0")).is_err());
+        assert!(Link::create(folder.path(), Path::new("/dev/pts/0")).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"precious");
+        // A folder that is not there.
+        let nowhere = folder.path().join("none").join("link");
+        let failed = Link::create(&nowhere, Path::new("/dev/pts/0")).unwrap_err();
+        assert!(matches!(failed, LinkError::Failed { .. }), "{failed}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+}

@@ -1,0 +1,79 @@
+//! The ways to a controller's line.
+//!
+//! All transports of a controller are one wire. What arrives on any of them reaches the device
+//! in the order of arrival; what the device sends goes to every one that somebody has open. A
+//! client that does not read loses its own copy and nobody else's.
+
+mod memory;
+mod outbox;
+mod serial;
+mod tcp;
+
+#[cfg(unix)]
+mod link;
+#[cfg(unix)]
+mod pty;
+#[cfg(target_os = "linux")]
+#[path = "watch_linux.rs"]
+mod watch;
+#[cfg(all(unix, not(target_os = "linux")))]
+#[path = "watch_other.rs"]
+mod watch;
+
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+#[cfg(unix)]
+pub use link::{Link, LinkError};
+pub use memory::{Memory, MemoryPort};
+#[cfg(unix)]
+pub use pty::{Pty, PtyError};
+pub use serial::{Serial, SerialError};
+pub use tcp::{Clients, Tcp, TcpError};
+
+use crate::report::News;
+
+/// One way to a controller's line.
+///
+/// Everything is polled by the task that runs the controller, so nothing here may block.
+pub trait Transport: Send {
+    /// What it is called in messages: `pty`, `tcp 127.0.0.1:4004`.
+    fn label(&self) -> &Arc<str>;
+
+    /// Takes what has arrived, or arranges to be woken when something does.
+    fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received>;
+
+    /// Passes on what could not be sent at once, and arranges to be woken when more can be.
+    fn poll_send(&mut self, cx: &mut Context<'_>);
+
+    /// Sends without waiting.
+    fn send(&mut self, bytes: &[u8]) -> Sent;
+
+    /// The device's line now runs at this speed.
+    fn set_baud(&mut self, _baud: u32) {}
+
+    /// Whether nothing will ever come from it again.
+    fn is_finished(&self) -> bool {
+        false
+    }
+}
+
+/// What a transport has to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Received {
+    /// So many bytes are in the buffer.
+    Bytes(usize),
+    /// Something happened.
+    News(News),
+}
+
+/// What became of bytes that were sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sent {
+    /// Somebody has it open, so they are on their way.
+    Accepted,
+    /// Nobody has it open; they are gone.
+    Nobody,
+    /// Some clients that do not read lost their copies, so many bytes in all.
+    Lost(u64),
+}

@@ -1,0 +1,182 @@
+//! A pseudo terminal: the line as a serial port of this computer.
+
+use std::collections::VecDeque;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use rustix::fs::{Mode, OFlags, open};
+use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
+use serialport::{SerialPort, TTYPort};
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio_serial::SerialStream;
+
+use super::outbox::Outbox;
+use super::watch::{Seen, Watch};
+use super::{Received, Sent, Transport};
+use crate::report::News;
+
+/// A pseudo terminal whose far end a client opens like a serial port.
+///
+/// The emulator keeps one descriptor of the client's end for itself. Without it the near end
+/// would report the end of the file for ever once a first client has left, and a client that
+/// died with exclusive use of the terminal would lock everybody else out.
+///
+/// What a client has not read when the last one closes is gone, as it is on a cable that is
+/// pulled out: the next client reads nothing stale. What a client wrote before it closed still
+/// arrives. Modem lines do not exist here; a client that insists on them is told ENOTTY.
+#[derive(Debug)]
+pub struct Pty {
+    label: Arc<str>,
+    path: PathBuf,
+    near: SerialStream,
+    outbox: Outbox,
+    watch: Watch,
+    seen: Seen,
+    news: VecDeque<News>,
+}
+
+/// Why no pseudo terminal can be had.
+#[derive(Debug, Error)]
+pub enum PtyError {
+    /// The system gives out no pair.
+    #[error("cannot make a pseudo terminal: {0}; is /dev/pts mounted?")]
+    Pair(#[from] serialport::Error),
+    /// The client's end cannot be set up or watched.
+    #[error("cannot set up the pseudo terminal {path}: {source}", path = .path.display())]
+    SetUp {
+        /// The client's end.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+impl Pty {
+    /// Makes a pseudo terminal in raw mode at this speed. It must be called within a tokio
+    /// runtime.
+    pub fn open(baud: u32) -> Result<Pty, PtyError> {
+        // `SerialStream::pair` in its parts: a copy of the near end that is closed on exec is
+        // what a program started by a test must not inherit.
+        let (near, far) = TTYPort::pair()?;
+        let path = PathBuf::from(far.name().unwrap_or_default());
+        let failed = |source| PtyError::SetUp { path: path.clone(), source };
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let kept = open(&path, flags, Mode::empty()).map_err(|e| failed(e.into()))?;
+        set_raw(&kept, baud).map_err(failed)?;
+        let near = near.try_clone_native()?;
+        drop(far);
+        let watch = Watch::new(kept, &path).map_err(failed)?;
+        Ok(Pty {
+            label: Arc::from("pty"),
+            near: SerialStream::try_from(near)?,
+            outbox: Outbox::default(),
+            watch,
+            seen: Seen::default(),
+            news: VecDeque::new(),
+            path,
+        })
+    }
+
+    /// The terminal that clients open, such as `/dev/pts/3`.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Looks who has the terminal open now, and says what has changed since the last look.
+    fn look(&mut self, cx: Option<&Context<'_>>) {
+        let seen = self.watch.look(cx.map(Context::waker));
+        let transport = || Arc::clone(&self.label);
+        let client = || "a client".to_owned();
+        if seen.closings != self.seen.closings {
+            // The terminal's own queue has been flushed; what waits here goes the same way.
+            let bytes = self.outbox.clear();
+            if bytes > 0 {
+                self.news.push_back(News::Lost { transport: transport(), bytes });
+            }
+            if self.seen.open {
+                self.news.push_back(News::Closed { transport: transport(), client: client() });
+            }
+            self.seen.open = false;
+        }
+        if seen.open && !self.seen.open {
+            self.news.push_back(News::Opened { transport: transport(), client: client() });
+        }
+        self.seen = seen;
+    }
+
+    fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
+        // Asking the kernel, not only the reactor: a byte that a client has written is here
+        // although nobody has told us yet.
+        match self.near.try_read(buffer) {
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            read => return Poll::Ready(read),
+        }
+        let mut read = ReadBuf::new(buffer);
+        match Pin::new(&mut self.near).poll_read(cx, &mut read) {
+            Poll::Pending => Poll::Pending,
+            Poll::Ready(done) => Poll::Ready(done.map(|()| read.filled().len())),
+        }
+    }
+}
+
+impl Transport for Pty {
+    fn label(&self) -> &Arc<str> {
+        &self.label
+    }
+
+    fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
+        self.look(Some(cx));
+        if let Some(news) = self.news.pop_front() {
+            return Poll::Ready(Received::News(news));
+        }
+        match self.poll_read(cx, buffer) {
+            Poll::Pending => Poll::Pending,
+            Poll::Ready(Ok(n)) if n > 0 => {
+                if !self.seen.open {
+                    self.watch.doubt();
+                }
+                Poll::Ready(Received::Bytes(n))
+            }
+            // With our own descriptor of the far end this does not happen; if it does, waiting
+            // for the next wake-up is all there is to do.
+            Poll::Ready(_) => Poll::Pending,
+        }
+    }
+
+    fn poll_send(&mut self, cx: &mut Context<'_>) {
+        let Pty { near, outbox, .. } = self;
+        let _ = outbox.flush(|bytes| match Pin::new(&mut *near).poll_write(cx, bytes) {
+            Poll::Ready(written) => written,
+            Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
+        });
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Sent {
+        self.look(None);
+        if !self.seen.open {
+            return Sent::Nobody;
+        }
+        let Pty { near, outbox, .. } = self;
+        match outbox.send(bytes, |bytes| near.try_write(bytes)) {
+            Ok(0) => Sent::Accepted,
+            Ok(lost) => Sent::Lost(lost),
+            Err(_) => Sent::Nobody,
+        }
+    }
+}
+
+/// Raw mode at the given speed. The client may change both; a speed that is not in the tables
+/// of the system is left as it was.
+fn set_raw(terminal: &impl std::os::fd::AsFd, baud: u32) -> io::Result<()> {
+    let mut settings = tcgetattr(terminal)?;
+    settings.make_raw();
+    settings.control_modes |= ControlModes::CREAD | ControlModes::CLOCAL;
+    let _ = settings.set_speed(baud);
+    tcsetattr(terminal, OptionalActions::Now, &settings)?;
+    Ok(())
+}

@@ -1,0 +1,347 @@
+//! The line over TCP: raw bytes, nothing else.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::future::Future;
+use std::io;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::str::FromStr;
+use std::sync::Arc;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use socket2::{SockRef, TcpKeepalive};
+use thiserror::Error;
+use tokio::io::{AsyncRead, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::time::{Sleep, sleep};
+
+use super::outbox::Outbox;
+use super::{Received, Sent, Transport};
+use crate::report::News;
+
+/// How long a newcomer waits for the holder's end before it is refused. A client that closes
+/// and connects again at once overtakes the news of its own closing.
+const GRACE: Duration = Duration::from_millis(100);
+
+/// How many newcomers wait, and how many clients watch. Who floods the port with connections
+/// gets no further than this.
+const CROWD: usize = 16;
+
+/// A vanished client is noticed within this time.
+const VANISHED: Duration = Duration::from_secs(15);
+
+/// What happens to a second client while a first one holds the line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clients {
+    /// It is turned away: two programs that drive one machine are an accident.
+    #[default]
+    Refuse,
+    /// It gets the line, and the first one is disconnected.
+    Takeover,
+    /// It may listen: it sees what the controller sends, and what it writes is ignored.
+    Observe,
+}
+
+impl FromStr for Clients {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Clients, String> {
+        match text {
+            "refuse" => Ok(Clients::Refuse),
+            "takeover" => Ok(Clients::Takeover),
+            "observe" => Ok(Clients::Observe),
+            _ => Err(format!("`{text}` is none of refuse, takeover, observe")),
+        }
+    }
+}
+
+impl fmt::Display for Clients {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Clients::Refuse => "refuse",
+            Clients::Takeover => "takeover",
+            Clients::Observe => "observe",
+        })
+    }
+}
+
+/// A listening address of a controller. One client holds the line at a time.
+#[derive(Debug)]
+pub struct Tcp {
+    label: Arc<str>,
+    listener: TcpListener,
+    address: SocketAddr,
+    policy: Clients,
+    holder: Option<Client>,
+    observers: Vec<Client>,
+    waiting: VecDeque<(Client, Pin<Box<Sleep>>)>,
+    /// Set while the system has no descriptors left for newcomers.
+    exhausted: Option<Pin<Box<Sleep>>>,
+    news: VecDeque<News>,
+}
+
+/// Why an address cannot be listened on.
+#[derive(Debug, Error)]
+pub enum TcpError {
+    /// Something listens there already.
+    #[error(
+        "port {port} at {ip} is taken; end the program that has it, or choose another address \
+         (port 0 finds a free one)",
+        port = .0.port(), ip = .0.ip()
+    )]
+    Taken(SocketAddr),
+    /// Anything else.
+    #[error("cannot listen at {address}: {source}; choose an address of this computer")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+#[derive(Debug)]
+struct Client {
+    stream: TcpStream,
+    peer: SocketAddr,
+    outbox: Outbox,
+}
+
+impl Tcp {
+    /// Listens at the address; port 0 picks a free one. It must be called within a tokio
+    /// runtime.
+    pub fn bind(address: SocketAddr, policy: Clients) -> Result<Tcp, TcpError> {
+        let failed = |source: io::Error| match source.kind() {
+            io::ErrorKind::AddrInUse => TcpError::Taken(address),
+            _ => TcpError::Listen { address, source },
+        };
+        // The standard library's listener, made without waiting, has SO_REUSEADDR on Unix.
+        let listener = std::net::TcpListener::bind(address).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        Ok(Tcp {
+            label: Arc::from(format!("tcp {address}")),
+            listener: TcpListener::from_std(listener).map_err(failed)?,
+            address,
+            policy,
+            holder: None,
+            observers: Vec::new(),
+            waiting: VecDeque::new(),
+            exhausted: None,
+            news: VecDeque::new(),
+        })
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Accepts everybody who knocks.
+    fn accept(&mut self, cx: &mut Context<'_>) {
+        if let Some(pause) = &mut self.exhausted {
+            if pause.as_mut().poll(cx).is_pending() {
+                return;
+            }
+            self.exhausted = None;
+        }
+        while let Poll::Ready(accepted) = self.listener.poll_accept(cx) {
+            match accepted {
+                Ok((stream, peer)) => {
+                    prepare(&stream);
+                    self.admit(Client { stream, peer, outbox: Outbox::default() });
+                }
+                Err(error) if is_of_one_connection(&error) => {}
+                Err(_) => {
+                    // Out of descriptors: the connection stays in the queue, and asking for it
+                    // again at once would be a busy loop.
+                    let mut pause = Box::pin(sleep(Duration::from_secs(1)));
+                    if pause.as_mut().poll(cx).is_pending() {
+                        self.exhausted = Some(pause);
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    fn admit(&mut self, client: Client) {
+        match (&self.holder, self.policy) {
+            (None, _) => self.hold(client),
+            (Some(_), Clients::Takeover) => {
+                self.release();
+                self.hold(client);
+            }
+            (Some(_), Clients::Observe) if self.observers.len() < CROWD => {
+                self.news.push_back(News::Opened {
+                    transport: Arc::clone(&self.label),
+                    client: format!("{} (observing)", client.peer),
+                });
+                self.observers.push(client);
+            }
+            (Some(_), Clients::Refuse) if self.waiting.len() < CROWD => {
+                self.waiting.push_back((client, Box::pin(sleep(GRACE))));
+            }
+            (Some(_), _) => self.refuse(&client),
+        }
+    }
+
+    fn hold(&mut self, client: Client) {
+        self.news.push_back(News::Opened {
+            transport: Arc::clone(&self.label),
+            client: client.peer.to_string(),
+        });
+        self.holder = Some(client);
+    }
+
+    /// The holder is gone; who has waited longest comes next.
+    fn release(&mut self) {
+        if let Some(mut holder) = self.holder.take() {
+            let (transport, client) = (Arc::clone(&self.label), holder.peer.to_string());
+            let lost = holder.outbox.clear();
+            if lost > 0 {
+                let transport = Arc::clone(&self.label);
+                self.news.push_back(News::Lost { transport, bytes: lost });
+            }
+            self.news.push_back(News::Closed { transport, client });
+        }
+        if let Some((client, _)) = self.waiting.pop_front() {
+            self.hold(client);
+        }
+    }
+
+    fn refuse(&mut self, client: &Client) {
+        let holder = self.holder.as_ref().map_or_else(String::new, |c| c.peer.to_string());
+        self.news.push_back(News::Refused {
+            transport: Arc::clone(&self.label),
+            client: client.peer.to_string(),
+            holder,
+        });
+    }
+
+    /// Refuses those who waited in vain. The holder's stream was empty just now, not ended.
+    fn expire(&mut self, cx: &mut Context<'_>) {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        waiting.retain_mut(|(client, grace)| {
+            let waits = grace.as_mut().poll(cx).is_pending();
+            if !waits {
+                self.refuse(client);
+            }
+            waits
+        });
+        self.waiting = waiting;
+    }
+
+    /// Observers are read only to see them leave.
+    fn attend_observers(&mut self, cx: &mut Context<'_>) {
+        let Tcp { observers, news, label, .. } = self;
+        observers.retain_mut(|observer| {
+            let mut ignored = [0; 256];
+            loop {
+                match observer.poll_read(cx, &mut ignored) {
+                    Poll::Pending => return true,
+                    Poll::Ready(Ok(n)) if n > 0 => {}
+                    Poll::Ready(_) => {
+                        news.push_back(News::Closed {
+                            transport: Arc::clone(label),
+                            client: format!("{} (observing)", observer.peer),
+                        });
+                        return false;
+                    }
+                }
+            }
+        });
+    }
+}
+
+impl Transport for Tcp {
+    fn label(&self) -> &Arc<str> {
+        &self.label
+    }
+
+    fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
+        self.accept(cx);
+        self.attend_observers(cx);
+        while let Some(holder) = &mut self.holder {
+            if let Some(news) = self.news.pop_front() {
+                return Poll::Ready(Received::News(news));
+            }
+            match holder.poll_read(cx, buffer) {
+                Poll::Pending => break,
+                Poll::Ready(Ok(n)) if n > 0 => return Poll::Ready(Received::Bytes(n)),
+                Poll::Ready(_) => self.release(),
+            }
+        }
+        self.expire(cx);
+        match self.news.pop_front() {
+            Some(news) => Poll::Ready(Received::News(news)),
+            None => Poll::Pending,
+        }
+    }
+
+    fn poll_send(&mut self, cx: &mut Context<'_>) {
+        // A client that cannot be written to is seen to be gone when it is read.
+        for client in self.holder.iter_mut().chain(&mut self.observers) {
+            let _ = client.poll_flush(cx);
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Sent {
+        let mut sent = Sent::Nobody;
+        for client in self.holder.iter_mut().chain(&mut self.observers) {
+            let Client { stream, outbox, .. } = client;
+            sent = match (outbox.send(bytes, |bytes| stream.try_write(bytes)), sent) {
+                (Ok(0), Sent::Nobody) => Sent::Accepted,
+                (Ok(lost), Sent::Lost(before)) => Sent::Lost(before.saturating_add(lost)),
+                (Ok(lost), _) if lost > 0 => Sent::Lost(lost),
+                (Ok(_) | Err(_), sent) => sent,
+            };
+        }
+        sent
+    }
+}
+
+impl Client {
+    fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
+        let mut read = ReadBuf::new(buffer);
+        ready!(Pin::new(&mut self.stream).poll_read(cx, &mut read))?;
+        Poll::Ready(Ok(read.filled().len()))
+    }
+
+    fn poll_flush(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        while !self.outbox.is_empty() {
+            ready!(self.stream.poll_write_ready(cx))?;
+            let Client { stream, outbox, .. } = self;
+            outbox.flush(|bytes| stream.try_write(bytes))?;
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+/// A client answers commands one by one: its bytes must not wait for company, and its absence
+/// must be noticed although a quiet line is normal. What the system does not offer is left out.
+fn prepare(stream: &TcpStream) {
+    let _ = stream.set_nodelay(true);
+    let socket = SockRef::from(stream);
+    let step = VANISHED / 3;
+    let keepalive = TcpKeepalive::new().with_time(step).with_interval(step);
+    #[cfg(not(windows))]
+    let keepalive = keepalive.with_retries(2);
+    let _ = socket.set_tcp_keepalive(&keepalive);
+    #[cfg(target_os = "linux")]
+    let _ = socket.set_tcp_user_timeout(Some(VANISHED));
+}
+
+/// Errors of the connection that was to be accepted, which say nothing about the listener.
+fn is_of_one_connection(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::ConnectionAborted
+            | io::ErrorKind::ConnectionReset
+            | io::ErrorKind::ConnectionRefused
+            | io::ErrorKind::Interrupted
+    )
+}

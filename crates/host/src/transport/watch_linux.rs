@@ -1,0 +1,239 @@
+//! Who has a terminal open.
+//!
+//! A PTY does not tell its near end when a client opens or closes the far end as long as
+//! somebody, here we ourselves, keeps it open. inotify does: the kernel queues an event within
+//! the client's `open` and `close`. One inotify instance serves all controllers of the process
+//! (users may have 128), and one thread waits for it; but everybody who is about to send drains
+//! the queue first, so that the answer to a client's first byte is never sent to nobody.
+//!
+//! inotify merges equal events that follow each other unread, so two quick opens may be counted
+//! as one. Where the count contradicts what is seen, the open files of all processes that we
+//! may look at decide.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::mem::MaybeUninit;
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Waker;
+
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::fs::inotify::{self, CreateFlags, ReadFlags, Reader, WatchFlags};
+use rustix::io::Errno;
+use rustix::termios::{QueueSelector, ioctl_tiocnxcl, tcflush};
+
+/// The watch over one terminal.
+#[derive(Debug)]
+pub(super) struct Watch {
+    watcher: Arc<Watcher>,
+    number: i32,
+}
+
+/// What a look at a terminal shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Seen {
+    /// Somebody other than we ourselves has it open.
+    pub(super) open: bool,
+    /// How often the last client has closed it.
+    pub(super) closings: u64,
+}
+
+#[derive(Debug)]
+struct Watcher {
+    inotify: OwnedFd,
+    terminals: Mutex<BTreeMap<i32, Terminal>>,
+}
+
+#[derive(Debug)]
+struct Terminal {
+    /// Our own descriptor of the client's end.
+    kept: OwnedFd,
+    opens: u32,
+    closings: u64,
+    waker: Option<Waker>,
+}
+
+impl Watch {
+    /// Watches the terminal at `path`, of which `kept` stays open as long as the watch.
+    pub(super) fn new(kept: OwnedFd, path: &Path) -> io::Result<Watch> {
+        let watcher = Watcher::shared()?;
+        let number = {
+            let mut terminals = watcher.terminals();
+            let flags = WatchFlags::OPEN | WatchFlags::CLOSE;
+            let number = inotify::add_watch(&watcher.inotify, path, flags)?;
+            terminals.insert(number, Terminal { kept, opens: 0, closings: 0, waker: None });
+            number
+        };
+        Ok(Watch { watcher, number })
+    }
+
+    /// Who has it open at this moment. `waker` is told when that changes.
+    pub(super) fn look(&self, waker: Option<&Waker>) -> Seen {
+        let mut terminals = self.watcher.terminals();
+        self.watcher.drain(&mut terminals);
+        let Some(terminal) = terminals.get_mut(&self.number) else { return Seen::default() };
+        if let Some(waker) = waker {
+            match &mut terminal.waker {
+                Some(old) => old.clone_from(waker),
+                none => *none = Some(waker.clone()),
+            }
+        }
+        Seen { open: terminal.opens > 0, closings: terminal.closings }
+    }
+
+    /// A byte arrived although nobody seems to have the terminal open. Either its writer has
+    /// closed already, or an opening was merged into another one.
+    pub(super) fn doubt(&self) {
+        let mut terminals = self.watcher.terminals();
+        self.watcher.drain(&mut terminals);
+        if let Some(terminal) = terminals.get_mut(&self.number)
+            && terminal.opens == 0
+            && holders(&terminal.kept).seen
+        {
+            terminal.opens = 1;
+        }
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        let mut terminals = self.watcher.terminals();
+        let _ = inotify::remove_watch(&self.watcher.inotify, self.number);
+        terminals.remove(&self.number);
+    }
+}
+
+impl Watcher {
+    /// The one of this process.
+    fn shared() -> io::Result<Arc<Watcher>> {
+        static SHARED: Mutex<Option<Arc<Watcher>>> = Mutex::new(None);
+        let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(watcher) = &*shared {
+            return Ok(Arc::clone(watcher));
+        }
+        let watcher = Arc::new(Watcher {
+            inotify: inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)?,
+            terminals: Mutex::default(),
+        });
+        let thread = Arc::clone(&watcher);
+        std::thread::Builder::new().name("pty watch".to_owned()).spawn(move || thread.wait())?;
+        *shared = Some(Arc::clone(&watcher));
+        Ok(watcher)
+    }
+
+    fn terminals(&self) -> MutexGuard<'_, BTreeMap<i32, Terminal>> {
+        self.terminals.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The thread: it sleeps in the kernel until somebody opens or closes a terminal.
+    fn wait(&self) {
+        loop {
+            match poll(&mut [PollFd::new(&self.inotify, PollFlags::IN)], None) {
+                Ok(_) => self.drain(&mut self.terminals()),
+                Err(Errno::INTR) => {}
+                Err(_) => return,
+            }
+        }
+    }
+
+    /// Takes every event that is queued.
+    fn drain(&self, terminals: &mut BTreeMap<i32, Terminal>) {
+        let mut buffer = [MaybeUninit::uninit(); 4_096];
+        let mut events = Reader::new(&self.inotify, &mut buffer);
+        let mut closed = Vec::new();
+        while let Ok(event) = events.next() {
+            let Some(terminal) = terminals.get_mut(&event.wd()) else { continue };
+            if event.events().contains(ReadFlags::OPEN) {
+                terminal.opens += 1;
+            }
+            if event.events().intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
+                terminal.opens = terminal.opens.saturating_sub(1);
+                if terminal.opens == 0 {
+                    terminal.clear();
+                } else {
+                    closed.push(event.wd());
+                }
+            }
+            if let Some(waker) = &terminal.waker {
+                waker.wake_by_ref();
+            }
+        }
+        for number in closed {
+            if let Some(terminal) = terminals.get_mut(&number)
+                && terminal.opens > 0
+            {
+                terminal.recount();
+            }
+        }
+    }
+}
+
+impl Terminal {
+    /// The last client has left: its exclusive use ends, and what it has not read is gone.
+    fn clear(&mut self) {
+        let _ = ioctl_tiocnxcl(&self.kept);
+        let _ = tcflush(&self.kept, QueueSelector::IFlush);
+        self.closings += 1;
+    }
+
+    /// One of several clients has left, or several closings were merged and nobody is there.
+    fn recount(&mut self) {
+        let holders = holders(&self.kept);
+        if holders.seen {
+            return;
+        }
+        if holders.all_looked_at {
+            self.opens = 0;
+            self.clear();
+        } else {
+            // Somebody whom we may not see may have it open. Exclusive use, at least, must not
+            // outlive who asked for it.
+            let _ = ioctl_tiocnxcl(&self.kept);
+        }
+    }
+}
+
+struct Holders {
+    /// Somebody other than we ourselves has the terminal open.
+    seen: bool,
+    /// No process refused to be looked at.
+    all_looked_at: bool,
+}
+
+/// Looks through the open files of all processes.
+fn holders(kept: &OwnedFd) -> Holders {
+    let mut holders = Holders { seen: false, all_looked_at: true };
+    let Ok(wanted) = rustix::fs::fstat(kept) else { return holders };
+    let Ok(processes) = fs::read_dir("/proc") else {
+        holders.all_looked_at = false;
+        return holders;
+    };
+    // Our own descriptor is among them.
+    let mut found = 0;
+    for process in processes.flatten() {
+        if !process.file_name().as_encoded_bytes().iter().all(u8::is_ascii_digit) {
+            continue;
+        }
+        let files = match fs::read_dir(process.path().join("fd")) {
+            Ok(files) => files,
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                holders.all_looked_at = false;
+                continue;
+            }
+            // It has ended meanwhile.
+            Err(_) => continue,
+        };
+        for file in files.flatten() {
+            if let Ok(file) = fs::metadata(file.path())
+                && (file.dev(), file.ino()) == (wanted.st_dev, wanted.st_ino)
+            {
+                found += 1;
+            }
+        }
+    }
+    holders.seen = found > 1;
+    holders
+}

@@ -1,0 +1,508 @@
+//! From fields to a [`Command`]: counting, reading, checking.
+//!
+//! When several things are wrong, the first of a fixed order answers: the number of parameters
+//! (`7`), then numbers that cannot be read or are out of range (`1`), then speeds (`D`), then
+//! sets of axes (`3`). That order holds over the whole line, not field by field, so every
+//! command reads all its fields before it looks at a speed.
+
+use std::ops::RangeInclusive;
+
+use crate::axes::AxisSet;
+use crate::command::{
+    ArcArgs, Bit, BitTest, Command, Direction, Init, Pair, Pairs, Plane, PortTest, Speeds, Text32,
+};
+use crate::dialect::Fractions;
+use crate::frame::Frame;
+use crate::number::{self, LONG_MAX, LONG_MIN};
+use crate::reply::Reply;
+use crate::table::Op;
+
+/// What a line must be known in to be decoded.
+#[derive(Clone)]
+pub struct Context<'a> {
+    /// The configured axes.
+    pub axes: AxisSet,
+    /// The limits of speeds in Hz.
+    pub speeds: RangeInclusive<u32>,
+    /// What becomes of numbers with a decimal point.
+    pub fractions: Fractions,
+    /// The ports of the model.
+    pub ports: &'a dyn PortMap,
+    /// Whether command `6` counts bits from 1 to 8 instead of 0 to 7; 12 §3.2.7 says both.
+    pub bit_base_one: bool,
+    /// The number, from 0, of the line of the data field that is being stored, to find jumps to
+    /// before its beginning; `None` if it does not matter.
+    pub line: Option<u32>,
+}
+
+/// Which ports a model has (99 §2.2.13, §2.2.14; 05 the same; 12 §2.2.3, §2.2.4).
+pub trait PortMap {
+    /// Whether the port can be read.
+    fn reads(&self, port: u16) -> bool;
+
+    /// Whether the port can be written and takes this value. Every port that can be written
+    /// takes 0.
+    fn writes(&self, port: u16, value: u16) -> bool;
+
+    /// Whether what is **read** from the port is one bit, 0 or 1, which every bit number (0 to
+    /// 7 and 128) means.
+    ///
+    /// Writing does not ask: [`PortMap::writes`] says which values the port takes as a whole, and
+    /// a single bit is 0 or 1 anyway. On the iMC-xx a number such as 2 is eight bits to read and
+    /// one bit to write.
+    fn is_logical(&self, port: u16) -> bool;
+}
+
+/// The start-stop frequencies there are, in Hz (12 §2.2.15).
+const START_STOP: RangeInclusive<u32> = 20..=4000;
+/// The accelerations there are, in Hz/ms (12 §2.2.16).
+const ACCELERATION: RangeInclusive<i64> = 1..=4000;
+/// The offsets there are, in lines (99 §3.2.10).
+const OFFSET: RangeInclusive<i64> = -32_768..=32_767;
+/// The loop counts there are (99 §3.2.10).
+const LOOP_COUNT: RangeInclusive<i64> = 1..=32_767;
+/// The characters that can be sent and awaited: visible ASCII (12 §3.2.3).
+const CHARACTER: RangeInclusive<i64> = 33..=126;
+/// What stands for the whole byte where a bit number is expected (99 §3.2.12).
+pub(crate) const WHOLE_BYTE: u8 = 128;
+
+/// The most fields a command has: `w`, and `Z` and straight moves with four axes.
+const FIELDS_MAX: usize = 8;
+
+/// How many pairs a straight move has (99 §2.2.4).
+const fn pairs(axes: AxisSet) -> usize {
+    match axes.bits() {
+        // The second pair of Z, so that one line moves, plunges and lifts.
+        0b0111 => 4,
+        _ => axes.count(),
+    }
+}
+
+impl Frame<'_> {
+    /// Whether the number of fields is right while these axes are configured.
+    ///
+    /// # Errors
+    ///
+    /// [`Reply::Count`].
+    pub fn check_count(&self, axes: AxisSet) -> Result<(), Reply> {
+        let count = self.field_count();
+        let right = match self.op() {
+            Op::RelativeMove | Op::AbsoluteMove => !axes.is_empty() && count == 2 * pairs(axes),
+            Op::ReferenceSpeeds => !axes.is_empty() && (count == axes.count() || count == 4),
+            Op::MoveUntil => !axes.is_empty() && count == 4 + axes.count(),
+            Op::SetAxes
+            | Op::ReadPort
+            | Op::Plane
+            | Op::Direction
+            | Op::Free
+            | Op::Brake
+            | Op::DeviceNumber
+            | Op::InitDirections
+            | Op::InitReferences
+            | Op::InitHardwareStatus
+            | Op::InitRotaryL
+            | Op::InitDefaultAcceleration
+            | Op::InitDefaultStartStop
+            | Op::InitIoOnly
+            | Op::InitLimits
+            | Op::InitSwapLimits
+            | Op::InitAxisTypes
+            | Op::InitBaud9600
+            | Op::StartStop
+            | Op::Acceleration
+            | Op::Zero
+            | Op::SimulateReference
+            | Op::Reference
+            | Op::TestMode
+            | Op::Interpolation3d
+            | Op::SendSync
+            | Op::Delay => count == 1,
+            Op::WritePort | Op::AwaitSync | Op::Loop => count == 2,
+            Op::InitAbort
+            | Op::InitErrorSignal
+            | Op::InitCover
+            | Op::InitEmergency
+            | Op::Until
+            | Op::SetPort => count == 3,
+            Op::InitDefaultSpeeds | Op::InitFreeSteps | Op::BranchIf => count == 4,
+            Op::Circle => count == 7,
+            Op::Helix => count == 8,
+            Op::Diagnosis
+            | Op::LimitStatus
+            | Op::Status
+            | Op::Store
+            | Op::InitUserInfo
+            | Op::InitLoad
+            | Op::InitWrite
+            | Op::InitFactory
+            | Op::Erase
+            | Op::Position
+            | Op::Start
+            | Op::UserInfo
+            | Op::Version
+            | Op::SelfTest
+            | Op::End => count == 0,
+        };
+        if right { Ok(()) } else { Err(Reply::Count) }
+    }
+
+    /// Reads the whole line.
+    ///
+    /// # Errors
+    ///
+    /// The first of [`Reply::Count`], [`Reply::Number`], [`Reply::Speed`] and [`Reply::Axis`]
+    /// that applies.
+    pub fn decode(&self, ctx: &Context<'_>) -> Result<Command, Reply> {
+        self.check_count(ctx.axes)?;
+        let values = Values::read(self, ctx)?;
+        let v = &values;
+        Ok(match self.op() {
+            Op::SetAxes => Command::SetAxes(match v.raw(0) {
+                bits @ (1 | 3 | 7 | 8) => axis_set(bits).ok_or(Reply::Axis)?,
+                _ => return Err(Reply::Axis),
+            }),
+            Op::RelativeMove => Command::RelativeMove(v.pairs()?),
+            Op::AbsoluteMove => Command::AbsoluteMove(v.pairs()?),
+            Op::ReadPort => Command::ReadPort(v.readable(0)?),
+            Op::WritePort => {
+                let (port, value) = v.writable(0, 1)?;
+                Command::WritePort { port, value }
+            }
+            Op::ReferenceSpeeds => Command::ReferenceSpeeds(v.reference_speeds()?),
+            Op::Diagnosis => {
+                Command::Diagnosis(<[u8; 2]>::try_from(self.text()).map_err(|_| Reply::Syntax)?)
+            }
+            Op::Plane => Command::Plane(match v.raw(0) {
+                0 => Plane::Xy,
+                1 => Plane::Xz,
+                2 => Plane::Yz,
+                _ => return Err(Reply::Number),
+            }),
+            Op::Direction => Command::Direction(match v.raw(0) {
+                -1 => Direction::Counterclockwise,
+                0 | 1 => Direction::Clockwise,
+                _ => return Err(Reply::Number),
+            }),
+            Op::Free => {
+                let axes = v.configured(0)?;
+                if axes.count() != 1 {
+                    return Err(Reply::Axis);
+                }
+                Command::Free(axes)
+            }
+            Op::Brake => Command::Brake(v.switch(0)?),
+            Op::DeviceNumber => Command::DeviceNumber(v.within(0, 0..=9)?),
+            Op::LimitStatus => Command::LimitStatus,
+            Op::Status => Command::Status,
+            Op::Store => Command::Store,
+            Op::StartStop => Command::StartStop(v.start_stop()?),
+            Op::Acceleration => Command::Acceleration(v.within(0, ACCELERATION)?),
+            Op::Erase => Command::Erase,
+            Op::Zero => Command::Zero(v.configured(0)?),
+            Op::SimulateReference => Command::SimulateReference(v.configured(0)?),
+            Op::Position => Command::Position,
+            Op::Reference => Command::Reference(v.configured(0)?),
+            Op::Start => Command::Start,
+            Op::TestMode => Command::TestMode(v.switch(0)?),
+            Op::UserInfo => Command::UserInfo,
+            Op::Version => Command::Version,
+            Op::SelfTest => Command::SelfTest,
+            Op::Helix => {
+                let (steps, third) = (v.long(0)?, v.long(7)?);
+                if steps == 0 && third != 0 {
+                    return Err(Reply::Number);
+                }
+                Command::Helix(v.arc()?, third)
+            }
+            Op::Circle => Command::Circle(v.arc()?),
+            Op::Interpolation3d => Command::Interpolation3d(v.switch(0)?),
+            Op::MoveUntil => v.move_until()?,
+            Op::SendSync => Command::SendSync(v.within(0, CHARACTER)?),
+            Op::AwaitSync => {
+                let character = v.within(0, CHARACTER)?;
+                Command::AwaitSync { character, offset: v.jump(1, 1)? }
+            }
+            Op::Loop => v.repeat()?,
+            Op::Delay => Command::Delay { tenths: v.within(0, 0..=i64::from(LONG_MAX))? },
+            Op::Until => Command::Until(v.until()?),
+            Op::SetPort => Command::SetPort(v.set_port()?),
+            Op::BranchIf => Command::BranchIf { test: v.branch_test()?, offset: v.jump(3, 1)? },
+            Op::End => Command::End,
+            init => Command::Init(self.decode_init(init, v)?),
+        })
+    }
+
+    /// The commands that begin with `I`.
+    fn decode_init(&self, op: Op, v: &Values<'_>) -> Result<Init, Reply> {
+        Ok(match op {
+            Op::InitDirections => Init::Directions(v.mask()?),
+            Op::InitReferences => Init::References(v.mask()?),
+            Op::InitHardwareStatus => Init::HardwareStatus(v.byte(0)?),
+            Op::InitRotaryL => Init::RotaryL(v.mask()?),
+            Op::InitDefaultSpeeds => {
+                for index in 0..4 {
+                    v.long(index)?;
+                }
+                Init::DefaultSpeeds([v.speed(0)?, v.speed(1)?, v.speed(2)?, v.speed(3)?])
+            }
+            Op::InitFreeSteps => {
+                let steps = |index| v.within(index, 0..=i64::from(LONG_MAX));
+                Init::FreeSteps([steps(0)?, steps(1)?, steps(2)?, steps(3)?])
+            }
+            Op::InitDefaultAcceleration => Init::DefaultAcceleration(v.within(0, ACCELERATION)?),
+            Op::InitDefaultStartStop => Init::DefaultStartStop(v.start_stop()?),
+            Op::InitIoOnly => Init::IoOnly(v.switch(0)?),
+            Op::InitLimits => Init::Limits(v.within(0, 0..=65_535)?),
+            Op::InitSwapLimits => Init::SwapLimits(v.mask()?),
+            Op::InitAxisTypes => Init::AxisTypes(v.mask()?),
+            Op::InitAbort => Init::Abort(v.port_test()?),
+            Op::InitErrorSignal => {
+                let port = v.port(0)?;
+                v.require(v.ctx.ports.writes(port, 0))?;
+                Init::ErrorSignal(PortTest { port, mask: v.byte(1)?, value: v.byte(2)? })
+            }
+            Op::InitCover => Init::Cover(v.port_test()?),
+            Op::InitEmergency => Init::Emergency(v.port_test()?),
+            Op::InitBaud9600 => Init::Baud9600(v.switch(0)?),
+            Op::InitUserInfo => Init::UserInfo(Text32::new(self.text()).ok_or(Reply::Number)?),
+            Op::InitLoad => Init::Load,
+            Op::InitWrite => Init::Write,
+            Op::InitFactory => Init::Factory,
+            // `decode` deals with everything that does not begin with `I`.
+            _ => return Err(Reply::Syntax),
+        })
+    }
+}
+
+/// The numbers of a line, all readable, and what their ranges depend on.
+struct Values<'a> {
+    ctx: &'a Context<'a>,
+    numbers: [i64; FIELDS_MAX],
+    count: usize,
+}
+
+impl<'a> Values<'a> {
+    /// Reads every field; `1` if one of them is no number.
+    fn read(frame: &Frame<'_>, ctx: &'a Context<'a>) -> Result<Self, Reply> {
+        let mut numbers = [0; FIELDS_MAX];
+        for (place, field) in numbers.iter_mut().zip(frame.fields()) {
+            *place = number::read(field, ctx.fractions).ok_or(Reply::Number)?;
+        }
+        Ok(Self { ctx, numbers, count: frame.field_count() })
+    }
+
+    /// The number as it is.
+    fn raw(&self, index: usize) -> i64 {
+        self.numbers.get(index).copied().unwrap_or_default()
+    }
+
+    fn require(&self, right: bool) -> Result<(), Reply> {
+        if right { Ok(()) } else { Err(Reply::Number) }
+    }
+
+    /// A number in a range.
+    fn within<T: TryFrom<i64>>(
+        &self,
+        index: usize,
+        range: RangeInclusive<i64>,
+    ) -> Result<T, Reply> {
+        let number = self.raw(index);
+        self.require(range.contains(&number))?;
+        T::try_from(number).map_err(|_| Reply::Number)
+    }
+
+    /// A number in the range that holds when a command says nothing else.
+    fn long(&self, index: usize) -> Result<i32, Reply> {
+        self.within(index, i64::from(LONG_MIN)..=i64::from(LONG_MAX))
+    }
+
+    fn byte(&self, index: usize) -> Result<u8, Reply> {
+        self.within(index, 0..=255)
+    }
+
+    /// 0 or 1.
+    fn switch(&self, index: usize) -> Result<bool, Reply> {
+        Ok(self.within::<u8>(index, 0..=1)? == 1)
+    }
+
+    /// A number that is a speed. All numbers of the line must have been checked before.
+    fn speed(&self, index: usize) -> Result<u32, Reply> {
+        self.speed_in(index, &self.ctx.speeds)
+    }
+
+    fn speed_in(&self, index: usize, limits: &RangeInclusive<u32>) -> Result<u32, Reply> {
+        let speed = u32::try_from(self.long(index)?).map_err(|_| Reply::Speed)?;
+        if limits.contains(&speed) { Ok(speed) } else { Err(Reply::Speed) }
+    }
+
+    /// The start-stop frequency: a speed with limits of its own.
+    fn start_stop(&self) -> Result<u32, Reply> {
+        self.speed_in(0, &START_STOP)
+    }
+
+    /// The axes of `R`, `7`, `n`, `N`, `F`: X, Y and Z together or A alone, all configured.
+    fn configured(&self, index: usize) -> Result<AxisSet, Reply> {
+        Some(self.raw(index))
+            .filter(|bits| matches!(bits, 1..=8))
+            .and_then(axis_set)
+            .filter(|&axes| self.ctx.axes.contains(axes))
+            .ok_or(Reply::Axis)
+    }
+
+    /// A bit for each of the four axes, configured or not.
+    fn mask(&self) -> Result<AxisSet, Reply> {
+        axis_set(self.raw(0)).ok_or(Reply::Number)
+    }
+
+    /// One to four ways with their speeds.
+    fn pairs(&self) -> Result<Pairs, Reply> {
+        let count = (self.count / 2).min(4);
+        for index in 0..2 * count {
+            self.long(index)?;
+        }
+        let mut pairs = [Pair::default(); 4];
+        for (place, pair) in pairs.iter_mut().enumerate().take(count) {
+            *pair = Pair { steps: self.long(2 * place)?, speed: self.speed(2 * place + 1)? };
+        }
+        Pairs::new(&pairs[..count]).ok_or(Reply::Count)
+    }
+
+    /// One speed for each configured axis, or four, of which only those of configured axes
+    /// count.
+    fn reference_speeds(&self) -> Result<Speeds, Reply> {
+        let count = self.count.min(4);
+        let counts = |index: &usize| count < 4 || self.ctx.axes.has(*index);
+        for index in (0..count).filter(counts) {
+            self.long(index)?;
+        }
+        let mut speeds = [0; 4];
+        for index in (0..count).filter(counts) {
+            speeds[index] = self.speed(index)?;
+        }
+        Speeds::new(&speeds[..count]).ok_or(Reply::Count)
+    }
+
+    fn port(&self, index: usize) -> Result<u16, Reply> {
+        self.within(index, 0..=65_535)
+    }
+
+    fn readable(&self, index: usize) -> Result<u16, Reply> {
+        let port = self.port(index)?;
+        self.require(self.ctx.ports.reads(port))?;
+        Ok(port)
+    }
+
+    /// A port and a value that can be written to it.
+    fn writable(&self, port: usize, value: usize) -> Result<(u16, u8), Reply> {
+        let (port, value) = (self.port(port)?, self.byte(value)?);
+        self.require(self.ctx.ports.writes(port, u16::from(value)))?;
+        Ok((port, value))
+    }
+
+    /// Port, mask and value at the beginning of the line.
+    fn port_test(&self) -> Result<PortTest, Reply> {
+        Ok(PortTest { port: self.readable(0)?, mask: self.byte(1)?, value: self.byte(2)? })
+    }
+
+    fn move_until(&self) -> Result<Command, Reply> {
+        let test = self.port_test()?;
+        let count = self.ctx.axes.count();
+        let mut steps = [0; 4];
+        for (place, steps) in steps.iter_mut().enumerate().take(count) {
+            *steps = self.long(4 + place)?;
+        }
+        let count = u8::try_from(count).map_err(|_| Reply::Count)?;
+        Ok(Command::MoveUntil { test, speed: self.speed(3)?, steps, count })
+    }
+
+    /// The seven parameters of a circle.
+    fn arc(&self) -> Result<ArcArgs, Reply> {
+        let steps = self.within(0, 0..=i64::from(LONG_MAX))?;
+        self.long(1)?;
+        let (d, x, y) = (self.long(2)?, self.long(3)?, self.long(4)?);
+        let (rx, ry) = (self.sign(5)?, self.sign(6)?);
+        Ok(ArcArgs { steps, speed: self.speed(1)?, d, x, y, rx, ry })
+    }
+
+    /// −1 or 1.
+    fn sign(&self, index: usize) -> Result<i8, Reply> {
+        match self.raw(index) {
+            -1 => Ok(-1),
+            1 => Ok(1),
+            _ => Err(Reply::Number),
+        }
+    }
+
+    /// How far to jump, counted from so many lines after this one. A target before the data
+    /// field is a wrong number; one behind it shows only when the program runs.
+    fn jump(&self, index: usize, after: i64) -> Result<i32, Reply> {
+        let offset = self.within::<i64>(index, OFFSET)?;
+        let inside = self.ctx.line.is_none_or(|line| i64::from(line) + after + offset >= 0);
+        self.require(inside)?;
+        i32::try_from(offset).map_err(|_| Reply::Number)
+    }
+
+    /// Command `3`: a branch without a count, a loop with one.
+    fn repeat(&self) -> Result<Command, Reply> {
+        let offset = self.jump(1, 0)?;
+        if self.raw(0) == 0 {
+            return Ok(Command::Branch { offset });
+        }
+        let count = self.within(0, LOOP_COUNT)?;
+        // At least the line before must be repeated, and nothing ahead can be.
+        self.require(offset < 0)?;
+        Ok(Command::Loop { count, offset })
+    }
+
+    /// A bit number from 0, or the whole byte.
+    fn bit(&self, index: usize) -> Result<Bit, Reply> {
+        if self.raw(index) == i64::from(WHOLE_BYTE) {
+            return Ok(Bit::Byte);
+        }
+        Ok(Bit::One(self.within(index, 0..=7)?))
+    }
+
+    /// A value that the bit can have.
+    fn bit_value(&self, index: usize, bit: Bit) -> Result<u8, Reply> {
+        match bit {
+            Bit::One(_) => self.within(index, 0..=1),
+            Bit::Byte => self.byte(index),
+        }
+    }
+
+    /// Command `p`.
+    fn set_port(&self) -> Result<BitTest, Reply> {
+        let (port, bit) = (self.port(0)?, self.bit(1)?);
+        let value = self.bit_value(2, bit)?;
+        // One bit of a port can be written if the port can be.
+        let written = match bit {
+            Bit::One(_) => 0,
+            Bit::Byte => u16::from(value),
+        };
+        self.require(self.ctx.ports.writes(port, written))?;
+        Ok(BitTest { port, bit, value })
+    }
+
+    /// The condition of command `o`.
+    fn branch_test(&self) -> Result<BitTest, Reply> {
+        let (port, bit) = (self.readable(0)?, self.bit(1)?);
+        let value = self.bit_value(2, bit)?;
+        self.require(value <= 1 || !self.ctx.ports.is_logical(port))?;
+        Ok(BitTest { port, bit, value })
+    }
+
+    /// The condition of command `6`, which only port 0 can have.
+    fn until(&self) -> Result<BitTest, Reply> {
+        let port = self.within(0, 0..=0)?;
+        let bit = if self.ctx.bit_base_one && self.raw(1) != i64::from(WHOLE_BYTE) {
+            Bit::One(self.within::<u8>(1, 1..=8)? - 1)
+        } else {
+            self.bit(1)?
+        };
+        Ok(BitTest { port, bit, value: self.bit_value(2, bit)? })
+    }
+}
+
+fn axis_set(bits: i64) -> Option<AxisSet> {
+    AxisSet::from_bits(u8::try_from(bits).ok()?)
+}

@@ -1,0 +1,108 @@
+//! The receive routine: what happens to a byte before there is a command.
+//!
+//! A controller looks at 253, 254 and 255 the moment they arrive, wherever that is; [`control`]
+//! tells them apart. Everything else is collected by a [`LineBuffer`] until CR. The two are
+//! separate because a control byte acts at once while the rest waits in the receive buffer for
+//! the command before it to end.
+
+use std::mem;
+
+use serde::{Deserialize, Serialize};
+
+/// The longest line a controller takes, in bytes without its CR.
+///
+/// Assumed: no manual says. LF is never part of a line, blanks are.
+pub const LINE_MAX: usize = 255;
+
+/// Hardly a line is longer than this, in bytes: one allocation for each line is enough.
+const LINE_USUAL: usize = 64;
+
+/// A control byte: acted upon in the receive routine, at once, never part of a command
+/// (99 §2.2.21, 05 §2.2.21, 12 §2.2.31).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Control {
+    /// Brake along the ramp, keep the remainder of the motion.
+    Stop = 253,
+    /// Everything as after power-on.
+    Reset = 254,
+    /// Brake along the ramp, forget the remainder.
+    Break = 255,
+}
+
+/// The control byte this is, if it is one.
+#[must_use]
+pub const fn control(byte: u8) -> Option<Control> {
+    match byte {
+        253 => Some(Control::Stop),
+        254 => Some(Control::Reset),
+        255 => Some(Control::Break),
+        _ => None,
+    }
+}
+
+/// One line, complete.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Line {
+    /// Its bytes, without CR and LF. At least one is not a blank.
+    Text(Vec<u8>),
+    /// It had more than [`LINE_MAX`] bytes; they are gone.
+    TooLong,
+}
+
+/// Collects the bytes of one line.
+///
+/// Give it every byte that [`control`] does not claim.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LineBuffer {
+    bytes: Vec<u8>,
+    /// The line already has more than [`LINE_MAX`] bytes. Then `bytes` is empty, so that equal
+    /// futures have equal states.
+    too_long: bool,
+}
+
+impl LineBuffer {
+    /// Takes one byte; at CR it hands out the line, unless that is empty or all blanks.
+    pub fn push(&mut self, byte: u8) -> Option<Line> {
+        match byte {
+            b'\r' => self.finish(),
+            b'\n' => None,
+            _ if self.too_long => None,
+            _ if self.bytes.len() >= LINE_MAX => {
+                self.bytes.clear();
+                self.too_long = true;
+                None
+            }
+            _ => {
+                if self.bytes.is_empty() {
+                    self.bytes.reserve(LINE_USUAL);
+                }
+                self.bytes.push(byte);
+                None
+            }
+        }
+    }
+
+    /// Forgets what has been collected.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+        self.too_long = false;
+    }
+
+    /// Whether nothing of a line has arrived yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty() && !self.too_long
+    }
+
+    fn finish(&mut self) -> Option<Line> {
+        if mem::take(&mut self.too_long) {
+            return Some(Line::TooLong);
+        }
+        if self.bytes.iter().all(|&byte| byte == b' ') {
+            self.bytes.clear();
+            return None;
+        }
+        Some(Line::Text(mem::take(&mut self.bytes)))
+    }
+}

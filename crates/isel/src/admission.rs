@@ -1,0 +1,180 @@
+//! Whether a command may be executed. When several errors apply, the first of a fixed order
+//! answers; this module is that order, from top to bottom.
+
+use vimc4_isel_wire::{AxisSet, Class, Command, Context, Frame, Op, Reply};
+use vimc4_motion::Point;
+
+use crate::Controller;
+use crate::model::{CommandSet, LeaveSwitch, LimitLatch, Unreferenced};
+use crate::ports::{Output, Wire};
+use crate::program::Validity;
+
+impl Controller {
+    /// What a line must be known in to be read.
+    pub(crate) fn context(&self, line: Option<u32>) -> Context<'_> {
+        let model = &self.state.model;
+        Context {
+            axes: self.state.axes,
+            speeds: model.limits.speed_min..=model.limits.speed_max,
+            fractions: model.quirks.fractional_numbers.fractions(),
+            ports: &model.ports,
+            bit_base_one: model.quirks.cond_bit_base == 1,
+            line,
+        }
+    }
+
+    /// Reads a direct command and checks it against the state, up to the point where only its
+    /// execution can still fail. The grammar (`5`) has been checked before.
+    pub(crate) fn admit(&self, frame: &Frame<'_>) -> Result<Command, Reply> {
+        let state = &self.state;
+        let spec = frame.spec();
+        if spec.class == Class::Motion || self.is_spindle_command(frame) {
+            self.check_plant()?;
+        }
+        if spec.needs_axes && state.axes.is_empty() {
+            return Err(Reply::NoAxes);
+        }
+        frame.check_count(state.axes)?;
+        self.check_data_field(frame.op())?;
+        let command = frame.decode(&self.context(None))?;
+        self.check_command(&command)?;
+        Ok(command)
+    }
+
+    /// Everything about a command that depends on the state rather than on its text: the axes
+    /// of the plane, limit switches, reference points. Lines of a program are checked with
+    /// this when they run.
+    pub(crate) fn check_command(&self, command: &Command) -> Result<(), Reply> {
+        let state = &self.state;
+        let (first, second) = state.plane.axes();
+        let third = state.plane.third();
+        let in_plane = |axis: usize| axis == first || axis == second;
+        match command {
+            Command::Circle(arc) => {
+                self.check_plane_axes(&[first, second])?;
+                self.check_limits(|axis| if in_plane(axis) && arc.steps > 0 { 1 } else { 0 }, true)
+            }
+            Command::Helix(arc, steps) => {
+                self.check_plane_axes(&[first, second, third])?;
+                let way = |axis| match axis {
+                    _ if in_plane(axis) => i64::from(arc.steps > 0),
+                    _ if axis == third => i64::from(*steps),
+                    _ => 0,
+                };
+                self.check_limits(way, true)
+            }
+            Command::RelativeMove(_) | Command::MoveUntil { .. } | Command::AbsoluteMove(_) => {
+                let way = self.way_of(command);
+                self.check_limits(|axis| way[axis], false)?;
+                if matches!(command, Command::AbsoluteMove(_)) {
+                    self.check_references(&way)?;
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// `9` for a power stage that is off, `H` for a cover that is open.
+    pub(crate) fn check_plant(&self) -> Result<(), Reply> {
+        if !self.state.motors_on() {
+            Err(Reply::Plant)
+        } else if self.state.cover_forbids() {
+            Err(Reply::Cover)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Whether a line writes to the spindle, whatever else may be wrong with it.
+    fn is_spindle_command(&self, frame: &Frame<'_>) -> bool {
+        if frame.op() != Op::WritePort {
+            return false;
+        }
+        let fractions = self.state.model.quirks.fractional_numbers.fractions();
+        let number = |index| frame.number(index, fractions);
+        let Some(port) = number(0).and_then(|port| u16::try_from(port).ok()) else { return false };
+        let spindle = Wire::Output(Output::SPINDLE);
+        match self.state.model.ports.writable(port) {
+            Some([only]) => *only == spindle,
+            // A whole byte concerns the spindle only where it switches it on.
+            Some(wires) => wires.iter().enumerate().any(|(bit, wire)| {
+                *wire == spindle
+                    && !self.state.outputs.get(Output::SPINDLE)
+                    && number(1).is_some_and(|value| value >> bit & 1 == 1)
+            }),
+            None => false,
+        }
+    }
+
+    /// `G` for a program or a remainder that is, or is not, there.
+    fn check_data_field(&self, op: Op) -> Result<(), Reply> {
+        let state = &self.state;
+        let fits = match op {
+            Op::Store => state.flash.program.is_none(),
+            Op::Start => {
+                let program = state.flash.program.as_ref();
+                let valid = program.is_some_and(|program| program.validity == Validity::Valid);
+                state.remainder.is_some() || (self.starts_programs() && valid)
+            }
+            _ => true,
+        };
+        if fits { Ok(()) } else { Err(Reply::DataField) }
+    }
+
+    fn check_plane_axes(&self, axes: &[usize]) -> Result<(), Reply> {
+        if axes.iter().all(|&axis| self.state.axes.has(axis)) { Ok(()) } else { Err(Reply::Axis) }
+    }
+
+    /// `2` while a limit switch error is latched, and for an axis that stands on an active
+    /// limit switch. In test mode neither counts.
+    fn check_limits(&self, way: impl Fn(usize) -> i64, turns: bool) -> Result<(), Reply> {
+        let state = &self.state;
+        if state.test_mode {
+            return Ok(());
+        }
+        if !state.latched.is_empty() && state.model.quirks.limit_latch == LimitLatch::Strict {
+            return Err(Reply::LimitSwitch);
+        }
+        for axis in state.axes.iter() {
+            let way = way(axis);
+            let Some(end) = self.active_limit(axis).filter(|_| way != 0) else { continue };
+            let leads_away = !turns && Self::leads_away(end, way);
+            if state.model.quirks.leave_switch == LeaveSwitch::Refuse || !leads_away {
+                return Err(Reply::LimitSwitch);
+            }
+        }
+        Ok(())
+    }
+
+    /// `2` or `R` for an absolute move of an axis without a reference point. Axes that are
+    /// where they shall be do not count.
+    fn check_references(&self, way: &Point) -> Result<(), Reply> {
+        let state = &self.state;
+        let lost = |axis: usize| way[axis] != 0 && !state.referenced.has(axis);
+        if !state.axes.iter().any(lost) {
+            return Ok(());
+        }
+        Err(match state.model.quirks.unreferenced {
+            Unreferenced::LimitSwitch => Reply::LimitSwitch,
+            Unreferenced::R => Reply::Reference,
+        })
+    }
+
+    /// Whether `S` and START-like commands of this model run stored programs.
+    pub(crate) fn starts_programs(&self) -> bool {
+        self.state.model.command_set == CommandSet::ImcXx
+    }
+}
+
+/// The axes with a way.
+pub(crate) fn moving_axes(low: &Point, high: &Point) -> AxisSet {
+    let bits =
+        (0..4).fold(
+            0,
+            |bits, axis| {
+                if low[axis] != 0 || high[axis] != 0 { bits | 1 << axis } else { bits }
+            },
+        );
+    AxisSet::from_bits(bits).unwrap_or(AxisSet::NONE)
+}

@@ -1,0 +1,325 @@
+//! Executing direct commands.
+
+use bytes::Bytes;
+use vimc4_device::{Event, Kinds, Warning};
+use vimc4_isel_wire::{
+    Addressed, AxisSet, Bit, BitTest, Command, Init, Mode, Op, PortMap as _, Reply, parse,
+};
+
+use crate::Controller;
+use crate::ports::{Output, Wire};
+use crate::settings::Settings;
+use crate::state::{Activity, Job, Wait};
+
+impl Controller {
+    /// Executes a line from the serial line.
+    pub(crate) fn execute_line(&mut self, text: &[u8]) {
+        if self.state.storing {
+            self.store_line(text);
+            return;
+        }
+        let dialect = self.state.model.command_set.dialect();
+        match parse(text, dialect, Mode::Direct, self.state.device) {
+            Ok(Addressed::OtherDevice) => {}
+            Err(reply) => {
+                self.announce("?", text);
+                self.answer_unknown(reply);
+            }
+            Ok(Addressed::Frame(frame)) => {
+                let op = frame.op();
+                self.announce(frame.spec().mnemonic, text);
+                match self.admit(&frame) {
+                    Ok(command) => self.perform(op, command),
+                    Err(reply) => self.answer(Mode::Direct, op, reply),
+                }
+            }
+        }
+    }
+
+    /// Answers a line that is longer than any command.
+    pub(crate) fn refuse_line(&mut self) {
+        self.announce("?", b"");
+        if self.state.storing {
+            self.invalidate_program();
+        }
+        self.answer_unknown(Reply::Syntax);
+    }
+
+    fn perform(&mut self, op: Op, command: Command) {
+        let done = match command {
+            Command::RelativeMove(_)
+            | Command::AbsoluteMove(_)
+            | Command::Circle(_)
+            | Command::Helix(..)
+            | Command::MoveUntil { .. } => {
+                self.forget_stopped_motion();
+                let plan = self.plan_of(&command);
+                return self.begin_plan(Job::Command(op), plan);
+            }
+            Command::Reference(axes) => {
+                self.forget_stopped_motion();
+                return self.begin_reference(Job::Command(op), axes);
+            }
+            Command::Free(axes) => {
+                self.forget_stopped_motion();
+                return self.begin_free(Job::Command(op), axes);
+            }
+            Command::Start => return self.start_command(),
+            Command::SelfTest => {
+                self.forget_stopped_motion();
+                return self.begin_self_test();
+            }
+            Command::Position => self.position_report(),
+            Command::ReadPort(port) => self.hex_report(self.read_port(port)),
+            Command::Diagnosis(code) => self.diagnosis_report(code),
+            Command::Status => self.status_report(),
+            Command::LimitStatus => self.limit_report(),
+            Command::Version => self.version_report(),
+            Command::UserInfo => self.user_report(),
+            Command::SetAxes(axes) => {
+                // The A axis is always configured apart, and adds to what is there (99 2.2.1).
+                let kept = if axes == AxisSet::A { self.state.axes } else { AxisSet::NONE };
+                self.state.axes = kept.union(axes);
+                self.state.initialise();
+                self.state.run = None;
+                Reply::Done.into()
+            }
+            Command::DeviceNumber(number) => {
+                self.state.device = number;
+                Reply::Done.into()
+            }
+            Command::Store => {
+                self.begin_storing();
+                Reply::Done.into()
+            }
+            Command::Erase => {
+                let until =
+                    self.state.now.after_nanos(self.state.model.timing.erase_ms * 1_000_000);
+                self.state.run = None;
+                self.state.activity = Activity::Waiting { what: Wait::Erase, until: Some(until) };
+                return;
+            }
+            Command::Init(init) => {
+                self.initialise_parameter(init);
+                Reply::Done.into()
+            }
+            other => {
+                self.apply(&other);
+                Reply::Done.into()
+            }
+        };
+        self.answer_bytes(Mode::Direct, op, done.0);
+    }
+
+    /// Executes what takes no time and is the same in a program as on the line.
+    pub(crate) fn apply(&mut self, command: &Command) {
+        match *command {
+            Command::WritePort { port, value } => self.write_port(port, value),
+            Command::SetPort(test) => self.set_port(test),
+            Command::ReferenceSpeeds(speeds) => {
+                for axis in self.state.axes.iter() {
+                    if let Some(speed) = speeds.of(axis, self.state.axes) {
+                        self.state.speeds[axis] = speed;
+                    }
+                }
+            }
+            Command::Plane(plane) => self.state.plane = plane,
+            Command::Direction(direction) => self.state.direction = direction,
+            Command::Interpolation3d(on) => self.state.three_d = on,
+            Command::TestMode(on) => self.state.test_mode = on,
+            Command::StartStop(hertz) => self.state.ramp.start_stop = hertz,
+            Command::Acceleration(rate) => self.state.ramp.acceleration = rate,
+            Command::Brake(on) => self.drive(|outputs| outputs.set(Output::BRAKE, on)),
+            Command::Zero(axes) => {
+                for axis in axes.iter() {
+                    self.state.zero[axis] = self.state.position[axis];
+                }
+            }
+            Command::SimulateReference(axes) => {
+                for axis in axes.iter() {
+                    self.set_reference_point(axis);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The current point of an axis becomes its reference point.
+    pub(crate) fn set_reference_point(&mut self, axis: usize) {
+        self.state.position[axis] = 0;
+        self.state.zero[axis] = 0;
+        let axis = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+        self.state.referenced = self.state.referenced.union(axis);
+        self.state.latched = without(self.state.latched, axis);
+    }
+
+    /// The axes no longer know where they are.
+    pub(crate) fn unreference(&mut self, axes: AxisSet) {
+        self.state.referenced = without(self.state.referenced, axes);
+    }
+
+    /// Any new motion drops what is left of an older one.
+    pub(crate) fn forget_stopped_motion(&mut self) {
+        self.state.remainder = None;
+        self.state.run = None;
+    }
+
+    fn initialise_parameter(&mut self, init: Init) {
+        let settings = &mut self.state.settings;
+        match init {
+            Init::Directions(axes) => settings.directions = axes,
+            Init::References(axes) => settings.references = axes,
+            Init::RotaryL(axes) | Init::AxisTypes(axes) => settings.rotary = axes,
+            Init::HardwareStatus(status) => {
+                self.drive(|outputs| outputs.set(Output::COVER_ENABLE, status & 1 == 1));
+            }
+            Init::DefaultSpeeds(speeds) => {
+                settings.reference_speeds = speeds;
+                self.state.speeds = speeds;
+            }
+            Init::FreeSteps(steps) => settings.free_steps = steps,
+            Init::DefaultAcceleration(rate) => {
+                settings.acceleration = rate;
+                self.state.ramp.acceleration = rate;
+            }
+            Init::DefaultStartStop(hertz) => {
+                settings.start_stop = hertz;
+                self.state.ramp.start_stop = hertz;
+            }
+            Init::IoOnly(on) => {
+                settings.io_only = on;
+                if on {
+                    self.warn_no_effect("IO1 is kept, but every command still works");
+                }
+            }
+            Init::Limits(limits) => settings.limits = limits,
+            Init::SwapLimits(axes) => settings.swapped = axes,
+            Init::Abort(test) => settings.abort = test,
+            Init::ErrorSignal(test) => settings.error_signal = test,
+            Init::Cover(test) => settings.cover = test,
+            Init::Emergency(test) => settings.emergency = test,
+            Init::Baud9600(on) => settings.baud_9600 = on,
+            Init::UserInfo(text) => settings.user_info = text,
+            Init::Load => {
+                if let Some(kept) = &self.state.flash.settings {
+                    let kept = Settings::clone(kept);
+                    self.adopt(kept);
+                }
+            }
+            Init::Factory => {
+                let factory = Settings::factory(&self.state.model, self.state.plant.machine());
+                self.adopt(factory);
+            }
+            Init::Write => {
+                self.state.flash.settings = Some(self.state.settings.clone().into());
+                self.replace_flash_image();
+                self.flash_changed("settings");
+            }
+        }
+    }
+
+    /// Settings that are loaded act at once, like settings that are made one by one.
+    fn adopt(&mut self, settings: Settings) {
+        self.state.speeds = settings.reference_speeds;
+        self.state.ramp.start_stop = settings.start_stop;
+        self.state.ramp.acceleration = settings.acceleration;
+        self.state.settings = settings;
+    }
+
+    // --- ports ---
+
+    fn write_port(&mut self, port: u16, value: u8) {
+        let Some(wires) = self.state.model.ports.writable(port).map(<[Wire]>::to_vec) else {
+            return;
+        };
+        self.drive(|outputs| {
+            for (bit, wire) in wires.iter().enumerate() {
+                if let Wire::Output(output) = wire {
+                    outputs.set(*output, value >> bit & 1 == 1);
+                }
+            }
+        });
+    }
+
+    fn set_port(&mut self, BitTest { port, bit, value }: BitTest) {
+        match bit {
+            Bit::One(bit) if !self.state.model.ports.is_logical(port) => {
+                let wire = self.state.model.ports.writable(port);
+                if let Some(Wire::Output(output)) =
+                    wire.and_then(|wires| wires.get(usize::from(bit)).copied())
+                {
+                    self.drive(|outputs| outputs.set(output, value & 1 == 1));
+                }
+            }
+            _ => self.write_port(port, value),
+        }
+    }
+
+    /// Writes `value` to the bits of `mask` of a port and leaves the others alone.
+    pub(crate) fn write_port_bits(&mut self, port: u16, mask: u8, value: u8) {
+        let now = self.driven_value(port);
+        self.write_port(port, now & !mask | value & mask);
+    }
+
+    // --- answers ---
+
+    pub(crate) fn announce(&mut self, mnemonic: &'static str, text: &[u8]) {
+        if self.wants(Kinds::COMMAND) {
+            self.emit(Event::Command { mnemonic, bytes: Bytes::copy_from_slice(text) });
+        }
+    }
+
+    pub(crate) fn answer(&mut self, mode: Mode, op: Op, reply: Reply) {
+        self.answer_bytes(mode, op, Answer::from(reply).0);
+    }
+
+    pub(crate) fn answer_bytes(&mut self, mode: Mode, op: Op, bytes: Bytes) {
+        if self.wants(Kinds::ANSWER) {
+            let mnemonic = self.mnemonic(mode, op);
+            self.emit(Event::Answer { mnemonic, bytes: bytes.clone() });
+        }
+        self.send(bytes);
+    }
+
+    pub(crate) fn answer_unknown(&mut self, reply: Reply) {
+        let Answer(bytes) = reply.into();
+        if self.wants(Kinds::ANSWER) {
+            self.emit(Event::Answer { mnemonic: "?", bytes: bytes.clone() });
+        }
+        self.send(bytes);
+    }
+
+    pub(crate) fn flash_changed(&mut self, what: &'static str) {
+        if self.wants(Kinds::FLASH) {
+            self.emit(Event::Flash { what });
+        }
+    }
+
+    pub(crate) fn warn_no_effect(&mut self, what: &'static str) {
+        if self.wants(Kinds::WARNING) {
+            self.emit(Event::Warning(Warning::NoEffect { what: what.into() }));
+        }
+    }
+}
+
+/// The bytes of an answer.
+pub(crate) struct Answer(pub(crate) Bytes);
+
+impl From<Reply> for Answer {
+    fn from(reply: Reply) -> Answer {
+        const CODES: &[u8] = b"0123456789DFGHR";
+        let place = CODES.iter().position(|&code| code == reply.code()).unwrap_or(0);
+        Answer(Bytes::from_static(&CODES[place..=place]))
+    }
+}
+
+impl From<Vec<u8>> for Answer {
+    fn from(bytes: Vec<u8>) -> Answer {
+        Answer(bytes.into())
+    }
+}
+
+/// The axes of `set` that are not in `other`.
+pub(crate) fn without(set: AxisSet, other: AxisSet) -> AxisSet {
+    AxisSet::from_bits(set.bits() & !other.bits()).unwrap_or(AxisSet::NONE)
+}

@@ -1,0 +1,218 @@
+//! The controller as a device.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vimc4_device::{
+    Condition, Device, Event, FlashChange, Input, Kinds, Output as Out, Signal, SignalId, Time,
+    View,
+};
+use vimc4_isel_wire::{Addressed, Mode, parse};
+use vimc4_plant::{Machine, PlantSignal};
+
+use crate::flash::{Flash, FlashError};
+use crate::model::Model;
+use crate::ports::Wire;
+use crate::state::{Activity, State};
+
+/// A virtual isel controller with its machine.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    pub(crate) state: State,
+    pub(crate) out: Outbox,
+    signals: Arc<[Signal]>,
+}
+
+/// What waits to be polled. It is drained after every input and no part of the state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outbox {
+    queue: VecDeque<Out>,
+    wanted: Kinds,
+}
+
+impl Controller {
+    /// A controller of a model on a machine, just switched on, with a flash memory read from
+    /// an image as [`Device::flash_image`] gave it (empty for an erased one).
+    ///
+    /// # Errors
+    ///
+    /// If the image is not one of this model's.
+    pub fn new(
+        model: Arc<Model>,
+        machine: Arc<Machine>,
+        flash_image: &[u8],
+    ) -> Result<Controller, FlashError> {
+        let (flash, torn) = Flash::read(flash_image, &model, &machine)?;
+        let signals = signals_of(&model);
+        let state = State::new(model, machine, flash);
+        let mut controller = Controller { state, out: Outbox::default(), signals };
+        if torn || flash_image.is_empty() {
+            // What comes next is added to the image, so it must end with a whole line.
+            controller.replace_flash_image();
+        }
+        Ok(controller)
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.state.model
+    }
+
+    /// The time of the soonest cause. Only one thing is ever under way, so there is one at
+    /// most.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        let due = match &self.state.activity {
+            Activity::Idle | Activity::Echo => return None,
+            Activity::Moving(moving) => moving.due(),
+            Activity::Referencing(run) => run.due(),
+            Activity::Waiting { until, .. } => (*until)?,
+        };
+        (due != Time::NEVER).then_some(due)
+    }
+
+    /// Performs every cause due up to `at`, in order of time.
+    fn catch_up(&mut self, at: Time) {
+        while let Some(due) = self.deadline().filter(|&due| due <= at) {
+            self.state.now = due;
+            match self.state.activity {
+                Activity::Moving(_) => self.segment_ended(),
+                Activity::Referencing(_) => self.reference_phase_ended(),
+                Activity::Waiting { what, .. } => self.wait_ended(what),
+                Activity::Idle | Activity::Echo => {}
+            }
+            self.take_waiting_lines();
+        }
+        self.state.now = at;
+    }
+
+    // --- outputs ---
+
+    pub(crate) fn wants(&self, kinds: Kinds) -> bool {
+        self.out.wanted.contain(kinds)
+    }
+
+    pub(crate) fn emit(&mut self, event: Event) {
+        self.out.queue.push_back(Out::Event(self.state.now, event));
+    }
+
+    pub(crate) fn send(&mut self, bytes: Bytes) {
+        self.out.queue.push_back(Out::Bytes(self.state.now, bytes));
+    }
+
+    pub(crate) fn append_to_flash_image(&mut self, record: String) {
+        let change = FlashChange::Append(record.into());
+        self.out.queue.push_back(Out::Flash(self.state.now, change));
+    }
+
+    pub(crate) fn replace_flash_image(&mut self) {
+        let change = FlashChange::Replace(self.state.flash.image().into());
+        self.out.queue.push_back(Out::Flash(self.state.now, change));
+    }
+}
+
+impl Device for Controller {
+    type State = State;
+
+    fn handle(&mut self, input: Input<'_>, at: Time) {
+        let at = at.max(self.state.now);
+        self.catch_up(at);
+        match input {
+            Input::Bytes(bytes) => self.receive(bytes),
+            Input::Signal(id, value) => {
+                if let Some(signal) = PlantSignal::from_id(id) {
+                    self.signal(signal, value != 0);
+                }
+            }
+            Input::Power(on) => self.power(on),
+            Input::Wake => {}
+        }
+        self.take_waiting_lines();
+    }
+
+    fn poll_output(&mut self) -> Out {
+        self.out.queue.pop_front().unwrap_or_else(|| Out::Wake(self.deadline()))
+    }
+
+    fn watch(&mut self, kinds: Kinds) {
+        self.out.wanted = kinds;
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn restore(&mut self, state: State) {
+        self.state = state;
+        self.out.queue.clear();
+        self.signals = signals_of(&self.state.model);
+    }
+
+    fn now(&self) -> Time {
+        self.state.now
+    }
+
+    fn wake(&self) -> Option<Time> {
+        self.deadline()
+    }
+
+    fn view(&self, at: Time) -> View {
+        self.picture(at)
+    }
+
+    fn signals(&self) -> &[Signal] {
+        &self.signals
+    }
+
+    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
+        let wire = self.state.model.ports.readable(port)?.get(usize::from(bit))?;
+        wire.signal().map(PlantSignal::id)
+    }
+
+    fn baud(&self) -> u32 {
+        self.state.baud
+    }
+
+    fn flash_image(&self) -> Vec<u8> {
+        self.state.flash.image()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        let state = &self.state;
+        let mode = if command.first() == Some(&b'@') { Mode::Direct } else { Mode::Stored };
+        match parse(command, state.model.command_set.dialect(), mode, state.device) {
+            Ok(Addressed::Frame(frame)) => match frame.decode(&self.context(None)) {
+                Ok(command) => command.describe(state.axes),
+                Err(_) => frame.spec().title.to_owned(),
+            },
+            Ok(Addressed::OtherDevice) => "for another device".to_owned(),
+            Err(reply) => reply.meaning().to_owned(),
+        }
+    }
+
+    fn is_idle(&self) -> bool {
+        !self.state.is_running() && matches!(self.state.activity, Activity::Idle | Activity::Echo)
+    }
+
+    fn crossing(&self, condition: &Condition) -> Option<Time> {
+        self.forecast(condition)
+    }
+}
+
+/// The plant's signals as a model shows them: its user inputs are called by the first port bit
+/// that shows them.
+fn signals_of(model: &Model) -> Arc<[Signal]> {
+    let mut signals: Vec<Signal> =
+        PlantSignal::FIXED.into_iter().map(|signal| signal.describe("")).collect();
+    for number in 0..16 {
+        let shown = model.ports.read.iter().find_map(|(port, wires)| {
+            let bit = wires.iter().position(|wire| *wire == Wire::Input(number))?;
+            Some(format!("{port}.{bit}"))
+        });
+        if let Some(name) = shown {
+            signals.push(PlantSignal::Input(number).describe(&name));
+        }
+    }
+    signals.into()
+}

@@ -1,0 +1,436 @@
+//! What a controller is like: a model is data, not a fork of the code.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
+
+use serde::{Deserialize, Serialize};
+use vimc4_isel_wire::{Dialect, Fractions};
+use vimc4_plant::{ProfileError, parse_profile};
+
+use crate::ports::{Ports, Wire};
+
+/// The models that are built in, name and profile. The three iMC models share everything but
+/// their texts.
+const BUILTIN: [(&str, &str); 5] = [
+    ("imc4", include_str!("../models/imc4.toml")),
+    ("imc4-m", include_str!("../models/imc4-m.toml")),
+    ("imc-m", include_str!("../models/imc-m.toml")),
+    ("imc-mp", include_str!("../models/imc-mp.toml")),
+    ("imc-s8", include_str!("../models/imc-s8.toml")),
+];
+
+/// A model of controller. Every value that the manuals leave open is in here, so that the owner
+/// of a real one can set it right without touching code.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// Its name.
+    pub name: String,
+    /// What it is, in one line.
+    pub title: String,
+    /// Which commands it has.
+    pub command_set: CommandSet,
+    /// What it says of itself.
+    pub texts: Texts,
+    /// The serial line.
+    pub line: LineProfile,
+    /// Ranges of values.
+    pub limits: Limits,
+    /// What holds after power-on.
+    pub defaults: Defaults,
+    /// How long things take.
+    pub timing: Timing,
+    /// The flash memory.
+    pub flash: FlashProfile,
+    /// Behaviour that differs from card to card or is not documented.
+    pub quirks: Quirks,
+    /// The ports.
+    pub ports: Ports,
+    /// The bytes of the diagnosis command by their two characters.
+    pub diagnosis: BTreeMap<String, Vec<Wire>>,
+}
+
+/// Which commands a model has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CommandSet {
+    /// The IMC4 of 1999.
+    Imc4,
+    /// The IMC4-M of 2005.
+    Imc4M,
+    /// The iMC-M, iMC-MP and iMC-S8 of 2012.
+    ImcXx,
+}
+
+impl CommandSet {
+    /// The command set as the wire format knows it.
+    #[must_use]
+    pub fn dialect(self) -> Dialect {
+        match self {
+            CommandSet::Imc4 => Dialect::Imc4,
+            CommandSet::Imc4M => Dialect::Imc4M,
+            CommandSet::ImcXx => Dialect::ImcXx,
+        }
+    }
+}
+
+/// What a controller says of itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Texts {
+    /// The lines of the version.
+    pub version: Vec<String>,
+}
+
+/// The serial line.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineProfile {
+    /// Bits per second as set by jumper: 19200 or 9600.
+    pub baud: u32,
+    /// Bytes that wait while a command executes.
+    pub receive_buffer: usize,
+}
+
+/// Ranges of values.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// The lowest speed in Hz.
+    pub speed_min: u32,
+    /// The highest speed in Hz.
+    pub speed_max: u32,
+    /// How deep loops may be nested.
+    pub loop_depth: usize,
+}
+
+/// What holds after power-on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Defaults {
+    /// Reference speeds of X, Y, Z, A in Hz.
+    pub reference_speed: [u32; 4],
+    /// Start-stop frequency in Hz.
+    pub start_stop: u32,
+    /// Acceleration in Hz/ms.
+    pub acceleration: u32,
+}
+
+/// How long things take.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timing {
+    /// Erasing the program by command, ms.
+    pub erase_ms: u64,
+    /// Erasing it by STOP and ON with the key on test, ms; absent where the panel cannot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panel_erase_ms: Option<u64>,
+    /// From a reset until commands are read again, ms.
+    pub boot_ms: u64,
+    /// The least time a line of a program takes, µs.
+    pub line_us: u64,
+}
+
+/// The flash memory.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlashProfile {
+    /// Bytes for the program.
+    pub size: u32,
+    /// Bytes a stored command takes.
+    pub command_bytes: u32,
+    /// Bytes each of its parameters takes.
+    pub parameter_bytes: u32,
+}
+
+/// Behaviour that differs from card to card or is not documented.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quirks {
+    /// Where the `0` of the version text stands.
+    pub version_handshake: Place,
+    /// What a stopped motion answers.
+    pub stop_reply: StopReply,
+    /// Numbers with a fraction.
+    pub fractional_numbers: FractionalNumbers,
+    /// Whether a limit switch error blocks further motion.
+    pub limit_latch: LimitLatch,
+    /// Whether halting without a ramp above the start-stop frequency loses steps.
+    pub lost_steps: bool,
+    /// Moves of an axis that stands on an active limit switch.
+    pub leave_switch: LeaveSwitch,
+    /// What the number of a loop counts.
+    pub loop_count: LoopCount,
+    /// What the offset of a conditional branch counts from.
+    pub cond_branch_base: BranchBase,
+    /// The number of the lowest bit in the condition of a move, 0 or 1.
+    pub cond_bit_base: u8,
+    /// Whether START resumes a motion that was stopped in DNC mode.
+    pub start_resumes_dnc: bool,
+    /// What an absolute move of an axis without reference point answers.
+    pub unreferenced: Unreferenced,
+}
+
+/// First or last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Place {
+    First,
+    Last,
+}
+
+/// What a stopped motion answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum StopReply {
+    F,
+    F0,
+}
+
+/// Numbers with a fraction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FractionalNumbers {
+    /// Answer `1`.
+    Reject,
+    /// The fraction is dropped.
+    Truncate,
+}
+
+impl FractionalNumbers {
+    /// As the wire format knows it.
+    #[must_use]
+    pub fn fractions(self) -> Fractions {
+        match self {
+            FractionalNumbers::Reject => Fractions::Reject,
+            FractionalNumbers::Truncate => Fractions::Truncate,
+        }
+    }
+}
+
+/// Whether a limit switch error blocks further motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LimitLatch {
+    /// Until axes are set or referenced.
+    Strict,
+    /// Old cards go on.
+    Off,
+}
+
+/// Moves of an axis that stands on an active limit switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LeaveSwitch {
+    /// Answer `2`.
+    Refuse,
+    /// Work if they lead away from the switch.
+    Away,
+}
+
+/// What the number of a loop counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LoopCount {
+    /// How often the block runs in all.
+    Total,
+    /// How often it is repeated.
+    Extra,
+}
+
+/// What the offset of a conditional branch counts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BranchBase {
+    /// The line after it.
+    Next,
+    /// Its own line.
+    Own,
+}
+
+/// What an absolute move of an axis without reference point answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unreferenced {
+    /// The limit switch error, `2`.
+    #[serde(rename = "2")]
+    LimitSwitch,
+    /// The reference error, `R`.
+    R,
+}
+
+impl Model {
+    /// The names of the built-in models.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        BUILTIN.iter().map(|(name, _)| *name).collect()
+    }
+
+    /// A built-in model.
+    #[must_use]
+    pub fn builtin(name: &str) -> Option<Arc<Model>> {
+        static MODELS: OnceLock<Vec<Arc<Model>>> = OnceLock::new();
+        MODELS
+            .get_or_init(|| {
+                let parsed = BUILTIN.iter().map(|(_, text)| Model::from_toml(text));
+                parsed.filter_map(Result::ok).map(Arc::new).collect()
+            })
+            .iter()
+            .find(|model| model.name == name)
+            .cloned()
+    }
+
+    /// The profile of a built-in model, to start one's own from.
+    #[must_use]
+    pub fn builtin_toml(name: &str) -> Option<&'static str> {
+        BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
+    }
+
+    /// Reads a profile.
+    ///
+    /// # Errors
+    ///
+    /// If it is not TOML, has unknown or missing keys, or a value that no controller can have.
+    pub fn from_toml(text: &str) -> Result<Model, ProfileError> {
+        let model: Model = parse_profile(text)?;
+        model.check(text)?;
+        Ok(model)
+    }
+
+    fn check(&self, text: &str) -> Result<(), ProfileError> {
+        let error = |table: &str, key: &str, message: String, help: &str| {
+            Err(ProfileError::about_key(text, table, key, message, help))
+        };
+        let LineProfile { baud, receive_buffer } = self.line;
+        if baud != 9_600 && baud != 19_200 {
+            return error(
+                "line",
+                "baud",
+                format!("{baud} baud is no setting"),
+                "use 19200 or 9600",
+            );
+        }
+        if !(1..=1 << 20).contains(&receive_buffer) {
+            return error(
+                "line",
+                "receive_buffer",
+                format!("a buffer of {receive_buffer} bytes cannot be"),
+                "1024 is the built-in models' size",
+            );
+        }
+        let Limits { speed_min, speed_max, loop_depth } = self.limits;
+        if speed_min == 0 || speed_min > speed_max || speed_max > 1_000_000 {
+            return error(
+                "limits",
+                "speed_max",
+                format!("the speeds from {speed_min} to {speed_max} Hz are no range"),
+                "1 Hz at least, 1000000 Hz at most, the lowest first",
+            );
+        }
+        if loop_depth > 1_000 {
+            return error(
+                "limits",
+                "loop_depth",
+                format!("{loop_depth} nested loops are too many"),
+                "the manuals say 15 (IMC4, IMC4-M) or 7 (iMC-xx)",
+            );
+        }
+        let Defaults { reference_speed, start_stop, acceleration } = self.defaults;
+        if reference_speed.iter().any(|speed| !(speed_min..=speed_max).contains(speed)) {
+            return error(
+                "defaults",
+                "reference_speed",
+                "a default reference speed is outside the limits".into(),
+                "four values within speed_min and speed_max",
+            );
+        }
+        if !(20..=4_000).contains(&start_stop) {
+            return error(
+                "defaults",
+                "start_stop",
+                format!("a start-stop frequency of {start_stop} Hz is outside its range"),
+                "20 to 4000 Hz",
+            );
+        }
+        if !(1..=4_000).contains(&acceleration) {
+            return error(
+                "defaults",
+                "acceleration",
+                format!("an acceleration of {acceleration} Hz/ms is outside its range"),
+                "1 to 4000 Hz/ms",
+            );
+        }
+        if self.timing.line_us == 0 {
+            return error(
+                "timing",
+                "line_us",
+                "a line of a program that takes no time could run for ever in none".into(),
+                "1000 is the built-in models' value, 1 is the least",
+            );
+        }
+        if self.quirks.cond_bit_base > 1 {
+            return error(
+                "quirks",
+                "cond_bit_base",
+                format!("{} is no lowest bit number", self.quirks.cond_bit_base),
+                "0 or 1",
+            );
+        }
+        for (table, ports) in [("ports.read", &self.ports.read), ("ports.write", &self.ports.write)]
+        {
+            for (number, wires) in ports {
+                if !matches!(wires.len(), 1 | 8) {
+                    return error(
+                        table,
+                        &number.to_string(),
+                        format!("port {number} has {} wires", wires.len()),
+                        "eight from bit 0 up, or one for a logical port",
+                    );
+                }
+                let only_outputs =
+                    wires.iter().all(|w| matches!(w, Wire::Output(_) | Wire::Reserved));
+                if table == "ports.write" && !only_outputs {
+                    return error(
+                        table,
+                        &number.to_string(),
+                        format!("port {number} is written but has a wire that is no output"),
+                        "outputs and `-` only",
+                    );
+                }
+            }
+        }
+        if let Some((code, _)) =
+            self.diagnosis.iter().find(|(code, wires)| code.len() != 2 || wires.len() != 8)
+        {
+            return error(
+                "diagnosis",
+                code,
+                format!("the diagnosis `{code}` is not two characters with eight wires"),
+                "compare with a built-in model",
+            );
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_model_is_sound_and_carries_its_name() {
+        for (name, text) in BUILTIN {
+            let model = Model::from_toml(text).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+            assert_eq!(model.name, name);
+        }
+    }
+
+    #[test]
+    fn an_error_points_at_the_key() {
+        let text = BUILTIN[0].1.replace("speed_max = 20000", "speed_max = 10");
+        let error = Model::from_toml(&text).unwrap_err();
+        assert_eq!(&text[error.span.unwrap()], "speed_max = 10");
+        let text = BUILTIN[0].1.replace("\"start\"", "\"sart\"");
+        assert!(Model::from_toml(&text).unwrap_err().message.contains("sart"));
+    }
+}

@@ -1,0 +1,258 @@
+//! Moves: from a command to segments, and from segment to segment.
+
+use vimc4_device::{AXES, Event, Kinds, Motion, Point, Time, Warning};
+use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs, Reply};
+use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
+
+use crate::Controller;
+use crate::admission::moving_axes;
+use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
+
+impl Moving {
+    /// When the segment ends, by itself or at a limit switch.
+    pub(crate) fn due(&self) -> Time {
+        let nanos = match self.hit {
+            Some((step, _)) if step <= self.segment.profile.steps() => {
+                self.segment.profile.time_of(step)
+            }
+            _ => self.segment.profile.duration(),
+        };
+        self.began.after_nanos(nanos)
+    }
+
+    /// How many steps have been made at `now`.
+    pub(crate) fn steps_at(&self, now: Time) -> u64 {
+        self.segment.profile.steps_at(now.nanos_since(self.began))
+    }
+}
+
+impl Controller {
+    // --- from a command to a plan ---
+
+    /// How far a straight move takes each axis.
+    pub(crate) fn way_of(&self, command: &Command) -> Point {
+        let mut way = [0; AXES];
+        for (path, _) in self.plan_of(command).parts {
+            let end = path.at(path.length());
+            for axis in 0..AXES {
+                way[axis] += end[axis];
+            }
+        }
+        way
+    }
+
+    /// The partial moves of a command, without those that go nowhere.
+    pub(crate) fn plan_of(&self, command: &Command) -> Plan {
+        let (parts, until) = match command {
+            Command::RelativeMove(pairs) => (self.straight_parts(pairs, false), None),
+            Command::AbsoluteMove(pairs) => (self.straight_parts(pairs, true), None),
+            Command::Circle(args) => (vec![(Path::Arc(self.arc(args)), args.speed)], None),
+            Command::Helix(args, steps) => {
+                let helix = Helix::new(self.arc(args), self.state.plane.third(), i64::from(*steps));
+                (vec![(Path::Helix(helix), args.speed)], None)
+            }
+            Command::MoveUntil { test, speed, steps, .. } => {
+                let mut delta = [0; AXES];
+                for (axis, steps) in self.state.axes.iter().zip(steps) {
+                    delta[axis] = i64::from(*steps);
+                }
+                let parts = vec![(Path::Line(Line::new(delta)), *speed)];
+                (parts, Some(PortCondition::Mask(*test)))
+            }
+            _ => (Vec::new(), None),
+        };
+        Plan { parts: parts.into_iter().filter(|(path, _)| path.length() > 0).collect(), until }
+    }
+
+    fn arc(&self, args: &ArcArgs) -> Arc {
+        let (first, second) = self.state.plane.axes();
+        let start = ArcState {
+            x: i64::from(args.x),
+            y: i64::from(args.y),
+            d: i64::from(args.d),
+            rx: args.rx,
+            ry: args.ry,
+        };
+        Arc::new(first, second, u64::from(args.steps), start)
+    }
+
+    /// A straight move in its parts. In 3D all axes go together at the speed given first. In
+    /// 2.5D X and Y go together at the speed of the longer way, then Z, then the second way of
+    /// Z, or A (99 2.2.4). The second way of an absolute move does not exist (99 2.2.5).
+    fn straight_parts(&self, pairs: &Pairs, absolute: bool) -> Vec<(Path, u32)> {
+        let axes = self.state.axes;
+        let pairs = pairs.as_slice();
+        let second_z = axes.bits() == 0b0111;
+        let mut delta = [0i64; AXES];
+        let mut speed = [0u32; AXES];
+        for (axis, pair) in axes.iter().zip(pairs) {
+            delta[axis] = match absolute {
+                true => self.state.zero[axis] + i64::from(pair.steps) - self.state.position[axis],
+                false => i64::from(pair.steps),
+            };
+            speed[axis] = pair.speed;
+        }
+        let alone = |axis: usize| {
+            let mut one = [0; AXES];
+            one[axis] = delta[axis];
+            (Path::Line(Line::new(one)), speed[axis])
+        };
+        if self.state.three_d {
+            let speed = pairs.first().map_or(0, |pair| pair.speed);
+            return vec![(Path::Line(Line::new(delta)), speed)];
+        }
+        let [x, y, ..] = delta;
+        let longer = if y.abs() > x.abs() { 1 } else { 0 };
+        let mut parts = vec![(Path::Line(Line::new([x, y, 0, 0])), speed[longer]), alone(2)];
+        match pairs.get(3).filter(|_| second_z) {
+            Some(pair) if !absolute => {
+                parts.push((Path::Line(Line::new([0, 0, i64::from(pair.steps), 0])), pair.speed));
+            }
+            _ => parts.push(alone(3)),
+        }
+        parts
+    }
+
+    // --- from segment to segment ---
+
+    /// Begins a plan: its first segment, or its end if there is nothing to do.
+    pub(crate) fn begin_plan(&mut self, job: Job, plan: Plan) {
+        match plan.until {
+            Some(condition) if self.is_met(condition) => self.finish(job, Ok(())),
+            _ => self.next_part(job, plan),
+        }
+    }
+
+    fn next_part(&mut self, job: Job, mut plan: Plan) {
+        let Some((path, speed)) = plan.parts.pop_front() else {
+            return self.finish(job, Ok(()));
+        };
+        let hit = if self.state.test_mode { None } else { self.first_hit(&path, 0) };
+        let profile = Profile::new(path.length(), speed, self.state.ramp);
+        let segment = Segment { path, profile };
+        self.motion_begins(&segment);
+        self.state.activity = Activity::Moving(Box::new(Moving {
+            job,
+            segment,
+            began: self.state.now,
+            hit,
+            speed,
+            plan,
+            ending: Ending::Complete,
+        }));
+    }
+
+    /// The running segment has come to its end, or to a limit switch.
+    pub(crate) fn segment_ended(&mut self) {
+        let Activity::Moving(moving) = self.take_activity() else { return };
+        let Moving { job, segment, hit, speed, mut plan, ending, .. } = *moving;
+        let steps = segment.profile.steps();
+        if let Some((step, _)) = hit.filter(|(step, _)| *step <= steps) {
+            let axes = self.commit(&segment, step, true);
+            self.unreference(axes);
+            self.state.latched = self.state.latched.union(axes);
+            return self.finish(job, Err(Reply::LimitSwitch));
+        }
+        self.commit(&segment, steps, false);
+        match ending {
+            Ending::Complete => self.next_part(job, plan),
+            Ending::Stop => {
+                let left = segment.path.after(steps);
+                if left.length() > 0 {
+                    plan.parts.push_front((left, speed));
+                }
+                self.stopped(job, plan);
+            }
+            Ending::Break if job == Job::Program => self.end_run(Ok(())),
+            Ending::Event | Ending::Break => self.finish(job, Ok(())),
+            Ending::Cover => self.finish(job, Err(Reply::Cover)),
+        }
+    }
+
+    /// Makes `steps` steps of a segment final: counters and carriages move. Halted without a
+    /// ramp above the start-stop frequency, the carriage runs on along the path by the way
+    /// that braking would have taken, and the counters no longer agree with it. Returns the
+    /// axes that moved.
+    pub(crate) fn commit(&mut self, segment: &Segment, steps: u64, sudden: bool) -> AxisSet {
+        let path = &segment.path;
+        let offset = path.at(steps);
+        let (low, high) = path.extent(steps);
+        for axis in 0..AXES {
+            self.state.position[axis] = wrap(self.state.position[axis] + offset[axis]);
+        }
+        let mut lost = self.move_carriages(&offset, &low, &high);
+        if sudden && self.state.model.quirks.lost_steps {
+            let overrun = self.overrun(segment, steps);
+            let rest = path.after(steps);
+            let slip = rest.at(overrun);
+            let (low, high) = rest.extent(overrun);
+            let stopped = self.move_carriages(&slip, &low, &high);
+            for axis in 0..AXES {
+                lost[axis] += stopped[axis] - slip[axis];
+            }
+        }
+        if self.wants(Kinds::WARNING) {
+            for (axis, &steps) in lost.iter().enumerate().filter(|(_, steps)| **steps != 0) {
+                let warning = Warning::StepsLost { axis: axis as u8, steps: -steps };
+                self.emit(Event::Warning(warning));
+            }
+        }
+        if self.wants(Kinds::MOTION) {
+            self.emit(Event::Motion(Motion::Ends { steps }));
+        }
+        moving_axes(&low, &high)
+    }
+
+    /// Moves the carriages by an offset of the counters; returns the steps lost at the ends of
+    /// the mechanics, in the direction of the counters.
+    fn move_carriages(&mut self, offset: &Point, low: &Point, high: &Point) -> Point {
+        let signs: Point = std::array::from_fn(|axis| self.state.carriage_sign(axis));
+        let signed = |point: &Point| -> Point { std::array::from_fn(|a| signs[a] * point[a]) };
+        let (a, b) = (signed(low), signed(high));
+        let low: Point = std::array::from_fn(|axis| a[axis].min(b[axis]));
+        let high: Point = std::array::from_fn(|axis| a[axis].max(b[axis]));
+        signed(&self.state.plant.travel(&signed(offset), &low, &high))
+    }
+
+    /// How many steps the machine runs on when the motor halts at a step without a ramp.
+    fn overrun(&self, segment: &Segment, steps: u64) -> u64 {
+        const MICRO: u128 = 1_000_000;
+        let profile = &segment.profile;
+        // The speed at the step itself; at the last one it is that of the step before.
+        let nanos = profile.time_of(steps.min(profile.steps().saturating_sub(1)));
+        let speed = u128::from(profile.speed_at(nanos));
+        let start_stop = u128::from(self.state.ramp.start_stop) * MICRO;
+        let squares = (speed * speed).saturating_sub(start_stop * start_stop);
+        let per_step = 2_000 * u128::from(self.state.ramp.acceleration) * MICRO * MICRO;
+        u64::try_from(squares / per_step).unwrap_or(u64::MAX)
+    }
+
+    /// A job is done, well or with an error.
+    pub(crate) fn finish(&mut self, job: Job, result: Result<(), Reply>) {
+        self.state.activity = Activity::Idle;
+        match job {
+            Job::Command(op) => self.answer(Mode::Direct, op, result.err().unwrap_or(Reply::Done)),
+            Job::Program => match result {
+                Ok(()) => self.line_ended(),
+                Err(reply) => self.end_run(Err(reply)),
+            },
+            Job::SelfTest => self.self_test_ended(),
+        }
+    }
+
+    pub(crate) fn take_activity(&mut self) -> Activity {
+        std::mem::replace(&mut self.state.activity, Activity::Idle)
+    }
+
+    pub(crate) fn motion_begins(&mut self, segment: &Segment) {
+        if self.wants(Kinds::MOTION) {
+            let segment = Box::new(segment.clone());
+            self.emit(Event::Motion(Motion::Begins { origin: self.state.position, segment }));
+        }
+    }
+}
+
+/// A position as the 24-bit counters hold it.
+pub(crate) fn wrap(position: i64) -> i64 {
+    (position << 40) >> 40
+}

@@ -1,0 +1,156 @@
+//! Buttons, switches and the supply: what the outside world does to the controller
+//! (99 appendix E).
+
+use vimc4_device::{Event, Kinds};
+use vimc4_isel_wire::Reply;
+use vimc4_plant::{End, PlantSignal};
+
+use crate::Controller;
+use crate::model::CommandSet;
+use crate::ports::Output;
+use crate::state::{Activity, Ending, Wait};
+
+impl Controller {
+    /// A signal of the plant takes a level.
+    pub(crate) fn signal(&mut self, signal: PlantSignal, level: bool) {
+        if !self.state.plant.set(signal, level) || !self.state.powered {
+            return;
+        }
+        match (signal, level) {
+            (PlantSignal::Stop, true) => self.stop_button(),
+            (PlantSignal::Start, true) => self.start_button(),
+            (PlantSignal::On, true) => self.on_button(),
+            (PlantSignal::EmergencyStop, true) => self.emergency_stop(),
+            (PlantSignal::Limit(axis, end), active) => {
+                if self.wants(Kinds::SWITCH) {
+                    let positive = end == End::Positive;
+                    self.emit(Event::Switch { axis: axis as u8, positive, active });
+                }
+                self.limits_changed();
+            }
+            _ => {}
+        }
+        if self.state.cover_forbids() {
+            self.cover_opened();
+        }
+        if !self.state.motors_on() && self.is_moving() {
+            self.halt(Reply::Plant);
+        }
+        self.inputs_changed();
+    }
+
+    /// STOP halts the motion or the program, and the spindle.
+    fn stop_button(&mut self) {
+        self.drive(|outputs| outputs.set(Output::SPINDLE, false));
+        self.stop();
+    }
+
+    /// START runs a valid program, or goes on with one that was stopped. To a motion that was
+    /// stopped in DNC mode it does nothing: the host sees the button and sends `S`
+    /// (99 2.2.12).
+    fn start_button(&mut self) {
+        if !self.is_at_rest() || self.state.storing || self.check_plant().is_err() {
+            return;
+        }
+        if self.state.run.is_some() {
+            self.resume(false);
+        } else if self.state.remainder.is_some() {
+            if self.state.model.quirks.start_resumes_dnc {
+                self.start_command();
+            }
+        } else {
+            self.begin_run(false);
+        }
+    }
+
+    /// ON switches the power stage on; with STOP held and the key on test it erases the
+    /// program, with START held it begins the self-test.
+    fn on_button(&mut self) {
+        let panel = *self.state.plant.panel();
+        if panel.emergency_stop {
+            return;
+        }
+        if panel.stop && !panel.automatic && self.is_at_rest() {
+            if let Some(ms) = self.state.model.timing.panel_erase_ms {
+                self.state.run = None;
+                self.state.storing = false;
+                let until = self.state.now.after_nanos(ms * 1_000_000);
+                self.state.activity =
+                    Activity::Waiting { what: Wait::PanelErase, until: Some(until) };
+                return;
+            }
+        }
+        if self.state.cover_forbids() {
+            return;
+        }
+        self.state.relay = true;
+        self.drive(|outputs| outputs.set(Output::STAGE, true));
+        if panel.start && self.is_at_rest() && self.has_self_test() {
+            self.begin_self_test();
+        }
+    }
+
+    /// The emergency stop takes the power from the motors; what runs is answered with `9`, and
+    /// the controller starts again without it.
+    fn emergency_stop(&mut self) {
+        self.halt(Reply::Plant);
+        self.state.relay = false;
+        self.reset();
+    }
+
+    /// The cover was opened with the key on automatic, or the key turned with it open.
+    fn cover_opened(&mut self) {
+        match &self.state.activity {
+            Activity::Moving(_) => self.brake(Ending::Cover),
+            Activity::Referencing(_) => self.halt(Reply::Cover),
+            _ => {}
+        }
+    }
+
+    /// The mains switch.
+    pub(crate) fn power(&mut self, on: bool) {
+        if on == self.state.powered {
+            return;
+        }
+        if !on {
+            self.abandon_motion();
+        }
+        let outputs = self.state.outputs;
+        self.state.powered = on;
+        // A test double is ready when it has power: the power stage is switched on with it.
+        self.state.relay = on && !self.state.plant.panel().emergency_stop;
+        self.reset();
+        if !on {
+            self.state.outputs = crate::Outputs::default();
+            self.state.activity = Activity::Idle;
+            self.outputs_changed(outputs);
+        } else if self.state.plant.panel().start && self.has_self_test() {
+            self.begin_self_test();
+        }
+    }
+
+    /// Any input may have changed: what waits for one looks again.
+    pub(crate) fn inputs_changed(&mut self) {
+        if let Activity::Moving(moving) = &self.state.activity
+            && let Some(condition) = moving.plan.until
+            && moving.ending == Ending::Complete
+            && self.is_met(condition)
+        {
+            self.brake(Ending::Event);
+        }
+        self.program_inputs_changed();
+    }
+
+    /// Nothing executes and no program runs.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        matches!(self.state.activity, Activity::Idle) && !self.state.is_running()
+    }
+
+    fn is_moving(&self) -> bool {
+        matches!(self.state.activity, Activity::Moving(_) | Activity::Referencing(_))
+    }
+
+    fn has_self_test(&self) -> bool {
+        self.state.model.command_set != CommandSet::ImcXx
+    }
+}

@@ -1,0 +1,247 @@
+//! Reference runs, and axes that leave their switches.
+//!
+//! Axis by axis, Z, Y, X, A: towards the reference switch at the reference speed, halt on its
+//! step; out of it at the start-stop frequency until it closes; on by the free steps. That
+//! place is 0 (12 4.2.2).
+
+use std::collections::VecDeque;
+
+use vimc4_device::{AXES, Time};
+use vimc4_isel_wire::{AxisSet, Reply};
+use vimc4_motion::{Line, Path, Profile, Segment};
+use vimc4_plant::{End, Reference};
+
+use crate::Controller;
+use crate::command::without;
+use crate::state::{Activity, Job, Phase, Referencing};
+
+/// The order in which axes look for their reference points (99 2.2.2).
+const ORDER: [usize; AXES] = [2, 1, 0, 3];
+
+/// So many steps stand for "on and on": half a year at the highest speed.
+const ON_AND_ON: i64 = 1 << 40;
+
+impl Referencing {
+    /// The step at which the present phase ends.
+    fn last_step(&self) -> u64 {
+        let whole = self.segment.profile.steps();
+        whole.min(self.goal.unwrap_or(whole)).min(self.wrong.unwrap_or(whole))
+    }
+
+    /// When the present phase ends.
+    pub(crate) fn due(&self) -> Time {
+        self.began.after_nanos(self.segment.profile.time_of(self.last_step()))
+    }
+}
+
+impl Controller {
+    /// Begins a reference run. In test mode nothing moves and the current point becomes the
+    /// reference point (99 2.2.15).
+    pub(crate) fn begin_reference(&mut self, job: Job, axes: AxisSet) {
+        self.state.three_d = false;
+        if self.state.test_mode {
+            axes.iter().for_each(|axis| self.set_reference_point(axis));
+            return self.finish(job, Ok(()));
+        }
+        let axes = ORDER.into_iter().filter(|&axis| axes.has(axis)).map(|axis| axis as u8);
+        self.reference_next(job, axes.collect());
+    }
+
+    /// Begins to drive an axis out of whichever limit switch it stands on (12 2.2.9).
+    pub(crate) fn begin_free(&mut self, job: Job, axes: AxisSet) {
+        let Some(axis) = axes.iter().next() else { return self.finish(job, Ok(())) };
+        if self.active_limit(axis).is_none() {
+            return self.finish(job, Ok(()));
+        }
+        self.begin_phase(job, false, VecDeque::new(), axis, Phase::StepOut);
+    }
+
+    fn reference_next(&mut self, job: Job, mut next: VecDeque<u8>) {
+        let Some(axis) = next.pop_front() else { return self.finish(job, Ok(())) };
+        let axis = usize::from(axis);
+        self.unreference(AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE));
+        let on_switch = self.limit_active(axis, self.reference_end(axis));
+        let begin_outside =
+            on_switch && self.state.plant.machine().axis(axis).reference != Reference::Home;
+        let phase = if begin_outside { Phase::StepOut } else { Phase::Approach };
+        self.begin_phase(job, true, next, axis, phase);
+    }
+
+    /// The end at which an axis looks for its reference switch; `IR` makes it the other.
+    fn reference_end(&self, axis: usize) -> End {
+        let end = match self.state.plant.machine().axis(axis).reference {
+            Reference::Positive => End::Positive,
+            _ => End::Negative,
+        };
+        if self.state.settings.references.has(axis) { end.other() } else { end }
+    }
+
+    fn begin_phase(
+        &mut self,
+        job: Job,
+        whole: bool,
+        next: VecDeque<u8>,
+        axis: usize,
+        phase: Phase,
+    ) {
+        let home = whole && self.state.plant.machine().axis(axis).reference == Reference::Home;
+        let carriage = self.state.plant.carriage()[axis];
+        let end = self.switch_to_leave(axis, whole);
+        let inwards = if end == End::Negative { -1 } else { 1 };
+        let steps = match phase {
+            Phase::Approach if home => -carriage * self.state.carriage_sign(axis),
+            Phase::Approach => inwards * ON_AND_ON,
+            Phase::StepOut => -inwards * ON_AND_ON,
+            Phase::Free => -inwards * i64::from(self.state.settings.free_steps[axis]),
+        };
+        let speed = match phase {
+            Phase::StepOut if whole => self.state.ramp.start_stop,
+            _ => self.state.speeds[axis],
+        };
+        let mut delta = [0; AXES];
+        delta[axis] = steps;
+        let path = Path::Line(Line::new(delta));
+        let profile = Profile::constant(path.length(), speed);
+        let segment = Segment { path, profile };
+        let began = self.state.now;
+        let mut run =
+            Referencing { job, whole, next, axis, phase, segment, began, goal: None, wrong: None };
+        if run.segment.path.length() == 0 {
+            return self.phase_reached(run);
+        }
+        if !home {
+            self.watch_switches(&mut run, 0);
+        }
+        self.motion_begins(&run.segment);
+        self.state.activity = Activity::Referencing(Box::new(run));
+    }
+
+    /// The end whose switch a phase is about.
+    fn switch_to_leave(&self, axis: usize, whole: bool) -> End {
+        match self.active_limit(axis) {
+            Some(end) if !whole => end,
+            _ => self.reference_end(axis),
+        }
+    }
+
+    /// Solves for the steps at which the phase meets its switch, and the wrong one, after
+    /// `from` steps.
+    fn watch_switches(&self, run: &mut Referencing, from: u64) {
+        let axis = run.axis;
+        let inwards = run.segment.path.at(run.segment.path.length())[axis];
+        let (ahead, behind) = if inwards > 0 {
+            (End::Positive, End::Negative)
+        } else {
+            (End::Negative, End::Positive)
+        };
+        let rest = run.segment.path.after(from);
+        let carriage = self.carriage_after(axis, &run.segment.path.at(from));
+        let change = |end: End, wanted: bool| {
+            let active = |place: i64| self.limit_active_at(axis, end, place);
+            match active(carriage) == wanted {
+                true => None,
+                false => self.first_change(&rest, axis, carriage, &active, wanted),
+            }
+        };
+        let (goal, wrong) = match run.phase {
+            Phase::Approach if ahead == self.reference_end(axis) => {
+                (change(ahead, true), change(behind, true))
+            }
+            Phase::Approach => (None, change(ahead, true)),
+            Phase::StepOut => (change(behind, false), change(ahead, true)),
+            Phase::Free => (None, change(ahead, true)),
+        };
+        run.goal = goal.map(|step| from + step);
+        run.wrong = wrong.map(|step| from + step);
+    }
+
+    /// The present phase has come to its end.
+    pub(crate) fn reference_phase_ended(&mut self) {
+        let Activity::Referencing(run) = self.take_activity() else { return };
+        let step = run.last_step();
+        self.commit(&run.segment, step, false);
+        if run.wrong == Some(step) && run.goal != Some(step) {
+            return self.wrong_switch(&run);
+        }
+        self.phase_reached(*run);
+    }
+
+    fn wrong_switch(&mut self, run: &Referencing) {
+        let axis = AxisSet::from_bits(1 << run.axis).unwrap_or(AxisSet::NONE);
+        self.unreference(axis);
+        self.state.latched = self.state.latched.union(axis);
+        self.finish(run.job, Err(Reply::LimitSwitch));
+    }
+
+    /// A phase is done; the counters are where it ended.
+    fn phase_reached(&mut self, run: Referencing) {
+        let Referencing { job, whole, next, axis, phase, .. } = run;
+        if !whole {
+            let axes = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+            self.unreference(axes);
+            self.state.latched = without(self.state.latched, axes);
+            return self.finish(job, Ok(()));
+        }
+        let home = self.state.plant.machine().axis(axis).reference == Reference::Home;
+        match phase {
+            Phase::Approach if !home && self.limit_active(axis, self.reference_end(axis)) => {
+                self.begin_phase(job, whole, next, axis, Phase::StepOut);
+            }
+            Phase::Approach | Phase::StepOut => {
+                self.begin_phase(job, whole, next, axis, Phase::Free);
+            }
+            Phase::Free => {
+                self.set_reference_point(axis);
+                self.reference_next(job, next);
+            }
+        }
+    }
+
+    /// STOP stands in for the reference switch: the present phase ends here (99 2.2.2).
+    pub(crate) fn stand_in_for_switch(&mut self) {
+        let Activity::Referencing(run) = self.take_activity() else { return };
+        if run.phase == Phase::Free {
+            self.state.activity = Activity::Referencing(run);
+            return;
+        }
+        self.commit_reference(&run);
+        self.phase_reached(*run);
+    }
+
+    /// Makes the steps up to now final.
+    pub(crate) fn commit_reference(&mut self, run: &Referencing) {
+        let nanos = self.state.now.nanos_since(run.began);
+        self.commit(&run.segment, run.segment.profile.steps_at(nanos), false);
+    }
+
+    /// A limit switch was pressed or released by hand during a reference run.
+    pub(crate) fn reference_switches_changed(&mut self) {
+        let Activity::Referencing(mut run) = self.take_activity() else { return };
+        let axis = run.axis;
+        if run.whole && self.state.plant.machine().axis(axis).reference == Reference::Home {
+            self.state.activity = Activity::Referencing(run);
+            return;
+        }
+        let nanos = self.state.now.nanos_since(run.began);
+        let step = run.segment.profile.steps_at(nanos);
+        let carriage = self.carriage_after(axis, &run.segment.path.at(step));
+        let way = run.segment.path.at(run.segment.path.length())[axis];
+        let ahead = if way > 0 { End::Positive } else { End::Negative };
+        let active = |end| self.limit_active_at(axis, end, carriage);
+        let reached = match run.phase {
+            Phase::Approach => ahead == self.reference_end(axis) && active(ahead),
+            Phase::StepOut => !active(ahead.other()),
+            Phase::Free => false,
+        };
+        if reached {
+            self.commit(&run.segment, step, false);
+            self.phase_reached(*run);
+        } else if active(ahead) {
+            self.commit(&run.segment, step, false);
+            self.wrong_switch(&run);
+        } else {
+            self.watch_switches(&mut run, step);
+            self.state.activity = Activity::Referencing(run);
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! What the controller says of itself: positions, ports, diagnosis, texts; and the outputs.
+
+use std::fmt::Write as _;
+
+use vimc4_device::{AXES, Event, Kinds};
+use vimc4_isel_wire::{AxisSet, BitTest, Reply};
+use vimc4_plant::End;
+
+use crate::Controller;
+use crate::command::Answer;
+use crate::model::{CommandSet, Place};
+use crate::ports::{Output, Outputs, Wire};
+
+const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
+
+impl Controller {
+    /// `P`: `0` and six hexadecimal digits for each axis; four axes where A is configured,
+    /// else three, however many are.
+    pub(crate) fn position_report(&self) -> Answer {
+        let axes = if self.state.axes.contains(AxisSet::A) { 4 } else { 3 };
+        let mut answer = Vec::with_capacity(1 + 6 * axes);
+        answer.push(Reply::Done.code());
+        for position in &self.state.position[..axes] {
+            for digit in (0..6).rev() {
+                answer.push(hex_digit((position >> (4 * digit)) as u8 & 15));
+            }
+        }
+        answer.into()
+    }
+
+    /// `0` and a byte as two hexadecimal digits.
+    pub(crate) fn hex_report(&self, byte: u8) -> Answer {
+        vec![Reply::Done.code(), hex_digit(byte >> 4), hex_digit(byte & 15)].into()
+    }
+
+    /// `D`: a byte of diagnosis.
+    pub(crate) fn diagnosis_report(&self, code: [u8; 2]) -> Answer {
+        let code = std::str::from_utf8(&code).unwrap_or_default();
+        match self.state.model.diagnosis.get(code) {
+            Some(wires) => self.hex_report(self.value_of(wires)),
+            None => Reply::Syntax.into(),
+        }
+    }
+
+    /// `H`: the operating elements, a line each.
+    pub(crate) fn status_report(&self) -> Answer {
+        let panel = self.state.plant.panel();
+        let mut text = String::new();
+        let mut line = |name: &str, value: &str| {
+            let _ = write!(text, "{name:<16}{value}\r\n");
+        };
+        let pressed = |on| if on { "pressed" } else { "-" };
+        line("Start button", pressed(panel.start));
+        line("Stop button", pressed(panel.stop));
+        line("On button", pressed(panel.on));
+        line("Emergency stop", pressed(panel.emergency_stop));
+        line("Key switch", if panel.automatic { "automatic" } else { "test" });
+        line("Cover", if panel.cover_closed { "closed" } else { "open" });
+        let on_off = |on| if on { "on" } else { "off" };
+        line("Spindle", on_off(self.state.outputs.get(Output::SPINDLE)));
+        line("Power stage", on_off(self.state.motors_on()));
+        if !self.has_limit_report() {
+            text.push_str(&self.limit_lines());
+        }
+        text_answer(&text)
+    }
+
+    /// `h`: the limit switches, a line for each axis.
+    pub(crate) fn limit_report(&self) -> Answer {
+        text_answer(&self.limit_lines())
+    }
+
+    fn limit_lines(&self) -> String {
+        let mut text = String::new();
+        for (axis, name) in AXIS_NAMES.iter().enumerate() {
+            let switch = |end| if self.limit_active(axis, end) { "active" } else { "-" };
+            let (low, high) = (switch(End::Negative), switch(End::Positive));
+            let _ = write!(text, "Limit switch {name}  neg {low:<8}pos {high}\r\n");
+        }
+        text
+    }
+
+    /// On the IMC4 the status includes the limit switches; later models have `h` for them.
+    fn has_limit_report(&self) -> bool {
+        self.state.model.command_set != CommandSet::Imc4
+    }
+
+    /// `V`: the version.
+    pub(crate) fn version_report(&self) -> Answer {
+        self.with_handshake(self.version_text().as_bytes())
+    }
+
+    /// The lines of the version.
+    pub(crate) fn version_text(&self) -> String {
+        self.state.model.texts.version.iter().map(|line| format!("{line}\r\n")).collect()
+    }
+
+    /// `U`: the user's text.
+    pub(crate) fn user_report(&self) -> Answer {
+        let text = self.state.settings.user_info.as_bytes();
+        self.with_handshake(&[b"isel UserInfo: ", text, b"\r\n"].concat())
+    }
+
+    /// A text with the handshake where this model has it.
+    fn with_handshake(&self, text: &[u8]) -> Answer {
+        let done = [Reply::Done.code()];
+        match self.state.model.quirks.version_handshake {
+            Place::First => [&done, text].concat().into(),
+            Place::Last => [text, &done].concat().into(),
+        }
+    }
+
+    // --- ports ---
+
+    /// The value of a readable port.
+    pub(crate) fn read_port(&self, port: u16) -> u8 {
+        self.state.model.ports.readable(port).map_or(0, |wires| self.value_of(wires))
+    }
+
+    /// The value of a port as its outputs drive it.
+    pub(crate) fn driven_value(&self, port: u16) -> u8 {
+        self.state.model.ports.writable(port).map_or(0, |wires| self.value_of(wires))
+    }
+
+    fn value_of(&self, wires: &[Wire]) -> u8 {
+        let bits = wires.iter().enumerate();
+        bits.fold(0, |value, (bit, wire)| value | u8::from(self.level(*wire)) << bit)
+    }
+
+    /// The level of a wire: 1 where the thing it is named for is so.
+    fn level(&self, wire: Wire) -> bool {
+        let state = &self.state;
+        let panel = state.plant.panel();
+        let end = |number: u8| if number == 0 { End::Negative } else { End::Positive };
+        match wire {
+            Wire::Reserved => false,
+            Wire::Stop => panel.stop,
+            Wire::Start => panel.start,
+            Wire::On => panel.on,
+            Wire::EmergencyStop => panel.emergency_stop,
+            Wire::EmergencyCircuit => !panel.emergency_stop,
+            Wire::Cover => panel.cover_closed,
+            Wire::CoverAutomatic => panel.cover_closed && panel.automatic,
+            Wire::CoverSetup => panel.cover_closed || !panel.automatic,
+            Wire::Key => panel.automatic,
+            Wire::PowerOk => panel.power_ok,
+            Wire::Overtemperature => panel.overtemperature,
+            Wire::Probe => panel.probe,
+            Wire::Motors => state.motors_on(),
+            Wire::Input(number) => state.plant.input(number),
+            Wire::SwitchLevel(axis, number) => {
+                let axis = usize::from(axis);
+                let carriage = self.carriage_now(axis);
+                state.plant.switch_level_at(axis, end(number), carriage)
+            }
+            Wire::Limit(axis, number) => {
+                let axis = usize::from(axis);
+                self.limit_active_at(axis, end(number), self.carriage_now(axis))
+            }
+            Wire::Configured(axis) => state.axes.has(usize::from(axis)),
+            Wire::Rotary(axis) => state.settings.rotary.has(usize::from(axis)),
+            Wire::Output(output) => state.outputs.get(output),
+        }
+    }
+
+    /// Whether setting a bit of a port concerns the spindle.
+    pub(crate) fn drives_spindle(&self, test: &BitTest) -> bool {
+        let Some(wires) = self.state.model.ports.writable(test.port) else { return false };
+        match (wires, test.bit) {
+            ([only], _) => *only == Wire::Output(Output::SPINDLE),
+            (wires, vimc4_isel_wire::Bit::One(bit)) => {
+                wires.get(usize::from(bit)) == Some(&Wire::Output(Output::SPINDLE))
+                    && test.value == 1
+            }
+            (wires, vimc4_isel_wire::Bit::Byte) => {
+                let bit = wires.iter().position(|w| *w == Wire::Output(Output::SPINDLE));
+                bit.is_some_and(|bit| test.value >> bit & 1 == 1)
+                    && !self.state.outputs.get(Output::SPINDLE)
+            }
+        }
+    }
+
+    /// Changes outputs, and tells which ports that changed.
+    pub(crate) fn drive(&mut self, change: impl FnOnce(&mut Outputs)) {
+        let before = self.state.outputs;
+        change(&mut self.state.outputs);
+        self.outputs_changed(before);
+    }
+
+    /// Tells which output ports differ from what `before` drove.
+    pub(crate) fn outputs_changed(&mut self, before: Outputs) {
+        let after = self.state.outputs;
+        if before == after || !self.wants(Kinds::PORT) {
+            return;
+        }
+        let model = std::sync::Arc::clone(&self.state.model);
+        for (port, wires) in &model.ports.write {
+            let value = self.value_of(wires);
+            self.state.outputs = before;
+            let was = self.value_of(wires);
+            self.state.outputs = after;
+            if value != was {
+                self.emit(Event::Port { port: *port, value });
+            }
+        }
+    }
+}
+
+/// Text lines, then the handshake.
+fn text_answer(text: &str) -> Answer {
+    format!("{text}{}", char::from(Reply::Done.code())).into_bytes().into()
+}
+
+fn hex_digit(nibble: u8) -> u8 {
+    b"0123456789ABCDEF"[usize::from(nibble & 15)]
+}

@@ -1,0 +1,379 @@
+//! Running the stored program.
+//!
+//! Every line takes at least the model's line time, so that no program does infinitely much
+//! in no time. A line that waits for an input sleeps until one changes, and then goes on when
+//! its next poll would have been.
+
+use bytes::Bytes;
+use vimc4_device::{Event, Kinds, Warning};
+use vimc4_isel_wire::{Bit, BitTest, Command, Mode, Op, PortMap as _, PortTest, Reply};
+
+use crate::Controller;
+use crate::model::{BranchBase, LoopCount};
+use crate::program::Validity;
+use crate::state::{Activity, Ending, Job, OpenLoop, PortCondition, Run, Wait};
+
+const NANOS_PER_TENTH: u64 = 100_000_000;
+
+impl Controller {
+    // --- start, pause, end ---
+
+    /// `S`: goes on with a stopped motion, or with the program.
+    pub(crate) fn start_command(&mut self) {
+        if let Some(plan) = self.state.remainder.take() {
+            self.begin_plan(Job::Command(Op::Start), plan);
+        } else if self.state.run.is_some() {
+            self.resume(true);
+        } else {
+            self.begin_run(true);
+        }
+    }
+
+    /// Runs the program from its beginning, with the axes and reference speeds that were
+    /// stored with it.
+    pub(crate) fn begin_run(&mut self, by_command: bool) {
+        let Some(program) = &self.state.flash.program else { return };
+        if program.validity != Validity::Valid {
+            return;
+        }
+        let (axes, speeds) = (program.axes, program.speeds);
+        self.state.axes = axes;
+        self.state.initialise();
+        self.state.speeds = speeds;
+        self.state.run = Some(Run {
+            by_command,
+            line: 0,
+            began: self.state.now,
+            loops: Vec::new(),
+            until: None,
+            remainder: None,
+            stopping: false,
+            paused: false,
+        });
+        self.signal_error(false);
+        self.watch_program_inputs();
+        self.next_line();
+    }
+
+    /// Goes on with a program that was stopped.
+    pub(crate) fn resume(&mut self, by_command: bool) {
+        let Some(run) = &mut self.state.run else { return };
+        run.paused = false;
+        run.by_command = by_command;
+        let remainder = run.remainder.take();
+        self.watch_program_inputs();
+        if !self.state.is_running() {
+            return;
+        }
+        match remainder {
+            Some(plan) => self.begin_plan(Job::Program, plan),
+            None => self.next_line(),
+        }
+    }
+
+    /// The program halts and waits to be started again.
+    pub(crate) fn pause(&mut self) {
+        self.state.activity = Activity::Idle;
+        let Some(run) = &mut self.state.run else { return };
+        run.paused = true;
+        run.stopping = false;
+        if run.by_command {
+            self.answer_stopped(Op::Start);
+        }
+    }
+
+    /// The program is over, well or with an error.
+    pub(crate) fn end_run(&mut self, result: Result<(), Reply>) {
+        self.state.activity = Activity::Idle;
+        let Some(run) = self.state.run.take() else { return };
+        if let Err(reply) = result {
+            self.signal_error(true);
+            if self.wants(Kinds::WARNING) {
+                let code = char::from(reply.code());
+                self.emit(Event::Warning(Warning::ProgramError { code, line: run.line }));
+            }
+        }
+        if run.by_command {
+            self.answer(Mode::Direct, Op::Start, result.err().unwrap_or(Reply::Done));
+        }
+    }
+
+    /// `Ia`: the output shows its value on an error, and the opposite otherwise (12 4.2.12).
+    fn signal_error(&mut self, error: bool) {
+        let PortTest { port, mask, value } = self.state.settings.error_signal;
+        if mask != 0 {
+            self.write_port_bits(port, mask, if error { value } else { !value });
+        }
+    }
+
+    // --- line by line ---
+
+    /// Executes the line that comes next, now.
+    fn next_line(&mut self) {
+        let now = self.state.now;
+        let Some(run) = &mut self.state.run else { return };
+        if run.stopping {
+            return self.pause();
+        }
+        run.began = now;
+        let line = run.line;
+        let command = self.state.flash.program.as_ref().and_then(|p| p.command(line)).cloned();
+        let Some(command) = command else { return self.end_run(Ok(())) };
+        if self.wants(Kinds::COMMAND) {
+            let mnemonic = self.mnemonic(Mode::Stored, command.op(Mode::Stored));
+            self.emit(Event::Line { line, mnemonic });
+        }
+        if let Err(reply) = self.check_line(&command) {
+            return self.end_run(Err(reply));
+        }
+        self.execute_program_line(line, command);
+    }
+
+    /// What a direct command would have been refused for.
+    fn check_line(&self, command: &Command) -> Result<(), Reply> {
+        let moves = matches!(
+            command,
+            Command::RelativeMove(_)
+                | Command::AbsoluteMove(_)
+                | Command::Circle(_)
+                | Command::Helix(..)
+                | Command::Reference(_)
+        );
+        let spindle = matches!(command, Command::SetPort(test) if self.drives_spindle(test));
+        if moves || spindle {
+            self.check_plant()?;
+        }
+        self.check_command(command)
+    }
+
+    fn execute_program_line(&mut self, line: u32, command: Command) {
+        match command {
+            Command::RelativeMove(_)
+            | Command::AbsoluteMove(_)
+            | Command::Circle(_)
+            | Command::Helix(..) => {
+                let mut plan = self.plan_of(&command);
+                let until = self.state.run.as_mut().and_then(|run| run.until.take());
+                plan.until = until.map(PortCondition::Bit);
+                self.begin_plan(Job::Program, plan);
+            }
+            Command::Reference(axes) => self.begin_reference(Job::Program, axes),
+            Command::Delay { tenths } => {
+                let until = self.state.now.after_nanos(u64::from(tenths) * NANOS_PER_TENTH);
+                self.wait(Wait::Delay, Some(until));
+            }
+            Command::Loop { count, offset } => self.repeat(line, count, offset),
+            Command::Branch { offset: 0 } => self.wait(Wait::Forever, None),
+            Command::Branch { offset } => self.jump(line, i64::from(offset)),
+            Command::BranchIf { test, offset } => {
+                let way = self.branch_way(offset);
+                match self.is_met(PortCondition::Bit(test)) {
+                    true if way == 0 => self.wait(Wait::Port, None),
+                    true => self.jump(line, way),
+                    false => self.line_ended(),
+                }
+            }
+            Command::AwaitSync { .. } => {
+                self.wait(Wait::Character, None);
+                self.character_arrived();
+            }
+            Command::SendSync(character) => {
+                self.send(Bytes::copy_from_slice(&[character]));
+                self.line_ended();
+            }
+            Command::Until(test) => {
+                if let Some(run) = &mut self.state.run {
+                    run.until = Some(test);
+                }
+                self.line_ended();
+            }
+            other => {
+                self.apply(&other);
+                self.line_ended();
+            }
+        }
+    }
+
+    /// The present line is done; the one after it comes next.
+    pub(crate) fn line_ended(&mut self) {
+        let line = self.state.run.as_ref().map_or(0, |run| run.line);
+        self.go_to(line + 1);
+    }
+
+    /// Jumps by an offset from `line`. A target outside the data field ends the program with
+    /// `G`; the end mark itself is inside.
+    fn jump(&mut self, line: u32, offset: i64) {
+        let end = self.state.flash.program.as_ref().map_or(0, |program| program.len());
+        match u32::try_from(i64::from(line) + offset).ok().filter(|target| *target <= end) {
+            Some(target) => self.go_to(target),
+            None => self.end_run(Err(Reply::DataField)),
+        }
+    }
+
+    /// The line `target` comes next, as soon as the present one has taken its time.
+    fn go_to(&mut self, target: u32) {
+        let line_nanos = self.state.model.timing.line_us * 1_000;
+        let Some(run) = &mut self.state.run else { return };
+        run.line = target;
+        let due = run.began.after_nanos(line_nanos);
+        if due <= self.state.now {
+            self.next_line();
+        } else {
+            self.wait(Wait::Line, Some(due));
+        }
+    }
+
+    fn repeat(&mut self, line: u32, count: u16, offset: i32) {
+        let depth = self.state.model.limits.loop_depth;
+        let extra = match self.state.model.quirks.loop_count {
+            LoopCount::Total => u32::from(count) - 1,
+            LoopCount::Extra => u32::from(count),
+        };
+        let Some(run) = &mut self.state.run else { return };
+        let open = run.loops.iter().rposition(|open| open.line == line);
+        if let Some(place) = open {
+            // Loops inside this one that a branch has left are over.
+            run.loops.truncate(place + 1);
+        }
+        let left = match open {
+            Some(place) => run.loops[place].left,
+            None => extra,
+        };
+        if left == 0 {
+            if open.is_some() {
+                run.loops.pop();
+            }
+            return self.line_ended();
+        }
+        match open {
+            Some(place) => run.loops[place].left = left - 1,
+            None if run.loops.len() == depth => return self.end_run(Err(Reply::DataField)),
+            None => run.loops.push(OpenLoop { line, left: left - 1 }),
+        }
+        self.jump(line, i64::from(offset));
+    }
+
+    /// The way of a conditional branch, counted from its own line.
+    fn branch_way(&self, offset: i32) -> i64 {
+        match self.state.model.quirks.cond_branch_base {
+            BranchBase::Next => i64::from(offset) + 1,
+            BranchBase::Own => i64::from(offset),
+        }
+    }
+
+    // --- waiting ---
+
+    fn wait(&mut self, what: Wait, until: Option<vimc4_device::Time>) {
+        self.state.activity = Activity::Waiting { what, until };
+    }
+
+    /// The time of a wait is over.
+    pub(crate) fn wait_ended(&mut self, what: Wait) {
+        self.state.activity = Activity::Idle;
+        match what {
+            Wait::Boot => {}
+            Wait::Erase => {
+                self.erase_program();
+                self.answer(Mode::Direct, Op::Erase, Reply::Done);
+            }
+            Wait::PanelErase => self.erase_program(),
+            Wait::Delay => self.line_ended(),
+            Wait::Line | Wait::Port | Wait::Character | Wait::Forever => self.next_line(),
+        }
+    }
+
+    /// A character arrived for the line that waits for one: the oldest from 33 to 126 counts,
+    /// others are dropped.
+    pub(crate) fn character_arrived(&mut self) {
+        let Some(line) = self.state.run.as_ref().map(|run| run.line) else { return };
+        let program = self.state.flash.program.as_ref();
+        let Some(&Command::AwaitSync { character, offset }) = program.and_then(|p| p.command(line))
+        else {
+            return;
+        };
+        while let Some(byte) = self.state.receiver.waiting.pop_front() {
+            if (33..=126).contains(&byte) {
+                return match byte == character {
+                    true => self.jump(line, self.branch_way(offset)),
+                    false => self.line_ended(),
+                };
+            }
+        }
+    }
+
+    /// Inputs of a running program changed.
+    pub(crate) fn program_inputs_changed(&mut self) {
+        self.watch_program_inputs();
+        self.poll_waiting_branch();
+    }
+
+    /// `IA`, `IH`, `IN`: inputs that end a running program when they differ from what they
+    /// should be (12 4.2.11 to 4.2.14).
+    fn watch_program_inputs(&mut self) {
+        if !self.state.is_running() {
+            return;
+        }
+        let settings = &self.state.settings;
+        let differs = |test: PortTest| {
+            test.mask != 0 && self.read_port(test.port) & test.mask != test.value & test.mask
+        };
+        let (emergency, cover, abort) =
+            (differs(settings.emergency), differs(settings.cover), differs(settings.abort));
+        if emergency {
+            self.state.relay = false;
+            self.halt(Reply::Plant);
+        } else if cover {
+            self.end_program_motion(Ending::Cover, Err(Reply::Cover));
+        } else if abort {
+            self.end_program_motion(Ending::Break, Ok(()));
+        }
+    }
+
+    /// Ends the program, along the ramp if it moves.
+    fn end_program_motion(&mut self, ending: Ending, result: Result<(), Reply>) {
+        match &self.state.activity {
+            Activity::Moving(_) => self.brake(ending),
+            Activity::Referencing(_) => self.halt(result.err().unwrap_or(Reply::LimitSwitch)),
+            _ => self.end_run(result),
+        }
+    }
+
+    /// A branch that waits on itself looks at its port with every line time. It sleeps while
+    /// the port says "go on waiting" and wakes for its next look when that has changed.
+    fn poll_waiting_branch(&mut self) {
+        let Activity::Waiting { what: Wait::Port, .. } = self.state.activity else { return };
+        let Some(run) = &self.state.run else { return };
+        let program = self.state.flash.program.as_ref();
+        let Some(&Command::BranchIf { test, .. }) = program.and_then(|p| p.command(run.line))
+        else {
+            return;
+        };
+        let line_nanos = self.state.model.timing.line_us * 1_000;
+        let looks = self.state.now.nanos_since(run.began) / line_nanos + 1;
+        let until = match self.is_met(PortCondition::Bit(test)) {
+            true => None,
+            false => Some(run.began.after_nanos(looks * line_nanos)),
+        };
+        self.wait(Wait::Port, until);
+    }
+
+    // --- conditions ---
+
+    /// Whether a condition on a port holds.
+    pub(crate) fn is_met(&self, condition: PortCondition) -> bool {
+        match condition {
+            PortCondition::Mask(PortTest { port, mask, value }) => {
+                self.read_port(port) & mask == value & mask
+            }
+            PortCondition::Bit(BitTest { port, bit, value }) => {
+                let now = self.read_port(port);
+                match bit {
+                    Bit::One(bit) if !self.state.model.ports.is_logical(port) => {
+                        now >> bit & 1 == value & 1
+                    }
+                    _ => now == value,
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! The self-test: version, every configured axis out and back, the ASCII characters, and an
+//! echo that only a reset ends (99 2.2.20).
+
+use vimc4_motion::{Line, Path};
+
+use crate::Controller;
+use crate::state::{Activity, Job, Plan};
+
+/// How far each axis moves out and back: one turn of a motor in half-steps.
+const STEPS: i64 = 400;
+
+impl Controller {
+    /// Begins the self-test.
+    pub(crate) fn begin_self_test(&mut self) {
+        self.send(self.version_text().into());
+        let mut parts = std::collections::VecDeque::new();
+        for axis in self.state.axes.iter() {
+            for way in [STEPS, -STEPS] {
+                let mut delta = [0; 4];
+                delta[axis] = way;
+                parts.push_back((Path::Line(Line::new(delta)), self.state.speeds[axis]));
+            }
+        }
+        self.begin_plan(Job::SelfTest, Plan { parts, until: None });
+    }
+
+    /// The axes have moved: the characters, then the echo.
+    pub(crate) fn self_test_ended(&mut self) {
+        let mut text: Vec<u8> = (b' '..=b'~').collect();
+        text.extend_from_slice(b"\r\n");
+        self.send(text.into());
+        self.state.activity = Activity::Echo;
+    }
+}

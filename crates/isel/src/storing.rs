@@ -1,0 +1,137 @@
+//! Storing a CNC data field, line by line.
+
+use vimc4_isel_wire::{Addressed, Command, Context, Mode, Op, Reply, parse, table};
+
+use crate::Controller;
+use crate::flash::{INVALID_LINE, end_line, line_line, program_line};
+use crate::model::Model;
+use crate::program::{Program, StoredLine, Validity};
+
+impl Controller {
+    /// `i`: what follows is stored.
+    pub(crate) fn begin_storing(&mut self) {
+        let program = Program::begin(self.state.axes, self.state.speeds);
+        if self.state.flash == crate::Flash::default() {
+            // The very first record brings the image's own first line with it.
+            self.state.flash.program = Some(program);
+            self.replace_flash_image();
+        } else {
+            let record = program_line(&program);
+            self.state.flash.program = Some(program);
+            self.append_to_flash_image(record);
+        }
+        self.state.run = None;
+        self.state.storing = true;
+        self.flash_changed("program begun");
+    }
+
+    /// Stores a line, or ends storing with an error that makes the program invalid.
+    pub(crate) fn store_line(&mut self, text: &[u8]) {
+        match self.storable(text) {
+            Ok((command, size)) => {
+                let op = command.op(Mode::Stored);
+                self.announce(self.mnemonic(Mode::Stored, op), text);
+                let reply = self.store(command, size, text);
+                self.answer(Mode::Stored, op, reply);
+            }
+            Err((op, reply)) => {
+                let mnemonic = op.map_or("?", |op| self.mnemonic(Mode::Stored, op));
+                self.announce(mnemonic, text);
+                self.invalidate_program();
+                match op {
+                    Some(op) => self.answer(Mode::Stored, op, reply),
+                    None => self.answer_unknown(reply),
+                }
+            }
+        }
+    }
+
+    fn store(&mut self, command: Command, size: u32, text: &[u8]) -> Reply {
+        let capacity = self.state.model.flash.size;
+        let speeds = self.state.speeds;
+        let Some(program) = &mut self.state.flash.program else { return Reply::DataField };
+        if command == Command::End {
+            program.validity = Validity::Valid;
+            program.speeds = speeds;
+            let record = end_line(program);
+            self.append_to_flash_image(record);
+            self.state.storing = false;
+            self.flash_changed("program valid");
+            return Reply::Done;
+        }
+        if program.size + size > capacity {
+            self.invalidate_program();
+            return Reply::MemoryFull;
+        }
+        program.push(StoredLine { command, text: text.to_vec() }, size);
+        self.append_to_flash_image(line_line(text));
+        self.flash_changed("program line");
+        Reply::Done
+    }
+
+    /// An error while storing: the program cannot run, and storing ends.
+    pub(crate) fn invalidate_program(&mut self) {
+        self.state.storing = false;
+        if let Some(program) = &mut self.state.flash.program {
+            program.validity = Validity::Invalid;
+            self.append_to_flash_image(INVALID_LINE.to_owned());
+            self.flash_changed("program invalid");
+        }
+    }
+
+    /// Forgets the stored program.
+    pub(crate) fn erase_program(&mut self) {
+        self.state.flash.program = None;
+        self.state.run = None;
+        self.replace_flash_image();
+        self.flash_changed("erased");
+    }
+
+    /// Whether a text could be stored as the next line, and what it takes.
+    fn storable(&self, text: &[u8]) -> Result<(Command, u32), (Option<Op>, Reply)> {
+        let line = self.state.flash.program.as_ref().map(Program::len);
+        parse_stored(text, &self.state.model, &self.context(line))
+    }
+
+    pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
+        let specs = table(self.state.model.command_set.dialect(), mode);
+        specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+    }
+}
+
+/// Reads a line to be stored: the command, and how much flash memory it takes.
+pub(crate) fn parse_stored(
+    text: &[u8],
+    model: &Model,
+    context: &Context<'_>,
+) -> Result<(Command, u32), (Option<Op>, Reply)> {
+    let frame = match parse(text, model.command_set.dialect(), Mode::Stored, 0) {
+        Ok(Addressed::Frame(frame)) => frame,
+        Ok(Addressed::OtherDevice) => return Err((None, Reply::NotStorable)),
+        Err(reply) => return Err((None, reply)),
+    };
+    let command = frame.decode(context).map_err(|reply| (Some(frame.op()), reply))?;
+    let parameters = u32::try_from(frame.field_count()).unwrap_or(u32::MAX);
+    let size = model.flash.command_bytes + model.flash.parameter_bytes.saturating_mul(parameters);
+    Ok((command, size))
+}
+
+/// Reads a line of a program from a flash image.
+pub(crate) fn read_stored(
+    text: &[u8],
+    program: &Program,
+    model: &Model,
+) -> Result<(Command, u32), String> {
+    let context = Context {
+        axes: program.axes,
+        speeds: model.limits.speed_min..=model.limits.speed_max,
+        fractions: model.quirks.fractional_numbers.fractions(),
+        ports: &model.ports,
+        bit_base_one: model.quirks.cond_bit_base == 1,
+        line: Some(program.len()),
+    };
+    parse_stored(text, model, &context).map_err(|(_, reply)| {
+        let text = text.escape_ascii();
+        format!("`{text}` cannot be stored on the model {}: {}", model.name, reply.meaning())
+    })
+}

@@ -1,0 +1,108 @@
+//! The closed forms held against the stepwise definitions, and both against the manuals.
+//!
+//! The random tests take few cases in a debug build and more in a release build. The environment
+//! variable `VIMC4_CASES` sets their number, for example the long run
+//! `VIMC4_CASES=100000 cargo test --release -p vimc4-motion`.
+
+mod arcs;
+mod circles;
+mod lines;
+mod profiles;
+mod segments;
+
+use proptest::prelude::*;
+use vimc4_motion::{AXES, Arc, ArcState, Path, Point};
+
+/// How many cases a random test takes.
+fn cases(release: u32) -> ProptestConfig {
+    #[expect(clippy::disallowed_methods, reason = "the length of a test run is set from outside")]
+    let wanted = std::env::var("VIMC4_CASES").ok().and_then(|text| text.parse().ok());
+    let usual = if cfg!(debug_assertions) { release / 10 } else { release };
+    ProptestConfig {
+        cases: wanted.unwrap_or(usual),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
+}
+
+/// Registers, usually such as a circle has, often such as none has.
+fn registers() -> impl Strategy<Value = ArcState> {
+    let coordinate = || prop_oneof![-3..=3i64, -60..=60i64, -1_500..=1_500i64];
+    let difference = prop_oneof![
+        3 => -2..=2i64,
+        5 => -1_000..=1_000i64,
+        2 => -100_000..=100_000i64,
+        1 => -8_388_608..=8_388_607i64,
+    ];
+    let direction = || prop_oneof![Just(1i8), Just(-1i8)];
+    (coordinate(), coordinate(), difference, direction(), direction())
+        .prop_map(|(x, y, d, rx, ry)| ArcState { x, y, d, rx, ry })
+}
+
+/// Any arc in any plane, and an axis that is not in the plane.
+fn arcs() -> impl Strategy<Value = (Arc, usize)> {
+    let plane = prop_oneof![Just((0, 1, 2)), Just((0, 2, 1)), Just((1, 2, 3)), Just((3, 1, 0))];
+    let steps = prop_oneof![0..=8u64, 0..=500u64, 0..=8_000u64];
+    (plane, steps, registers()).prop_map(|((first, second, third), steps, start)| {
+        (Arc::new(first, second, steps, start), third)
+    })
+}
+
+/// Every place of a path by walking it, the start included.
+fn walked(path: &Path) -> Vec<Point> {
+    std::iter::once([0; AXES]).chain(path.steps()).collect()
+}
+
+fn difference(a: Point, b: Point) -> Point {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
+
+/// Holds every closed form of `path` against the walk, from all places if `thorough`, else from
+/// a few.
+fn closed_forms_match(path: &Path, split: u64, thorough: bool) {
+    let places = walked(path);
+    let length = path.length();
+    assert_eq!(places.len() as u64, length + 1);
+    let (mut low, mut high) = ([0; AXES], [0; AXES]);
+    let mut first = [const { Vec::new() }; AXES];
+    for (k, &place) in places.iter().enumerate() {
+        let k = k as u64;
+        if k > 0 {
+            let step = difference(place, places[k as usize - 1]);
+            assert!(step.iter().all(|steps| steps.abs() <= 1), "{step:?} at {k}");
+        }
+        assert_eq!(path.at(k), place, "at {k}");
+        for axis in 0..AXES {
+            if k == 0 || !(low[axis]..=high[axis]).contains(&place[axis]) {
+                first[axis].push((place[axis], k));
+            }
+            low[axis] = low[axis].min(place[axis]);
+            high[axis] = high[axis].max(place[axis]);
+        }
+        if thorough || k == split || k == length {
+            assert_eq!(path.extent(k), (low, high), "extent {k}");
+        }
+    }
+    assert_eq!(path.at(length + 7), path.at(length));
+    assert_eq!(path.at(u64::MAX), path.at(length));
+    for axis in 0..AXES {
+        let stride = if thorough { 1 } else { 1 + first[axis].len() / 40 };
+        for &(offset, k) in first[axis].iter().step_by(stride) {
+            assert_eq!(path.first_at(axis, offset), Some(k), "axis {axis} at {offset}");
+        }
+        for beyond in [low[axis] - 1, high[axis] + 1, i64::MIN, i64::MAX] {
+            assert_eq!(path.first_at(axis, beyond), None, "axis {axis} at {beyond}");
+        }
+    }
+    // What is left after some steps is the rest of the walk, in both forms.
+    let rest = path.after(split);
+    let split = split.min(length);
+    let expected: Vec<_> =
+        places[split as usize..].iter().map(|&p| difference(p, places[split as usize])).collect();
+    assert_eq!(walked(&rest), expected);
+    assert!(expected.iter().zip(0..).all(|(&place, j)| rest.at(j) == place));
+    if split < length {
+        let next = (length - split) / 2;
+        assert_eq!(rest.after(next), path.after(split + next));
+    }
+}

@@ -1,0 +1,294 @@
+//! What a machine is like.
+
+use std::sync::{Arc, OnceLock};
+
+use serde::{Deserialize, Serialize};
+use vimc4_device::AXES;
+
+use crate::profile::{ProfileError, parse_profile};
+
+/// The machines that are built in, name and profile.
+const BUILTIN: [(&str, &str); 5] = [
+    ("bench", include_str!("../machines/bench.toml")),
+    ("mill", include_str!("../machines/mill.toml")),
+    ("mill-4axis", include_str!("../machines/mill-4axis.toml")),
+    ("traverse", include_str!("../machines/traverse.toml")),
+    ("stage", include_str!("../machines/stage.toml")),
+];
+
+/// An end of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum End {
+    /// Where the carriage's position is smallest; limit switch 1.
+    Negative,
+    /// Where it is largest; limit switch 2.
+    Positive,
+}
+
+impl End {
+    /// The other end.
+    #[must_use]
+    pub fn other(self) -> End {
+        match self {
+            End::Negative => End::Positive,
+            End::Positive => End::Negative,
+        }
+    }
+}
+
+/// Where an axis finds its reference point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reference {
+    /// At the limit switch of the negative end.
+    Negative,
+    /// At the limit switch of the positive end.
+    Positive,
+    /// At carriage position 0, from whichever side it comes. For a bench without ends.
+    Home,
+    /// Nowhere: no reference switch is connected, a reference run never ends by itself.
+    None,
+}
+
+/// What a step of an axis is in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// A carriage on a spindle.
+    Linear,
+    /// A turning table.
+    Rotary,
+}
+
+/// One axis of a machine. Positions are steps of the carriage, counted in the machine's own
+/// direction; position 0 is wherever the profile says by placing everything else.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// Linear or rotary.
+    pub unit: Unit,
+    /// Steps of the motor for one turn of the spindle or the table.
+    pub steps_per_turn: u32,
+    /// The spindle's lead in µm; absent on a rotary axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lead_um: Option<u32>,
+    /// Whether a positive step moves the carriage towards its negative end.
+    #[serde(default)]
+    pub inverted: bool,
+    /// Where the reference point is.
+    pub reference: Reference,
+    /// The negative limit switch is active here and below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub negative_switch: Option<i64>,
+    /// The positive limit switch is active here and above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub positive_switch: Option<i64>,
+    /// The lowest position the mechanics allow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lowest: Option<i64>,
+    /// The highest position the mechanics allow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub highest: Option<i64>,
+    /// Where the carriage stands at first.
+    #[serde(default)]
+    pub start: i64,
+}
+
+impl Axis {
+    /// Where the limit switch of an end becomes active, if there is one.
+    #[must_use]
+    pub fn switch(&self, end: End) -> Option<i64> {
+        match end {
+            End::Negative => self.negative_switch,
+            End::Positive => self.positive_switch,
+        }
+    }
+
+    /// Whether a carriage at `position` presses the limit switch of an end.
+    #[must_use]
+    pub fn presses(&self, end: End, position: i64) -> bool {
+        match end {
+            End::Negative => self.negative_switch.is_some_and(|at| position <= at),
+            End::Positive => self.positive_switch.is_some_and(|at| position >= at),
+        }
+    }
+}
+
+/// A machine: four axes and how its switches are wired.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// Its name.
+    pub name: String,
+    /// What it is, in one line.
+    pub title: String,
+    /// Whether a pressed limit switch reads 0 on the raw port instead of 1.
+    #[serde(default)]
+    pub switches_low_active: bool,
+    /// The axes.
+    pub axes: Axes,
+}
+
+/// The axes by name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axes {
+    /// The X axis.
+    pub x: Axis,
+    /// The Y axis.
+    pub y: Axis,
+    /// The Z axis.
+    pub z: Axis,
+    /// The A axis.
+    pub a: Axis,
+}
+
+impl Machine {
+    /// The names of the built-in machines.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        BUILTIN.iter().map(|(name, _)| *name).collect()
+    }
+
+    /// A built-in machine.
+    #[must_use]
+    pub fn builtin(name: &str) -> Option<Arc<Machine>> {
+        static MACHINES: OnceLock<Vec<Arc<Machine>>> = OnceLock::new();
+        MACHINES
+            .get_or_init(|| {
+                let parsed = BUILTIN.iter().map(|(_, text)| Machine::from_toml(text));
+                parsed.filter_map(Result::ok).map(Arc::new).collect()
+            })
+            .iter()
+            .find(|machine| machine.name == name)
+            .cloned()
+    }
+
+    /// The profile of a built-in machine, to start one's own from.
+    #[must_use]
+    pub fn builtin_toml(name: &str) -> Option<&'static str> {
+        BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
+    }
+
+    /// Reads a profile.
+    ///
+    /// # Errors
+    ///
+    /// If it is not TOML, has unknown or missing keys, or describes a machine that cannot be:
+    /// switches in the wrong order, a carriage that starts outside its travel.
+    pub fn from_toml(text: &str) -> Result<Machine, ProfileError> {
+        let machine: Machine = parse_profile(text)?;
+        for (name, axis) in ["x", "y", "z", "a"].into_iter().zip(machine.axes()) {
+            check_axis(text, &format!("axes.{name}"), axis)?;
+        }
+        Ok(machine)
+    }
+
+    /// The axes X, Y, Z, A.
+    #[must_use]
+    pub fn axes(&self) -> [&Axis; AXES] {
+        [&self.axes.x, &self.axes.y, &self.axes.z, &self.axes.a]
+    }
+
+    /// The axis with an index, 0 for X; beyond A it is A.
+    #[must_use]
+    pub fn axis(&self, index: usize) -> &Axis {
+        match index {
+            0 => &self.axes.x,
+            1 => &self.axes.y,
+            2 => &self.axes.z,
+            _ => &self.axes.a,
+        }
+    }
+}
+
+fn check_axis(text: &str, table: &str, axis: &Axis) -> Result<(), ProfileError> {
+    let error = |key: &str, message: String, help: &str| {
+        Err(ProfileError::about_key(text, table, key, message, help))
+    };
+    if axis.steps_per_turn == 0 {
+        return error("steps_per_turn", "an axis needs steps to turn".into(), "400 is common");
+    }
+    match (axis.unit, axis.lead_um) {
+        (Unit::Linear, None | Some(0)) => {
+            return error(
+                if axis.lead_um.is_some() { "lead_um" } else { "unit" },
+                format!("the linear axis [{table}] has no spindle lead"),
+                "add lead_um, the way of one turn in µm: 2500, 4000, 5000 and 10000 are common",
+            );
+        }
+        (Unit::Rotary, Some(_)) => {
+            return error("lead_um", "a rotary axis has no lead".into(), "remove lead_um");
+        }
+        _ => {}
+    }
+    if let (Some(low), Some(high)) = (axis.negative_switch, axis.positive_switch)
+        && low >= high
+    {
+        return error(
+            "positive_switch",
+            format!("the positive switch at {high} is not beyond the negative one at {low}"),
+            "give it a larger position than negative_switch",
+        );
+    }
+    for (end, key) in
+        [(Reference::Negative, "negative_switch"), (Reference::Positive, "positive_switch")]
+    {
+        let missing = match end {
+            Reference::Negative => axis.negative_switch.is_none(),
+            _ => axis.positive_switch.is_none(),
+        };
+        if axis.reference == end && missing {
+            return error(
+                "reference",
+                format!("the reference switch is at an end without a switch: {key} is missing"),
+                "add the switch, or say reference = \"none\" if none is connected",
+            );
+        }
+    }
+    if let Some(lowest) = axis.lowest
+        && (axis.start < lowest || axis.negative_switch.is_some_and(|at| at < lowest))
+    {
+        return error(
+            "lowest",
+            format!("{lowest} is above the start or the negative switch"),
+            "the carriage starts inside its travel, and reaches its switches",
+        );
+    }
+    if let Some(highest) = axis.highest
+        && (axis.start > highest || axis.positive_switch.is_some_and(|at| at > highest))
+    {
+        return error(
+            "highest",
+            format!("{highest} is below the start or the positive switch"),
+            "the carriage starts inside its travel, and reaches its switches",
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_machine_is_sound_and_carries_its_name() {
+        for (name, text) in BUILTIN {
+            let machine = Machine::from_toml(text).unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert_eq!(machine.name, name);
+            assert!(Machine::builtin(name).is_some());
+        }
+    }
+
+    #[test]
+    fn an_error_points_at_the_key() {
+        let text = BUILTIN[1].1.replace("positive_switch = 24001", "positive_switch = -5");
+        let error = Machine::from_toml(&text).unwrap_err();
+        let span = error.span.unwrap();
+        assert_eq!(&text[span], "positive_switch = -5");
+
+        let error = Machine::from_toml("name = \"x\"\ntilt = 3\n").unwrap_err();
+        assert!(error.span.is_some(), "{error:?}");
+    }
+}

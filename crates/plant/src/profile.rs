@@ -1,0 +1,67 @@
+//! Reading profiles, with errors that point at the place.
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+
+/// Why a profile was not accepted, and where.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct ProfileError {
+    /// What is wrong, in one lower-case sentence.
+    pub message: String,
+    /// What would be right.
+    pub help: String,
+    /// The bytes of the text that the message is about.
+    pub span: Option<Range<usize>>,
+}
+
+impl ProfileError {
+    /// An error about the value of `key`, found in `text` by its name.
+    #[must_use]
+    pub fn about_key(
+        text: &str,
+        table: &str,
+        key: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> ProfileError {
+        ProfileError {
+            message: message.into(),
+            help: help.into(),
+            span: find_key(text, table, key),
+        }
+    }
+}
+
+/// Reads a profile from TOML. Unknown keys are errors; an error says what would be right.
+pub fn parse_profile<T: DeserializeOwned>(text: &str) -> Result<T, ProfileError> {
+    toml::from_str(text).map_err(|error| ProfileError {
+        message: error.message().trim().replace('\n', "; "),
+        help:
+            "compare with a built-in profile: `vimc4 models show NAME`, `vimc4 machines show NAME`"
+                .to_owned(),
+        span: error.span(),
+    })
+}
+
+/// The line of `key` in `[table]` (or before any table if `table` is empty).
+fn find_key(text: &str, table: &str, key: &str) -> Option<Range<usize>> {
+    let mut current = String::new();
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        let trimmed = line.trim();
+        if let Some(name) = trimmed.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
+            current = name.trim_matches('[').trim().to_owned();
+            if current == table && key.is_empty() {
+                return Some(at..at + line.trim_end().len());
+            }
+        } else if current == table
+            && trimmed.split('=').next().is_some_and(|name| name.trim() == key)
+        {
+            return Some(at..at + line.trim_end().len());
+        }
+        at += line.len();
+    }
+    None
+}

@@ -1,0 +1,466 @@
+//! The session files: what a session says about itself, besides its script.
+
+use std::fmt;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::{Spanned, Table};
+
+use crate::script::{self, Action, Needs, Step};
+
+/// The models that sessions can be about.
+pub const MODELS: [&str; 5] = ["imc4", "imc4-m", "imc-m", "imc-mp", "imc-s8"];
+
+/// The topics, which are the folders below `fixtures/sessions`, in the order of the behaviour
+/// document, and their headings there.
+pub const TOPICS: [(&str, &str); 11] = [
+    ("line", "The line"),
+    ("errors", "Errors, and which one wins"),
+    ("axes", "Axes, reference, zero"),
+    ("straight", "Straight lines"),
+    ("time", "Ramps and time"),
+    ("circles", "Circles and helices"),
+    ("stop", "Stop, break, reset, limit switches"),
+    ("ports", "Ports and diagnosis"),
+    ("program", "Data field and program"),
+    ("settings", "Settings of the iMC-xx"),
+    ("panel", "Panel and plant"),
+];
+
+/// One behaviour: what is sent, what happens, what must come.
+#[derive(Clone, Debug)]
+pub struct Session {
+    /// Topic, file and name: `stop/software-stop/keeps-the-remainder`.
+    pub id: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// The behaviour as one sentence.
+    pub title: String,
+    /// Where it is known from.
+    pub evidence: Evidence,
+    /// The sections of the manuals, or what kind of knowledge it is.
+    pub source: String,
+    /// The models it applies to, in the order of [`MODELS`].
+    pub models: Vec<&'static str>,
+    /// Values of the model's profile that differ from the built-in one.
+    pub profile: Table,
+    /// The machine it needs.
+    pub machine: MachineChoice,
+    /// Whether replies take the time their bits need on the line.
+    pub line_pacing: bool,
+    /// What is done, in order.
+    pub steps: Vec<Step>,
+}
+
+/// The machine behind the controller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineChoice {
+    /// The built-in machine.
+    pub name: String,
+    /// Values of its profile that differ.
+    pub differs: Table,
+}
+
+/// Where a behaviour is known from; at least one is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Evidence {
+    /// A manual says so.
+    pub documented: bool,
+    /// Host software in daily use depends on it.
+    pub field: bool,
+    /// Nobody says so; it was chosen.
+    pub assumed: bool,
+}
+
+impl Evidence {
+    fn parse(text: &str) -> Option<Evidence> {
+        let mut evidence = Evidence { documented: false, field: false, assumed: false };
+        for mark in text.split('+') {
+            match mark.trim() {
+                "D" => evidence.documented = true,
+                "F" => evidence.field = true,
+                "A" => evidence.assumed = true,
+                _ => return None,
+            }
+        }
+        Some(evidence)
+    }
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let marks = [(self.documented, "D"), (self.field, "F"), (self.assumed, "A")];
+        let marks: Vec<&str> = marks.iter().filter(|(set, _)| *set).map(|(_, m)| *m).collect();
+        f.write_str(&marks.join("+"))
+    }
+}
+
+impl Session {
+    /// What it needs of whatever plays it.
+    #[must_use]
+    pub fn needs(&self) -> Needs {
+        script::needs(self.steps.iter().map(|step| &step.action))
+    }
+
+    /// The folder it is in.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        self.id.split('/').next().unwrap_or_default()
+    }
+}
+
+/// What is wrong with a session file, and where.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}:{line}: {message}", path.display())]
+pub struct FormatError {
+    /// The file.
+    pub path: PathBuf,
+    /// The line, from 1.
+    pub line: usize,
+    /// What is wrong; what would be right.
+    pub message: String,
+}
+
+/// A file as it is written. What stands before the first `[[session]]` holds for all of them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFile {
+    models: Option<Spanned<RawModels>>,
+    evidence: Option<Spanned<String>>,
+    source: Option<String>,
+    machine: Option<RawMachine>,
+    setup: Option<Spanned<String>>,
+    session: Vec<RawSession>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSession {
+    name: Spanned<String>,
+    title: String,
+    models: Option<Spanned<RawModels>>,
+    evidence: Option<Spanned<String>>,
+    source: Option<String>,
+    #[serde(default)]
+    quirks: Table,
+    #[serde(default)]
+    profile: Table,
+    machine: Option<RawMachine>,
+    #[serde(default)]
+    line_pacing: bool,
+    setup: Option<Spanned<String>>,
+    each: Option<Spanned<String>>,
+    script: Spanned<String>,
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(untagged)]
+enum RawModels {
+    One(String),
+    Many(Vec<String>),
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(untagged)]
+enum RawMachine {
+    Name(String),
+    Profile(Table),
+}
+
+/// Reads every session below a folder `sessions`, in the order of topics, files and lines.
+///
+/// # Errors
+///
+/// The first mistake in a file, with its place; a file that cannot be read.
+pub fn read_all(folder: &Path) -> Result<Vec<Session>, FormatError> {
+    let mut sessions = Vec::new();
+    for topic in entries(folder)? {
+        let name = topic.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if !TOPICS.iter().any(|(known, _)| *known == name) {
+            let message = format!("{name:?} is no topic; add it to TOPICS in tests/src/format.rs");
+            return Err(FormatError { path: topic, line: 1, message });
+        }
+    }
+    for (topic, _) in TOPICS {
+        for path in entries(&folder.join(topic))? {
+            let text = fs::read_to_string(&path).map_err(|error| cannot_read(&path, &error))?;
+            sessions.extend(parse(topic, &path, &text)?);
+        }
+    }
+    Ok(sessions)
+}
+
+/// Reads one session file of a topic.
+///
+/// # Errors
+///
+/// The first mistake, with its place.
+pub fn parse(topic: &str, path: &Path, text: &str) -> Result<Vec<Session>, FormatError> {
+    let file = File { path, text };
+    let raw: RawFile = toml::from_str(text).map_err(|error| {
+        let keys = "fixtures/README.md lists the keys";
+        file.error(error.span().unwrap_or(0..0), format!("{}; {keys}", error.message()))
+    })?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut sessions: Vec<Session> = Vec::new();
+    for session in &raw.session {
+        let name = session.name.as_ref();
+        let at = session.name.span();
+        if name.is_empty() || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-') {
+            let message = format!("{name:?} is no name; small letters, digits and - make one");
+            return Err(file.error(at, message));
+        }
+        let id = format!("{topic}/{stem}/{name}");
+        if sessions.iter().any(|earlier| earlier.id == id) {
+            return Err(file.error(at, format!("a second {name:?}; give it a name of its own")));
+        }
+        let missing = |key: &str| {
+            let message = format!("{name:?} has no {key}; add it there or at the top of the file");
+            file.error(at.clone(), message)
+        };
+        let models = session.models.as_ref().or(raw.models.as_ref());
+        let evidence = session.evidence.as_ref().or(raw.evidence.as_ref());
+        let evidence = evidence.ok_or_else(|| missing("evidence"))?;
+        let mut profile = session.profile.clone();
+        if !session.quirks.is_empty() {
+            merge(
+                &mut profile,
+                Table::from_iter([("quirks".into(), session.quirks.clone().into())]),
+            );
+        }
+        let setup = match session.setup.as_ref().or(raw.setup.as_ref()) {
+            Some(setup) => file.script(setup, &Row(vec![]))?,
+            None => vec![],
+        };
+        let mut steps = Vec::new();
+        for (index, row) in file.rows(session.each.as_ref())?.iter().enumerate() {
+            if index > 0 {
+                let text = "a new controller".to_owned();
+                let line = file.line_of(session.script.span().start);
+                steps.push(Step { line, text, action: Action::New });
+            }
+            steps.extend(setup.iter().cloned());
+            steps.extend(file.script(&session.script, row)?);
+        }
+        sessions.push(Session {
+            path: path.to_owned(),
+            title: session.title.clone(),
+            evidence: Evidence::parse(evidence.as_ref()).ok_or_else(|| {
+                let message = "no evidence mark; D, F, A or several as in \"D+F\" are".to_owned();
+                file.error(evidence.span(), message)
+            })?,
+            source: session
+                .source
+                .as_ref()
+                .or(raw.source.as_ref())
+                .ok_or_else(|| missing("source"))?
+                .clone(),
+            models: file.models(models.ok_or_else(|| missing("models"))?)?,
+            profile,
+            machine: match session.machine.as_ref().or(raw.machine.as_ref()) {
+                None => MachineChoice { name: "bench".to_owned(), differs: Table::new() },
+                Some(RawMachine::Name(name)) => {
+                    MachineChoice { name: name.clone(), differs: Table::new() }
+                }
+                Some(RawMachine::Profile(differs)) => {
+                    let mut differs = differs.clone();
+                    let name = match differs.remove("like") {
+                        Some(toml::Value::String(name)) => name,
+                        _ => "bench".to_owned(),
+                    };
+                    MachineChoice { name, differs }
+                }
+            },
+            line_pacing: session.line_pacing,
+            steps,
+            id,
+        });
+    }
+    Ok(sessions)
+}
+
+/// Puts the values of `differs` into a profile, table by table.
+pub fn merge(profile: &mut Table, differs: Table) {
+    for (key, value) in differs {
+        match (profile.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(value)) => merge(inner, value),
+            (_, value) => {
+                profile.insert(key, value);
+            }
+        }
+    }
+}
+
+/// A file and its text, to say where in it something is wrong.
+struct File<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl File<'_> {
+    fn error(&self, span: Range<usize>, message: String) -> FormatError {
+        self.error_at(self.line_of(span.start), message)
+    }
+
+    fn error_at(&self, line: usize, message: String) -> FormatError {
+        FormatError { path: self.path.to_owned(), line, message }
+    }
+
+    fn line_of(&self, offset: usize) -> usize {
+        self.text.bytes().take(offset).filter(|&byte| byte == b'\n').count() + 1
+    }
+
+    /// The lines of a literal text, each with its line in the file.
+    fn lines<'t>(&self, text: &'t Spanned<String>) -> Result<Vec<(usize, &'t str)>, FormatError> {
+        if !self.text[text.span().start..].starts_with("'''\n") {
+            let message = "no plain text; write it on lines of its own between ''' and '''";
+            return Err(self.error(text.span(), message.to_owned()));
+        }
+        let first = self.line_of(text.span().start) + 1;
+        Ok(text.as_ref().lines().enumerate().map(|(at, line)| (first + at, line)).collect())
+    }
+
+    /// The steps of a script, its columns filled in.
+    fn script(&self, script: &Spanned<String>, row: &Row) -> Result<Vec<Step>, FormatError> {
+        let mut steps = Vec::new();
+        for (line, text) in self.lines(script)? {
+            let text = row.fill(text);
+            let actions = script::parse_line(&text);
+            let actions = actions.map_err(|error| self.error_at(line, error.message))?;
+            let text = text.trim_end();
+            steps.extend(actions.into_iter().map(|action| Step {
+                line,
+                text: text.to_owned(),
+                action,
+            }));
+        }
+        Ok(steps)
+    }
+
+    /// The rows of a table whose first line names the columns; without a table, one row without
+    /// columns.
+    fn rows(&self, each: Option<&Spanned<String>>) -> Result<Vec<Row>, FormatError> {
+        let Some(each) = each else { return Ok(vec![Row(vec![])]) };
+        let lines = self.lines(each)?;
+        let mut lines = lines.into_iter().filter(|(_, line)| !line.trim().is_empty());
+        let cells =
+            |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+        let names = lines.next().map(|(_, line)| cells(line)).unwrap_or_default();
+        lines
+            .map(|(at, line)| {
+                let values = cells(line);
+                if values.len() == names.len() {
+                    return Ok(Row(names.iter().cloned().zip(values).collect()));
+                }
+                let message = format!(
+                    "{} values in a row; the table has the {} columns {}",
+                    values.len(),
+                    names.len(),
+                    names.join(" | ")
+                );
+                Err(self.error_at(at, message))
+            })
+            .collect()
+    }
+
+    fn models(&self, models: &Spanned<RawModels>) -> Result<Vec<&'static str>, FormatError> {
+        let names = match models.as_ref() {
+            RawModels::One(name) => std::slice::from_ref(name),
+            RawModels::Many(names) => names.as_slice(),
+        };
+        let mut chosen = [false; MODELS.len()];
+        for name in names {
+            for (model, chosen) in MODELS.iter().zip(&mut chosen) {
+                let group = if model.starts_with("imc4") { "classic" } else { "imc-xx" };
+                *chosen |= [model, "all", group].contains(&name.as_str());
+            }
+            if !MODELS.contains(&name.as_str())
+                && !["all", "classic", "imc-xx"].contains(&name.as_str())
+            {
+                let message =
+                    format!("no model {name:?}; all, classic, imc-xx, {} are", MODELS.join(", "));
+                return Err(self.error(models.span(), message));
+            }
+        }
+        Ok(MODELS.into_iter().zip(chosen).filter(|(_, chosen)| *chosen).map(|(m, _)| m).collect())
+    }
+}
+
+/// A row of a table: column and value.
+struct Row(Vec<(String, String)>);
+
+impl Row {
+    fn fill(&self, text: &str) -> String {
+        self.0.iter().fold(text.to_owned(), |text, (name, value)| {
+            text.replace(&format!("{{{name}}}"), value)
+        })
+    }
+}
+
+/// What is in a folder, sorted by name. The editor's hidden files are not.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, FormatError> {
+    let read = fs::read_dir(folder).map_err(|error| cannot_read(folder, &error))?;
+    let mut paths = Vec::new();
+    for entry in read {
+        let path = entry.map_err(|error| cannot_read(folder, &error))?.path();
+        if !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')) {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+fn cannot_read(path: &Path, error: &std::io::Error) -> FormatError {
+    FormatError { path: path.to_owned(), line: 1, message: format!("cannot be read: {error}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "models = \"imc-xx\"\nevidence = \"D\"\nsource = \"12 2.2.3\"\n\
+                        setup = '''\n> @07 -> 0\n'''\n\n\
+                        [[session]]\nname = \"two-rows\"\ntitle = \"t\"\n\
+                        each = '''\nport | value\n1 | 03\n2 | E2\n'''\n\
+                        script = '''\n> @0b{port} -> 0{value}\n'''\n";
+
+    fn message(text: &str) -> String {
+        parse("line", Path::new("x.toml"), text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_row_of_a_table_has_its_own_controller() {
+        let sessions = parse("line", Path::new("x.toml"), GOOD).unwrap();
+        assert_eq!(sessions[0].id, "line/x/two-rows");
+        assert_eq!(sessions[0].models, ["imc-m", "imc-mp", "imc-s8"]);
+        let steps: Vec<_> = sessions[0].steps.iter().map(|s| (s.line, s.text.as_str())).collect();
+        let (first, second, setup) = ("> @0b1 -> 003", "> @0b2 -> 0E2", "> @07 -> 0");
+        let new = "a new controller";
+        let row = |text| [(5, setup), (5, setup), (17, text), (17, text)];
+        assert_eq!(steps, [&row(first)[..], &[(16, new)], &row(second)].concat());
+    }
+
+    #[test]
+    fn an_error_names_the_file_the_line_and_the_remedy() {
+        let error = message(&GOOD.replace("> @0b{port}", "send @0b{port}"));
+        assert!(error.starts_with("x.toml:17: \"send\" is no word"), "{error}");
+        let error = message(&GOOD.replace("2 | E2", "2 | E2 | 3"));
+        assert!(error.starts_with("x.toml:14: 3 values in a row"), "{error}");
+        let error = message(&GOOD.replace("imc-xx", "imc5"));
+        assert!(error.starts_with("x.toml:1: no model \"imc5\"; all, classic"), "{error}");
+        let error = message(&GOOD.replace("title", "titel"));
+        assert!(error.starts_with("x.toml:10: "), "{error}");
+        let error = message(&GOOD.replace("source = \"12 2.2.3\"", ""));
+        assert!(error.contains("has no source"), "{error}");
+    }
+
+    #[test]
+    fn profiles_differ_table_by_table() {
+        let mut profile: Table = toml::from_str("[a]\nx = 1\ny = 2").unwrap();
+        merge(&mut profile, toml::from_str("[a]\ny = 3\n[b]\nz = 4").unwrap());
+        assert_eq!(profile, toml::from_str("[a]\nx = 1\ny = 3\n[b]\nz = 4").unwrap());
+    }
+}

@@ -1,0 +1,491 @@
+//! Plays a session against a device, in the model's own time.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::fmt::{self, Write as _};
+
+use vimc4_device::{Device, Event, FlashChange, Input, Kinds, Motion, Output, Time, View};
+
+use crate::format::Session;
+use crate::script::{Action, Expected, SignalName, Step, escape, show_nanos};
+
+/// How much happens in a session before it counts as one that never ends.
+const MOST_WAKES: u32 = 1_000_000;
+/// How long a session may take, in the model's time: a week.
+const LONGEST: u64 = 7 * 24 * 3600 * 1_000_000_000;
+
+/// How a device is driven. The contract of [`Device`] allows both, so both must give the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// Every line in one piece, every wake-up when it is due, everything watched.
+    Smooth,
+    /// Byte by byte, with needless wake-ups, the state saved and restored between the actions,
+    /// watching warnings only.
+    Rough,
+}
+
+/// What was seen while a session ran.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Record {
+    /// Commands that were answered: mnemonic and first byte of the answer.
+    pub answers: BTreeSet<(&'static str, u8)>,
+    /// Lines of stored programs that were executed.
+    pub lines: BTreeSet<&'static str>,
+    /// Signals that were set, by name.
+    pub signals: BTreeSet<String>,
+    /// Something moved.
+    pub moved: bool,
+    /// The flash memory was written.
+    pub wrote_flash: bool,
+}
+
+/// A session that did not go as it is written.
+#[derive(Clone, Debug, thiserror::Error)]
+pub struct Failure {
+    id: String,
+    path: String,
+    title: String,
+    /// The script around the place, with a mark on it.
+    excerpt: String,
+    expected: String,
+    got: String,
+    now: Time,
+    since: u64,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} in {}", self.id, self.path)?;
+        writeln!(f, "  {}\n\n{}", self.title, self.excerpt)?;
+        writeln!(f, "  expected  {}", self.expected)?;
+        writeln!(f, "  got       {}", self.got)?;
+        write!(
+            f,
+            "  at        {} on the stopwatch, model time {}",
+            show_nanos(self.since),
+            self.now
+        )
+    }
+}
+
+/// Plays a session on devices that `build` makes from a flash image, and says what was seen and
+/// in which state the device ended.
+///
+/// # Errors
+///
+/// The first thing that is not as the session says.
+pub fn play<D: Device>(
+    session: &Session,
+    drive: Drive,
+    build: impl Fn(&[u8]) -> Result<D, String>,
+) -> Result<(Record, D::State), Box<Failure>> {
+    let device = build(&[]).map_err(|error| {
+        Box::new(Failure {
+            id: session.id.clone(),
+            path: session.path.display().to_string(),
+            title: session.title.clone(),
+            excerpt: String::new(),
+            expected: "a controller with this profile and machine".to_owned(),
+            got: error,
+            now: Time::ZERO,
+            since: 0,
+        })
+    })?;
+    let mut player = Player {
+        device,
+        drive,
+        now: Time::ZERO,
+        stopwatch: Time::ZERO,
+        received: VecDeque::new(),
+        warnings: Vec::new(),
+        flash: Vec::new(),
+        record: Record::default(),
+    };
+    player.connect();
+    for (index, step) in session.steps.iter().enumerate() {
+        let result = match step.action {
+            Action::Restart => player.restart(&build),
+            Action::New => player.replace(session, &build),
+            _ => player.perform(&step.action),
+        };
+        result.map_err(|Mismatch(expected, got)| player.failure(session, index, expected, got))?;
+    }
+    let last = session.steps.len().saturating_sub(1);
+    player.check_end(session).map_err(|Mismatch(e, g)| player.failure(session, last, e, g))?;
+    Ok((player.record, player.device.state().clone()))
+}
+
+/// What was expected, and what came instead.
+struct Mismatch(String, String);
+
+fn mismatch<T>(expected: impl Into<String>, got: impl Into<String>) -> Result<T, Mismatch> {
+    Err(Mismatch(expected.into(), got.into()))
+}
+
+struct Player<D> {
+    device: D,
+    drive: Drive,
+    now: Time,
+    stopwatch: Time,
+    received: VecDeque<(Time, u8)>,
+    warnings: Vec<String>,
+    flash: Vec<u8>,
+    record: Record,
+}
+
+impl<D: Device> Player<D> {
+    fn connect(&mut self) {
+        self.device.watch(match self.drive {
+            Drive::Smooth => Kinds::ALL,
+            Drive::Rough => Kinds::WARNING,
+        });
+        self.input(Input::Wake);
+    }
+
+    fn perform(&mut self, action: &Action) -> Result<(), Mismatch> {
+        if self.drive == Drive::Rough {
+            self.save_and_restore()?;
+        }
+        match action {
+            Action::Send(bytes) => {
+                self.stopwatch = self.now;
+                self.send(bytes);
+            }
+            Action::Control(byte) => self.send(&[*byte]),
+            Action::Expect(expected) => return self.expect(expected),
+            Action::Rest => {
+                self.run(|_| false)?;
+                return self.nothing_more();
+            }
+            Action::Silent(nanos) => {
+                self.advance(self.now.after_nanos(*nanos))?;
+                return self.nothing_more();
+            }
+            Action::Wait(nanos) => return self.advance(self.now.after_nanos(*nanos)),
+            Action::Mark => self.stopwatch = self.now,
+            Action::Signal(name, values) => return self.set(name, values),
+            Action::Power(on) => self.input(Input::Power(*on)),
+            Action::Restart | Action::New => {}
+            Action::Position(wanted) => {
+                let view = self.view();
+                return compare(wanted, view.axes.iter().map(|axis| axis.position));
+            }
+            Action::Carriage(wanted) => {
+                let view = self.view();
+                return compare(wanted, view.axes.iter().map(|axis| axis.carriage));
+            }
+            Action::Port { input, port, value } => {
+                let view = self.view();
+                let found = view.ports.iter().find(|p| p.port == *port && p.input == *input);
+                let got = found.map_or("no such port".to_owned(), |p| format!("{:02X}", p.value));
+                if got != format!("{value:02X}") {
+                    return mismatch(format!("{value:02X}"), got);
+                }
+            }
+            Action::Baud(baud) if self.device.baud() != *baud => {
+                return mismatch(format!("{baud} baud"), format!("{} baud", self.device.baud()));
+            }
+            Action::Baud(_) => {}
+            Action::Warning(kind) => match self.warnings.iter().position(|seen| seen == kind) {
+                Some(at) => drop(self.warnings.drain(..=at)),
+                None => return mismatch(format!("a warning {kind}"), self.warnings.join(", ")),
+            },
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        match self.drive {
+            Drive::Smooth => self.input(Input::Bytes(bytes)),
+            Drive::Rough => {
+                for byte in bytes {
+                    self.input(Input::Bytes(std::slice::from_ref(byte)));
+                }
+            }
+        }
+    }
+
+    fn input(&mut self, input: Input<'_>) {
+        self.device.handle(input, self.now);
+        loop {
+            match self.device.poll_output() {
+                Output::Bytes(at, bytes) => {
+                    self.received.extend(bytes.iter().map(|byte| (at, *byte)));
+                }
+                Output::Flash(_, change) => {
+                    self.record.wrote_flash = true;
+                    match change {
+                        FlashChange::Append(bytes) => self.flash.extend_from_slice(&bytes),
+                        FlashChange::Replace(bytes) => self.flash = bytes.to_vec(),
+                    }
+                }
+                Output::Event(_, event) => self.watch(event),
+                Output::Wake(_) => return,
+            }
+        }
+    }
+
+    fn watch(&mut self, event: Event) {
+        match event {
+            Event::Answer { mnemonic, bytes } => {
+                // A text reply ends with its code, every other begins with it.
+                let code = if bytes.ends_with(b"\r\n0") { Some(&b'0') } else { bytes.first() };
+                self.record.answers.extend(code.map(|code| (mnemonic, *code)));
+            }
+            Event::Line { mnemonic, .. } => {
+                self.record.lines.insert(mnemonic);
+            }
+            Event::Motion(Motion::Begins { .. }) => self.record.moved = true,
+            Event::Warning(warning) => {
+                let value = serde_json::to_value(&warning).unwrap_or_default();
+                self.warnings.push(value["warning"].as_str().unwrap_or("?").to_owned());
+            }
+            _ => {}
+        }
+    }
+
+    fn view(&self) -> View {
+        self.device.view(self.now)
+    }
+
+    /// Lets the device run to `until`.
+    fn advance(&mut self, until: Time) -> Result<(), Mismatch> {
+        let mut wakes = 0;
+        while let Some(due) = self.device.wake().filter(|due| *due <= until) {
+            self.wake_at(due, &mut wakes)?;
+        }
+        self.now = until;
+        self.input(Input::Wake);
+        Ok(())
+    }
+
+    /// Lets the device run until `done` or until it waits for an input; says whether `done`.
+    fn run(&mut self, done: impl Fn(&Self) -> bool) -> Result<bool, Mismatch> {
+        let mut wakes = 0;
+        while !done(self) {
+            let Some(due) = self.device.wake() else { return Ok(false) };
+            self.wake_at(due, &mut wakes)?;
+        }
+        Ok(true)
+    }
+
+    fn wake_at(&mut self, due: Time, wakes: &mut u32) -> Result<(), Mismatch> {
+        *wakes += 1;
+        if *wakes > MOST_WAKES || due.as_nanos() > LONGEST {
+            return mismatch("an end", "the controller goes on and on");
+        }
+        if due < self.now {
+            let got = format!("{due}, which is over");
+            return mismatch("a wake-up time that is still to come", got);
+        }
+        if self.drive == Drive::Rough {
+            self.now = self.now.after_nanos(due.nanos_since(self.now) / 2);
+            self.input(Input::Wake);
+        }
+        self.now = due;
+        self.input(Input::Wake);
+        Ok(())
+    }
+
+    fn expect(&mut self, expected: &Expected) -> Result<(), Mismatch> {
+        let literal = match expected.parts.as_slice() {
+            [literal] => Some(literal),
+            _ => None,
+        };
+        self.run(|player| {
+            let received = player.received.iter().map(|(_, byte)| byte);
+            literal.is_some_and(|bytes| {
+                player.received.len() >= bytes.len() || !received.zip(bytes).all(|(a, b)| a == b)
+            })
+        })?;
+        let received: Vec<u8> = self.received.iter().map(|(_, byte)| *byte).collect();
+        let length = literal.map_or(received.len(), |bytes| bytes.len().min(received.len()));
+        let at = length.checked_sub(1).and_then(|last| self.received.get(last));
+        let at = at.map_or(0, |(time, _)| time.nanos_since(self.stopwatch));
+        let in_time = expected.at.is_none_or(|(wanted, off)| at.abs_diff(wanted) <= off);
+        let short_enough = expected.max.is_none_or(|max| length <= max);
+        if !matches(&expected.parts, &received[..length]) || !in_time || !short_enough {
+            return mismatch(show_expected(expected), show_received(&received, at));
+        }
+        self.received.drain(..length);
+        Ok(())
+    }
+
+    fn nothing_more(&self) -> Result<(), Mismatch> {
+        let received: Vec<u8> = self.received.iter().map(|(_, byte)| *byte).collect();
+        match self.received.back() {
+            None => Ok(()),
+            Some((at, _)) => {
+                mismatch("nothing more", show_received(&received, at.nanos_since(self.stopwatch)))
+            }
+        }
+    }
+
+    fn set(&mut self, name: &SignalName, values: &[i32]) -> Result<(), Mismatch> {
+        let signals = self.device.signals();
+        let found = match name {
+            SignalName::Named(name) => signals.iter().find(|signal| signal.name == *name),
+            SignalName::Bit(port, bit) => {
+                let id = self.device.input_signal(*port, *bit);
+                signals.iter().find(|signal| Some(signal.id) == id)
+            }
+        };
+        let Some(signal) = found else {
+            let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+            let wanted = match name {
+                SignalName::Named(name) => format!("a signal {name}"),
+                SignalName::Bit(port, bit) => format!("a signal at bit {bit} of port {port}"),
+            };
+            return mismatch(wanted, format!("there are {}", names.join(", ")));
+        };
+        let id = signal.id;
+        self.record.signals.insert(signal.name.clone());
+        for value in values {
+            self.input(Input::Signal(id, *value));
+        }
+        Ok(())
+    }
+
+    fn restart(&mut self, build: impl Fn(&[u8]) -> Result<D, String>) -> Result<(), Mismatch> {
+        match build(&self.flash) {
+            Ok(device) => self.device = device,
+            Err(error) => {
+                return mismatch("a controller that takes the flash image it left", error);
+            }
+        }
+        self.connect();
+        Ok(())
+    }
+
+    fn replace(
+        &mut self,
+        session: &Session,
+        build: impl Fn(&[u8]) -> Result<D, String>,
+    ) -> Result<(), Mismatch> {
+        self.check_end(session)?;
+        self.flash.clear();
+        self.warnings.clear();
+        self.restart(build)
+    }
+
+    fn save_and_restore(&mut self) -> Result<(), Mismatch> {
+        let before = self.device.state();
+        let after = serde_json::to_string(before).map(|text| serde_json::from_str(&text));
+        match after {
+            Ok(Ok(after)) if after == *before => {
+                self.device.restore(after);
+                Ok(())
+            }
+            Ok(Err(error)) | Err(error) => mismatch("a state that can be saved", error.to_string()),
+            Ok(Ok(after)) => mismatch(format!("{before:?}"), format!("{after:?} after saving it")),
+        }
+    }
+
+    fn check_end(&self, session: &Session) -> Result<(), Mismatch> {
+        self.nothing_more()?;
+        let needs = session.needs();
+        if self.record.moved && !needs.moves {
+            return mismatch("a script that shows that it moves", "a motion");
+        }
+        if self.record.wrote_flash && !needs.writes_flash {
+            return mismatch("a script that shows that it writes the flash", "a write");
+        }
+        if self.flash != self.device.flash_image() {
+            return mismatch("the flash image that its changes make", "another image");
+        }
+        Ok(())
+    }
+
+    fn failure(&self, session: &Session, at: usize, expected: String, got: String) -> Box<Failure> {
+        let mut excerpt = String::new();
+        let from = at.saturating_sub(6);
+        let mut shown = None;
+        for (index, Step { line, text, .. }) in session.steps.iter().enumerate().skip(from).take(9)
+        {
+            let mark = if index == at { "->" } else { "  " };
+            let again = shown.replace((line, text)) == Some((line, text));
+            if !again || index == at {
+                let _ = writeln!(excerpt, "  {mark} {line:4}  {text}");
+            }
+        }
+        Box::new(Failure {
+            id: session.id.clone(),
+            path: format!(
+                "{}:{}",
+                session.path.display(),
+                session.steps.get(at).map_or(1, |s| s.line)
+            ),
+            title: session.title.clone(),
+            excerpt,
+            expected,
+            got,
+            now: self.now,
+            since: self.now.nanos_since(self.stopwatch),
+        })
+    }
+}
+
+fn compare(wanted: &[i64], got: impl Iterator<Item = i64>) -> Result<(), Mismatch> {
+    let got: Vec<i64> = got.take(wanted.len()).collect();
+    if got == wanted { Ok(()) } else { mismatch(show_point(wanted), show_point(&got)) }
+}
+
+fn show_point(point: &[i64]) -> String {
+    point.iter().map(i64::to_string).collect::<Vec<_>>().join(" ")
+}
+
+fn show_expected(expected: &Expected) -> String {
+    let parts: Vec<String> = expected.parts.iter().map(|part| escape(part)).collect();
+    let mut text = parts.join("...");
+    if let Some((at, tolerance)) = expected.at {
+        text += &format!(" at {}", show_nanos(at));
+        if tolerance > 0 {
+            text += &format!(" ± {}", show_nanos(tolerance));
+        }
+    }
+    if let Some(max) = expected.max {
+        text += &format!(", at most {max} bytes");
+    }
+    text
+}
+
+fn show_received(received: &[u8], at: u64) -> String {
+    if received.is_empty() {
+        return "nothing, and the controller waits for an input".to_owned();
+    }
+    format!("{} at {}", escape(received), show_nanos(at))
+}
+
+/// Whether `bytes` are the literal parts in this order, the first at the start, the last at the
+/// end, with anything between two of them.
+fn matches(parts: &[Vec<u8>], bytes: &[u8]) -> bool {
+    let [first, middle @ .., last] = parts else {
+        return parts.first().is_some_and(|only| only == bytes);
+    };
+    let Some(mut rest) = bytes.strip_prefix(first.as_slice()) else { return false };
+    for part in middle {
+        let found = rest.windows(part.len().max(1)).position(|w| w == part);
+        match found {
+            _ if part.is_empty() => {}
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.ends_with(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_stand_for_anything() {
+        let parts =
+            |text: &str| text.split("...").map(|p| p.as_bytes().to_vec()).collect::<Vec<_>>();
+        assert!(matches(&parts("0"), b"0"));
+        assert!(!matches(&parts("0"), b"00"));
+        assert!(matches(&parts("...\r\n0"), b"one\r\ntwo\r\n0"));
+        assert!(matches(&parts("0...UserInfo..."), b"0the UserInfo is x\r\n"));
+        assert!(!matches(&parts("0...UserInfo..."), b"0nothing"));
+        assert!(!matches(&parts("00...0"), b"00"));
+    }
+}

@@ -1,0 +1,456 @@
+//! The script of a session: one action a line.
+
+use std::fmt;
+
+use vimc4_device::Time;
+
+/// One line of a script.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// The line of the session's file, from 1.
+    pub line: usize,
+    /// The line as it is written.
+    pub text: String,
+    /// What it says.
+    pub action: Action,
+}
+
+/// What a line of a script says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// `> LINE` and `>> BYTES`: these bytes are sent. They start the stopwatch.
+    Send(Vec<u8>),
+    /// `! 253`, `! 254`, `! 255`: a control byte is sent. It leaves the stopwatch alone.
+    Control(u8),
+    /// `< REPLY`: this is what must come next.
+    Expect(Expected),
+    /// `silent`: the controller comes to rest and has sent nothing more.
+    Rest,
+    /// `silent 200ms`: nothing comes for a while.
+    Silent(u64),
+    /// `wait 50ms`: time passes.
+    Wait(u64),
+    /// `mark`: starts the stopwatch.
+    Mark,
+    /// `set`, `press`, `release`, `key`, `cover`, `input 0.3 1`: a signal takes values, one
+    /// after the other at the same instant.
+    Signal(SignalName, Vec<i32>),
+    /// `power off`, `power on`.
+    Power(bool),
+    /// Between two rows of a table: a controller fresh from the factory takes the place of the
+    /// one before.
+    New,
+    /// `restart`: the emulator dies and starts again with the flash image it left.
+    Restart,
+    /// `position 280 0 0`: the step counters, as many axes as are given.
+    Position(Vec<i64>),
+    /// `carriage 280 0 0`: where the carriages really are.
+    Carriage(Vec<i64>),
+    /// `port in 0 = C0`, `port out 0 = 20`.
+    Port {
+        /// Whether it is a port the host reads.
+        input: bool,
+        /// Its number.
+        port: u16,
+        /// Its value.
+        value: u8,
+    },
+    /// `baud 9600`: the speed of the line.
+    Baud(u32),
+    /// `warning steps-lost`: such a warning has come since the last such line.
+    Warning(String),
+}
+
+/// How a signal is named in a script.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SignalName {
+    /// By its name.
+    Named(String),
+    /// By the bit of an input port that shows it.
+    Bit(u16, u8),
+}
+
+/// What must come, and when.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Expected {
+    /// The literal parts; between two of them anything may stand. One part means these bytes
+    /// exactly.
+    pub parts: Vec<Vec<u8>>,
+    /// When its last byte comes on the stopwatch, and how much earlier or later it may come, ns.
+    pub at: Option<(u64, u64)>,
+    /// The most bytes it may have.
+    pub max: Option<usize>,
+}
+
+/// What a script needs of whatever plays it besides a line that carries bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// A clock of the model: exact times are compared.
+    pub clock: bool,
+    /// A look inside: positions, ports, warnings.
+    pub view: bool,
+    /// Hands at the panel, at the inputs and at the mains switch.
+    pub operator: bool,
+    /// It may set the machine in motion.
+    pub moves: bool,
+    /// It may write the controller's flash memory.
+    pub writes_flash: bool,
+}
+
+/// Why a line is not a script's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScriptError {
+    /// What is wrong; what would be right.
+    pub message: String,
+}
+
+impl ScriptError {
+    fn new(wrong: impl fmt::Display, right: impl fmt::Display) -> ScriptError {
+        ScriptError { message: format!("{wrong}; {right}") }
+    }
+}
+
+const WORDS: &str = "a line begins with >, >>, <, ! or one of silent, wait, mark, set, press, \
+                     release, key, cover, input, power, restart, position, carriage, port, baud, \
+                     warning";
+
+/// Reads one line of a script; nothing for an empty line or a comment. `> LINE -> REPLY` is two
+/// actions.
+///
+/// # Errors
+///
+/// If it is none of the known words or their values make no sense.
+pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
+    let text = without_comment(text);
+    let (word, rest) = text.split_once(' ').map_or((text, ""), |(w, r)| (w, r.trim()));
+    let values: Vec<&str> = rest.split_whitespace().collect();
+    let one = match word {
+        "" => return Ok(vec![]),
+        ">" => {
+            let (line, reply) = match rest.split_once("->") {
+                Some((line, reply)) => (line.trim_end(), Some(expected(reply.trim())?)),
+                None => (rest, None),
+            };
+            let mut bytes = unescape(line)?;
+            bytes.push(b'\r');
+            let mut actions = vec![Action::Send(bytes)];
+            actions.extend(reply.map(Action::Expect));
+            return Ok(actions);
+        }
+        ">>" if rest.is_empty() => {
+            return Err(ScriptError::new("nothing to send", ">> \\x0D sends a byte"));
+        }
+        ">>" => Action::Send(unescape(rest)?),
+        "<" => Action::Expect(expected(rest)?),
+        "!" => match rest {
+            "253" | "254" | "255" => Action::Control(number(rest)?),
+            other => {
+                let wrong = format!("{other:?} is no control byte");
+                return Err(ScriptError::new(wrong, "! 253, ! 254 and ! 255 are"));
+            }
+        },
+        "silent" if rest.is_empty() => Action::Rest,
+        "silent" => Action::Silent(duration(rest)?),
+        "wait" => Action::Wait(duration(rest)?),
+        "mark" => Action::Mark,
+        "restart" => Action::Restart,
+        "set" => {
+            let Some((name, value)) = rest.rsplit_once(' ') else {
+                return Err(ScriptError::new("set what to what", "set limit x- 1"));
+            };
+            Action::Signal(SignalName::Named(name.trim().to_owned()), vec![number(value)?])
+        }
+        "press" if rest == "estop" => Action::Signal(named(rest), vec![1]),
+        "press" => Action::Signal(named(rest), vec![1, 0]),
+        "release" => Action::Signal(named(rest), vec![0]),
+        "key" => Action::Signal(named("key"), vec![choice(rest, "test", "auto")?]),
+        "cover" => Action::Signal(named("cover"), vec![choice(rest, "open", "closed")?]),
+        "power" => Action::Power(choice(rest, "off", "on")? == 1),
+        "input" => match (values.as_slice(), rest.split_once('.')) {
+            ([place, level], Some(_)) => {
+                let (port, bit) = place.split_once('.').unwrap_or((place, ""));
+                Action::Signal(SignalName::Bit(number(port)?, number(bit)?), vec![number(level)?])
+            }
+            _ => {
+                return Err(ScriptError::new(
+                    "an input has a port, a bit and a level",
+                    "input 0.3 1",
+                ));
+            }
+        },
+        "position" => Action::Position(numbers(&values)?),
+        "carriage" => Action::Carriage(numbers(&values)?),
+        "port" => match values.as_slice() {
+            [way @ ("in" | "out"), port, "=", value] => Action::Port {
+                input: *way == "in",
+                port: number(port)?,
+                value: u8::from_str_radix(value, 16).map_err(|_| {
+                    ScriptError::new(format!("{value:?} is no byte"), "two hex digits are")
+                })?,
+            },
+            _ => {
+                return Err(ScriptError::new(
+                    "a port has a way, a number and a value",
+                    "port in 0 = C0",
+                ));
+            }
+        },
+        "baud" => Action::Baud(number(rest)?),
+        "warning" => Action::Warning(rest.to_owned()),
+        other => return Err(ScriptError::new(format!("{other:?} is no word of a script"), WORDS)),
+    };
+    if matches!(word, "mark" | "restart") && !rest.is_empty() {
+        return Err(ScriptError::new(format!("{word} stands alone"), format!("remove {rest:?}")));
+    }
+    Ok(vec![one])
+}
+
+/// What these actions need of whatever plays them.
+#[must_use]
+pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
+    let mut needs = Needs::default();
+    for action in actions {
+        match action {
+            Action::Send(bytes) => {
+                // Anything after `@` and the device number may be a letter that moves; a
+                // stored line needs `@0i` first, a start needs `S` or the panel.
+                let letter = bytes.iter().filter(|b| !b" \r\n".contains(b)).nth(2);
+                needs.moves |= letter.is_some_and(|l| b"AaMmRrSsywZF?".contains(l));
+                needs.writes_flash |= letter.is_some_and(|l| b"ik".contains(l));
+                needs.writes_flash |= bytes.windows(2).any(|pair| pair == b"IW");
+            }
+            Action::Expect(expected) => needs.clock |= expected.at.is_some(),
+            Action::Wait(_) | Action::Mark => needs.clock = true,
+            Action::Signal(name, _) => {
+                needs.operator = true;
+                needs.moves |= *name == named("start");
+                needs.writes_flash |= *name == named("erase") || *name == named("on");
+            }
+            Action::Power(_) => needs.operator = true,
+            Action::Position(_)
+            | Action::Carriage(_)
+            | Action::Port { .. }
+            | Action::Baud(_)
+            | Action::Restart
+            | Action::Warning(_) => needs.view = true,
+            Action::Control(_) | Action::Rest | Action::Silent(_) | Action::New => {}
+        }
+    }
+    needs
+}
+
+/// Bytes as a script writes them.
+#[must_use]
+pub fn escape(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for &byte in bytes {
+        match byte {
+            b'\r' => text.push_str("\\r"),
+            b'\n' => text.push_str("\\n"),
+            b'\\' => text.push_str("\\\\"),
+            b'*' => text.push_str("\\x2A"),
+            b' '..=b'~' => text.push(char::from(byte)),
+            _ => text.push_str(&format!("\\x{byte:02X}")),
+        }
+    }
+    text
+}
+
+/// Nanoseconds as a script writes them.
+#[must_use]
+pub fn show_nanos(nanos: u64) -> String {
+    let (whole, unit, scale) = match nanos {
+        0 => return "0ms".to_owned(),
+        1_000_000_000.. => (nanos / 1_000_000_000, "s", 9),
+        1_000_000.. => (nanos / 1_000_000, "ms", 6),
+        1_000.. => (nanos / 1_000, "us", 3),
+        _ => (nanos, "ns", 0),
+    };
+    let fraction = format!("{:0scale$}", nanos % 10u64.pow(scale as u32));
+    let fraction = if scale == 0 { "" } else { fraction.trim_end_matches('0') };
+    let point = if fraction.is_empty() { "" } else { "." };
+    format!("{whole}{point}{fraction}{unit}")
+}
+
+/// A span of time such as `594.09ms`, in nanoseconds.
+///
+/// # Errors
+///
+/// If it has no unit, is no number or is finer than a nanosecond.
+pub fn duration(text: &str) -> Result<u64, ScriptError> {
+    let error = |wrong: &str| {
+        Err(ScriptError::new(
+            format!("{text:?} {wrong}"),
+            "10ns, 20us, 594.09ms, 1.5s, 2min are times",
+        ))
+    };
+    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (value, unit) = text.split_at(split);
+    let (scale, digits) = match unit {
+        "ns" => (1, 0),
+        "us" => (1_000, 3),
+        "ms" => (1_000_000, 6),
+        "s" => (1_000_000_000, 9),
+        "min" => (60_000_000_000, 0),
+        _ => return error("has no unit of time"),
+    };
+    let (whole, fraction) = value.trim().split_once('.').unwrap_or((value.trim(), ""));
+    let Ok(whole) = whole.parse::<u64>() else { return error("is no time") };
+    if fraction.len() > digits || !fraction.bytes().all(|b| b.is_ascii_digit()) {
+        return error("is finer than a nanosecond");
+    }
+    let fraction: u64 = format!("{fraction:0<digits$}").parse().unwrap_or(0);
+    match whole.checked_mul(scale).and_then(|n| n.checked_add(fraction)) {
+        Some(nanos) if nanos < Time::NEVER.as_nanos() => Ok(nanos),
+        _ => error("is too long"),
+    }
+}
+
+/// A comment begins with `#` at the start of a line or after a blank.
+fn without_comment(text: &str) -> &str {
+    let trimmed = text.trim();
+    if trimmed.starts_with('#') {
+        return "";
+    }
+    trimmed.split(" #").next().unwrap_or_default().trim_end()
+}
+
+fn expected(text: &str) -> Result<Expected, ScriptError> {
+    let (text, at) = match text.rsplit_once(" at ") {
+        Some((text, at)) => {
+            let (at, tolerance) = at.split_once('±').unwrap_or((at, "0ns"));
+            (text.trim_end(), Some((duration(at.trim())?, duration(tolerance.trim())?)))
+        }
+        None => (text, None),
+    };
+    let (text, max) = match text.rsplit_once(" max ") {
+        Some((text, max)) => (text.trim_end(), Some(number(max)?)),
+        None => (text, None),
+    };
+    if text.is_empty() {
+        return Err(ScriptError::new(
+            "no reply is named",
+            "write the bytes that must come, as in < 0",
+        ));
+    }
+    let parts = text.split("...").map(unescape).collect::<Result<_, _>>()?;
+    Ok(Expected { parts, at, max })
+}
+
+fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
+    let mut bytes = Vec::new();
+    let mut rest = text;
+    while let Some(at) = rest.find('\\') {
+        bytes.extend_from_slice(&rest.as_bytes()[..at]);
+        let code = &rest[at + 1..];
+        let (byte, length) = match code.as_bytes() {
+            [b'r', ..] => (b'\r', 1),
+            [b'n', ..] => (b'\n', 1),
+            [b'\\', ..] => (b'\\', 1),
+            [b'x', hex, low, ..] if hex.is_ascii_hexdigit() && low.is_ascii_hexdigit() => {
+                (u8::from_str_radix(&code[1..3], 16).unwrap_or_default(), 3)
+            }
+            _ => {
+                let wrong = format!("\"\\{}\" is no escape", code.chars().next().unwrap_or(' '));
+                return Err(ScriptError::new(wrong, "\\r, \\n, \\\\ and \\xNN are"));
+            }
+        };
+        rest = &code[length..];
+        let mut count = 1;
+        if let Some(digits) = rest.strip_prefix('*') {
+            let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+            count = number(&digits[..end])?;
+            rest = &digits[end..];
+        }
+        bytes.extend(std::iter::repeat_n(byte, count));
+    }
+    bytes.extend_from_slice(rest.as_bytes());
+    Ok(bytes)
+}
+
+fn named(name: &str) -> SignalName {
+    SignalName::Named(name.to_owned())
+}
+
+fn choice(text: &str, zero: &str, one: &str) -> Result<i32, ScriptError> {
+    match text {
+        _ if text == zero => Ok(0),
+        _ if text == one => Ok(1),
+        _ => Err(ScriptError::new(
+            format!("{text:?} is no position"),
+            format!("{zero} and {one} are"),
+        )),
+    }
+}
+
+fn number<T: std::str::FromStr>(text: &str) -> Result<T, ScriptError> {
+    text.trim().parse().map_err(|_| {
+        ScriptError::new(format!("{text:?} is no number here"), "write it in decimal digits")
+    })
+}
+
+fn numbers(values: &[&str]) -> Result<Vec<i64>, ScriptError> {
+    if values.is_empty() || values.len() > vimc4_device::AXES {
+        return Err(ScriptError::new("one to four axes have values", "position 280 0 0"));
+    }
+    values.iter().map(|value| number(value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_and_its_reply_are_two_actions() {
+        let actions = parse_line("> @0A5000,10000 -> 0 at 594.09ms # the whole move").unwrap();
+        assert_eq!(
+            actions,
+            [
+                Action::Send(b"@0A5000,10000\r".to_vec()),
+                Action::Expect(Expected {
+                    parts: vec![b"0".to_vec()],
+                    at: Some((594_090_000, 0)),
+                    max: None
+                })
+            ]
+        );
+    }
+
+    #[test]
+    fn escapes_and_times_come_back_as_they_were() {
+        let bytes: Vec<u8> = (0..=255).collect();
+        assert_eq!(unescape(&escape(&bytes)).unwrap(), bytes);
+        for nanos in [1, 999, 1_000, 594_090_000, 16_666_667, 60_000_000_000] {
+            assert_eq!(duration(&show_nanos(nanos)).unwrap(), nanos);
+        }
+    }
+
+    #[test]
+    fn an_error_says_what_would_be_right() {
+        for (line, right) in [
+            ("send @01", "a line begins with"),
+            ("wait 50", "594.09ms"),
+            ("! 252", "! 253"),
+            ("cover shut", "open and closed"),
+            ("< ", "< 0"),
+            ("> \\q", "\\xNN"),
+            ("port in 0", "port in 0 = C0"),
+            ("input 3 1", "input 0.3 1"),
+            ("position", "position 280 0 0"),
+        ] {
+            let error = parse_line(line).unwrap_err();
+            assert!(error.message.contains(right), "{line}: {}", error.message);
+        }
+    }
+
+    #[test]
+    fn needs_follow_from_the_script() {
+        let of = |text: &str| needs(&parse_line(text).unwrap());
+        assert!(of("> @0 A5,900").moves);
+        assert!(!of("> @0P -> 0000000").moves);
+        assert!(of("> @0i").writes_flash);
+        assert!(of("press start").operator);
+        assert!(of("< 0 at 5ms").clock);
+        assert!(of("position 3").view);
+    }
+}
