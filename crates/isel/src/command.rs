@@ -2,9 +2,7 @@
 
 use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Warning};
-use vimc4_isel_wire::{
-    Addressed, AxisSet, Bit, BitTest, Command, Init, Mode, Op, PortMap as _, Reply, parse,
-};
+use vimc4_isel_wire::{Addressed, AxisSet, Bit, BitTest, Command, Init, Mode, Op, Reply, parse};
 
 use crate::Controller;
 use crate::ports::{Output, Wire};
@@ -242,12 +240,11 @@ impl Controller {
     }
 
     fn set_port(&mut self, BitTest { port, bit, value }: BitTest) {
+        let wires = self.state.model.ports.writable(port).unwrap_or_default();
         match bit {
-            Bit::One(bit) if !self.state.model.ports.is_logical(port) => {
-                let wire = self.state.model.ports.writable(port);
-                if let Some(Wire::Output(output)) =
-                    wire.and_then(|wires| wires.get(usize::from(bit)).copied())
-                {
+            // Of a logical port any bit number means its one bit.
+            Bit::One(bit) if wires.len() > 1 => {
+                if let Some(&Wire::Output(output)) = wires.get(usize::from(bit)) {
                     self.drive(|outputs| outputs.set(output, value & 1 == 1));
                 }
             }

@@ -34,6 +34,10 @@
 //! else can be made an integer. Only the falling side of a triangle has two, √(4p²) - √r; see
 //! [`ceil_difference`]. All values fit 128 bits for the documented ranges, to which everything
 //! that comes in is cut.
+//!
+//! What a profile is made of is private, so that other kinds (one profile over a chain of paths,
+//! speeds of a fraction of a step per second) can come beside this one without a change for those
+//! who ask when a step happens.
 
 use serde::{Deserialize, Serialize};
 
@@ -458,4 +462,34 @@ fn wide_product(a: u128, b: u128) -> (u128, u128) {
 /// A square, likewise.
 fn wide_square(a: u128) -> (u128, u128) {
     wide_product(a, a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_of_roots_are_rounded_up_exactly() {
+        for h in 0..900u128 {
+            for m in 0..=h {
+                // c + √m ≥ √h, squared: 2·c·√m ≥ h - m - c².
+                let enough = |c: u128| {
+                    let rest = (h - m).saturating_sub(c * c);
+                    rest * rest <= 4 * c * c * m
+                };
+                let c = ceil_difference(h, m);
+                assert!(enough(c) && (c == 0 || !enough(c - 1)), "√{h} - √{m} gave {c}");
+            }
+        }
+    }
+
+    #[test]
+    fn wide_products() {
+        let (a, b) = (0xfedc_ba98_7654_3210_0f1e_2d3c_4b5a_6978, u128::MAX);
+        // a·(2¹²⁸ - 1) = (a - 1)·2¹²⁸ + (2¹²⁸ - a)
+        assert_eq!(wide_product(a, b), (a - 1, a.wrapping_neg()));
+        assert_eq!(wide_product(b, a), (a - 1, a.wrapping_neg()));
+        assert_eq!(wide_square(u128::MAX), (u128::MAX - 1, 1));
+        assert_eq!(wide_square(1 << 64), (1, 0));
+    }
 }

@@ -92,13 +92,27 @@ fn millions_of_steps() {
 
 #[test]
 fn wild_values_are_cut_and_do_no_harm() {
+    let ends = [i64::MIN, 0, i64::MAX];
+    for (x, y) in ends.iter().flat_map(|&x| ends.iter().map(move |&y| (x, y))) {
+        for (d, direction) in ends.iter().flat_map(|&d| [(d, 0), (d, i8::MIN)]) {
+            for ry in [-1, 1] {
+                let wild = ArcState { x, y, d, rx: direction, ry };
+                let arc = Path::Arc(Arc::new(0, usize::MAX, u64::MAX, wild));
+                assert_eq!((arc.length(), arc.first_at(1, 5)), (1 << 28, None));
+                for far in [i64::MIN, -(1 << 29), 1 << 29, i64::MAX] {
+                    let _ = arc.first_at(0, far);
+                }
+                assert_eq!(
+                    arc.after(1 << 27).at(1 << 27)[0],
+                    arc.at(u64::MAX)[0] - arc.at(1 << 27)[0]
+                );
+                let (low, high) = arc.extent(u64::MAX);
+                assert!(low[0] <= arc.at(99)[0] && arc.at(99)[0] <= high[0]);
+                assert!(arc.steps().next().is_some());
+            }
+        }
+    }
     let wild = ArcState { x: i64::MIN, y: i64::MAX, d: i64::MIN, rx: 0, ry: i8::MIN };
-    let arc = Path::Arc(Arc::new(0, usize::MAX, u64::MAX, wild));
-    assert_eq!(arc.length(), 1 << 28);
-    assert_eq!(arc.first_at(1, 5), None);
-    assert_eq!(arc.first_at(0, i64::MAX), None);
-    assert_eq!(arc.first_at(0, i64::MIN), None);
-    let _ = (arc.at(u64::MAX), arc.extent(u64::MAX), arc.after(1 << 27), arc.steps().next());
     let helix = Path::Helix(Helix::new(Arc::new(0, 1, 0, wild), 2, i64::MIN));
     assert_eq!(helix.length(), 1 << 40);
     assert_eq!(helix.at(u64::MAX), [0, 0, -(1 << 40), 0]);

@@ -50,12 +50,11 @@ proptest! {
             prop_assert_eq!(rest.at(j), place);
         }
         let here = line.at(k);
-        for axis in 0..AXES {
-            let first = line.first_at(axis, here[axis]);
-            prop_assert!(first.is_some_and(|first| first <= k));
-            if let Some(before) = first.and_then(|first| first.checked_sub(1)) {
-                prop_assert_ne!(line.at(before)[axis], here[axis]);
-            }
+        for (axis, &offset) in here.iter().enumerate() {
+            let first = line.first_at(axis, offset).unwrap();
+            prop_assert!(first <= k);
+            prop_assert_eq!(line.at(first)[axis], offset);
+            prop_assert!(first == 0 || line.at(first - 1)[axis] != offset);
         }
     }
 }

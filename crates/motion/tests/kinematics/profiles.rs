@@ -88,6 +88,39 @@ fn braking_without_a_ramp_halts_where_it_is() {
     }
 }
 
+/// Where 8 steps are left to brake for the frequency is exactly 1,300 Hz, 10 ms before the end:
+/// a step falls on a whole nanosecond, on every kind of falling ramp.
+#[test]
+fn steps_at_whole_nanoseconds_on_falling_ramps() {
+    let triangle = Profile::new(280, 10_000, RAMP);
+    let braked = reference().brake(50 * MILLISECOND).unwrap();
+    assert!(triangle.times().eq(braked.times()));
+    for (profile, step, time) in
+        [(triangle, 272, 90_000_000), (braked, 272, 90_000_000), (reference(), 4_992, 584_090_000)]
+    {
+        assert_eq!(profile.time_of(step), time);
+        assert_eq!(profile.speed_at(time), 1_300_000_000);
+        all_forms_agree(&profile);
+    }
+}
+
+/// With small accelerations the frequency takes every whole value of µHz, so that a rounding of
+/// one in any root shows.
+#[test]
+fn gentle_triangles() {
+    for acceleration in 1..=3 {
+        for steps in 1..=120 {
+            for start_stop in [1, 300, 7_001] {
+                let profile = Profile::new(steps, 1_000_000, Ramp { start_stop, acceleration });
+                all_forms_agree(&profile);
+                assert!(
+                    profile.speed_at(profile.duration() - 1) >= u64::from(start_stop) * 1_000_000
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn braking_before_the_first_step() {
     let profile = reference();

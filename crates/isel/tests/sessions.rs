@@ -1,0 +1,229 @@
+//! Random sessions: watching changes nothing, extra wake-ups change nothing, splitting the
+//! input changes nothing, and a snapshot continues anywhere.
+
+mod support;
+
+use support::{Random, Record, cases, controller, drain, run_to};
+use vimc4_device::{Device, Input, Kinds, SignalId, Time};
+use vimc4_isel::{Controller, Model};
+use vimc4_plant::Machine;
+
+/// Something that happens at a time.
+#[derive(Clone, Debug)]
+enum Act {
+    Bytes(Vec<u8>),
+    Signal(SignalId, i32),
+    Power(bool),
+}
+
+const LINES: &[&str] = &[
+    "@01",
+    "@03",
+    "@07",
+    "@08",
+    "@0R7",
+    "@0R1",
+    "@0r8",
+    "@0A500,2000",
+    "@0A-900,9000,300,500",
+    "@0a100,4000,-200,800,50,2000,-50,2000",
+    "@0M0,1000,0,1000,0,1000,0,1000",
+    "@0M10,500",
+    "@0P",
+    "@0b0",
+    "@0b1",
+    "@0B2,1",
+    "@0B0,255",
+    "@0B3,0",
+    "@0B3,1",
+    "@0d900",
+    "@0d900,900,900",
+    "@0n7",
+    "@0N7",
+    "@0z1",
+    "@0z0",
+    "@0e1",
+    "@0e0",
+    "@0f-1",
+    "@0y400,1500,119,-141,141,-1,-1",
+    "@0y800,4000,-50,100,0,-1,1",
+    "@0w800,2000,-50,100,0,-1,1,-300",
+    "@0S",
+    "@0s",
+    "@0T1",
+    "@0T0",
+    "@0F1",
+    "@0Z0,1,1,900,800,0,0",
+    "@0Z0,1,1,900,800",
+    "@0H",
+    "@0V",
+    "@0DS0",
+    "@0DRp",
+    "@0i",
+    "@0k",
+    "@0j200",
+    "@0J50",
+    "@0ID1",
+    "@0IE4660",
+    "@0IX",
+    "@0IW",
+    "@0IA0,1,0",
+    "@0Ia0,1,1",
+    "@0?",
+    "@1P",
+    "@0A1,1,1",
+    "@0Ax,1",
+    "garbage",
+    "0100,900",
+    "0-50,4000,20,300",
+    "3 4,-1",
+    "30,-2",
+    "30,0",
+    "o0,0,1,-1",
+    "o0,128,1,2",
+    "p0,1,1",
+    "p2,1,1",
+    "50",
+    "52",
+    "9",
+    "m0,900",
+    "77",
+    "71",
+    "n1",
+    "z1",
+    "y400,1500,119,-141,141,-1,-1",
+    "133",
+    "233,-1",
+    "6 0,0,1",
+    "e1",
+];
+
+fn session(random: &mut Random, controller: &Controller) -> Vec<(Time, Act)> {
+    let signals: Vec<SignalId> = controller.signals().iter().map(|signal| signal.id).collect();
+    let mut at = Time::ZERO;
+    let mut acts = vec![(at, Act::Bytes(b"@07\r".to_vec()))];
+    for _ in 0..random.range(5, 40) {
+        if !random.one_in(3) {
+            at = at.after_nanos(random.range(0, 900_000_000) as u64);
+        }
+        let act = match random.range(0, 19) {
+            0 => Act::Bytes(vec![253]),
+            1 => Act::Bytes(vec![255]),
+            2 if random.one_in(3) => Act::Bytes(vec![254]),
+            3..=5 => Act::Signal(*random.pick(&signals), random.range(0, 1) as i32),
+            6 if random.one_in(3) => Act::Power(random.one_in(2)),
+            7 => Act::Bytes((0..random.range(1, 30)).map(|_| random.next() as u8).collect()),
+            _ => {
+                let mut text = String::new();
+                for _ in 0..random.range(1, 4) {
+                    text.push_str(random.pick::<&str>(LINES));
+                    text.push_str(if random.one_in(9) { "\r\n" } else { "\r" });
+                }
+                Act::Bytes(text.into_bytes())
+            }
+        };
+        acts.push((at, act));
+    }
+    acts
+}
+
+fn perform(controller: &mut Controller, record: &mut Record, at: Time, act: &Act) {
+    run_to(controller, record, at);
+    match act {
+        Act::Bytes(bytes) => controller.handle(Input::Bytes(bytes), at),
+        Act::Signal(id, value) => controller.handle(Input::Signal(*id, *value), at),
+        Act::Power(on) => controller.handle(Input::Power(*on), at),
+    }
+    drain(controller, record);
+}
+
+fn begin(random: &mut Random, kinds: Kinds) -> Controller {
+    let models = Model::names();
+    let machines = Machine::names();
+    let machine = Machine::builtin(random.pick::<&str>(&machines)).expect("built in");
+    controller(random.pick::<&str>(&models), machine, kinds)
+}
+
+fn try_session(seed: u64) {
+    let mut random = Random(seed);
+    let blind = begin(&mut random, Kinds::NONE);
+    let acts = session(&mut random, &blind);
+    let end = acts.last().map_or(Time::ZERO, |(at, _)| at.after_nanos(3_000_000_000));
+
+    // As it is: nobody watches, woken when it asks.
+    let mut plain = blind.clone();
+    let mut record = Record::default();
+    let mut snapshots = Vec::new();
+    let mut heard = Vec::new();
+    for (at, act) in &acts {
+        perform(&mut plain, &mut record, *at, act);
+        snapshots.push(plain.state().clone());
+        heard.push(record.said.len());
+    }
+    run_to(&mut plain, &mut record, end);
+    plain.handle(Input::Wake, end);
+    drain(&mut plain, &mut record);
+
+    // Everything watched, every step enumerated, woken at random, input in single bytes.
+    let mut watched = blind.clone();
+    watched.watch(Kinds::ALL);
+    let mut again = Record::default();
+    let mut now = Time::ZERO;
+    for (at, act) in &acts {
+        for _ in 0..random.range(0, 3) {
+            let early = now.after_nanos(random.next() % (at.nanos_since(now) + 1));
+            run_to(&mut watched, &mut again, early);
+            watched.handle(Input::Wake, early);
+            let view = watched.view(early);
+            assert!(view.at >= early);
+            now = early;
+        }
+        now = *at;
+        match act {
+            Act::Bytes(bytes) => {
+                for byte in bytes {
+                    perform(&mut watched, &mut again, *at, &Act::Bytes(vec![*byte]));
+                }
+            }
+            other => perform(&mut watched, &mut again, *at, other),
+        }
+    }
+    run_to(&mut watched, &mut again, end);
+    watched.handle(Input::Wake, end);
+    drain(&mut watched, &mut again);
+    assert_eq!(again.said, record.said, "bytes or times differ");
+    assert_eq!(again.flash, record.flash, "flash changes differ");
+    assert!(watched.state() == plain.state(), "states differ");
+
+    // From a snapshot anywhere the rest is the same.
+    let place = random.range(0, acts.len() as i64 - 1) as usize;
+    let mut resumed = blind;
+    resumed.restore(snapshots[place].clone());
+    let mut rest = Record::default();
+    for (at, act) in &acts[place + 1..] {
+        perform(&mut resumed, &mut rest, *at, act);
+    }
+    run_to(&mut resumed, &mut rest, end);
+    resumed.handle(Input::Wake, end);
+    drain(&mut resumed, &mut rest);
+    assert_eq!(rest.said, record.said[heard[place]..], "bytes or times differ after a snapshot");
+    assert!(resumed.state() == plain.state(), "states differ after a snapshot");
+
+    // What the flash image says is what the controller has.
+    let model = Model::builtin(&resumed.view(end).model).expect("built in");
+    let image = resumed.flash_image();
+    let bench = Machine::builtin("bench").expect("built in");
+    let reread = Controller::new(model, bench, &image).expect("its own image");
+    assert_eq!(reread.flash_image(), image);
+}
+
+#[test]
+fn watching_waking_and_splitting_change_nothing_and_snapshots_continue() {
+    for seed in 0..cases(200) {
+        let outcome = std::panic::catch_unwind(|| try_session(seed));
+        if let Err(reason) = outcome {
+            eprintln!("seed {seed}");
+            std::panic::resume_unwind(reason);
+        }
+    }
+}
