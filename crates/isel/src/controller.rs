@@ -43,15 +43,10 @@ impl Controller {
         machine: Arc<Machine>,
         flash_image: &[u8],
     ) -> Result<Controller, FlashError> {
-        let (flash, torn) = Flash::read(flash_image, &model, &machine)?;
+        let flash = Flash::read(flash_image, &model, &machine)?;
         let signals = signals_of(&model);
         let state = State::new(model, machine, flash);
-        let mut controller = Controller { state, out: Outbox::default(), signals };
-        if torn || flash_image.is_empty() {
-            // What comes next is added to the image, so it must end with a whole line.
-            controller.replace_flash_image();
-        }
-        Ok(controller)
+        Ok(Controller { state, out: Outbox::default(), signals })
     }
 
     /// The model.

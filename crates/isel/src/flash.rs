@@ -48,17 +48,12 @@ pub struct FlashError {
 }
 
 impl Flash {
-    /// Reads an image; an empty one is an erased memory. Also says whether the image was cut
-    /// off and must be replaced before anything is added to it.
+    /// Reads an image; an empty one is an erased memory.
     ///
     /// # Errors
     ///
     /// If the image is not one, or a line is not what this model can have stored.
-    pub fn read(
-        image: &[u8],
-        model: &Model,
-        machine: &Machine,
-    ) -> Result<(Flash, bool), FlashError> {
+    pub fn read(image: &[u8], model: &Model, machine: &Machine) -> Result<Flash, FlashError> {
         let mut flash = Flash::default();
         let mut number = 0;
         let mut rest = image;
@@ -85,7 +80,7 @@ impl Flash {
                 message: format!("is not `{MAGIC}`: this is no flash file"),
             });
         }
-        Ok((flash, !rest.is_empty()))
+        Ok(flash)
     }
 
     fn read_line(&mut self, line: &str, model: &Model, machine: &Machine) -> Result<(), String> {
@@ -162,8 +157,7 @@ impl Flash {
 /// The journal line that marks a program as invalid.
 pub(crate) const INVALID_LINE: &str = "invalid\n";
 
-/// The journal line that begins a program.
-pub(crate) fn program_line(program: &Program) -> String {
+fn program_line(program: &Program) -> String {
     format!("program axes={} speeds={}\n", program.axes.bits(), list(&program.speeds))
 }
 
@@ -281,7 +275,7 @@ fn port_test(text: &str) -> Result<PortTest, String> {
 
 fn hex_text(text: &str) -> Result<Text32, String> {
     let fault = || format!("has `{text}` where up to 32 hexadecimal bytes belong");
-    if !text.is_ascii() || text.len() % 2 != 0 {
+    if !text.is_ascii() || !text.len().is_multiple_of(2) {
         return Err(fault());
     }
     let bytes: Result<Vec<u8>, _> =
@@ -316,7 +310,7 @@ fn unescape(text: &str) -> Result<Vec<u8>, String> {
 mod tests {
     use super::*;
 
-    fn read(image: &[u8]) -> Result<(Flash, bool), FlashError> {
+    fn read(image: &[u8]) -> Result<Flash, FlashError> {
         let model = Model::builtin("imc-s8").unwrap();
         Flash::read(image, &model, &Machine::builtin("bench").unwrap())
     }
@@ -329,20 +323,17 @@ mod tests {
         settings.abort = PortTest { port: 0, mask: 1, value: 1 };
         let image = b"vimc4 flash 1\nprogram axes=1 speeds=1000,2000,2000,2000\nline 0 500,900\n\
                       line 3 5,-1\nend speeds=900,2000,2000,2000\n";
-        let (mut flash, torn) = read(image).unwrap();
-        assert!(!torn);
+        let mut flash = read(image).unwrap();
         flash.settings = Some(Arc::new(settings));
-        assert_eq!(read(&flash.image()).unwrap(), (flash, false));
+        assert_eq!(read(&flash.image()).unwrap(), flash);
     }
 
     #[test]
     fn a_torn_end_does_not_count_and_anything_else_wrong_is_an_error_with_its_line() {
         let image = b"vimc4 flash 1\nprogram axes=1 speeds=1,1,1,1\nline 0500,900\nline 05";
-        let (flash, torn) = read(image).unwrap();
-        assert!(torn);
-        assert_eq!(flash.program.unwrap().len(), 1);
-        assert_eq!(read(b"vimc4 fl").unwrap(), (Flash::default(), true));
-        assert_eq!(read(b"").unwrap(), (Flash::default(), false));
+        assert_eq!(read(image).unwrap().program.unwrap().len(), 1);
+        assert_eq!(read(b"vimc4 fl").unwrap(), Flash::default());
+        assert_eq!(read(b"").unwrap(), Flash::default());
         assert_eq!(read(b"#!/bin/sh").unwrap_err().line, 1);
         assert_eq!(read(b"vimc4 flash 1\nline 05,900\n").unwrap_err().line, 2);
         assert_eq!(

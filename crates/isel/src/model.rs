@@ -174,17 +174,19 @@ pub struct Quirks {
 /// First or last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-#[allow(missing_docs, reason = "the names say it")]
 pub enum Place {
+    /// Before the text.
     First,
+    /// After it.
     Last,
 }
 
 /// What a stopped motion answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the names say it")]
 pub enum StopReply {
+    /// `F` alone.
     F,
+    /// `F`, and a `0` after it.
     F0,
 }
 

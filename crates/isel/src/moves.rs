@@ -177,8 +177,8 @@ impl Controller {
         let path = &segment.path;
         let offset = path.at(steps);
         let (low, high) = path.extent(steps);
-        for axis in 0..AXES {
-            self.state.position[axis] = wrap(self.state.position[axis] + offset[axis]);
+        for (position, offset) in self.state.position.iter_mut().zip(offset) {
+            *position = wrap(*position + offset);
         }
         let mut lost = self.move_carriages(&offset, &low, &high);
         if sudden && self.state.model.quirks.lost_steps {

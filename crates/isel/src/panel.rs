@@ -70,15 +70,13 @@ impl Controller {
         if panel.emergency_stop {
             return;
         }
-        if panel.stop && !panel.automatic && self.is_at_rest() {
-            if let Some(ms) = self.state.model.timing.panel_erase_ms {
-                self.state.run = None;
-                self.state.storing = false;
-                let until = self.state.now.after_nanos(ms * 1_000_000);
-                self.state.activity =
-                    Activity::Waiting { what: Wait::PanelErase, until: Some(until) };
-                return;
-            }
+        let erases = panel.stop && !panel.automatic && self.is_at_rest();
+        if let Some(ms) = self.state.model.timing.panel_erase_ms.filter(|_| erases) {
+            self.state.run = None;
+            self.state.storing = false;
+            let until = self.state.now.after_nanos(ms * 1_000_000);
+            self.state.activity = Activity::Waiting { what: Wait::PanelErase, until: Some(until) };
+            return;
         }
         if self.state.cover_forbids() {
             return;

@@ -3,23 +3,16 @@
 use vimc4_isel_wire::{Addressed, Command, Context, Mode, Op, Reply, parse, table};
 
 use crate::Controller;
-use crate::flash::{INVALID_LINE, end_line, line_line, program_line};
+use crate::flash::{INVALID_LINE, end_line, line_line};
 use crate::model::Model;
 use crate::program::{Program, StoredLine, Validity};
 
 impl Controller {
     /// `i`: what follows is stored.
     pub(crate) fn begin_storing(&mut self) {
-        let program = Program::begin(self.state.axes, self.state.speeds);
-        if self.state.flash == crate::Flash::default() {
-            // The very first record brings the image's own first line with it.
-            self.state.flash.program = Some(program);
-            self.replace_flash_image();
-        } else {
-            let record = program_line(&program);
-            self.state.flash.program = Some(program);
-            self.append_to_flash_image(record);
-        }
+        self.state.flash.program = Some(Program::begin(self.state.axes, self.state.speeds));
+        // A whole image, so that the lines to come are never added to a torn one.
+        self.replace_flash_image();
         self.state.run = None;
         self.state.storing = true;
         self.flash_changed("program begun");
@@ -50,6 +43,10 @@ impl Controller {
         let capacity = self.state.model.flash.size;
         let speeds = self.state.speeds;
         let Some(program) = &mut self.state.flash.program else { return Reply::DataField };
+        if program.size + size > capacity {
+            self.invalidate_program();
+            return Reply::MemoryFull;
+        }
         if command == Command::End {
             program.validity = Validity::Valid;
             program.speeds = speeds;
@@ -58,10 +55,6 @@ impl Controller {
             self.state.storing = false;
             self.flash_changed("program valid");
             return Reply::Done;
-        }
-        if program.size + size > capacity {
-            self.invalidate_program();
-            return Reply::MemoryFull;
         }
         program.push(StoredLine { command, text: text.to_vec() }, size);
         self.append_to_flash_image(line_line(text));

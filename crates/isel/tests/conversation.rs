@@ -1,5 +1,7 @@
 //! A host talks to a controller in simulated time.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use vimc4_device::{Condition, Device, Input, Output, Time};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};

@@ -1,6 +1,8 @@
 //! Random sessions: watching changes nothing, extra wake-ups change nothing, splitting the
 //! input changes nothing, and a snapshot continues anywhere.
 
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
 mod support;
 
 use support::{Random, Record, cases, controller, drain, run_to};

@@ -9,6 +9,7 @@ use vimc4_isel::{Controller, Model};
 use vimc4_plant::Machine;
 
 /// How many random cases to try: `VIMC4_CASES`, or `default`.
+#[expect(clippy::disallowed_methods, reason = "a test may be asked for more cases")]
 pub(crate) fn cases(default: u64) -> u64 {
     std::env::var("VIMC4_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
@@ -32,7 +33,7 @@ impl Random {
 
     /// Whether something with these odds, one in `n`, happens.
     pub(crate) fn one_in(&mut self, n: u64) -> bool {
-        self.next() % n == 0
+        self.next().is_multiple_of(n)
     }
 
     pub(crate) fn pick<'a, T>(&mut self, items: &'a [T]) -> &'a T {
