@@ -281,6 +281,12 @@ pub fn parse(topic: &str, path: &Path, text: &str) -> Result<Vec<Session>, Forma
     Ok(sessions)
 }
 
+/// The folder of the programs that sessions store.
+#[must_use]
+pub fn programs_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/programs")
+}
+
 /// Puts the values of `differs` into a profile, table by table.
 pub fn merge(profile: &mut Table, differs: Table) {
     for (key, value) in differs {
@@ -329,14 +335,26 @@ impl File<'_> {
             let text = row.fill(text);
             let actions = script::parse_line(&text);
             let actions = actions.map_err(|error| self.error_at(line, error.message))?;
-            let text = text.trim_end();
-            steps.extend(actions.into_iter().map(|action| Step {
-                line,
-                text: text.to_owned(),
-                action,
-            }));
+            for action in actions {
+                steps.extend(self.step(line, text.trim_end(), action)?);
+            }
         }
         Ok(steps)
+    }
+
+    /// A line's step; for `store` those of the program's lines.
+    fn step(&self, line: usize, text: &str, action: Action) -> Result<Vec<Step>, FormatError> {
+        let Action::Store(name) = action else {
+            return Ok(vec![Step { line, text: text.to_owned(), action }]);
+        };
+        let path = programs_folder().join(&name);
+        let program = fs::read_to_string(&path).map_err(|error| {
+            let message = format!("no program {}: {error}", path.display());
+            self.error_at(line, message)
+        })?;
+        let steps = script::store(&program);
+        let steps = steps.map_err(|error| self.error_at(line, format!("{name}: {error}")))?;
+        Ok(steps.into_iter().map(|(text, action)| Step { line, text, action }).collect())
     }
 
     /// The rows of a table whose first line names the columns; without a table, one row without

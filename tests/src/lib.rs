@@ -9,3 +9,4 @@ pub mod behaviour;
 pub mod format;
 pub mod runner;
 pub mod script;
+pub mod workshop;

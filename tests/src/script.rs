@@ -37,6 +37,9 @@ pub enum Action {
     Signal(SignalName, Vec<i32>),
     /// `power off`, `power on`.
     Power(bool),
+    /// `store pattern.cnc`: every line of that program is sent and answered 0. It stands for the
+    /// actions that [`store`] makes of its text.
+    Store(String),
     /// Between two rows of a table: a controller fresh from the factory takes the place of the
     /// one before.
     New,
@@ -98,7 +101,8 @@ pub struct Needs {
 }
 
 /// Why a line is not a script's.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
 pub struct ScriptError {
     /// What is wrong; what would be right.
     pub message: String,
@@ -111,7 +115,7 @@ impl ScriptError {
 }
 
 const WORDS: &str = "a line begins with >, >>, <, ! or one of silent, wait, mark, set, press, \
-                     release, key, cover, input, power, restart, position, carriage, port, baud, \
+                     release, key, cover, input, power, restart, store, position, carriage, port, baud, \
                      warning";
 
 /// Reads one line of a script; nothing for an empty line or a comment. `> LINE -> REPLY` is two
@@ -153,6 +157,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         "silent" => Action::Silent(duration(rest)?),
         "wait" => Action::Wait(duration(rest)?),
         "mark" => Action::Mark,
+        "store" => Action::Store(rest.to_owned()),
         "restart" => Action::Restart,
         "set" => {
             let Some((name, value)) = rest.rsplit_once(' ') else {
@@ -205,6 +210,20 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
     Ok(vec![one])
 }
 
+/// Every line of a program, sent and answered 0.
+///
+/// # Errors
+///
+/// If a line has an escape that is none.
+pub fn store(program: &str) -> Result<Vec<(String, Action)>, ScriptError> {
+    let lines = program.lines().map(str::trim).filter(|line| !line.is_empty());
+    let steps = lines.map(|line| {
+        let text = format!("> {line} -> 0");
+        Ok(parse_line(&text)?.into_iter().map(move |action| (text.clone(), action)))
+    });
+    Ok(steps.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+}
+
 /// What these actions need of whatever plays them.
 #[must_use]
 pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
@@ -214,7 +233,7 @@ pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
             Action::Send(bytes) => {
                 // Anything after `@` and the device number may be a letter that moves; a
                 // stored line needs `@0i` first, a start needs `S` or the panel.
-                let letter = bytes.iter().filter(|b| !b" \r\n".contains(b)).nth(2);
+                let letter = bytes.iter().filter(|b| !b" \r\n\xFD\xFF".contains(b)).nth(2);
                 needs.moves |= letter.is_some_and(|l| b"AaMmRrSsywZF?".contains(l));
                 needs.writes_flash |= letter.is_some_and(|l| b"ik".contains(l));
                 needs.writes_flash |= bytes.windows(2).any(|pair| pair == b"IW");
@@ -233,7 +252,11 @@ pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
             | Action::Baud(_)
             | Action::Restart
             | Action::Warning(_) => needs.view = true,
-            Action::Control(_) | Action::Rest | Action::Silent(_) | Action::New => {}
+            Action::Control(_)
+            | Action::Rest
+            | Action::Silent(_)
+            | Action::Store(_)
+            | Action::New => {}
         }
     }
     needs

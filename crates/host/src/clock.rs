@@ -202,8 +202,20 @@ mod tests {
     #[test]
     fn what_is_no_factor_is_refused_with_the_remedy() {
         for text in [
-            "", "x", "0x", "-1x", "1.x", ".5x", "1e3x", "8", "0.0001x", "1000001x", "nanx",
-            "99999999999999999999x", "0.1234567891x", "Real",
+            "",
+            "x",
+            "0x",
+            "-1x",
+            "1.x",
+            ".5x",
+            "1e3x",
+            "8",
+            "0.0001x",
+            "1000001x",
+            "nanx",
+            "99999999999999999999x",
+            "0.1234567891x",
+            "Real",
         ] {
             let error = text.parse::<Clock>().unwrap_err();
             assert!(error.to_string().contains("such as 8x"), "{text}: {error}");

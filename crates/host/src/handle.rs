@@ -101,10 +101,7 @@ impl<T> Future for Reply<T> {
 }
 
 impl<D: Device + Clone + 'static> Handle<D> {
-    pub(crate) fn new(
-        jobs: mpsc::UnboundedSender<Job<D>>,
-        stop: oneshot::Sender<()>,
-    ) -> Handle<D> {
+    pub(crate) fn new(jobs: mpsc::UnboundedSender<Job<D>>, stop: oneshot::Sender<()>) -> Handle<D> {
         Handle { jobs, stop: Arc::new(Mutex::new(Some(stop))) }
     }
 
@@ -124,11 +121,21 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Sets a signal by name to any value it takes.
     pub fn set(&self, name: &str, value: i32) -> Reply<()> {
-        let name = name.to_owned();
+        self.set_all(&[(name, value)])
+    }
+
+    /// Sets several signals at the same instant, in this order.
+    pub fn set_all(&self, values: &[(&str, i32)]) -> Reply<()> {
+        let values: Vec<_> =
+            values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
         self.call(move |runner| {
-            let signal = find(runner.device().signals(), "signal", &name, |_| true)?;
-            check(&signal, value)?;
-            runner.input(Input::Signal(signal.id, value));
+            let mut inputs = Vec::with_capacity(values.len());
+            for (name, value) in values {
+                let signal = find(runner.device().signals(), "signal", &name, |_| true)?;
+                check(&signal, value)?;
+                inputs.push(Input::Signal(signal.id, value));
+            }
+            runner.inputs(&inputs);
             Ok(())
         })
     }
@@ -137,9 +144,8 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn turn(&self, name: &str, position: &str) -> Reply<()> {
         let (name, position) = (name.to_owned(), position.to_owned());
         self.call(move |runner| {
-            let signal = find(runner.device().signals(), "switch", &name, |s| {
-                s.kind == SignalKind::Switch
-            })?;
+            let signal =
+                find(runner.device().signals(), "switch", &name, |s| s.kind == SignalKind::Switch)?;
             let value = position_of(&signal, &position)?;
             runner.input(Input::Signal(signal.id, value));
             Ok(())
@@ -164,12 +170,11 @@ impl<D: Device + Clone + 'static> Handle<D> {
     fn button(&self, name: &str, values: &'static [i32]) -> Reply<()> {
         let name = name.to_owned();
         self.call(move |runner| {
-            let signal = find(runner.device().signals(), "button", &name, |s| {
-                s.kind == SignalKind::Button
-            })?;
-            for &value in values {
-                runner.input(Input::Signal(signal.id, value));
-            }
+            let signal =
+                find(runner.device().signals(), "button", &name, |s| s.kind == SignalKind::Button)?;
+            let inputs: Vec<_> =
+                values.iter().map(|&value| Input::Signal(signal.id, value)).collect();
+            runner.inputs(&inputs);
             Ok(())
         })
     }
@@ -287,8 +292,7 @@ fn find(
 }
 
 fn names(signals: &[Signal], fits: impl Fn(&Signal) -> bool) -> String {
-    let names: Vec<&str> =
-        signals.iter().filter(|s| fits(s)).map(|s| s.name.as_str()).collect();
+    let names: Vec<&str> = signals.iter().filter(|s| fits(s)).map(|s| s.name.as_str()).collect();
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 

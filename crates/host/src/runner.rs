@@ -256,11 +256,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Asks the transports for what has arrived, beginning after the one that spoke last.
-    fn poll_line(
-        &mut self,
-        cx: &mut Context<'_>,
-        buffer: &mut [u8],
-    ) -> Poll<(usize, Received)> {
+    fn poll_line(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<(usize, Received)> {
         let room = (self.room)(&self.device).min(buffer.len());
         if room == 0 {
             return Poll::Pending;
@@ -337,10 +333,18 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
     }
 
-    /// Something happens to the device at its present time.
+    /// Something happens to the device now.
     pub fn input(&mut self, input: Input<'_>) {
+        self.inputs(&[input]);
+    }
+
+    /// Several things happen to the device at the same instant, in this order.
+    pub fn inputs(&mut self, inputs: &[Input<'_>]) {
+        self.catch_up();
         let at = self.present();
-        self.input_at(input, at);
+        for input in inputs {
+            self.input_at(*input, at);
+        }
     }
 
     fn input_at(&mut self, input: Input<'_>, at: Time) {

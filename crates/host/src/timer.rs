@@ -108,8 +108,7 @@ mod portable {
         pub(crate) fn arm(&mut self, moment: Option<Instant>) -> io::Result<()> {
             if self.armed != moment {
                 self.armed = moment;
-                self.sleep =
-                    moment.map(|moment| Box::pin(tokio::time::sleep_until(moment.into())));
+                self.sleep = moment.map(|moment| Box::pin(tokio::time::sleep_until(moment.into())));
             }
             Ok(())
         }

@@ -200,10 +200,7 @@ mod tests {
             began + Duration::from_millis(5_555),
             Event::Answer { mnemonic: "@A", bytes: Bytes::from_static(b"0") },
         ));
-        tell(Report::Event(
-            Time::from_secs(7),
-            Event::Warning(Warning::NobodyListens { lost: 1 }),
-        ));
+        tell(Report::Event(Time::from_secs(7), Event::Warning(Warning::NobodyListens { lost: 1 })));
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
             [

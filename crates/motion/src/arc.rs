@@ -41,10 +41,10 @@
 //! for the new x and D only falls, a step in y likewise. If it holds on an axis, at distance R
 //! from the centre and running towards it, then by the previous paragraph the next arrival is at
 //! distance R on the next axis, 2R steps later. In (0, R] D begins a quadrant from x = 0 and is
-//! lowered by R in it, in (-R, 0] it begins one from y = 0 and is raised by R:
-//! after four quadrants, 8R steps, all registers are as they were. Before that there are at most
-//! two pieces, since a run in one direction that makes the condition true passes zero at most
-//! once. If both coordinates run outwards there is no further piece at all.
+//! lowered by R in it, in (-R, 0] it begins one from y = 0 and is raised by R: after four
+//! quadrants, 8R steps, all registers are as they were. Before that there are at most two pieces,
+//! since a run in one direction that makes the condition true passes zero at most once. If both
+//! coordinates run outwards there is no further piece at all.
 
 use serde::{Deserialize, Serialize};
 

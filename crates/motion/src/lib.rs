@@ -15,6 +15,7 @@
 
 mod arc;
 mod bresenham;
+mod fit;
 mod helix;
 mod line;
 mod path;
@@ -23,6 +24,7 @@ mod segment;
 mod time;
 
 pub use arc::{Arc, ArcState};
+pub use fit::{CircleFit, Turn};
 pub use helix::Helix;
 pub use line::Line;
 pub use path::{AXES, Path, PathSteps, Point};

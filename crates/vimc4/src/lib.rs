@@ -1,1 +1,65 @@
+//! Virtual isel stepper controllers for tests.
+//!
+//! An [`Emulator`] behaves like the real controller, byte for byte, behind a serial port, a TCP
+//! socket or a port within the process. Its machine, its operating panel and, if wanted, its
+//! time are in the hands of the test.
+//!
+//! ```
+//! use std::io::{Read, Write};
+//! use std::net::TcpStream;
+//! use vimc4::{Button, Clock, Emulator};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // With the instant clock a ten-minute job is done in milliseconds.
+//! let emu = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").start()?;
+//!
+//! // Any host software can be the client; here it is a socket.
+//! let mut port = TcpStream::connect(emu.tcp_addr().unwrap())?;
+//! let mut ask = |command: &str| -> std::io::Result<char> {
+//!     port.write_all(command.as_bytes())?;
+//!     let mut answer = [0];
+//!     port.read_exact(&mut answer)?;
+//!     Ok(char::from(answer[0]))
+//! };
+//! assert_eq!(ask("@01\r")?, '0');
+//! assert_eq!(ask("@0A100000,200\r")?, '0');
+//! assert_eq!(emu.position()?, [100_000, 0, 0, 0]);
+//!
+//! // The panel works as on the machine.
+//! emu.press(Button::EmergencyStop)?;
+//! assert_eq!(ask("@0A100,900\r")?, '9');
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | to … | use |
+//! |---|---|
+//! | choose model, machine, clock and where to listen | [`Emulator::builder`] |
+//! | stop a motion at an exact step or time | [`Clock::Manual`], [`Emulator::run_until`], [`Emulator::advance`] |
+//! | be the person at the machine | [`Emulator::press`], [`Emulator::turn`], [`Emulator::input`], [`Emulator::power`] |
+//! | ask what the host did | [`Emulator::commands`], [`Emulator::events`], [`Emulator::position`], [`Emulator::view`] |
+//! | try several things from the same point | [`Emulator::snapshot`], [`Emulator::restore`] |
 #![forbid(unsafe_code)]
+
+mod builder;
+mod catalogue;
+mod emulator;
+mod error;
+mod order;
+mod record;
+
+pub use builder::{Builder, Terminal};
+pub use catalogue::{machine, machine_profile, machines, model, model_profile, models};
+pub use emulator::{Button, Emulator, Snapshot};
+pub use error::{Error, ProfileFileError};
+pub use order::{HELP, Order, OrderError, Outcome};
+pub use record::Command;
+pub use vimc4_device::{
+    Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,
+};
+pub use vimc4_host::{
+    Clients, Clock, ControlError, MemoryPort, News, Rate, Report, Sink, Traffic, Verbosity, Wants,
+    escape,
+};
+pub use vimc4_isel::Model;
+pub use vimc4_plant::Machine;

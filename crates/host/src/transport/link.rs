@@ -48,8 +48,8 @@ impl Link {
             Ok(_) => {
                 let target = fs::read_link(path)
                     .map_err(|source| LinkError::Failed { path: path.to_owned(), source })?;
-                let dangling = fs::metadata(path)
-                    .is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+                let dangling =
+                    fs::metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
                 if dangling || target.starts_with("/dev/pts") {
                     Ok(())
                 } else {

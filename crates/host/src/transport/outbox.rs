@@ -104,8 +104,7 @@ mod tests {
         let mut outbox = Outbox::default();
         let mut lost = 0;
         for _ in 0..1_000 {
-            lost +=
-                outbox.send(&[0; 1_000], |_| Err(io::ErrorKind::WouldBlock.into())).unwrap();
+            lost += outbox.send(&[0; 1_000], |_| Err(io::ErrorKind::WouldBlock.into())).unwrap();
         }
         assert!(outbox.queue.len() <= LIMIT + 1_000);
         assert_eq!(lost + outbox.clear(), 1_000_000);

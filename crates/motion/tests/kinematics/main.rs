@@ -6,6 +6,7 @@
 
 mod arcs;
 mod circles;
+mod fits;
 mod lines;
 mod profiles;
 mod segments;

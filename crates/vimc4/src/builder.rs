@@ -1,0 +1,339 @@
+//! Setting an emulator up.
+
+use std::fmt;
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+use std::thread;
+
+use tokio::runtime;
+use tokio::sync::watch;
+use vimc4_host::{Clients, Clock, FlashFile, Handle, Line, RunError, Runner, Serial, Sink, Tcp};
+#[cfg(unix)]
+use vimc4_host::{Link, Pty};
+use vimc4_isel::{Controller, Model};
+use vimc4_plant::Machine;
+
+use crate::catalogue;
+use crate::emulator::{Emulator, Places};
+use crate::error::Error;
+use crate::record::Record;
+
+/// Sets an [`Emulator`] up; see there.
+#[must_use = "an emulator runs when it is started"]
+pub struct Builder {
+    model: Profile<Model>,
+    machine: Profile<Machine>,
+    time: Clock,
+    pty: Terminal,
+    tcp: Option<String>,
+    clients: Clients,
+    serial: Option<String>,
+    flash: Option<PathBuf>,
+    line_pacing: bool,
+    record: bool,
+    sinks: Vec<Box<dyn Sink>>,
+}
+
+/// A profile by name or file, or the thing itself.
+enum Profile<T> {
+    Named(String),
+    Given(Arc<T>),
+}
+
+/// Whether an emulator has a pseudo terminal, and under which name. See [`Builder::pty`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Terminal {
+    /// It has none.
+    #[default]
+    Off,
+    /// It has one, whose name the system chooses.
+    Unnamed,
+    /// It has one, and this link leads to it.
+    Link(PathBuf),
+}
+
+impl From<bool> for Terminal {
+    fn from(on: bool) -> Terminal {
+        if on { Terminal::Unnamed } else { Terminal::Off }
+    }
+}
+
+impl From<&str> for Terminal {
+    fn from(link: &str) -> Terminal {
+        Terminal::Link(PathBuf::from(link))
+    }
+}
+
+impl From<&Path> for Terminal {
+    fn from(link: &Path) -> Terminal {
+        Terminal::Link(link.to_owned())
+    }
+}
+
+impl From<PathBuf> for Terminal {
+    fn from(link: PathBuf) -> Terminal {
+        Terminal::Link(link)
+    }
+}
+
+impl Builder {
+    pub(crate) fn new() -> Builder {
+        Builder {
+            model: Profile::Named("imc4".to_owned()),
+            machine: Profile::Named("bench".to_owned()),
+            time: Clock::Real,
+            pty: Terminal::Off,
+            tcp: None,
+            clients: Clients::Refuse,
+            serial: None,
+            flash: None,
+            line_pacing: false,
+            record: true,
+            sinks: Vec::new(),
+        }
+    }
+
+    /// The model of controller: a built-in name or a profile file. `imc4` if nothing is said.
+    pub fn model(mut self, name_or_file: impl Into<String>) -> Builder {
+        self.model = Profile::Named(name_or_file.into());
+        self
+    }
+
+    /// The machine: a built-in name or a profile file. `bench` if nothing is said, a machine
+    /// without ends.
+    pub fn machine(mut self, name_or_file: impl Into<String>) -> Builder {
+        self.machine = Profile::Named(name_or_file.into());
+        self
+    }
+
+    /// A model that was made or changed in the program.
+    pub fn with_model(mut self, model: Arc<Model>) -> Builder {
+        self.model = Profile::Given(model);
+        self
+    }
+
+    /// A machine that was made or changed in the program.
+    pub fn with_machine(mut self, machine: Arc<Machine>) -> Builder {
+        self.machine = Profile::Given(machine);
+        self
+    }
+
+    /// How time passes. [`Clock::Real`] if nothing is said.
+    pub fn time(mut self, clock: Clock) -> Builder {
+        self.time = clock;
+        self
+    }
+
+    /// A pseudo terminal: `true` for one of any name, a path for a link that leads to it.
+    pub fn pty(mut self, terminal: impl Into<Terminal>) -> Builder {
+        self.pty = terminal.into();
+        self
+    }
+
+    /// An address to listen on, such as `127.0.0.1:4004`; port 0 picks a free one.
+    pub fn tcp(mut self, address: impl Into<String>) -> Builder {
+        self.tcp = Some(address.into());
+        self
+    }
+
+    /// What happens to a second TCP client. It is refused if nothing is said.
+    pub fn tcp_clients(mut self, policy: Clients) -> Builder {
+        self.clients = policy;
+        self
+    }
+
+    /// A real serial port, such as `/dev/ttyUSB0`.
+    pub fn serial(mut self, device: impl Into<String>) -> Builder {
+        self.serial = Some(device.into());
+        self
+    }
+
+    /// A file for the flash memory, created if it is not there. Without one the memory ends
+    /// with the emulator.
+    pub fn flash(mut self, file: impl Into<PathBuf>) -> Builder {
+        self.flash = Some(file.into());
+        self
+    }
+
+    /// Whether a character takes its time on the line, in model time.
+    pub fn line_pacing(mut self, on: bool) -> Builder {
+        self.line_pacing = on;
+        self
+    }
+
+    /// Whether [`Emulator::commands`] and [`Emulator::events`] remember anything. They do if
+    /// nothing is said; what runs for days may do without.
+    pub fn record(mut self, on: bool) -> Builder {
+        self.record = on;
+        self
+    }
+
+    /// A sink that watches from the first moment.
+    pub fn sink(mut self, sink: impl Sink + 'static) -> Builder {
+        self.sinks.push(Box::new(sink));
+        self
+    }
+
+    /// Starts the emulator in a thread of its own.
+    ///
+    /// # Errors
+    ///
+    /// If a name, an address or a file is wrong or taken. Nothing has changed then.
+    pub fn start(self) -> Result<Emulator, Error> {
+        let model = match &self.model {
+            Profile::Named(name) => catalogue::model(name)?,
+            Profile::Given(model) => Arc::clone(model),
+        };
+        let machine = match &self.machine {
+            Profile::Named(name) => catalogue::machine(name)?,
+            Profile::Given(machine) => Arc::clone(machine),
+        };
+        #[cfg(unix)]
+        if let Terminal::Link(path) = &self.pty {
+            Link::check(path)?;
+        }
+        #[cfg(not(unix))]
+        if self.pty != Terminal::Off {
+            return Err(Error::NoPty);
+        }
+        let addresses = self.tcp.as_deref().map(resolve).transpose()?.unwrap_or_default();
+        let record = self.record.then(Record::default);
+        let pty = self.pty.clone();
+
+        let (report, started) = mpsc::sync_channel(1);
+        let (over, ended) = watch::channel(None);
+        let thread = {
+            let (model, record) = (Arc::clone(&model), record.clone());
+            thread::Builder::new()
+                .name(format!("vimc4 {}", model.name))
+                .spawn(move || {
+                    let runtime = match runtime::Builder::new_current_thread().enable_all().build()
+                    {
+                        Ok(runtime) => runtime,
+                        Err(error) => {
+                            let _ = report.send(Err(Error::Start(error)));
+                            return;
+                        }
+                    };
+                    runtime.block_on(async {
+                        let made = self.assemble(model, machine, &addresses, record);
+                        let runner = match made {
+                            Ok((runner, handle, places)) => {
+                                let _ = report.send(Ok((handle, places)));
+                                runner
+                            }
+                            Err(error) => {
+                                let _ = report.send(Err(error));
+                                return;
+                            }
+                        };
+                        let end = runner.run().await;
+                        let _ = over.send(Some(end.map_err(Arc::new)));
+                    });
+                })
+                .map_err(Error::Start)?
+        };
+        let (handle, places) = started
+            .recv()
+            .map_err(|_| Error::Start(std::io::Error::other("its thread died")))??;
+        let emulator = Emulator::new(model, handle, places, record, ended, thread);
+        #[cfg(unix)]
+        let emulator = emulator.named(&pty)?;
+        #[cfg(not(unix))]
+        let _ = pty;
+        Ok(emulator)
+    }
+
+    /// Opens everything and puts it together, in an order in which a failure leaves nothing
+    /// behind: what others could miss first, what creates files last.
+    fn assemble(
+        self,
+        model: Arc<Model>,
+        machine: Arc<Machine>,
+        addresses: &[SocketAddr],
+        record: Option<Record>,
+    ) -> Result<Made, Error> {
+        let baud = model.line.baud;
+        let mut places = Places::default();
+        let tcp = listen(addresses, self.clients)?;
+        places.tcp = tcp.as_ref().map(Tcp::address);
+        let serial = self.serial.as_deref().map(|path| Serial::open(path, baud)).transpose()?;
+        places.serial = self.serial;
+        #[cfg(unix)]
+        let pty = match self.pty {
+            Terminal::Off => None,
+            _ => Some(Pty::open(baud)?),
+        };
+        #[cfg(unix)]
+        {
+            places.pty = pty.as_ref().map(|pty| pty.path().to_owned());
+        }
+        let flash = self.flash.map(FlashFile::open).transpose()?;
+        let image = flash.as_ref().map_or(&[] as &[u8], |(_, image)| image);
+        let controller = Controller::new(model, machine, image).map_err(|source| {
+            let path = flash.as_ref().map(|(file, _)| file.path().to_owned());
+            Error::Flash { path: path.unwrap_or_default(), source }
+        })?;
+        let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
+        let (runner, handle) = Runner::new(line, self.time);
+        let mut runner = runner.with_room(Line::room);
+        if let Some((file, image)) = flash {
+            runner = runner.with_flash(file, &image)?;
+        }
+        if let Some(tcp) = tcp {
+            runner.attach(Box::new(tcp));
+        }
+        if let Some(serial) = serial {
+            runner.attach(Box::new(serial));
+        }
+        #[cfg(unix)]
+        if let Some(pty) = pty {
+            runner.attach(Box::new(pty));
+        }
+        if let Some(record) = record {
+            runner.watch(Box::new(record));
+        }
+        for sink in self.sinks {
+            runner.watch(sink);
+        }
+        Ok((runner, handle, places))
+    }
+}
+
+type Made = (Runner<Line<Controller>>, Handle<Line<Controller>>, Places);
+
+pub(crate) type End = Option<Result<(), Arc<RunError>>>;
+
+fn resolve(address: &str) -> Result<Vec<SocketAddr>, Error> {
+    let failed = |source| Error::Address { address: address.to_owned(), source };
+    let addresses: Vec<_> = address.to_socket_addrs().map_err(failed)?.collect();
+    if addresses.is_empty() {
+        return Err(failed(std::io::Error::other("no address belongs to this name")));
+    }
+    Ok(addresses)
+}
+
+/// Listens at the first address of a name that can be listened on.
+fn listen(addresses: &[SocketAddr], policy: Clients) -> Result<Option<Tcp>, Error> {
+    let mut failure = None;
+    for &address in addresses {
+        match Tcp::bind(address, policy) {
+            Ok(tcp) => return Ok(Some(tcp)),
+            Err(error) => failure = failure.or(Some(error)),
+        }
+    }
+    failure.map_or(Ok(None), |error| Err(error.into()))
+}
+
+impl fmt::Debug for Builder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Builder")
+            .field("time", &self.time)
+            .field("pty", &self.pty)
+            .field("tcp", &self.tcp)
+            .field("serial", &self.serial)
+            .field("flash", &self.flash)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,381 @@
+//! A running emulator.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use tokio::sync::watch;
+use vimc4_device::{Condition, Device, Event, Point, Signal, Time, View};
+#[cfg(unix)]
+use vimc4_host::Link;
+use vimc4_host::{ControlError, Handle, Line, LineState, Memory, MemoryPort, Reply};
+use vimc4_isel::{Controller, Model};
+
+#[cfg(unix)]
+use crate::Terminal;
+use crate::builder::{Builder, End};
+use crate::error::Error;
+use crate::record::{Command, Record};
+
+/// A virtual controller that runs in a thread of its own until it is dropped.
+///
+/// ```
+/// use std::io::{Read, Write};
+/// use vimc4::{Clock, Emulator};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let emu = Emulator::builder().model("imc-s8").time(Clock::Manual).start()?;
+///
+/// // A serial port within the process; `port()` and `tcp_addr()` are for other programs.
+/// let mut port = emu.connect()?;
+/// port.write_all(b"@07\r@0A5000,900,0,900,0,900,0,900\r")?;
+///
+/// // Time stands still until it is told to move: the move stops at exactly step 2,500.
+/// emu.run_until(&vimc4::Condition::AxisAt { axis: 0, position: 2_500 })?;
+/// assert_eq!(emu.position()?, [2_500, 0, 0, 0]);
+///
+/// let duration = emu.run_until_idle()?;
+/// assert_eq!(emu.position()?, [5_000, 0, 0, 0]);
+/// let mut answers = [0; 2];
+/// port.read_exact(&mut answers)?;
+/// assert_eq!(&answers, b"00");
+///
+/// let commands = emu.commands()?;
+/// assert_eq!(commands[1].mnemonic, "@A");
+/// println!("{} took until {duration}", commands[1].text);
+/// # Ok(())
+/// # }
+/// ```
+///
+/// The methods block until the controller has done what they say, which takes microseconds
+/// unless time is to pass. What was written to the line before one of them is called has
+/// arrived when it takes effect.
+#[derive(Debug)]
+pub struct Emulator {
+    model: Arc<Model>,
+    handle: Handle<Line<Controller>>,
+    places: Places,
+    #[cfg(unix)]
+    link: Option<Link>,
+    record: Option<Record>,
+    /// Where the key was last turned to, so that erasing can turn it back.
+    key_on_auto: AtomicBool,
+    ended: watch::Receiver<End>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Where it can be reached.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Places {
+    pub(crate) tcp: Option<SocketAddr>,
+    pub(crate) serial: Option<String>,
+    #[cfg(unix)]
+    pub(crate) pty: Option<PathBuf>,
+}
+
+/// Everything that decides what an emulator will do: the state of its controller, machine and
+/// line at one instant. Taking one is cheap, and keeping many is too: programs and profiles
+/// are shared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot(LineState<<Controller as Device>::State>);
+
+/// The buttons of the panel by name. Any method that takes a name takes these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Button {
+    /// Runs the stored program, or goes on with what was stopped.
+    Start,
+    /// Brakes whatever moves.
+    Stop,
+    /// Switches the power stage on.
+    On,
+    /// The emergency stop, which latches.
+    EmergencyStop,
+}
+
+impl AsRef<str> for Button {
+    fn as_ref(&self) -> &str {
+        match self {
+            Button::Start => "start",
+            Button::Stop => "stop",
+            Button::On => "on",
+            Button::EmergencyStop => "estop",
+        }
+    }
+}
+
+impl Emulator {
+    /// Sets one up. Without anything said it is an IMC4 on the machine `bench` in real time,
+    /// reachable from within the process only.
+    pub fn builder() -> Builder {
+        Builder::new()
+    }
+
+    pub(crate) fn new(
+        model: Arc<Model>,
+        handle: Handle<Line<Controller>>,
+        places: Places,
+        record: Option<Record>,
+        ended: watch::Receiver<End>,
+        thread: JoinHandle<()>,
+    ) -> Emulator {
+        Emulator {
+            model,
+            handle,
+            places,
+            #[cfg(unix)]
+            link: None,
+            record,
+            key_on_auto: AtomicBool::new(true),
+            ended,
+            thread: Some(thread),
+        }
+    }
+
+    /// Gives the pseudo terminal its name.
+    #[cfg(unix)]
+    pub(crate) fn named(mut self, terminal: &Terminal) -> Result<Emulator, Error> {
+        if let (Terminal::Link(path), Some(target)) = (terminal, &self.places.pty) {
+            self.link = Some(Link::create(path, target)?);
+        }
+        Ok(self)
+    }
+
+    // --- where it is ---
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The path of the serial port that a program opens: the link, or the pseudo terminal
+    /// itself if there is no link. `None` if there is no pseudo terminal.
+    pub fn port(&self) -> Option<&Path> {
+        #[cfg(unix)]
+        return self.link.as_ref().map(Link::path).or(self.places.pty.as_deref());
+        #[cfg(not(unix))]
+        None
+    }
+
+    /// Where it listens, with the port that was picked.
+    pub fn tcp_addr(&self) -> Option<SocketAddr> {
+        self.places.tcp
+    }
+
+    /// The real serial port that it has open.
+    pub fn serial(&self) -> Option<&str> {
+        self.places.serial.as_deref()
+    }
+
+    /// Opens the line from within the process. All that are open at the same time are one
+    /// wire: each sees everything the controller sends.
+    pub fn connect(&self) -> Result<MemoryPort, Error> {
+        let (memory, port) = Memory::pair();
+        self.handle.attach(memory).wait()?;
+        Ok(port)
+    }
+
+    // --- time ---
+
+    /// The controller's time.
+    pub fn now(&self) -> Result<Time, Error> {
+        Ok(self.handle.now().wait()?)
+    }
+
+    /// Moves time forward, with the clocks that do not run by themselves.
+    pub fn advance(&self, span: Duration) -> Result<Time, Error> {
+        Ok(self.handle.advance(span).wait()?)
+    }
+
+    /// Lets time pass until the controller does nothing any more, and says when that was. With
+    /// a clock that runs by itself it waits for it.
+    pub fn run_until_idle(&self) -> Result<Time, Error> {
+        self.run_until(&Condition::Idle)
+    }
+
+    /// Lets time pass up to the first instant at which the condition holds, and says when that
+    /// was. With a clock that runs by itself it waits for it.
+    ///
+    /// # Errors
+    ///
+    /// If the condition never holds unless something else happens first. Time has not moved
+    /// then.
+    pub fn run_until(&self, condition: &Condition) -> Result<Time, Error> {
+        Ok(self.handle.run_until(condition.clone()).wait()?)
+    }
+
+    // --- what it sees ---
+
+    /// The step counters of X, Y, Z and A.
+    pub fn position(&self) -> Result<Point, Error> {
+        let mut position = Point::default();
+        for (value, axis) in position.iter_mut().zip(self.view()?.axes) {
+            *value = axis.position;
+        }
+        Ok(position)
+    }
+
+    /// A picture of the controller: positions, speeds, program, ports and what it will do.
+    pub fn view(&self) -> Result<View, Error> {
+        Ok(self.handle.view().wait()?)
+    }
+
+    /// What the host sent, decoded, oldest first.
+    pub fn commands(&self) -> Result<Vec<Command>, Error> {
+        self.settle()?;
+        Ok(self
+            .record
+            .as_ref()
+            .map_or_else(Vec::new, |record| record.lock().commands.iter().cloned().collect()))
+    }
+
+    /// What happened, oldest first.
+    pub fn events(&self) -> Result<Vec<(Time, Event)>, Error> {
+        self.settle()?;
+        Ok(self
+            .record
+            .as_ref()
+            .map_or_else(Vec::new, |record| record.lock().events.iter().cloned().collect()))
+    }
+
+    /// Forgets the commands and events so far.
+    pub fn forget(&self) -> Result<(), Error> {
+        self.settle()?;
+        if let Some(record) = &self.record {
+            let mut memory = record.lock();
+            memory.commands.clear();
+            memory.events.clear();
+        }
+        Ok(())
+    }
+
+    /// Waits until what has been written to the line has arrived.
+    fn settle(&self) -> Result<(), Error> {
+        self.now().map(drop)
+    }
+
+    // --- what happens to it ---
+
+    /// The things of the outside world that can be set, with their names.
+    pub fn signals(&self) -> Result<Vec<Signal>, Error> {
+        Ok(self.handle.signals().wait()?)
+    }
+
+    /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
+    pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Result<(), Error> {
+        let name = name.as_ref();
+        self.handle.set(name, value).wait()?;
+        if name == "key" {
+            self.key_on_auto.store(value != 0, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    /// Presses a button and releases it at the same instant; the emergency stop stays pressed
+    /// until it is released.
+    pub fn press(&self, button: impl AsRef<str>) -> Result<(), Error> {
+        Ok(self.handle.press(button.as_ref()).wait()?)
+    }
+
+    /// Presses a button and keeps it pressed.
+    pub fn hold(&self, button: impl AsRef<str>) -> Result<(), Error> {
+        Ok(self.handle.hold(button.as_ref()).wait()?)
+    }
+
+    /// Releases a button.
+    pub fn release(&self, button: impl AsRef<str>) -> Result<(), Error> {
+        Ok(self.handle.release(button.as_ref()).wait()?)
+    }
+
+    /// Puts a switch into a position, as in `turn("cover", "open")`.
+    pub fn turn(&self, switch: &str, position: &str) -> Result<(), Error> {
+        self.begin_turn(switch, position).wait()?;
+        Ok(())
+    }
+
+    /// Sets a bit of an input port, as the controller reads it.
+    pub fn input(&self, port: u16, bit: u8, level: bool) -> Result<(), Error> {
+        Ok(self.handle.set_input(port, bit, level).wait()?)
+    }
+
+    /// Erases the stored program as a person does at the panel: key on test, STOP held, ON. It
+    /// takes its time, and the key is turned back at once.
+    pub fn erase(&self) -> Result<(), Error> {
+        Ok(self.begin_erase()?.wait()?)
+    }
+
+    /// Takes the power away or gives it back.
+    pub fn power(&self, on: bool) -> Result<(), Error> {
+        Ok(self.handle.power(on).wait()?)
+    }
+
+    /// The present state. [`restore`](Emulator::restore) goes back to it, as often as wanted.
+    pub fn snapshot(&self) -> Result<Snapshot, Error> {
+        Ok(Snapshot(self.handle.state().wait()?))
+    }
+
+    /// Goes back to a state taken earlier, of this or another emulator of the same model. Its
+    /// time goes back with it; clients stay connected.
+    pub fn restore(&self, snapshot: &Snapshot) -> Result<(), Error> {
+        Ok(self.handle.restore(snapshot.0.clone()).wait()?)
+    }
+
+    pub(crate) fn handle(&self) -> &Handle<Line<Controller>> {
+        &self.handle
+    }
+
+    pub(crate) fn begin_turn(&self, switch: &str, position: &str) -> Reply<()> {
+        if switch == "key" {
+            self.key_on_auto.store(position == "auto", Ordering::Relaxed);
+        }
+        self.handle.turn(switch, position)
+    }
+
+    pub(crate) fn begin_erase(&self) -> Result<Reply<()>, Error> {
+        if self.model.timing.panel_erase_ms.is_none() {
+            return Err(Error::NoPanelErase);
+        }
+        let key = i32::from(self.key_on_auto.load(Ordering::Relaxed));
+        let hands = [("key", 0), ("stop", 1), ("on", 1), ("on", 0), ("stop", 0), ("key", key)];
+        Ok(self.handle.set_all(&hands))
+    }
+
+    // --- its end ---
+
+    /// Tells it to end, without waiting for that.
+    pub fn stop(&self) {
+        self.handle.stop();
+    }
+
+    /// Resolves when it has ended, with the error if it ended by itself.
+    pub async fn ended(&self) -> Result<(), Error> {
+        let mut ended = self.ended.clone();
+        match ended.wait_for(Option::is_some).await.as_deref() {
+            Ok(Some(Err(error))) => Err(Error::Run(Arc::clone(error))),
+            // Told to end; or its thread is gone, which only a panic in it can do.
+            Ok(_) => Ok(()),
+            Err(_) => Err(Error::Control(ControlError::Ended)),
+        }
+    }
+
+    /// Removes its link and lets go of it without waiting for its end. For a program that is
+    /// about to end itself and has no time to lose.
+    pub fn abandon(mut self) {
+        self.handle.stop();
+        self.thread = None;
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        #[cfg(unix)]
+        drop(self.link.take());
+        self.handle.stop();
+        if let Some(thread) = self.thread.take() {
+            // It ends by itself; a panic in it has been printed already.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! What can go wrong, each with its remedy.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use thiserror::Error;
+use vimc4_host::{ControlError, FlashFileError, RunError, SerialError, TcpError};
+#[cfg(unix)]
+use vimc4_host::{LinkError, PtyError};
+use vimc4_isel::FlashError;
+use vimc4_plant::ProfileError;
+
+/// Why an emulator does not start, or does not do what it is told.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Nothing built in has this name.
+    #[error("there is no {what} `{name}`; built in are {known}, or name a profile file")]
+    Unknown {
+        /// `model` or `machine`.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names that would be right.
+        known: String,
+    },
+    /// A profile cannot be read.
+    #[error("cannot read the {what} profile {path}: {source}", path = .path.display())]
+    File {
+        /// `model` or `machine`.
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A file holds no profile.
+    #[error(transparent)]
+    Profile(#[from] Box<ProfileFileError>),
+    /// An address is none.
+    #[error(
+        "`{address}` is not an address: {source}; write host:port, as in 127.0.0.1:4004 or \
+         localhost:0"
+    )]
+    Address {
+        /// What was given.
+        address: String,
+        /// What is wrong with it.
+        source: io::Error,
+    },
+    /// An address cannot be listened on.
+    #[error(transparent)]
+    Tcp(#[from] TcpError),
+    /// A serial port cannot be opened.
+    #[error(transparent)]
+    Serial(#[from] SerialError),
+    /// There is no pseudo terminal to be had.
+    #[cfg(unix)]
+    #[error(transparent)]
+    Pty(#[from] PtyError),
+    /// A pseudo terminal cannot be given its name.
+    #[cfg(unix)]
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The system has no pseudo terminals.
+    #[error("there are no pseudo terminals on this system; use TCP or a serial port")]
+    NoPty,
+    /// The flash file cannot be used.
+    #[error(transparent)]
+    FlashFile(#[from] FlashFileError),
+    /// The flash file holds something else than this model's memory.
+    #[error(
+        "{path}, {source}; it may belong to another model, or have been edited: name another \
+         file, or remove this one to begin with an empty memory",
+        path = .path.display()
+    )]
+    Flash {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and in which line.
+        source: FlashError,
+    },
+    /// A running controller refused.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// A running controller ended by itself.
+    #[error(transparent)]
+    Run(Arc<RunError>),
+    /// The model erases in another way.
+    #[error("the panel of this model does not erase; send the command @0k instead")]
+    NoPanelErase,
+    /// The system gives us no thread or no event queue.
+    #[error("cannot start a controller: {0}; the limit of threads or open files may be too low")]
+    Start(io::Error),
+}
+
+/// What is wrong with a profile, and where.
+#[derive(Clone, Debug, Error)]
+#[error("{path}, line {line}: {error}; {help}", path = .path.display(), help = .error.help)]
+pub struct ProfileFileError {
+    /// `model` or `machine`.
+    pub what: &'static str,
+    /// The file.
+    pub path: PathBuf,
+    /// The line, from 1.
+    pub line: usize,
+    /// The whole text, for a picture of the place.
+    pub text: String,
+    /// What is wrong, where, and what would be right.
+    pub error: ProfileError,
+}

@@ -1,0 +1,332 @@
+//! Orders that people type while a controller runs.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::time::Duration;
+
+use thiserror::Error;
+use vimc4_device::{Condition, Signal, SignalKind, Time, View};
+use vimc4_host::ControlError;
+
+use crate::emulator::Emulator;
+use crate::error::Error;
+
+/// What can be ordered, as `help` prints it.
+pub const HELP: &str = "\
+press BUTTON          press and release at once; estop stays pressed until released
+hold BUTTON           press and keep pressed
+release BUTTON        release what is held, or the estop
+key auto|test         turn the key switch
+cover open|closed     open or close the cover
+input 0.3 1           set bit 3 of input port 0
+set SIGNAL VALUE      set any signal; `signals` lists them
+erase                 erase the stored program at the panel: key on test, STOP and ON
+power off|on          the mains switch
+advance 250ms         move time forward (manual or instant clock)
+run until idle        let time pass until nothing moves
+position              where the axes are
+signals               what can be pressed, turned and set
+help                  this list
+quit                  end";
+
+/// Something a person tells a running emulator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Press and release a button; the emergency stop stays pressed.
+    Press(String),
+    /// Press a button and keep it pressed.
+    Hold(String),
+    /// Release a button.
+    Release(String),
+    /// Put a switch into a position.
+    Turn(String, String),
+    /// Set a bit of an input port.
+    Input {
+        /// The port.
+        port: u16,
+        /// The bit.
+        bit: u8,
+        /// The level.
+        level: bool,
+    },
+    /// Set any signal to a number.
+    Set(String, i32),
+    /// Erase the stored program at the panel.
+    Erase,
+    /// The mains switch.
+    Power(bool),
+    /// Move time forward.
+    Advance(Duration),
+    /// Let time pass until the controller is idle.
+    RunUntilIdle,
+    /// Say where the axes are.
+    Position,
+    /// Say what can be set.
+    Signals,
+    /// Print [`HELP`].
+    Help,
+    /// End.
+    Quit,
+}
+
+/// Why a line is no order, with what would be one.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct OrderError(String);
+
+impl Order {
+    /// Reads a line, with the signals that can be set; `None` if it is empty.
+    ///
+    /// ```
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// use vimc4::{Emulator, Order};
+    ///
+    /// let emu = Emulator::builder().start()?;
+    /// let signals = emu.signals()?;
+    /// assert_eq!(Order::parse("power off", &signals)?, Some(Order::Power(false)));
+    /// let wrong = Order::parse("cover shut", &signals).unwrap_err();
+    /// assert_eq!(wrong.to_string(), "`cover shut` is wrong: cover open or cover closed");
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn parse(line: &str, signals: &[Signal]) -> Result<Option<Order>, OrderError> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let wrong = |right: &str| Err(OrderError(format!("`{}` is wrong: {right}", line.trim())));
+        let button = |name: &str, verb: &str, order: fn(String) -> Order| {
+            let buttons: Vec<_> = signals
+                .iter()
+                .filter(|signal| signal.kind == SignalKind::Button)
+                .map(|signal| signal.name.as_str())
+                .collect();
+            if buttons.contains(&name) {
+                Ok(Some(order(name.to_owned())))
+            } else {
+                wrong(&format!("{verb} {}", buttons.join(", ")))
+            }
+        };
+        match words.as_slice() {
+            [] => Ok(None),
+            ["press", rest @ ..] => button(&rest.join(" "), "press", Order::Press),
+            ["hold", rest @ ..] => button(&rest.join(" "), "hold", Order::Hold),
+            ["release", rest @ ..] => button(&rest.join(" "), "release", Order::Release),
+            ["input", rest @ ..] => match parse_input(rest) {
+                Some(order) => Ok(Some(order)),
+                None => wrong("input PORT.BIT LEVEL, as in `input 0.3 1`"),
+            },
+            ["set", rest @ ..] => match parse_set(rest) {
+                Some(order) => Ok(Some(order)),
+                None => wrong("set SIGNAL VALUE, as in `set probe 1`"),
+            },
+            ["erase"] => Ok(Some(Order::Erase)),
+            ["power", "on"] => Ok(Some(Order::Power(true))),
+            ["power", "off"] => Ok(Some(Order::Power(false))),
+            ["power", ..] => wrong("power on or power off"),
+            ["advance", rest @ ..] => match parse_span(&rest.concat()) {
+                Some(span) => Ok(Some(Order::Advance(span))),
+                None => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
+            },
+            ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
+            ["run", ..] => wrong("run until idle"),
+            ["position"] => Ok(Some(Order::Position)),
+            ["signals"] => Ok(Some(Order::Signals)),
+            ["help"] => Ok(Some(Order::Help)),
+            ["quit"] => Ok(Some(Order::Quit)),
+            [name, rest @ ..] => {
+                let switch = signals.iter().find(|signal| signal.name == *name);
+                let Some(positions) = switch.and_then(|switch| switch.positions.as_ref()) else {
+                    return wrong("not an order; type help for the list");
+                };
+                match rest {
+                    [position] if positions.iter().any(|known| known == position) => {
+                        Ok(Some(Order::Turn((*name).to_owned(), (*position).to_owned())))
+                    }
+                    _ => {
+                        let [first, second] = positions;
+                        wrong(&format!("{name} {first} or {name} {second}"))
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What an order leads to: text to print, if there is any.
+pub type Outcome = Pin<Box<dyn Future<Output = Result<String, Error>> + Send>>;
+
+impl Emulator {
+    /// Carries an order out. It is given at once, so orders take effect in the order of these
+    /// calls; what comes of it can be awaited.
+    pub fn give(&self, order: &Order) -> Outcome {
+        let handle = self.handle();
+        match order {
+            Order::Press(name) => done(handle.press(name)),
+            Order::Hold(name) => done(handle.hold(name)),
+            Order::Release(name) => done(handle.release(name)),
+            Order::Turn(name, position) => done(self.begin_turn(name, position)),
+            Order::Input { port, bit, level } => done(handle.set_input(*port, *bit, *level)),
+            Order::Set(name, value) => done(handle.set(name, *value)),
+            Order::Erase => match self.begin_erase() {
+                Ok(reply) => done(reply),
+                Err(error) => Box::pin(async { Err(error) }),
+            },
+            Order::Power(on) => done(handle.power(*on)),
+            Order::Advance(span) => answer(handle.advance(*span), |at| format!("now {at}")),
+            Order::RunUntilIdle => {
+                answer(handle.run_until(Condition::Idle), |at: Time| format!("idle at {at}"))
+            }
+            Order::Position => answer(handle.view(), |view| position(&view)),
+            Order::Signals => answer(handle.signals(), |signals| list(&signals)),
+            Order::Help => Box::pin(async { Ok(HELP.to_owned()) }),
+            Order::Quit => {
+                self.stop();
+                Box::pin(async { Ok(String::new()) })
+            }
+        }
+    }
+}
+
+fn done(reply: impl Future<Output = Result<(), ControlError>> + Send + 'static) -> Outcome {
+    answer(reply, |()| "ok".to_owned())
+}
+
+fn answer<T: Send + 'static>(
+    reply: impl Future<Output = Result<T, ControlError>> + Send + 'static,
+    text: impl FnOnce(T) -> String + Send + 'static,
+) -> Outcome {
+    Box::pin(async { Ok(text(reply.await?)) })
+}
+
+/// `X 2500 Y 0 Z 0 A 0`
+fn position(view: &View) -> String {
+    let axes: Vec<_> =
+        view.axes.iter().map(|axis| format!("{} {}", axis.name, axis.position)).collect();
+    axes.join(" ")
+}
+
+fn list(signals: &[Signal]) -> String {
+    let lines: Vec<_> = signals
+        .iter()
+        .map(|signal| {
+            let values = match (&signal.kind, &signal.positions) {
+                (_, Some([first, second])) => format!("{first}|{second}"),
+                (SignalKind::Analogue { low, high }, _) => format!("{low}..{high}"),
+                _ => "0|1".to_owned(),
+            };
+            format!("{:<16}  {values:<12}  {}", signal.name, signal.about)
+        })
+        .collect();
+    lines.join("\n")
+}
+
+fn parse_input(words: &[&str]) -> Option<Order> {
+    let [place, level @ ("0" | "1")] = words else { return None };
+    let (port, bit) = place.split_once('.')?;
+    let bit = bit.parse().ok().filter(|bit| *bit < 8)?;
+    Some(Order::Input { port: port.parse().ok()?, bit, level: *level == "1" })
+}
+
+fn parse_set(words: &[&str]) -> Option<Order> {
+    let (value, name) = words.split_last()?;
+    Some(Order::Set(name.join(" "), value.parse().ok()?))
+}
+
+/// A number with a unit: `250ms`, `1.5s`, `2min`.
+fn parse_span(text: &str) -> Option<Duration> {
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let number = text.strip_suffix(unit)?;
+    let nanos: u64 = match unit {
+        "ns" => 1,
+        "us" | "µs" => 1_000,
+        "ms" => 1_000_000,
+        "s" => 1_000_000_000,
+        "min" => 60_000_000_000,
+        "h" => 3_600_000_000_000,
+        _ => return None,
+    };
+    let (whole, places) = number.split_once('.').unwrap_or((number, "0"));
+    if places.is_empty() || places.len() > 9 {
+        return None;
+    }
+    let fraction = places.parse::<u64>().ok()?;
+    let scale = 10_u64.pow(u32::try_from(places.len()).ok()?);
+    // In 128 bits, so that a tenth of an hour is as exact as a tenth of a second.
+    let part = u128::from(fraction) * u128::from(nanos) / u128::from(scale);
+    let total = u128::from(whole.parse::<u64>().ok()?) * u128::from(nanos) + part;
+    Some(Duration::from_nanos(u64::try_from(total).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use vimc4_device::SignalId;
+
+    use super::*;
+
+    fn signals() -> Vec<Signal> {
+        let signal = |id, name: &str, kind, positions: Option<[&str; 2]>| Signal {
+            id: SignalId(id),
+            name: name.to_owned(),
+            kind,
+            positions: positions.map(|p| p.map(str::to_owned)),
+            about: String::new(),
+        };
+        vec![
+            signal(0, "start", SignalKind::Button, None),
+            signal(1, "estop", SignalKind::Button, None),
+            signal(2, "key", SignalKind::Switch, Some(["test", "auto"])),
+            signal(3, "limit x-", SignalKind::Input, None),
+        ]
+    }
+
+    fn parse(line: &str) -> Result<Option<Order>, String> {
+        Order::parse(line, &signals()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn every_word_of_the_product_is_understood() {
+        let text = str::to_owned;
+        for (line, order) in [
+            ("press start", Order::Press(text("start"))),
+            ("  press   estop ", Order::Press(text("estop"))),
+            ("release estop", Order::Release(text("estop"))),
+            ("hold start", Order::Hold(text("start"))),
+            ("key auto", Order::Turn(text("key"), text("auto"))),
+            ("input 0.3 1", Order::Input { port: 0, bit: 3, level: true }),
+            ("input 65531.0 0", Order::Input { port: 65_531, bit: 0, level: false }),
+            ("set limit x- 1", Order::Set(text("limit x-"), 1)),
+            ("erase", Order::Erase),
+            ("power off", Order::Power(false)),
+            ("advance 250ms", Order::Advance(Duration::from_millis(250))),
+            ("advance 1.5s", Order::Advance(Duration::from_millis(1_500))),
+            ("advance 0.1h", Order::Advance(Duration::from_secs(360))),
+            ("run until idle", Order::RunUntilIdle),
+            ("position", Order::Position),
+            ("signals", Order::Signals),
+            ("help", Order::Help),
+            ("quit", Order::Quit),
+        ] {
+            assert_eq!(parse(line), Ok(Some(order)), "{line}");
+        }
+        assert_eq!(parse("   "), Ok(None));
+    }
+
+    #[test]
+    fn a_wrong_line_says_what_would_be_right() {
+        for (line, right) in [
+            ("press", "press start, estop"),
+            ("press stpo", "press start, estop"),
+            ("release key", "release start, estop"),
+            ("key", "key test or key auto"),
+            ("key automatic", "key test or key auto"),
+            ("input 0.8 1", "as in `input 0.3 1`"),
+            ("input 0.3 2", "as in `input 0.3 1`"),
+            ("advance 250", "as in `advance 250ms`"),
+            ("advance 99999999999h", "as in `advance 250ms`"),
+            ("power", "power on or power off"),
+            ("run", "run until idle"),
+            ("dance", "type help"),
+        ] {
+            let error = parse(line).unwrap_err();
+            assert!(error.contains(right) && error.contains(line), "{line}: {error}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! What a controller may say, and when.
+
+use std::collections::BTreeSet;
+
+use vimc4_device::{Event, Motion};
+use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
+
+/// The longest text answer.
+const TEXT_MAX: usize = 512;
+
+/// What inputs have made a controller do, over any number of runs.
+#[derive(Clone, Debug, Default)]
+pub struct Reached {
+    /// Commands taken from the line, by model and mnemonic; stored ones when they are stored.
+    pub commands: BTreeSet<(&'static str, &'static str)>,
+    /// Lines of programs that were executed, by model and mnemonic.
+    pub lines: BTreeSet<(&'static str, &'static str)>,
+    /// Single bytes answered, by model, mnemonic and reply.
+    pub replies: BTreeSet<(&'static str, &'static str, Reply)>,
+    /// Signals that were set and cleared, by model and name.
+    pub signals: BTreeSet<(&'static str, String, bool)>,
+}
+
+/// Follows what a watched controller says and holds it against the tables.
+#[derive(Clone, Debug)]
+pub(super) struct Conversation {
+    model: &'static str,
+    dialect: Dialect,
+    /// The command that is being executed.
+    pending: Option<&'static str>,
+    /// An answer that was announced and must be the next bytes.
+    announced: Option<Vec<u8>>,
+    /// A line of a program sends a character: it must be the next byte.
+    character: bool,
+    /// The flash memory has changed since the last command.
+    flashed: bool,
+    /// The length of the path of the running motion.
+    moving: Option<u64>,
+    /// Bytes that were no answer to anything.
+    pub(super) unasked: usize,
+}
+
+impl Conversation {
+    pub(super) fn new(model: &'static str, dialect: Dialect) -> Conversation {
+        Conversation {
+            model,
+            dialect,
+            pending: None,
+            announced: None,
+            character: false,
+            flashed: false,
+            moving: None,
+            unasked: 0,
+        }
+    }
+
+    /// The controller has forgotten what it was doing: nothing is answered any more.
+    pub(super) fn reset(&mut self) {
+        assert!(self.announced.is_none() && !self.character, "announced and not sent");
+        self.pending = None;
+    }
+
+    pub(super) fn flash(&mut self) {
+        self.flashed = true;
+    }
+
+    pub(super) fn event(&mut self, event: &Event, reached: &mut Reached) {
+        match event {
+            Event::Command { mnemonic, .. } => {
+                if let Some(pending) = self.pending {
+                    unreachable!("{mnemonic} is executed, but {pending} is not answered");
+                }
+                assert!(*mnemonic == "?" || self.spec(mnemonic).is_some(), "no command {mnemonic}");
+                self.pending = Some(mnemonic);
+                self.flashed = false;
+                reached.commands.insert((self.model, mnemonic));
+            }
+            Event::Line { mnemonic, .. } => {
+                assert!(self.spec(mnemonic).is_some(), "no command {mnemonic}");
+                self.character = *mnemonic == "1";
+                reached.lines.insert((self.model, mnemonic));
+            }
+            Event::Answer { mnemonic, bytes } => {
+                let pending = self.pending.take();
+                assert_eq!(pending, Some(*mnemonic), "answers what was not asked");
+                self.check_answer(mnemonic, bytes, reached);
+                self.announced = Some(bytes.to_vec());
+            }
+            Event::Motion(Motion::Begins { segment, .. }) => {
+                assert!(self.moving.is_none(), "a motion begins within another");
+                assert!(segment.profile.steps() <= segment.path.length());
+                self.moving = Some(segment.path.length());
+            }
+            Event::Motion(Motion::Changes { segment }) => {
+                assert_eq!(self.moving, Some(segment.path.length()), "no motion to change");
+            }
+            Event::Motion(Motion::Ends { steps }) => {
+                let length = self.moving.take();
+                assert!(length.is_some_and(|length| *steps <= length), "no motion to end");
+            }
+            _ => {}
+        }
+    }
+
+    /// Bytes on the line are the answer that was announced, or the character that a line of a
+    /// program sends; who else sends something is counted.
+    pub(super) fn sent(&mut self, bytes: &[u8]) {
+        if let Some(announced) = self.announced.take() {
+            assert_eq!(bytes, announced, "sends something else than it announced");
+        } else if self.character {
+            assert!(matches!(bytes, [33..=126]), "{bytes:?} is no character");
+            self.character = false;
+        } else {
+            self.unasked += bytes.len();
+        }
+    }
+
+    fn check_answer(&self, mnemonic: &'static str, bytes: &[u8], reached: &mut Reached) {
+        let reply = bytes.first().copied().and_then(Reply::from_code);
+        let hex = |digits: &[u8]| digits.iter().all(|d| matches!(d, b'0'..=b'9' | b'A'..=b'F'));
+        let well_formed = match (mnemonic, bytes) {
+            (_, [_]) => {
+                let reply = reply.unwrap_or_else(|| unreachable!("{mnemonic} answers {bytes:?}"));
+                reached.replies.insert((self.model, mnemonic, reply));
+                match self.spec(mnemonic) {
+                    Some(spec) => spec.replies.contains(&reply),
+                    None => matches!(reply, Reply::Syntax | Reply::NotStorable),
+                }
+            }
+            ("@P", [b'0', digits @ ..]) => matches!(digits.len(), 18 | 24) && hex(digits),
+            ("@b" | "@D", [b'0', digits @ ..]) => digits.len() == 2 && hex(digits),
+            ("@V" | "@U" | "@H" | "@h", text) => {
+                text.len() <= TEXT_MAX && (text.starts_with(b"0") || text.ends_with(b"0"))
+            }
+            (_, b"F0") => self.spec(mnemonic).is_some_and(|s| s.replies.contains(&Reply::Stopped)),
+            _ => false,
+        };
+        assert!(well_formed, "{mnemonic} answers {}", bytes.escape_ascii());
+        if bytes.len() > 1 && bytes != b"F0" {
+            reached.replies.insert((self.model, mnemonic, Reply::Done));
+        }
+        // What is answered `0` is in the flash memory.
+        let keeps = !mnemonic.starts_with('@') || ["@i", "@k", "@IW"].contains(&mnemonic);
+        assert!(self.flashed || !keeps || bytes != b"0", "{mnemonic} confirms what is not kept");
+    }
+
+    fn spec(&self, mnemonic: &str) -> Option<&'static CommandSpec> {
+        let mode = if mnemonic.starts_with('@') { Mode::Direct } else { Mode::Stored };
+        table(self.dialect, mode).iter().find(|spec| spec.mnemonic == mnemonic)
+    }
+}

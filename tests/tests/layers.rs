@@ -1,0 +1,92 @@
+//! Who may use whom, read from `cargo metadata`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use cargo_metadata::{DependencyKind, MetadataCommand, Package};
+
+/// What each room of the house may use of the others. `vimc4-tests` may use all.
+const ALLOWED: [(&str, &[&str]); 13] = [
+    ("vimc4-motion", &[]),
+    ("vimc4-isel-wire", &[]),
+    ("vimc4-device", &["vimc4-motion"]),
+    ("vimc4-plant", &["vimc4-device", "vimc4-motion"]),
+    ("vimc4-isel", &["vimc4-device", "vimc4-isel-wire", "vimc4-motion", "vimc4-plant"]),
+    ("vimc4-lpkf", &["vimc4-device", "vimc4-motion", "vimc4-plant"]),
+    ("vimc4-ncp", &["vimc4-motion", "vimc4-isel-wire", "vimc4-plant"]),
+    ("vimc4-session", &["vimc4-device", "vimc4-motion"]),
+    ("vimc4-debug", &["vimc4-device", "vimc4-session"]),
+    ("vimc4-host", &["vimc4-device", "vimc4-session"]),
+    (
+        "vimc4",
+        // The façade hands out types of the contract, which come from device and motion.
+        &[
+            "vimc4-host",
+            "vimc4-isel",
+            "vimc4-lpkf",
+            "vimc4-plant",
+            "vimc4-session",
+            "vimc4-device",
+            "vimc4-motion",
+        ],
+    ),
+    ("vimc4-python", &["vimc4"]),
+    ("vimc4-emulator", &["vimc4", "vimc4-debug", "vimc4-ncp", "vimc4-motion"]),
+];
+
+/// Where clocks, sockets, threads of an executor and serial ports may live.
+const OUTER: [&str; 5] = ["vimc4-host", "vimc4", "vimc4-python", "vimc4-emulator", "vimc4-tests"];
+
+/// Crates that are about the outer world.
+const WORLDLY: [&str; 8] =
+    ["tokio", "tokio-serial", "serialport", "socket2", "rustix", "nix", "mio", "libc"];
+
+#[test]
+fn every_crate_uses_only_what_it_may() {
+    let packages = packages();
+    let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
+    let allowed: BTreeMap<&str, &[&str]> = ALLOWED.into_iter().collect();
+    let mut wrong = Vec::new();
+    for package in packages.iter().filter(|package| package.name.as_str() != "vimc4-tests") {
+        let name = package.name.as_str();
+        let Some(allowed) = allowed.get(name) else {
+            wrong.push(format!("{name} has no place in the rules; add it to docs and this list"));
+            continue;
+        };
+        for used in uses(package).filter(|used| ours.contains(used)) {
+            if !allowed.contains(&used) {
+                wrong.push(format!("{name} uses {used}; it may use {}", allowed.join(", ")));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn only_the_outer_rooms_know_the_world() {
+    let mut wrong = Vec::new();
+    for package in packages().iter().filter(|package| !OUTER.contains(&package.name.as_str())) {
+        for used in uses(package).filter(|used| WORLDLY.contains(used)) {
+            wrong.push(format!("{} uses {used}", package.name));
+        }
+        let folder = package.manifest_path.parent().expect("a package has a folder");
+        let clippy = folder.join("clippy.toml");
+        if !std::fs::read_to_string(&clippy).is_ok_and(|text| text.contains("Instant::now")) {
+            wrong.push(format!("{} has no clippy.toml that forbids Instant::now", package.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn packages() -> Vec<Package> {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml");
+    let mut command = MetadataCommand::new();
+    let metadata = command.manifest_path(manifest).no_deps().exec().expect("cargo metadata works");
+    metadata.packages
+}
+
+/// The crates a package is built from; what only its tests use is its own business.
+fn uses(package: &Package) -> impl Iterator<Item = &str> {
+    let normal = package.dependencies.iter().filter(|d| d.kind != DependencyKind::Development);
+    normal.map(|dependency| dependency.name.as_str())
+}

@@ -1,0 +1,56 @@
+//! The sample program of the 1999 manual, appendix D2.2, which is not ours to hand out. Who has
+//! the manual stores it in a file and names that file in `VIMC4_SAMPLE_1999`.
+
+use std::path::Path;
+use std::{env, fs};
+
+use vimc4_tests::format::{self, MODELS};
+use vimc4_tests::runner::{Drive, play};
+use vimc4_tests::script;
+use vimc4_tests::workshop::Workshop;
+
+/// A session around the program: it is stored with a `0` for every line, makes its 2,400 steps
+/// to the first hole, and goes round and round for an hour without an error.
+const SESSION: &str = "\
+models = \"all\"
+evidence = \"D\"
+source = \"99 D2.2\"
+
+[[session]]
+name = \"sample-1999\"
+title = \"The sample program of the 1999 manual runs for ever\"
+script = '''
+press start
+wait 1.1s
+position 0 0 0
+wait 1.9s
+carriage 2400 2400 -1200
+silent 1min
+silent 1h
+! 255
+silent 10s
+> @0P -> 0...
+'''
+";
+
+#[test]
+fn the_sample_of_the_manual_is_stored_and_runs() {
+    let Some(path) = env::var_os("VIMC4_SAMPLE_1999") else {
+        eprintln!("skipped: VIMC4_SAMPLE_1999 names no file");
+        return;
+    };
+    let program = fs::read_to_string(&path).expect("VIMC4_SAMPLE_1999 names a file");
+    let mut sessions = format::parse("program", Path::new("sample-1999.toml"), SESSION)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let session = &mut sessions[0];
+    let stored = script::store(&program).expect("lines of a program");
+    let stored = stored.into_iter().map(|(text, action)| script::Step { line: 0, text, action });
+    session.steps.splice(0..0, stored);
+    for model in MODELS {
+        let workshop = Workshop::new(session, model).expect("profiles that can be");
+        for drive in [Drive::Smooth, Drive::Rough] {
+            play(session, drive, |flash| workshop.build(flash))
+                .unwrap_or_else(|failure| panic!("{model}: {failure}"));
+        }
+    }
+}
