@@ -1,1 +1,56 @@
-fn main() {}
+//! The command `vimc4`: wiring only. Each subcommand has a file of its own.
+#![forbid(unsafe_code)]
+
+mod circle;
+mod completions;
+mod failure;
+mod log;
+mod machines;
+mod models;
+mod orders;
+mod serve;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use failure::Failure;
+
+/// Virtual isel stepper controllers: firmware-equivalent, behind real ports.
+#[derive(Parser)]
+#[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run controllers behind pseudo terminals, TCP and real serial ports
+    Serve(serve::Arguments),
+    /// Print the commands for a circle, a part of one, or a helix
+    Circle(circle::Arguments),
+    /// List the built-in models, or show the profile of one
+    Models(models::Arguments),
+    /// List the built-in machines, or show the profile of one
+    Machines(machines::Arguments),
+    /// Print completions for a shell
+    Completions(completions::Arguments),
+}
+
+fn main() -> ExitCode {
+    failure::install();
+    let done = match Arguments::parse().command {
+        Command::Serve(arguments) => serve::run(arguments),
+        Command::Circle(arguments) => circle::run(arguments),
+        Command::Models(arguments) => models::run(arguments),
+        Command::Machines(arguments) => machines::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -7,6 +7,7 @@
 
 pub mod behaviour;
 pub mod format;
+pub mod fuzzing;
 pub mod runner;
 pub mod script;
 pub mod workshop;

@@ -9,8 +9,8 @@ use vimc4_tests::runner::{Drive, play};
 use vimc4_tests::script;
 use vimc4_tests::workshop::Workshop;
 
-/// A session around the program: it is stored with a `0` for every line, makes its 2,400 steps
-/// to the first hole, and goes round and round for an hour without an error.
+/// A session around the program: every line is stored with a `0`; in the middle of its delays
+/// the machine is where the pseudo-code of the manual has it; and it goes round for an hour.
 const SESSION: &str = "\
 models = \"all\"
 evidence = \"D\"
@@ -21,12 +21,15 @@ name = \"sample-1999\"
 title = \"The sample program of the 1999 manual runs for ever\"
 script = '''
 press start
-wait 1.1s
+wait 21.5s
 position 0 0 0
-wait 1.9s
-carriage 2400 2400 -1200
-silent 1min
-silent 1h
+wait 2.5s
+position 1500 1500 -200
+wait 18.1s
+position 2400 2400 -2000
+wait 22.7s
+position 0 0 0
+silent 60min
 ! 255
 silent 10s
 > @0P -> 0...

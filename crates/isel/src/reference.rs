@@ -110,6 +110,10 @@ impl Controller {
             return self.phase_reached(run);
         }
         if !home {
+            // Between two active switches there is no way out.
+            if phase != Phase::Approach && self.limit_active(axis, end.other()) {
+                return self.wrong_switch(&run);
+            }
             self.watch_switches(&mut run, 0);
         }
         self.motion_begins(&run.segment);

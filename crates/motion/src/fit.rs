@@ -75,6 +75,20 @@ impl Turn {
             Turn::Counterclockwise => 1,
         }
     }
+
+    /// The directions in which a circle goes on from a place, +1 or -1 for each axis; `None` from
+    /// its centre. They depend on the quadrant only: the signs of the coordinates do for the place.
+    #[must_use]
+    pub const fn directions(self, x: i64, y: i64) -> Option<(i8, i8)> {
+        let (turn, sx, sy) = (self.sign() as i8, x.signum() as i8, y.signum() as i8);
+        match (sx, sy) {
+            (0, 0) => None,
+            // On an axis one coordinate leaves zero, across the circle, and the other comes in.
+            (_, 0) => Some((-sx, sx * turn)),
+            (0, _) => Some((-sy * turn, -sy)),
+            _ => Some((-sy * turn, sx * turn)),
+        }
+    }
 }
 
 /// A circle about the origin, begun at a place on it, as the circle engine traces it.
@@ -108,14 +122,14 @@ impl CircleFit {
             return None;
         }
         let outside = x * x + y * y - square;
-        if (x, y) == (0, 0) || outside.abs() > x.abs() + y.abs() + 1 {
+        if outside.abs() > x.abs() + y.abs() + 1 {
             return None;
         }
-        let (rx, ry) = directions(x, y, turn);
-        let twice = if x * rx < 0 { outside } else { -outside } - x.abs() + y.abs();
+        let (rx, ry) = turn.directions(x, y)?;
+        let twice = if x * i64::from(rx) < 0 { outside } else { -outside } - x.abs() + y.abs();
         let rounded = (twice + twice.signum()) / 2;
         let d = rounded.clamp(1 - x.abs(), y.abs());
-        let start = ArcState { x, y, d, rx: rx as i8, ry: ry as i8 };
+        let start = ArcState { x, y, d, rx, ry };
         let (_, high) = Path::Arc(Arc::new(0, 1, A_TURN, start)).extent(A_TURN);
         Some(CircleFit { start, turn, radius: x + high[0] })
     }
@@ -139,9 +153,10 @@ impl CircleFit {
     /// an end at the start.
     #[must_use]
     pub fn steps_to(&self, end: (i64, i64), turns: u32) -> u64 {
+        let (x, y) = (i128::from(end.0), i128::from(end.1));
         let square_distance = |steps: &u64| {
-            let ArcState { x, y, .. } = self.after(*steps);
-            i128::from(x - end.0).pow(2) + i128::from(y - end.1).pow(2)
+            let place = self.after(*steps);
+            (i128::from(place.x) - x).pow(2) + (i128::from(place.y) - y).pow(2)
         };
         self.steps_near(end, turns).min_by_key(square_distance).unwrap_or(0)
     }
@@ -187,16 +202,5 @@ impl CircleFit {
             _ => (3, -y, x),
         };
         2 * self.radius * quadrant + self.radius - inward + outward
-    }
-}
-
-/// The directions in which a circle goes on from a place that is not its centre.
-fn directions(x: i64, y: i64, turn: Turn) -> (i64, i64) {
-    let turn = turn.sign();
-    match (x.signum(), y.signum()) {
-        // On an axis one coordinate leaves zero, across the circle, and the other comes in.
-        (sx, 0) => (-sx, sx * turn),
-        (0, sy) => (-sy * turn, -sy),
-        (sx, sy) => (-sy * turn, sx * turn),
     }
 }

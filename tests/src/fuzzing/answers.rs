@@ -8,6 +8,9 @@ use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
 /// The longest text answer.
 const TEXT_MAX: usize = 512;
 
+/// Replies that the tables should list and do not: erasing that an emergency stop ends.
+const UNLISTED: [(&str, Reply); 1] = [("@k", Reply::Plant)];
+
 /// What inputs have made a controller do, over any number of runs.
 #[derive(Clone, Debug, Default)]
 pub struct Reached {
@@ -38,6 +41,8 @@ pub(super) struct Conversation {
     moving: Option<u64>,
     /// Bytes that were no answer to anything.
     pub(super) unasked: usize,
+    /// The self-test was at work.
+    pub(super) tests_itself: bool,
 }
 
 impl Conversation {
@@ -51,6 +56,7 @@ impl Conversation {
             flashed: false,
             moving: None,
             unasked: 0,
+            tests_itself: false,
         }
     }
 
@@ -58,6 +64,7 @@ impl Conversation {
     pub(super) fn reset(&mut self) {
         assert!(self.announced.is_none() && !self.character, "announced and not sent");
         self.pending = None;
+        self.tests_itself = false;
     }
 
     pub(super) fn flash(&mut self) {
@@ -111,7 +118,9 @@ impl Conversation {
             assert!(matches!(bytes, [33..=126]), "{bytes:?} is no character");
             self.character = false;
         } else {
+            // The self-test is the one command that talks instead of answering.
             self.unasked += bytes.len();
+            self.pending = self.pending.filter(|pending| *pending != "@?");
         }
     }
 
@@ -123,7 +132,9 @@ impl Conversation {
                 let reply = reply.unwrap_or_else(|| unreachable!("{mnemonic} answers {bytes:?}"));
                 reached.replies.insert((self.model, mnemonic, reply));
                 match self.spec(mnemonic) {
-                    Some(spec) => spec.replies.contains(&reply),
+                    Some(spec) => {
+                        spec.replies.contains(&reply) || UNLISTED.contains(&(mnemonic, reply))
+                    }
                     None => matches!(reply, Reply::Syntax | Reply::NotStorable),
                 }
             }

@@ -135,14 +135,12 @@ impl Twins {
                     None => SignalId(u16::from(place)),
                 };
                 self.both(Input::Signal(id, i32::from(value)), reached);
-                if self.watched.view(now).activity == "idle" {
-                    // The emergency stop answers what runs, and resets.
-                    self.conversation.reset();
-                }
             }
             Operation::Power(on) => {
                 self.both(Input::Power(on), reached);
-                self.conversation.reset();
+                if !on {
+                    self.conversation.reset();
+                }
             }
             Operation::Snapshot => self.keep(),
             Operation::Restore => {
@@ -307,8 +305,12 @@ impl Twins {
                     assert_eq!(wake, self.watched.wake());
                     assert!(wake.is_none_or(|wake| wake >= now), "is due in the past");
                     if self.conversation.unasked > 0 {
+                        // The characters of a self-test come also when it ends in a reset.
                         let activity = self.watched.view(now).activity;
-                        assert!(activity.starts_with("self-test"), "{activity}: talks unasked");
+                        let tests_itself = activity.starts_with("self-test");
+                        let before = self.conversation.tests_itself;
+                        assert!(tests_itself || before, "{activity}: talks unasked");
+                        self.conversation.tests_itself = tests_itself;
                     }
                     return;
                 }
@@ -434,9 +436,8 @@ fn check_view(view: &View) {
 fn check_memory(state: &str, controller: &Controller) {
     let state: serde_json::Value = serde_json::from_str(state).unwrap_or_default();
     let number = |path: &str| state.pointer(path).and_then(serde_json::Value::as_u64);
-    let length = |path: &str| {
-        state.pointer(path).and_then(serde_json::Value::as_array).map_or(0, Vec::len)
-    };
+    let length =
+        |path: &str| state.pointer(path).and_then(serde_json::Value::as_array).map_or(0, Vec::len);
     let model = controller.model();
     assert!(length("/receiver/waiting") <= model.line.receive_buffer, "waiting bytes");
     assert!(length("/receiver/line/bytes") <= LINE_MAX, "a line");

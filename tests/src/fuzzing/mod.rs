@@ -14,10 +14,11 @@ mod parser;
 mod profiles;
 pub mod seeds;
 
-pub use controller::{Reached, controller};
+pub use answers::Reached;
+pub use controller::controller;
 pub use flash::flash;
 pub use lexer::lexer;
-pub use operations::{LATER, Operation, Operations, Setup};
+pub use operations::{Operation, Operations, Setup};
 pub use parser::parser;
 pub use profiles::profiles;
 
@@ -89,7 +90,9 @@ impl Chance {
 fn exercise(controller: &mut Controller) {
     let start = PlantSignal::Start.id();
     let inputs = [
-        Input::Bytes(b"@07\r@0P\r@0V\r@0A100,900,-50,900,20,900,-20,900\r@0M1,900,2,900,3,900,0,0\r"),
+        Input::Bytes(
+            b"@07\r@0P\r@0V\r@0A100,900,-50,900,20,900,-20,900\r@0M1,900,2,900,3,900,0,0\r",
+        ),
         Input::Bytes(b"@0R7\r@08\r@0R8\r@0F1\r@0y80,900,-5,10,0,-1,1\r@0H\r@0h\r@0U\r@0DS0\r"),
         Input::Bytes(&[253]),
         Input::Bytes(b"@0S\r@0b0\r@0b3\r@0B0,255\r@0i\r0100,900,100,900,0,900,0,900\r3 2,-1\r9\r"),

@@ -158,9 +158,6 @@ const AGAIN: u8 = 0x08;
 const LOOK: u8 = 0x0B;
 const BEFORE: u8 = 0x0C;
 
-/// The byte that lets the controller come to rest, for files that are put together from text.
-pub const LATER: char = REST as char;
-
 /// The operations that some bytes stand for, one after the other.
 #[derive(Clone, Debug)]
 pub struct Operations<'a> {

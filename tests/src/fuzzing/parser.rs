@@ -11,9 +11,9 @@ use vimc4_isel_wire::{
 /// as a line that becomes the same command.
 ///
 /// The first byte says which dialect and mode, the second which axes, the third everything else
-/// a line must be known in; the line is what remains.
+/// a line must be known in; what remains are lines with CR between them.
 pub fn parser(data: &[u8]) {
-    let [language, axes, habits, line @ ..] = data else { return };
+    let [language, axes, habits, lines @ ..] = data else { return };
     let dialect = Dialect::ALL[usize::from(language >> 1) % Dialect::ALL.len()];
     let mode = Mode::ALL[usize::from(language & 1)];
     let device = habits >> 4 & 1;
@@ -26,6 +26,19 @@ pub fn parser(data: &[u8]) {
         bit_base_one: habits & 2 != 0,
         line: (habits & 4 != 0).then_some(u32::from(axes >> 4)),
     };
+    for line in lines.split(|&byte| byte == b'\r') {
+        check_line(line, &context, dialect, mode, device, habits & 8 != 0);
+    }
+}
+
+fn check_line(
+    line: &[u8],
+    context: &Context<'_>,
+    dialect: Dialect,
+    mode: Mode,
+    device: u8,
+    write_down: bool,
+) {
     let frame = match parse(line, dialect, mode, device) {
         Ok(Addressed::Frame(frame)) => frame,
         Ok(Addressed::OtherDevice) => return assert_eq!(mode, Mode::Direct),
@@ -38,16 +51,16 @@ pub fn parser(data: &[u8]) {
         }
     };
     check_frame(&frame, line, dialect, mode);
-    match frame.decode(&context) {
+    match frame.decode(context) {
         Err(reply) => {
             let known = frame.spec().replies.contains(&reply);
             assert!(known, "{} answers {reply}", frame.spec().mnemonic);
         }
         Ok(command) => {
             assert_eq!(frame.check_count(context.axes), Ok(()));
-            check_command(&command, &context, dialect, mode, device);
+            check_command(&command, context, dialect, mode, device);
             // Writing it down costs more than everything else together.
-            if habits & 8 != 0 {
+            if write_down {
                 let kept = serde_json::to_string(&command).unwrap_or_default();
                 assert_eq!(serde_json::from_str::<Command>(&kept).ok(), Some(command), "{kept}");
             }

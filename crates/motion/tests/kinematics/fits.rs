@@ -118,6 +118,9 @@ fn wild_ends_have_an_answer() {
     assert!(fit.steps_to((0, 0), 0) <= fit.steps_per_turn() + 1_000);
     assert_eq!(fit.steps_to((0, -1_000), 3), 3 * 1_600 + 400);
     assert!(fit.steps_near((i64::MIN, i64::MAX), u32::MAX).end() > &0);
+    assert!(fit.steps_to((i64::MIN, i64::MAX), u32::MAX) > 0);
+    let least = CircleFit::new(1, 0, 0, Turn::Clockwise).unwrap();
+    assert_eq!(least.steps_per_turn(), 8);
 }
 
 /// A point of the circle of `radius` at an angle, rounded, and then put beside it.

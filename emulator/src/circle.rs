@@ -1,0 +1,403 @@
+//! `vimc4 circle`: the parameters of a circle from what people know about it.
+//!
+//! The commands go to standard output and what is to be said about them to standard error, as
+//! comments: what is piped or redirected is a command list that `vimc4 run` accepts.
+
+use std::io::{self, Write};
+
+use clap::ValueEnum;
+use serde_json::json;
+use vimc4_motion::{ArcState, CircleFit, Turn};
+
+use crate::failure::Failure;
+
+/// The largest number a command takes, of 24 bits with their sign.
+const MOST: u64 = (1 << 23) - 1;
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Print the commands for a circle, a part of one, or a helix
+
+Angles are in degrees, counted counterclockwise from the first axis of the plane. Without --to it
+is a whole circle. An arc goes on in its sense of rotation until it comes to --to; for several
+turns that is further away, as in --from 0 --to 720.
+
+The commands go to standard output, and what they lead to goes to standard error, as comments.",
+    after_long_help = "\
+Examples:
+  vimc4 circle --radius 200 --from 135 --to 225 --speed 1500
+  vimc4 circle --radius 12.5 --steps-per-mm 80 --cw > circle.txt
+  vimc4 circle --radius 2000 --from 180 --to 900 --rise 6000   (a helix of two turns)"
+)]
+pub(crate) struct Arguments {
+    /// The radius, in steps or, with --steps-per-mm, in mm
+    #[arg(long, short)]
+    radius: f64,
+    /// How many steps 1 mm is, on both axes of the plane
+    #[arg(long, value_name = "STEPS")]
+    steps_per_mm: Option<f64>,
+    /// The angle at which it begins, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    from: f64,
+    /// The angle at which it ends, in degrees; a whole circle if there is none
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    to: Option<f64>,
+    /// Clockwise
+    #[arg(long, conflicts_with = "ccw")]
+    cw: bool,
+    /// Counterclockwise; this is the default
+    #[arg(long)]
+    ccw: bool,
+    /// The speed, in steps per second
+    #[arg(
+        long, value_name = "HZ", default_value_t = 1_000,
+        value_parser = clap::value_parser!(u32).range(20..=40_000)
+    )]
+    speed: u32,
+    /// The plane
+    #[arg(long, value_enum, default_value = "xy")]
+    plane: Plane,
+    /// Steps of the third axis meanwhile, for a helix; imc-m, imc-mp and imc-s8 only
+    #[arg(
+        long, value_name = "STEPS", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(i64).range(-(1 << 23)..1 << 23)
+    )]
+    rise: Option<i64>,
+    /// The number of the controller
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=9))]
+    device: u8,
+    /// Compute as the listing in Pascal (A1) or in C (A2) of the manual of 1999 does
+    #[arg(
+        long, value_enum, value_name = "LISTING",
+        num_args = 0..=1, require_equals = true, default_missing_value = "pascal"
+    )]
+    as_manual: Option<Listing>,
+    /// Print one line of JSON instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// The plane of a circle.
+#[derive(Clone, Copy, ValueEnum)]
+enum Plane {
+    /// X and Y
+    Xy,
+    /// X and Z
+    Xz,
+    /// Y and Z
+    Yz,
+}
+
+/// The listings of the manual of 1999 that compute circles, appendix A.
+#[derive(Clone, Copy, ValueEnum)]
+enum Listing {
+    /// A1, which takes what is within half a step of an axis of coordinates to be on it
+    Pascal,
+    /// A2, which takes nothing to be on an axis that is not exactly there. The sine of 180 degrees
+    /// is not exactly 0, so what begins there spirals away
+    C,
+}
+
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    let wanted = Wanted::new(&arguments)?;
+    let circle = match arguments.as_manual {
+        None => wanted.fitted()?,
+        Some(listing) => wanted.as_listed(listing),
+    };
+    if circle.steps == 0 {
+        return Err(Failure::usage(
+            "the arc is shorter than a step; leave out --to for a whole circle, or choose angles \
+             that are further apart",
+        ));
+    }
+    if circle.steps > MOST {
+        return Err(Failure::usage(format!(
+            "the arc has {} steps, more than the {MOST} a command can have; divide it into \
+             several arcs",
+            circle.steps
+        )));
+    }
+    let trace = Trace::of(&circle, &wanted);
+    let commands = commands(&arguments, &circle);
+    if arguments.json {
+        print(&[json(&arguments, &circle, &trace, &commands)])
+    } else {
+        print(&commands)?;
+        eprint!("{}", comments(&arguments, &circle, &trace));
+        Ok(())
+    }
+}
+
+fn print(lines: &[String]) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    lines
+        .iter()
+        .try_for_each(|line| writeln!(out, "{line}"))
+        .and_then(|()| out.flush())
+        .map_err(|error| Failure::midway(format!("cannot write to standard output: {error}")))
+}
+
+/// An arc as a person thinks of it.
+struct Wanted {
+    /// In steps, which need not be whole.
+    radius: f64,
+    turn: Turn,
+    /// Where it begins, in degrees.
+    from: f64,
+    /// How far it goes, in degrees, more than 0.
+    sweep: f64,
+}
+
+/// What a controller is given for it.
+struct Circle {
+    steps: u64,
+    start: ArcState,
+}
+
+impl Wanted {
+    fn new(arguments: &Arguments) -> Result<Wanted, Failure> {
+        let scale = arguments.steps_per_mm.unwrap_or(1.0);
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(Failure::usage(format!(
+                "{scale} is no number of steps per mm; it is the steps of a turn divided by the \
+                 lead in mm, as in 400 / 5 = 80"
+            )));
+        }
+        let radius = arguments.radius * scale;
+        if !(1.0..=MOST as f64).contains(&radius) {
+            let unit = if arguments.steps_per_mm.is_some() { "mm" } else { "steps" };
+            return Err(Failure::usage(format!(
+                "a radius of {} {unit} is not possible; from 1 to {MOST} steps are, in mm if \
+                 --steps-per-mm says how many steps that is",
+                arguments.radius
+            )));
+        }
+        let from = arguments.from;
+        let to = arguments.to.unwrap_or(if arguments.cw { from - 360.0 } else { from + 360.0 });
+        for angle in [from, to] {
+            // This also says no to what is no number.
+            if !(-1e6..=1e6).contains(&angle) {
+                return Err(Failure::usage(format!(
+                    "{angle} degrees are not possible; up to 1,000,000 are"
+                )));
+            }
+        }
+        let ahead = if arguments.cw { from - to } else { to - from };
+        if ahead == 0.0 {
+            return Err(Failure::usage(format!(
+                "the arc ends where it begins, at {to} degrees; leave out --to for a whole circle"
+            )));
+        }
+        let turn = if arguments.cw { Turn::Clockwise } else { Turn::Counterclockwise };
+        let sweep = if ahead > 0.0 { ahead } else { 360.0 - (-ahead).rem_euclid(360.0) };
+        Ok(Wanted { radius, turn, from, sweep })
+    }
+
+    /// The angle at which it ends.
+    fn to(&self) -> f64 {
+        self.from + self.turn.sign() as f64 * self.sweep
+    }
+
+    /// The point of the circle at an angle in degrees.
+    fn point(&self, angle: f64) -> (f64, f64) {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        (self.radius * cos, self.radius * sin)
+    }
+
+    /// The best there is: the difference register of the place that the start is rounded to, and
+    /// the number of steps after which the controller is nearest to the end.
+    fn fitted(&self) -> Result<Circle, Failure> {
+        let (x, y) = rounded(self.point(self.from));
+        let square = self.radius.powi(2).round() as i64;
+        let fit = CircleFit::new(x, y, square, self.turn).ok_or_else(|| {
+            Failure::usage(format!("({x}, {y}) is not on a circle of radius {}", self.radius))
+        })?;
+        let end = self.point(self.to());
+        let turns = (self.sweep / 360.0).floor();
+        let mut near = fit.steps_near(rounded(end), turns as u32);
+        // An end close behind the start can be rounded to the start itself; the turn is not over
+        // before it has begun, though.
+        let half_way = (turns + 0.5) * fit.steps_per_turn() as f64;
+        if self.sweep % 360.0 > 270.0 && (*near.end() as f64) < half_way {
+            near = fit.steps_near(rounded(end), turns as u32 + 1);
+        }
+        let off = |steps: &u64| {
+            let ArcState { x, y, .. } = fit.after(*steps);
+            distance((x as f64, y as f64), end)
+        };
+        let steps = near.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0);
+        Ok(Circle { steps, start: fit.start() })
+    }
+
+    /// What a program made from the manual's listing sends. Both listings compute the difference
+    /// register of the point that is not rounded.
+    fn as_listed(&self, listing: Listing) -> Circle {
+        let start = self.point(self.from);
+        let end = self.point(self.to());
+        let sign = self.turn.sign() as f64;
+        let on_axis = match listing {
+            Listing::Pascal => 0.5,
+            Listing::C => 0.0,
+        };
+        let side = |value: f64| if value.abs() <= on_axis { 0 } else { value.signum() as i64 };
+        let (rx, ry) = self.turn.directions(side(start.0), side(start.1)).unwrap_or((1, 1));
+        let steps = match listing {
+            // The end is set a little further on, so that rounding never leaves it short.
+            Listing::Pascal => {
+                let correction = 0.000_01;
+                let from = sign * self.from.to_radians();
+                let to = sign * self.to().to_radians() + correction;
+                self.radius * (way_to(to) - way_to(from))
+            }
+            Listing::C => {
+                let way = |(x, y): (f64, f64)| way_to_point(x, y * sign, self.radius);
+                let steps = way(end) - way(start);
+                if steps < 0.0 { steps + 8.0 * self.radius } else { steps }
+            }
+        };
+        let d = listed_difference(self.radius, start, (rx.into(), ry.into()), self.turn);
+        let (x, y) = rounded(start);
+        let start = ArcState { x, y, d: d.round() as i64, rx, ry };
+        Circle { steps: steps.round() as u64, start }
+    }
+}
+
+/// Both listings round to the nearest whole number, a half away from zero.
+fn rounded((x, y): (f64, f64)) -> (i64, i64) {
+    (x.round() as i64, y.round() as i64)
+}
+
+fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
+}
+
+/// The way to an angle in radians, counterclockwise from 0, in steps of a circle of radius 1: a
+/// quadrant takes 2, since both coordinates change by 1.
+fn way_to(angle: f64) -> f64 {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let (sin, cos) = angle.rem_euclid(quarter).sin_cos();
+    2.0 * angle.div_euclid(quarter) + 1.0 - cos + sin
+}
+
+/// The way to a point, found without an angle: it is turned back into the first quadrant.
+fn way_to_point(mut x: f64, mut y: f64, radius: f64) -> f64 {
+    let mut quadrants = 0.0;
+    while x < 0.0 || y < 0.0 {
+        (x, y) = (y, -x);
+        quadrants += 1.0;
+    }
+    2.0 * radius * quadrants + radius - x + y
+}
+
+/// The difference register as the listings compute it (99 2.3.6 explains it).
+fn listed_difference(radius: f64, (x, y): (f64, f64), (rx, ry): (f64, f64), turn: Turn) -> f64 {
+    let sum = |i: f64| if i > 0.0 { i * (i + 1.0) } else { -i * (i - 1.0) };
+    let circle = rx * ry * radius + rx * ry * sum(radius - 1.0);
+    let (circle, x, y) = match turn {
+        Turn::Counterclockwise => (circle, x + (rx - ry) / 2.0, y + (rx + ry) / 2.0),
+        Turn::Clockwise => (-circle, x + (rx + ry) / 2.0, y + (ry - rx) / 2.0),
+    };
+    (circle - rx * sum(x) + ry * sum(y)) / 2.0
+}
+
+/// What the controller makes of it.
+struct Trace {
+    /// Relative to the centre, as all places are.
+    end: (i64, i64),
+    wanted_end: (f64, f64),
+    /// The greatest distance from the circle on the way, in steps.
+    deviation: f64,
+}
+
+impl Trace {
+    fn of(circle: &Circle, wanted: &Wanted) -> Trace {
+        let square = |state: &ArcState| state.x * state.x + state.y * state.y;
+        let mut state = circle.start;
+        let (mut inner, mut outer) = (square(&state), square(&state));
+        for _ in 0..circle.steps {
+            state.step();
+            inner = inner.min(square(&state));
+            outer = outer.max(square(&state));
+        }
+        let beside = |square: i64| ((square as f64).sqrt() - wanted.radius).abs();
+        Trace {
+            end: (state.x, state.y),
+            wanted_end: wanted.point(wanted.to()),
+            deviation: beside(inner).max(beside(outer)),
+        }
+    }
+
+    /// From the end to the wanted end, in steps.
+    fn end_error(&self) -> f64 {
+        distance((self.end.0 as f64, self.end.1 as f64), self.wanted_end)
+    }
+}
+
+fn commands(arguments: &Arguments, circle: &Circle) -> Vec<String> {
+    let &Circle { steps, start: ArcState { x, y, d, rx, ry } } = circle;
+    let &Arguments { device, speed, plane, cw, rise, .. } = arguments;
+    let direction = if cw { 0 } else { -1 };
+    let arc = format!("{steps},{speed},{d},{x},{y},{rx},{ry}");
+    vec![
+        format!("@{device}e{}", plane as u8),
+        format!("@{device}f{direction}"),
+        match rise {
+            None => format!("@{device}y{arc}"),
+            Some(rise) => format!("@{device}w{arc},{rise}"),
+        },
+    ]
+}
+
+/// What a person wants to know about it.
+fn comments(arguments: &Arguments, circle: &Circle, trace: &Trace) -> String {
+    let (start, (x, y)) = (circle.start, trace.end);
+    let (wanted_x, wanted_y) = trace.wanted_end;
+    let length = |steps: f64| match arguments.steps_per_mm {
+        Some(scale) => format!("{steps:.2} steps, {:.4} mm", steps / scale),
+        None => format!("{steps:.2} steps"),
+    };
+    let mut lines = vec![
+        format!(
+            "end           ({x}, {y}) from the centre, ({}, {}) from the start",
+            x - start.x,
+            y - start.y
+        ),
+        format!("wanted end    ({:.2}, {:.2}) from the centre", plain(wanted_x), plain(wanted_y)),
+        format!("end error     {}", length(trace.end_error())),
+        format!("circle error  {} at most", length(trace.deviation)),
+    ];
+    if let Some(rise) = arguments.rise {
+        lines.push("a helix is for the models imc-m, imc-mp and imc-s8 only".to_owned());
+        if rise.unsigned_abs() > circle.steps {
+            lines.push("the speed is that of the third axis, which has more steps".to_owned());
+        }
+    }
+    if arguments.speed > 20_000 {
+        lines.push("the speed is too high for the models imc4 and imc4-m".to_owned());
+    }
+    lines.into_iter().map(|line| format!("; {line}\n")).collect()
+}
+
+/// Without a sign where rounding leaves nothing of the number.
+fn plain(value: f64) -> f64 {
+    if value.abs() < 0.005 { 0.0 } else { value }
+}
+
+fn json(arguments: &Arguments, circle: &Circle, trace: &Trace, commands: &[String]) -> String {
+    let ArcState { x, y, d, rx, ry } = circle.start;
+    json!({
+        "commands": commands,
+        "steps": circle.steps,
+        "speed": arguments.speed,
+        "d": d,
+        "start": [x, y],
+        "directions": [rx, ry],
+        "rise": arguments.rise,
+        "end": trace.end,
+        "wanted_end": trace.wanted_end,
+        "end_error": trace.end_error(),
+        "circle_error": trace.deviation,
+    })
+    .to_string()
+}

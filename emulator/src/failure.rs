@@ -1,0 +1,90 @@
+//! Errors as people see them: one message, the place, the remedy.
+
+use std::process::ExitCode;
+
+use miette::{
+    Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode, SourceSpan,
+};
+use thiserror::Error;
+
+/// A reason to end with an exit code.
+#[derive(Debug, Error)]
+#[error("{message}")]
+pub(crate) struct Failure {
+    message: String,
+    help: Option<String>,
+    place: Option<(NamedSource<String>, SourceSpan)>,
+    code: u8,
+}
+
+impl Failure {
+    /// The command could not begin; nothing has changed. A message of the form
+    /// `what is wrong; what to do` becomes message and help.
+    pub(crate) fn usage(text: impl ToString) -> Failure {
+        Failure::new(&text.to_string(), 2)
+    }
+
+    /// The command ended too early.
+    pub(crate) fn midway(text: impl ToString) -> Failure {
+        Failure::new(&text.to_string(), 1)
+    }
+
+    fn new(text: &str, code: u8) -> Failure {
+        let (message, help) = match text.split_once("; ") {
+            Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
+            None => (text.to_owned(), None),
+        };
+        Failure { message, help, place: None, code }
+    }
+
+    /// Prints it and says with which code to exit.
+    pub(crate) fn report(self) -> ExitCode {
+        let code = ExitCode::from(self.code);
+        eprintln!("{:?}", Report::new(self));
+        code
+    }
+}
+
+impl From<vimc4::Error> for Failure {
+    fn from(error: vimc4::Error) -> Failure {
+        let vimc4::Error::Profile(profile) = error else { return Failure::usage(error) };
+        let span = profile.error.span.clone().unwrap_or(0..0);
+        // An empty place at the end of the file has nothing to point at.
+        let end = span.end.min(profile.text.len());
+        let span = SourceSpan::from(span.start.min(end)..end);
+        let name = profile.path.display().to_string();
+        Failure {
+            message: format!(
+                "{name}, line {}: {}",
+                profile.line, profile.error.message
+            ),
+            help: Some(profile.error.help.clone()),
+            place: Some((NamedSource::new(name, profile.text), span)),
+            code: 2,
+        }
+    }
+}
+
+impl Diagnostic for Failure {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn std::fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (_, span) = self.place.as_ref()?;
+        let label = LabeledSpan::new_with_span(Some("here".to_owned()), *span);
+        Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// Long paths and remedies stay on one line, so that they can be copied and searched for.
+pub(crate) fn install() {
+    // It fails only if somebody has installed another one, and nobody has.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(MietteHandlerOpts::new().wrap_lines(false).break_words(false).build())
+    }));
+}

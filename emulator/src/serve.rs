@@ -1,0 +1,281 @@
+//! `vimc4 serve`
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::ArgAction;
+use serde_json::json;
+use tokio::runtime;
+use tokio::time::timeout;
+use vimc4::{Clients, Clock, Emulator, Verbosity};
+
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::orders::{self, Next};
+
+/// How long the controllers have to end before the program ends without them.
+const FAREWELL: Duration = Duration::from_millis(25);
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The model of controller: a name from `vimc4 models`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    model: String,
+    /// The machine: a name from `vimc4 machines`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
+    machine: String,
+    /// A pseudo terminal with a link of this name; `none` for none. Several controllers get
+    /// ./vimc4-1.pty, ./vimc4-2.pty …
+    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
+    pty: Option<PathBuf>,
+    /// Listen at this address; `none` for nowhere, port 0 for a free port. Several controllers
+    /// get this port and the following ones
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:4004")]
+    tcp: String,
+    /// A real serial port; once for each controller
+    #[arg(long, value_name = "DEV")]
+    serial: Vec<String>,
+    /// How time passes: real, a factor such as 8x or 0.5x, manual (only by `advance` and `run
+    /// until idle`), or instant (no waiting; a program without an end then uses a whole core)
+    #[arg(long, value_name = "CLOCK", default_value_t = Clock::Real)]
+    time: Clock,
+    /// Let every character take its time on the line
+    #[arg(long)]
+    line_pacing: bool,
+    /// Keep the flash memory in this file, created if need be. Several controllers get
+    /// NAME-1.EXT, NAME-2.EXT …
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// How many controllers
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=999))]
+    count: u16,
+    /// What happens to a second TCP client: refuse it, let it take over, or let it observe
+    #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse)]
+    tcp_clients: Clients,
+    /// Add the conversation to this file
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// Show the conversation as people read it
+    #[arg(short, long, action = ArgAction::SetTrue)]
+    verbose: bool,
+    /// Print one line of JSON for scripts when ready
+    #[arg(long)]
+    json: bool,
+}
+
+const PTY: &str = "./vimc4.pty";
+
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    let log = Log::start(arguments.log.as_deref()).map_err(|error| {
+        let path = arguments.log.as_deref().unwrap_or(Path::new("")).display();
+        Failure::usage(format!(
+            "cannot write the log {path}: {error}; name a file in a folder that can be written to"
+        ))
+    })?;
+    let emulators = start(&arguments, &log)?;
+    announce(&arguments, &emulators);
+    let runtime = runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::usage(format!("cannot wait for events: {error}")))?;
+    let end = runtime.block_on(async {
+        let end = attend(&emulators).await;
+        for emulator in &emulators {
+            emulator.stop();
+        }
+        let _ = timeout(FAREWELL, async {
+            for emulator in &emulators {
+                let _ = emulator.ended().await;
+            }
+        })
+        .await;
+        end
+    });
+    // With the emulators go their links, whether or not they have come to an end.
+    emulators.into_iter().for_each(Emulator::abandon);
+    log.flush();
+    end
+}
+
+/// Starts all controllers, or none: those that were started end with the error.
+fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
+    let count = arguments.count;
+    if !arguments.serial.is_empty() && arguments.serial.len() != usize::from(count) {
+        return Err(Failure::usage(format!(
+            "{count} controllers cannot share {} serial ports; give --serial once for each",
+            arguments.serial.len()
+        )));
+    }
+    let mut emulators = Vec::new();
+    for number in 1..=count {
+        let several = (count > 1).then_some(number);
+        let prefix = several.map_or_else(String::new, |number| format!("{number}: "));
+        let verbosity =
+            if arguments.verbose { Verbosity::Conversation } else { Verbosity::Warnings };
+        let mut builder = Emulator::builder()
+            .model(&arguments.model)
+            .machine(&arguments.machine)
+            .time(arguments.time)
+            .tcp_clients(arguments.tcp_clients)
+            .line_pacing(arguments.line_pacing)
+            .record(false)
+            .sink(log.terminal(verbosity, prefix.clone()));
+        if arguments.log.is_some() {
+            builder = builder.sink(log.file(prefix));
+        }
+        if let Some(link) = link(arguments) {
+            builder = builder.pty(numbered(&link, several));
+        }
+        if arguments.tcp != "none" {
+            builder = builder.tcp(counted_up(&arguments.tcp, number - 1)?);
+        }
+        if let Some(device) = arguments.serial.get(usize::from(number) - 1) {
+            builder = builder.serial(device);
+        }
+        if let Some(file) = &arguments.flash {
+            builder = builder.flash(numbered(file, several));
+        }
+        emulators.push(builder.start()?);
+    }
+    Ok(emulators)
+}
+
+/// The link that is wanted. Where there are no pseudo terminals, only who asks for one is told.
+fn link(arguments: &Arguments) -> Option<PathBuf> {
+    let link = match &arguments.pty {
+        Some(link) => link.clone(),
+        None if cfg!(unix) => PathBuf::from(PTY),
+        None => return None,
+    };
+    (link.as_os_str() != "none").then_some(link)
+}
+
+/// `flash.bin` becomes `flash-2.bin` for the second of several.
+fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
+    let (Some(number), Some(stem)) = (number, path.file_stem()) else { return path.to_owned() };
+    let mut name = OsString::from(stem);
+    name.push(format!("-{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// The address with a port that is `more` higher; port 0 stays, it means any.
+fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
+    let split = address.rsplit_once(':').and_then(|(host, port)| Some((host, port.parse().ok()?)));
+    let Some((host, port)) = split else { return Ok(address.to_owned()) };
+    match port {
+        0 => Ok(address.to_owned()),
+        port => u16::checked_add(port, more).map(|port| format!("{host}:{port}")).ok_or_else(|| {
+            Failure::usage(format!(
+                "there are not enough ports above {port}; choose a lower one, or port 0"
+            ))
+        }),
+    }
+}
+
+/// Says where the controllers are, and that they are ready.
+fn announce(arguments: &Arguments, emulators: &[Emulator]) {
+    let pty = |emulator: &Emulator| emulator.port().map(|path| path.display().to_string());
+    let tcp = |emulator: &Emulator| emulator.tcp_addr().map(|address| address.to_string());
+    let mut text = String::new();
+    if arguments.json {
+        let controllers: Vec<_> = emulators
+            .iter()
+            .map(|emulator| {
+                json!({
+                    "model": emulator.model().name,
+                    "pty": pty(emulator),
+                    "tcp": tcp(emulator),
+                    "rfc2217": null,
+                    "serial": emulator.serial(),
+                })
+            })
+            .collect();
+        let line = json!({ "ready": true, "controllers": controllers, "control": null });
+        text.push_str(&line.to_string());
+        text.push('\n');
+    } else {
+        for (number, emulator) in (1..).zip(emulators) {
+            let prefix =
+                if emulators.len() > 1 { format!("{number} ") } else { String::new() };
+            let serial = emulator.serial().map(str::to_owned);
+            let places = [("pty", pty(emulator)), ("tcp", tcp(emulator)), ("serial", serial)];
+            for (kind, place) in places {
+                if let Some(place) = place {
+                    text.push_str(&format!("{prefix}{kind} {place}\n"));
+                }
+            }
+        }
+        text.push_str("ready\n");
+    }
+    let mut out = io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+/// Carries out what people type until somebody ends it.
+async fn attend(emulators: &[Emulator]) -> Result<(), Failure> {
+    let signals = match emulators.first() {
+        Some(emulator) => emulator.signals()?,
+        None => Vec::new(),
+    };
+    let mut lines = orders::read();
+    let mut typing = true;
+    let mut told_to_end = std::pin::pin!(told_to_end());
+    let mut ended = std::pin::pin!(any_ended(emulators));
+    loop {
+        tokio::select! {
+            () = &mut told_to_end => return Ok(()),
+            end = &mut ended => return end,
+            line = lines.recv(), if typing => match line {
+                // The end of the input is not the end of the controllers.
+                None => typing = false,
+                Some(line) => {
+                    if let Next::Quit = orders::carry_out(&line, emulators, &signals) {
+                        return Ok(());
+                    }
+                }
+            },
+        }
+    }
+}
+
+/// Resolves when the first controller ends by itself, which only a flash file that can no
+/// longer be written makes it do.
+async fn any_ended(emulators: &[Emulator]) -> Result<(), Failure> {
+    let mut ends: Vec<_> = emulators.iter().map(|emulator| Box::pin(emulator.ended())).collect();
+    std::future::poll_fn(|cx| {
+        for end in &mut ends {
+            if let std::task::Poll::Ready(end) = end.as_mut().poll(cx) {
+                return std::task::Poll::Ready(end.map_err(Failure::midway));
+            }
+        }
+        std::task::Poll::Pending
+    })
+    .await
+}
+
+/// Resolves at Ctrl-C, or when the system or a service manager asks.
+#[cfg(unix)]
+async fn told_to_end() {
+    use tokio::signal::unix::{SignalKind, signal};
+    let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
+    let mut signals: Vec<_> = kinds.into_iter().filter_map(|kind| signal(kind).ok()).collect();
+    std::future::poll_fn(|cx| {
+        if signals.iter_mut().any(|signal| signal.poll_recv(cx).is_ready()) {
+            std::task::Poll::Ready(())
+        } else {
+            std::task::Poll::Pending
+        }
+    })
+    .await;
+}
+
+#[cfg(not(unix))]
+async fn told_to_end() {
+    let _ = tokio::signal::ctrl_c().await;
+}
