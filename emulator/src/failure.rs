@@ -13,7 +13,7 @@ use thiserror::Error;
 pub(crate) struct Failure {
     message: String,
     help: Option<String>,
-    place: Option<(NamedSource<String>, SourceSpan)>,
+    place: Option<Box<(NamedSource<String>, SourceSpan)>>,
     code: u8,
 }
 
@@ -54,12 +54,9 @@ impl From<vimc4::Error> for Failure {
         let span = SourceSpan::from(span.start.min(end)..end);
         let name = profile.path.display().to_string();
         Failure {
-            message: format!(
-                "{name}, line {}: {}",
-                profile.line, profile.error.message
-            ),
+            message: format!("{name}, line {}: {}", profile.line, profile.error.message),
             help: Some(profile.error.help.clone()),
-            place: Some((NamedSource::new(name, profile.text), span)),
+            place: Some(Box::new((NamedSource::new(name, profile.text), span))),
             code: 2,
         }
     }
@@ -71,11 +68,11 @@ impl Diagnostic for Failure {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+        self.place.as_ref().map(|place| &place.0 as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.place.as_ref()?;
+        let (_, span) = self.place.as_deref()?;
         let label = LabeledSpan::new_with_span(Some("here".to_owned()), *span);
         Some(Box::new(std::iter::once(label)))
     }

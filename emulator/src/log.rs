@@ -31,13 +31,14 @@ enum Entry {
 impl Log {
     /// Begins to write, to the file too if there is one.
     pub(crate) fn start(file: Option<&Path>) -> io::Result<Log> {
-        let file = file
-            .map(|path| OpenOptions::new().create(true).append(true).open(path))
-            .transpose()?;
+        let file =
+            file.map(|path| OpenOptions::new().create(true).append(true).open(path)).transpose()?;
         let (lines, entries) = sync_channel(WAITING);
         let lost = Arc::new(AtomicU64::new(0));
         let log = Log { lines, lost: Arc::clone(&lost) };
-        thread::Builder::new().name("log".to_owned()).spawn(move || write(&entries, file, &lost))?;
+        thread::Builder::new()
+            .name("log".to_owned())
+            .spawn(move || write(&entries, file, &lost))?;
         Ok(log)
     }
 

@@ -14,11 +14,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use failure::Failure;
-
 /// Virtual isel stepper controllers: firmware-equivalent, behind real ports.
 #[derive(Parser)]
-#[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true)]
+#[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

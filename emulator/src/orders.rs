@@ -68,9 +68,7 @@ pub(crate) fn carry_out(line: &str, emulators: &[Emulator], signals: &[Signal]) 
         (count, _) => {
             let (number, order) = line.split_once(' ').unwrap_or((line, ""));
             match number.parse::<usize>() {
-                Ok(number) if (1..=count).contains(&number) && !order.is_empty() => {
-                    (number, order)
-                }
+                Ok(number) if (1..=count).contains(&number) && !order.is_empty() => (number, order),
                 _ => {
                     complain(&format!(
                         "`{line}` is wrong: begin with the number of a controller, 1 to {count}, \

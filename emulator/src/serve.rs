@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::ArgAction;
-use serde_json::json;
+use serde::Serialize;
 use tokio::runtime;
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Emulator, Verbosity};
@@ -63,6 +63,23 @@ pub(crate) struct Arguments {
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Places<'a> {
+    ready: bool,
+    controllers: Vec<ControllerPlaces<'a>>,
+    control: Option<String>,
+}
+
+#[derive(Serialize)]
+struct ControllerPlaces<'a> {
+    model: &'a str,
+    pty: Option<String>,
+    tcp: Option<String>,
+    rfc2217: Option<String>,
+    serial: Option<&'a str>,
 }
 
 const PTY: &str = "./vimc4.pty";
@@ -170,11 +187,13 @@ fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
     let Some((host, port)) = split else { return Ok(address.to_owned()) };
     match port {
         0 => Ok(address.to_owned()),
-        port => u16::checked_add(port, more).map(|port| format!("{host}:{port}")).ok_or_else(|| {
-            Failure::usage(format!(
-                "there are not enough ports above {port}; choose a lower one, or port 0"
-            ))
-        }),
+        port => {
+            u16::checked_add(port, more).map(|port| format!("{host}:{port}")).ok_or_else(|| {
+                Failure::usage(format!(
+                    "there are not enough ports above {port}; choose a lower one, or port 0"
+                ))
+            })
+        }
     }
 }
 
@@ -184,25 +203,20 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
     let tcp = |emulator: &Emulator| emulator.tcp_addr().map(|address| address.to_string());
     let mut text = String::new();
     if arguments.json {
-        let controllers: Vec<_> = emulators
-            .iter()
-            .map(|emulator| {
-                json!({
-                    "model": emulator.model().name,
-                    "pty": pty(emulator),
-                    "tcp": tcp(emulator),
-                    "rfc2217": null,
-                    "serial": emulator.serial(),
-                })
-            })
-            .collect();
-        let line = json!({ "ready": true, "controllers": controllers, "control": null });
-        text.push_str(&line.to_string());
+        let controllers = emulators.iter().map(|emulator| ControllerPlaces {
+            model: &emulator.model().name,
+            pty: pty(emulator),
+            tcp: tcp(emulator),
+            rfc2217: None,
+            serial: emulator.serial(),
+        });
+        let places = Places { ready: true, controllers: controllers.collect(), control: None };
+        // A structure of strings can always be written.
+        text.push_str(&serde_json::to_string(&places).unwrap_or_default());
         text.push('\n');
     } else {
         for (number, emulator) in (1..).zip(emulators) {
-            let prefix =
-                if emulators.len() > 1 { format!("{number} ") } else { String::new() };
+            let prefix = if emulators.len() > 1 { format!("{number} ") } else { String::new() };
             let serial = emulator.serial().map(str::to_owned);
             let places = [("pty", pty(emulator)), ("tcp", tcp(emulator)), ("serial", serial)];
             for (kind, place) in places {

@@ -91,8 +91,8 @@ impl Controller {
                 Reply::Done.into()
             }
             Command::Erase => {
-                let until =
-                    self.state.now.after_nanos(self.state.model.timing.erase_ms * 1_000_000);
+                let erase = self.state.model.timing.erase_ms.saturating_mul(1_000_000);
+                let until = self.state.now.after_nanos(erase);
                 self.state.run = None;
                 self.state.activity = Activity::Waiting { what: Wait::Erase, until: Some(until) };
                 return;

@@ -74,7 +74,7 @@ impl Controller {
         if let Some(ms) = self.state.model.timing.panel_erase_ms.filter(|_| erases) {
             self.state.run = None;
             self.state.storing = false;
-            let until = self.state.now.after_nanos(ms * 1_000_000);
+            let until = self.state.now.after_nanos(ms.saturating_mul(1_000_000));
             self.state.activity = Activity::Waiting { what: Wait::PanelErase, until: Some(until) };
             return;
         }

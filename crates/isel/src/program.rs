@@ -52,7 +52,7 @@ impl Program {
     /// Adds a line that takes `size` bytes.
     pub fn push(&mut self, line: StoredLine, size: u32) {
         Arc::make_mut(&mut self.lines).push(line);
-        self.size += size;
+        self.size = self.size.saturating_add(size);
     }
 
     /// The command of a line.

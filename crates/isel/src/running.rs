@@ -212,7 +212,7 @@ impl Controller {
 
     /// The line `target` comes next, as soon as the present one has taken its time.
     fn go_to(&mut self, target: u32) {
-        let line_nanos = self.state.model.timing.line_us * 1_000;
+        let line_nanos = self.state.model.timing.line_us.saturating_mul(1_000);
         let Some(run) = &mut self.state.run else { return };
         run.line = target;
         let due = run.began.after_nanos(line_nanos);
@@ -348,11 +348,11 @@ impl Controller {
         else {
             return;
         };
-        let line_nanos = self.state.model.timing.line_us * 1_000;
+        let line_nanos = self.state.model.timing.line_us.saturating_mul(1_000);
         let looks = self.state.now.nanos_since(run.began) / line_nanos + 1;
         let until = match self.is_met(PortCondition::Bit(test)) {
             true => None,
-            false => Some(run.began.after_nanos(looks * line_nanos)),
+            false => Some(run.began.after_nanos(looks.saturating_mul(line_nanos))),
         };
         self.wait(Wait::Port, until);
     }

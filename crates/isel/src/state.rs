@@ -285,7 +285,7 @@ impl State {
         self.activity = match self.model.timing.boot_ms {
             0 => Activity::Idle,
             ms => {
-                let until = self.now.after_nanos(ms * 1_000_000);
+                let until = self.now.after_nanos(ms.saturating_mul(1_000_000));
                 Activity::Waiting { what: Wait::Boot, until: Some(until) }
             }
         };

@@ -43,7 +43,7 @@ impl Controller {
         let capacity = self.state.model.flash.size;
         let speeds = self.state.speeds;
         let Some(program) = &mut self.state.flash.program else { return Reply::DataField };
-        if program.size + size > capacity {
+        if program.size.saturating_add(size) > capacity {
             self.invalidate_program();
             return Reply::MemoryFull;
         }
@@ -105,7 +105,8 @@ pub(crate) fn parse_stored(
     };
     let command = frame.decode(context).map_err(|reply| (Some(frame.op()), reply))?;
     let parameters = u32::try_from(frame.field_count()).unwrap_or(u32::MAX);
-    let size = model.flash.command_bytes + model.flash.parameter_bytes.saturating_mul(parameters);
+    let parameters = model.flash.parameter_bytes.saturating_mul(parameters);
+    let size = model.flash.command_bytes.saturating_add(parameters);
     Ok((command, size))
 }
 

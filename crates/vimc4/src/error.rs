@@ -26,7 +26,11 @@ pub enum Error {
         known: String,
     },
     /// A profile cannot be read.
-    #[error("cannot read the {what} profile {path}: {source}", path = .path.display())]
+    #[error(
+        "cannot read the {what} profile {path}: {source}; check the name of the file, or use a \
+         built-in {what}",
+        path = .path.display()
+    )]
     File {
         /// `model` or `machine`.
         what: &'static str,

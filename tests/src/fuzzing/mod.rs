@@ -88,7 +88,8 @@ impl Chance {
 /// Has a controller do a little of everything for a little while: what its profile or its flash
 /// memory says must not break it.
 fn exercise(controller: &mut Controller) {
-    let start = PlantSignal::Start.id();
+    let (start, stop) = (PlantSignal::Start.id(), PlantSignal::Stop.id());
+    let (on, key) = (PlantSignal::On.id(), PlantSignal::Key.id());
     let inputs = [
         Input::Bytes(
             b"@07\r@0P\r@0V\r@0A100,900,-50,900,20,900,-20,900\r@0M1,900,2,900,3,900,0,0\r",
@@ -99,6 +100,10 @@ fn exercise(controller: &mut Controller) {
         Input::Signal(start, 1),
         Input::Signal(start, 0),
         Input::Bytes(b"@0S\r@0k\r@0IW\r@0IL\r"),
+        Input::Signal(key, 0),
+        Input::Signal(stop, 1),
+        Input::Signal(on, 1),
+        Input::Signal(key, 1),
         Input::Power(false),
         Input::Power(true),
         Input::Signal(start, 1),

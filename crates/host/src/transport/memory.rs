@@ -116,7 +116,7 @@ impl MemoryPort {
 
     /// Everything that has arrived, without waiting.
     #[must_use]
-    pub fn take(&mut self) -> Vec<u8> {
+    pub fn drain(&mut self) -> Vec<u8> {
         self.shared.lanes().from_device.drain(..).collect()
     }
 }

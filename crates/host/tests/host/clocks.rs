@@ -1,0 +1,221 @@
+//! The four clocks.
+
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+use vimc4_device::{Condition, Time};
+use vimc4_host::{Clock, ControlError, Line, MemoryPort, Rate, Runner};
+
+use crate::fake::{Fake, Running};
+
+fn ask(port: &mut MemoryPort, line: &str, answer: usize) -> String {
+    port.write_all(line.as_bytes()).unwrap();
+    let mut bytes = vec![0; answer];
+    port.read_exact(&mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+fn time(port: &mut MemoryPort) -> u64 {
+    port.write_all(b"t\r").unwrap();
+    let mut text = String::new();
+    loop {
+        let mut byte = [0];
+        port.read_exact(&mut byte).unwrap();
+        if byte[0] == b'.' {
+            return text.parse().unwrap();
+        }
+        text.push(char::from(byte[0]));
+    }
+}
+
+#[test]
+fn the_real_clock_is_wall_time() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    let before = time(&mut port);
+    let began = Instant::now();
+    assert_eq!(ask(&mut port, "w50\r", 1), "0");
+    let wall = began.elapsed();
+    let model = Duration::from_nanos(time(&mut port) - before);
+    assert!(wall >= Duration::from_millis(50), "{wall:?}");
+    assert!(model >= Duration::from_millis(50) && model < wall + Duration::from_millis(50));
+    assert_eq!(
+        running.handle.advance(Duration::from_secs(1)).wait(),
+        Err(ControlError::RunsByItself)
+    );
+    running.end().unwrap();
+}
+
+#[test]
+fn a_scaled_clock_is_faster() {
+    let clock = Clock::Scaled(Rate::new(100, 1).unwrap());
+    let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+    let began = Instant::now();
+    assert_eq!(ask(&mut port, "w2000\r", 1), "0");
+    assert!(began.elapsed() >= Duration::from_millis(20));
+    assert!(began.elapsed() < Duration::from_secs(1));
+    running.end().unwrap();
+}
+
+#[test]
+fn waiting_for_a_condition_lets_time_run() {
+    let clock = Clock::Scaled(Rate::new(100, 1).unwrap());
+    let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+    let began = time(&mut port);
+    port.write_all(b"w5000\r").unwrap();
+    let at = running.handle.run_until(Condition::AxisAt { axis: 0, position: 3_000 });
+    // Others are not kept waiting.
+    assert!(running.handle.now().wait().unwrap() < Time::from_nanos(began + 3_000_000_000));
+    let at = at.wait().unwrap();
+    assert!(at >= Time::from_nanos(began + 3_000_000_000));
+    let idle = running.handle.run_until(Condition::Idle).wait().unwrap();
+    assert!(idle > at);
+    running.end().unwrap();
+}
+
+#[test]
+fn the_instant_clock_jumps_to_the_answer() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Instant);
+    let began = Instant::now();
+    assert_eq!(ask(&mut port, "w3600000\r", 1), "0");
+    assert!(began.elapsed() < Duration::from_secs(1));
+    assert_eq!(time(&mut port), 3_600_000_000_000);
+    // Nothing happens, so no time passes.
+    assert_eq!(time(&mut port), 3_600_000_000_000);
+    running.end().unwrap();
+}
+
+#[test]
+fn in_the_instant_clock_an_endless_program_keeps_the_line_responsive() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Instant);
+    assert_eq!(ask(&mut port, "l\r", 1), "0");
+    let mut last = 0;
+    for _ in 0..20 {
+        let began = Instant::now();
+        assert_eq!(ask(&mut port, "ehello\r", 5), "hello");
+        assert!(began.elapsed() < Duration::from_millis(500));
+        let now = time(&mut port);
+        assert!(now >= last);
+        last = now;
+        // Time jumps when nothing is readable, and only then.
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(last > 0);
+    running.end().unwrap();
+}
+
+#[test]
+fn in_the_manual_clock_time_moves_only_when_told() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    let handle = &running.handle;
+    port.write_all(b"w5000\rt\r").unwrap();
+    std::thread::sleep(Duration::from_millis(20));
+    assert_eq!(handle.now().wait(), Ok(Time::ZERO));
+    // Exactly step 2,500, then exactly the end.
+    let at = handle.run_until(Condition::AxisAt { axis: 0, position: 2_500 }).wait();
+    assert_eq!(at, Ok(Time::from_millis(2_500)));
+    assert_eq!(handle.view().wait().unwrap().axes[0].position, 2_500);
+    assert_eq!(handle.advance(Duration::from_millis(1)).wait(), Ok(Time::from_millis(2_501)));
+    assert_eq!(port.drain(), b"");
+    assert_eq!(handle.run_until(Condition::Idle).wait(), Ok(Time::from_secs(5)));
+    assert_eq!(port.drain(), b"05000000000.");
+    // Idle already: no time passes.
+    assert_eq!(handle.run_until(Condition::Idle).wait(), Ok(Time::from_secs(5)));
+    let never = handle.run_until(Condition::AxisAt { axis: 0, position: 9 }).wait();
+    assert_eq!(never, Err(ControlError::Never));
+    assert_eq!(handle.now().wait(), Ok(Time::from_secs(5)));
+    running.end().unwrap();
+}
+
+#[test]
+fn a_long_way_through_time_is_no_reason_not_to_end() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    assert_eq!(ask(&mut port, "l\r", 1), "0");
+    let way = running.handle.advance(Duration::from_secs(1_000_000_000));
+    let began = Instant::now();
+    running.end().unwrap();
+    assert!(began.elapsed() < Duration::from_secs(1));
+    assert_eq!(way.wait(), Err(ControlError::Ended));
+}
+
+#[test]
+fn a_clock_that_is_too_fast_for_the_computer_gives_way() {
+    let clock = Clock::Scaled(Rate::new(1_000_000, 1).unwrap());
+    let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+    assert_eq!(ask(&mut port, "l\r", 1), "0");
+    // A million ticks a millisecond are too many; the line answers all the same.
+    for _ in 0..3 {
+        assert_eq!(ask(&mut port, "ehello\r", 5), "hello");
+    }
+    running.end().unwrap();
+}
+
+#[test]
+fn a_state_is_returned_to_with_its_time() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    let handle = &running.handle;
+    port.write_all(b"w100\r").unwrap();
+    handle.advance(Duration::from_millis(40)).wait().unwrap();
+    let state = handle.state().wait().unwrap();
+    for _ in 0..2 {
+        assert_eq!(handle.run_until(Condition::Idle).wait(), Ok(Time::from_millis(100)));
+        assert_eq!(port.drain(), b"0");
+        handle.restore(state.clone()).wait().unwrap();
+        assert_eq!(handle.now().wait(), Ok(Time::from_millis(40)));
+    }
+    running.end().unwrap();
+}
+
+#[test]
+fn a_paced_client_is_held_back_and_loses_nothing() {
+    let (running, mut port) =
+        Running::start(Line::paced(Fake::new(b"")), Clock::Instant, |runner: Runner<_>| {
+            let mut runner = runner.with_room(Line::room);
+            let (memory, port) = vimc4_host::Memory::pair();
+            runner.attach(Box::new(memory));
+            (runner, port)
+        });
+    let mut expected = Vec::new();
+    for n in 0..5_000 {
+        port.write_all(format!("e{n},\r").as_bytes()).unwrap();
+        expected.extend_from_slice(format!("{n},").as_bytes());
+    }
+    let mut answers = vec![0; expected.len()];
+    port.read_exact(&mut answers).unwrap();
+    assert_eq!(answers, expected);
+    running.end().unwrap();
+}
+
+#[test]
+fn signals_are_set_by_name() {
+    let (running, _port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    let handle = &running.handle;
+    // The fake adds the values up: a press and its release are 1 and 0.
+    handle.press("start").wait().unwrap();
+    handle.press("estop").wait().unwrap();
+    handle.turn("key", "auto").wait().unwrap();
+    handle.set_input(0, 3, true).wait().unwrap();
+    assert_eq!(handle.state().wait().unwrap().signals, [1, 1, 1, 1]);
+    let error = |reply: Result<(), ControlError>| reply.unwrap_err().to_string();
+    assert_eq!(
+        error(handle.press("strat").wait()),
+        "there is no button `strat`; there are start, estop"
+    );
+    assert_eq!(
+        error(handle.turn("key", "on").wait()),
+        "`key` cannot be `on`; it can be test or auto"
+    );
+    assert_eq!(error(handle.set("start", 2).wait()), "`start` cannot be `2`; it can be 0 to 1");
+    assert_eq!(
+        error(handle.set_input(1, 0, true).wait()),
+        "nothing outside drives bit 0 of port 1; the inputs are input 0.3"
+    );
+    running.end().unwrap();
+}
+
+#[test]
+fn a_controller_ends_with_its_last_handle() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    drop(running);
+    let mut nothing = [0];
+    assert_eq!(port.read(&mut nothing).unwrap(), 0);
+}

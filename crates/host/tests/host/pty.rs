@@ -1,0 +1,219 @@
+//! Pseudo terminals, end to end.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::termios::{ioctl_tiocexcl, tcgetattr};
+use vimc4_host::{Clock, News, Pty, Report};
+
+use crate::fake::{Diary, Fake, Running};
+
+fn serve(clock: Clock) -> (Running<Fake>, PathBuf) {
+    Running::with(Fake::new(b""), clock, || {
+        let pty = Pty::open(19_200).unwrap();
+        let path = pty.path().to_owned();
+        (pty, path)
+    })
+}
+
+fn open(path: &Path) -> File {
+    let flags = i32::try_from(rustix::fs::OFlags::NOCTTY.bits()).unwrap();
+    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).unwrap()
+}
+
+/// What arrives within a while, up to `count` bytes.
+fn read(mut port: &File, count: usize, millis: u64) -> Vec<u8> {
+    let deadline = Instant::now() + Duration::from_millis(millis);
+    let mut bytes = Vec::new();
+    while bytes.len() < count {
+        let left = deadline.saturating_duration_since(Instant::now());
+        let left = rustix::time::Timespec::try_from(left).unwrap();
+        if poll(&mut [PollFd::new(port, PollFlags::IN)], Some(&left)).unwrap() == 0 {
+            break;
+        }
+        let mut some = vec![0; count - bytes.len()];
+        let n = port.read(&mut some).unwrap();
+        bytes.extend_from_slice(&some[..n]);
+    }
+    bytes
+}
+
+fn ask(mut port: &File, line: &str, count: usize) -> String {
+    port.write_all(line.as_bytes()).unwrap();
+    String::from_utf8(read(port, count, 5_000)).unwrap()
+}
+
+/// The processor time, in hundredths of a second, of the threads of this process whose names
+/// begin so.
+fn processor_time(name: &str) -> u64 {
+    let mut ticks = 0;
+    for task in fs::read_dir("/proc/self/task").unwrap().flatten() {
+        // A thread of another test may end meanwhile.
+        let Ok(stat) = fs::read_to_string(task.path().join("stat")) else { continue };
+        let (head, fields) = stat.rsplit_once(") ").unwrap();
+        if head.split_once(" (").unwrap().1.starts_with(name) {
+            let fields: Vec<_> = fields.split(' ').collect();
+            ticks += fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap();
+        }
+    }
+    ticks
+}
+
+#[test]
+fn clients_come_and_go() {
+    let (running, path) = serve(Clock::Real);
+    for n in 0..100 {
+        let port = open(&path);
+        assert_eq!(ask(&port, &format!("e{n:03}\r"), 3), format!("{n:03}"));
+    }
+    running.end().unwrap();
+}
+
+#[test]
+fn it_is_a_raw_terminal_at_the_speed_of_the_line() {
+    let (running, path) = serve(Clock::Real);
+    let mut port = open(&path);
+    assert_eq!(tcgetattr(&port).unwrap().output_speed(), 19_200);
+    // What a cooked terminal would swallow, change or echo.
+    port.write_all(b"e\x03\x04\x11\x13\n\xFF\x00\r").unwrap();
+    assert_eq!(read(&port, 7, 5_000), b"\x03\x04\x11\x13\n\xFF\x00");
+    running.end().unwrap();
+}
+
+#[test]
+fn the_next_client_reads_nothing_stale() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Manual);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    let mut first = open(&path);
+    // It leaves without reading its first answer, and before its second.
+    first.write_all(b"estale\rw10\r").unwrap();
+    running.handle.now().wait().unwrap();
+    drop(first);
+    running.handle.advance(Duration::from_millis(10)).wait().unwrap();
+    assert_eq!(diary.unheard(), 1);
+    let second = open(&path);
+    assert_eq!(read(&second, 10, 50), b"");
+    assert_eq!(ask(&second, "efresh\r", 5), "fresh");
+    running.end().unwrap();
+}
+
+#[test]
+fn what_was_written_before_closing_arrives() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Real);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    fs::write(&path, b"ehello\r").unwrap();
+    diary.wait_for(
+        "the command",
+        |report| matches!(report, Report::Sent { bytes, .. } if &bytes[..] == b"hello"),
+    );
+    running.end().unwrap();
+}
+
+#[test]
+fn exclusive_use_ends_with_its_client() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Real);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    let first = open(&path);
+    ioctl_tiocexcl(&first).unwrap();
+    assert_eq!(ask(&first, "eone\r", 3), "one");
+    // Closing it is all the kernel does for a client that is killed.
+    drop(first);
+    diary.wait_for("the end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    // Root may open an exclusive terminal anyway, so somebody else has to try.
+    if rustix::process::geteuid().is_root() {
+        fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o666)).unwrap();
+        let tried = Command::new("setpriv")
+            .args(["--reuid=65534", "--clear-groups", "sh", "-c", "exec 3<>\"$0\""])
+            .arg(&path)
+            .status();
+        match tried {
+            Ok(status) => assert!(status.success(), "the terminal is still locked"),
+            Err(error) => assert_eq!(error.kind(), ErrorKind::NotFound),
+        }
+    }
+    let second = open(&path);
+    assert_eq!(ask(&second, "etwo\r", 3), "two");
+    running.end().unwrap();
+}
+
+#[test]
+fn a_killed_client_is_noticed() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Real);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    let mut client = Command::new("sh")
+        .args(["-c", "exec 3<>\"$0\"; echo; read -r _"])
+        .arg(&path)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    client.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
+    diary.wait_for("its coming", |report| matches!(report, Report::News(_, News::Opened { .. })));
+    client.kill().unwrap();
+    client.wait().unwrap();
+    diary.wait_for("its end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    running.end().unwrap();
+}
+
+#[test]
+fn two_openings_are_one_line_until_both_are_closed() {
+    let (running, path) = serve(Clock::Real);
+    // At once, so that the events are merged; one reads, one writes.
+    for _ in 0..50 {
+        let reader = OpenOptions::new().read(true).open(&path).unwrap();
+        let writer = OpenOptions::new().write(true).open(&path).unwrap();
+        let third = open(&path);
+        drop(third);
+        (&writer).write_all(b"eabc\r").unwrap();
+        assert_eq!(read(&reader, 3, 5_000), b"abc");
+    }
+    running.end().unwrap();
+}
+
+#[test]
+fn a_client_that_never_reads_stops_nobody() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Real);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    let mut lazy = open(&path);
+    for _ in 0..10 {
+        lazy.write_all(b"s30000\r").unwrap();
+    }
+    diary.wait_for("a loss", |report| matches!(report, Report::News(_, News::Lost { .. })));
+    // It may begin to read at any time, and what is whole arrives whole.
+    let kept = read(&lazy, 300_000, 300);
+    assert!(kept.len() >= 60_000 && kept.len() % 30_000 == 0, "{}", kept.len());
+    assert_eq!(ask(&lazy, "ehello\r", 5), "hello");
+    // And when it leaves instead, the next one starts afresh.
+    for _ in 0..10 {
+        lazy.write_all(b"s30000\r").unwrap();
+    }
+    running.handle.now().wait().unwrap();
+    drop(lazy);
+    let next = open(&path);
+    assert_eq!(ask(&next, "ehello\r", 5), "hello");
+    running.end().unwrap();
+}
+
+#[test]
+fn an_idle_controller_costs_nothing() {
+    let (running, path) = serve(Clock::Real);
+    let port = open(&path);
+    assert_eq!(ask(&port, "ehello\r", 5), "hello");
+    drop(port);
+    // The kernel keeps fifteen characters of the name.
+    let before = processor_time("pty::an_idle_co");
+    std::thread::sleep(Duration::from_millis(300));
+    let spent = processor_time("pty::an_idle_co") - before;
+    assert!(spent <= 3, "{spent} hundredths of a second in 0.3 s of doing nothing");
+    running.end().unwrap();
+}

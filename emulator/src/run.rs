@@ -1,0 +1,419 @@
+//! `vimc4 run`: a command list or a stored program in virtual time.
+
+mod driver;
+mod meter;
+mod report;
+mod rounds;
+mod script;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use vimc4::{Controller, Device, Machine, Order, Signal, SignalId, Time, Warning, escape};
+
+use crate::failure::Failure;
+use driver::{Driver, Halt, News};
+use meter::Meter;
+use report::{Answer, End, Report, Why};
+use script::{Kind, Line, Script};
+
+/// How long somebody keeps a button pressed.
+const PRESS: Duration = Duration::from_millis(100);
+
+#[derive(clap::Args)]
+#[command(long_about = "\
+Run a command list or a stored program in virtual time, as fast as it goes
+
+A file whose first command begins with @ is a command list: its lines are sent one after the other,
+each when the one before was answered. Any other is a data field, the lines of a program as they
+stand between @0i and 9: it is stored and started with the START button. The final 9 may be left out.
+
+Blank lines, and lines that begin with ; or #, mean nothing. Lines may end with LF, CR LF or CR.
+
+It ends with the last command or with the program; then the exit code is 0. An error reply ends it
+with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.", after_long_help = "\
+Examples:
+  vimc4 run job.txt --machine mill
+  vimc4 run program.txt --model imc4-m --loops 3
+  vimc4 run program.txt --input 0.3=1@2s --input 0.3=0@2.5s --press stop@5s --press start@8s
+  vimc4 circle --radius 200 | cat axes.txt - | vimc4 run -")]
+pub(crate) struct Arguments {
+    /// The file; `-` is standard input
+    file: PathBuf,
+    /// The model of controller: a name from `vimc4 models`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    model: String,
+    /// The machine: a name from `vimc4 machines`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
+    machine: String,
+    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A
+    #[arg(long, default_value_t = 7, value_parser = axes)]
+    axes: u8,
+    /// How much virtual time may pass, such as 90s, 5min or 1h
+    #[arg(long = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
+    time: Duration,
+    /// Stop when the program has made N rounds: jumped back N times, without a count, to the
+    /// earliest line it comes to again
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    loops: Option<u64>,
+    /// Set a bit of an input port at a time, or from the beginning
+    #[arg(long, value_name = "PORT.BIT=LEVEL[@TIME]", value_parser = timed_input)]
+    input: Vec<(Order, Duration)>,
+    /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
+    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
+    press: Vec<(String, Duration)>,
+    /// Print one line of JSON instead
+    #[arg(long)]
+    json: bool,
+    /// Say what the commands mean, and follow the program line by line
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let script = Script::read(&arguments.file)?;
+    let (controller, machine) = device(&arguments)?;
+    let signals = signals(&arguments, &controller)?;
+    let driver = Driver::new(controller, Meter::new(&machine), arguments.loops);
+    let report = Report::new(&arguments, &script);
+    let mut session = Session { driver, report, stored: Vec::new(), time: arguments.time };
+    let end = match script.kind {
+        Kind::Commands => session.command_list(&script.lines, &signals),
+        Kind::DataField => session.data_field(&script.lines, arguments.axes, &signals),
+    };
+    session.finish(end.unwrap_or_else(|end| end), &machine)
+}
+
+/// A controller of a model on a machine.
+fn device(arguments: &Arguments) -> Result<(Controller, Arc<Machine>), Failure> {
+    let model = vimc4::model(&arguments.model)?;
+    let machine = vimc4::machine(&arguments.machine)?;
+    let controller =
+        Controller::new(model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
+    Ok((controller, machine))
+}
+
+/// A signal that takes a value some time after the beginning.
+struct Scheduled {
+    after: Duration,
+    signal: SignalId,
+    value: i32,
+}
+
+/// What the outside world will do.
+fn signals(arguments: &Arguments, device: &impl Device) -> Result<Vec<Scheduled>, Failure> {
+    let mut scheduled = Vec::new();
+    for (order, after) in &arguments.input {
+        let &Order::Input { port, bit, level } = order else { continue };
+        let Some(signal) = device.input_signal(port, bit) else {
+            return Err(Failure::usage(format!(
+                "port {port} bit {bit} is no input of the model {}; `vimc4 models show {0}` has \
+                 its ports, and its inputs are {}",
+                arguments.model,
+                inputs(device.signals()),
+            )));
+        };
+        scheduled.push(Scheduled { after: *after, signal, value: level.into() });
+    }
+    for (button, after) in &arguments.press {
+        scheduled.extend(press(device, button, *after)?);
+    }
+    Ok(scheduled)
+}
+
+/// The names of the user inputs.
+fn inputs(signals: &[Signal]) -> String {
+    let names = signals.iter().filter_map(|signal| signal.name.strip_prefix("input "));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// A button goes down, and up again if it does not latch.
+fn press(device: &impl Device, name: &str, after: Duration) -> Result<Vec<Scheduled>, Failure> {
+    let button = match Order::parse(&format!("press {name}"), device.signals()) {
+        Ok(Some(Order::Press(button))) => button,
+        Ok(_) => name.to_owned(),
+        Err(error) => return Err(Failure::usage(error)),
+    };
+    let found = device.signals().iter().find(|signal| signal.name == button);
+    let Some(signal) = found.map(|signal| signal.id) else {
+        return Err(Failure::usage(format!("there is no button {button}")));
+    };
+    let mut scheduled = vec![Scheduled { after, signal, value: 1 }];
+    if button != "estop" {
+        scheduled.push(Scheduled { after: after + PRESS, signal, value: 0 });
+    }
+    Ok(scheduled)
+}
+
+// --- the values of options ---
+
+fn axes(text: &str) -> Result<u8, String> {
+    match text.parse() {
+        Ok(axes @ (1 | 3 | 7 | 8 | 9 | 11 | 15)) => Ok(axes),
+        _ => Err("1, 3, 7, 8, 9, 11 and 15 are possible".to_owned()),
+    }
+}
+
+/// Durations are written as in the orders of `vimc4 serve`.
+fn duration(text: &str) -> Result<Duration, String> {
+    match Order::parse(&format!("advance {text}"), &[]) {
+        Ok(Some(Order::Advance(span))) => Ok(span),
+        _ => Err("a number with a unit is needed, as in 250ms, 2s, 5min or 1h".to_owned()),
+    }
+}
+
+/// `WHAT@TIME`, or `WHAT` for the beginning.
+fn timed(text: &str) -> Result<(String, Duration), String> {
+    match text.rsplit_once('@') {
+        Some((what, time)) => Ok((what.to_owned(), duration(time)?)),
+        None => Ok((text.to_owned(), Duration::ZERO)),
+    }
+}
+
+fn timed_input(text: &str) -> Result<(Order, Duration), String> {
+    let (what, time) = timed(text)?;
+    let order = Order::parse(&format!("input {}", what.replacen('=', " ", 1)), &[]);
+    match (order, what.contains('=')) {
+        (Ok(Some(order)), true) => Ok((order, time)),
+        _ => Err("port, bit, level and time are needed, as in 0.3=1@2s".to_owned()),
+    }
+}
+
+// --- running ---
+
+/// A run of one script.
+struct Session<D> {
+    driver: Driver<D>,
+    report: Report,
+    /// The lines of the file that the controller has stored, in order.
+    stored: Vec<Line>,
+    /// How much time may pass.
+    time: Duration,
+}
+
+impl<D: Device> Session<D> {
+    /// Sends the lines one after the other, each when the one before was answered.
+    fn command_list(&mut self, lines: &[Line], signals: &[Scheduled]) -> Result<End, End> {
+        self.begin(signals);
+        for (place, line) in lines.iter().enumerate() {
+            let answer = self.command(line)?;
+            match answer.as_deref() {
+                // Who stops a motion may go on with it.
+                Some([b'F', ..]) if lines.get(place + 1).is_some_and(resumes) => {}
+                _ => self.check(line, answer.as_deref())?,
+            }
+        }
+        Ok(End::of(Why::Done, "every command was answered"))
+    }
+
+    /// Stores the lines, presses START and waits until the program is over.
+    fn data_field(&mut self, lines: &[Line], axes: u8, signals: &[Scheduled]) -> Result<End, End> {
+        let set_axes = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
+        let mut commands: Vec<Line> =
+            set_axes.map(|axes| Line::added(&format!("@0{axes}"))).collect();
+        commands.push(Line::added("@0i"));
+        commands.extend_from_slice(lines);
+        if !lines.last().is_some_and(|line| line.is("9")) {
+            commands.push(Line::added("9"));
+        }
+        self.begin(&[]);
+        for line in &commands {
+            let answer = self.command(line)?;
+            self.check(line, answer.as_deref())?;
+        }
+        self.report.stored(self.stored.len());
+        self.begin(signals);
+        for press in press(self.driver.device(), "start", Duration::ZERO).unwrap_or_default() {
+            self.driver.schedule(self.driver.now() + press.after, press.signal, press.value);
+        }
+        self.program()
+    }
+
+    /// Lets time count from now on.
+    fn begin(&mut self, signals: &[Scheduled]) {
+        let now = self.driver.now();
+        self.driver.stop_at(now + self.time);
+        for &Scheduled { after, signal, value } in signals {
+            self.driver.schedule(now + after, signal, value);
+        }
+        self.report.begin(now);
+    }
+
+    /// Sends a line and waits for its answer; `None` if it gets none.
+    fn command(&mut self, line: &Line) -> Result<Option<Vec<u8>>, End> {
+        let at = self.driver.now();
+        let meaning = self.driver.device().explain(&line.bytes);
+        let mut bytes = line.bytes.clone();
+        bytes.push(b'\r');
+        self.driver.send(&bytes);
+        loop {
+            while let Some((now, news)) = self.driver.news.pop_front() {
+                let News::Answer(answer) = news else {
+                    self.tell(now, news);
+                    continue;
+                };
+                let answer = answer.to_vec();
+                self.remember(line, &answer);
+                let took = now - at;
+                self.report.answer(Answer { line, answer: Some(&answer), at, took, meaning });
+                return Ok(Some(answer));
+            }
+            if self.driver.device().is_idle() {
+                let took = self.driver.now() - at;
+                self.report.answer(Answer { line, answer: None, at, took, meaning });
+                return Ok(None);
+            }
+            if let Err(halt) = self.driver.advance() {
+                return Err(self.halted(halt, Some(line)));
+            }
+            self.report.progress(self.driver.now());
+        }
+    }
+
+    /// Lets the program run until it is over.
+    fn program(&mut self) -> Result<End, End> {
+        loop {
+            let halted = self.driver.advance().err();
+            while let Some((now, news)) = self.driver.news.pop_front() {
+                if let News::Warning(Warning::ProgramError { code, line }) = news {
+                    let text = format!("{} ended the program with {}", self.place(line), named(code));
+                    return Err(End { line: self.number(line), ..End::of(Why::Error, text) });
+                }
+                self.tell(now, news);
+            }
+            if let Some(halt) = halted {
+                return Err(self.halted(halt, None));
+            }
+            if self.driver.device().is_idle() && self.driver.rounds.last().is_some() {
+                let view = self.driver.device().view(self.driver.now());
+                if view.program.is_none_or(|program| program.marker.is_none()) {
+                    return Ok(End::of(Why::Done, "the program came to its end"));
+                }
+            }
+            self.report.progress(self.driver.now());
+        }
+    }
+
+    /// Keeps count of what the controller has stored, so that its lines can be found again.
+    fn remember(&mut self, line: &Line, answer: &[u8]) {
+        match line.bytes.trim_ascii_start().first() {
+            Some(b'@') if answer == b"0" && line.is("@0i") => self.stored.clear(),
+            Some(b'@') => {}
+            _ if answer == b"0" && line.is("9") => {
+                let lines: Vec<String> = self.stored.iter().map(Line::text).collect();
+                self.driver.rounds.begin(&lines);
+            }
+            _ if answer == b"0" => self.stored.push(line.clone()),
+            _ => {}
+        }
+    }
+
+    fn tell(&mut self, at: Time, news: News) {
+        match news {
+            News::Line(line) => self.report.line(at, self.stored.get(line as usize), line),
+            News::Sent(bytes) => self.report.sent(at, &bytes),
+            News::Warning(warning) => self.report.warning(at, &warning),
+            News::Answer(_) => {}
+        }
+    }
+
+    /// An error reply ends the run.
+    fn check(&self, line: &Line, answer: Option<&[u8]>) -> Result<(), End> {
+        let code = match answer {
+            Some(&[code @ b'F', ..] | &[code]) if code != b'0' => char::from(code),
+            _ => return Ok(()),
+        };
+        let at = self.report.place(line);
+        let text = format!("{at} was answered {}", named(code));
+        Err(End { line: line.number, ..End::of(Why::Error, text) })
+    }
+
+    /// Why nothing goes on.
+    fn halted(&mut self, halt: Halt, waiting: Option<&Line>) -> End {
+        let now = self.driver.now();
+        let view = self.driver.device().view(now);
+        let marker = view.program.as_ref().and_then(|program| program.marker);
+        let place = match (marker, waiting) {
+            (Some(line), _) => self.place(line),
+            (None, Some(line)) => self.report.place(line),
+            (None, None) => "the program".to_owned(),
+        };
+        let line = marker.map_or_else(|| waiting.and_then(|line| line.number), |l| self.number(l));
+        let (why, text) = match halt {
+            Halt::Time => (Why::Time, format!("the time of --for is over, in {place}")),
+            Halt::Rounds => {
+                let rounds = self.driver.rounds.made();
+                let s = if rounds == 1 { "" } else { "s" };
+                (Why::Loops, format!("the program has made {rounds} round{s}"))
+            }
+            Halt::Waiting if self.driver.rounds.last().is_none() && waiting.is_none() => {
+                (Why::Waits, "the START button did not start the program".to_owned())
+            }
+            Halt::Waiting => {
+                let activity = view.activity;
+                (Why::Waits, format!("{place}: {activity}, and nothing will change that"))
+            }
+            Halt::Idling => {
+                let text = format!("{place}: it goes round and round, and nothing will change that");
+                (Why::Waits, text)
+            }
+        };
+        End { line, ..End::of(why, text) }
+    }
+
+    /// A line of the stored program, as it can be found in the file.
+    fn place(&self, line: u32) -> String {
+        match self.stored.get(line as usize) {
+            Some(line) => self.report.place(line),
+            None => format!("line {line} of the program"),
+        }
+    }
+
+    fn number(&self, line: u32) -> Option<usize> {
+        self.stored.get(line as usize)?.number
+    }
+
+    fn finish(mut self, end: End, machine: &Machine) -> Result<ExitCode, Failure> {
+        let now = self.driver.now();
+        self.driver.meter.stop(now);
+        while let Some((at, news)) = self.driver.news.pop_front() {
+            self.tell(at, news);
+        }
+        let view = self.driver.device().view(now);
+        self.report.finish(&end, &view, &self.driver.meter, self.driver.rounds.made(), machine)?;
+        Ok(ExitCode::from(end.why.code()))
+    }
+}
+
+/// Whether a command goes on with a stopped motion.
+fn resumes(line: &Line) -> bool {
+    let mut bytes = line.bytes.iter().filter(|&&byte| byte != b' ');
+    matches!(
+        (bytes.next(), bytes.next(), bytes.next(), bytes.next()),
+        (Some(b'@'), Some(b'0'..=b'9'), Some(b'S' | b's'), None)
+    )
+}
+
+/// An answer's code and what it says.
+fn named(code: char) -> String {
+    let meaning = match code {
+        '1' => "a number that is unreadable or out of range",
+        '2' => "limit switch",
+        '3' => "an axis that is not configured, or not possible",
+        '4' => "no axes configured",
+        '5' => "unknown or malformed command",
+        '6' => "program memory full",
+        '7' => "wrong number of parameters",
+        '8' => "not a command that can be stored",
+        '9' => "the plant is not ready",
+        'D' => "a speed out of range",
+        'F' => "stopped by the user",
+        'G' => "invalid data field",
+        'H' => "the cover is open",
+        'R' => "a reference run is needed",
+        _ => return escape(code.to_string().as_bytes()),
+    };
+    format!("{code}: {meaning}")
+}

@@ -1,0 +1,181 @@
+//! A device in virtual time: what is due happens, and then what is due next.
+
+use std::collections::VecDeque;
+
+use bytes::Bytes;
+use vimc4::{Device, Event, Input, Kinds, Output, SignalId, Time, Warning};
+
+use super::meter::Meter;
+use super::rounds::Rounds;
+
+/// Runs a device from cause to cause and takes note of what it does.
+pub(super) struct Driver<D> {
+    device: D,
+    now: Time,
+    /// When the device wants to be woken.
+    wake: Option<Time>,
+    /// What the outside world will do, in order.
+    signals: VecDeque<(Time, SignalId, i32)>,
+    /// When to stop.
+    end: Time,
+    /// After how many rounds of a program to stop.
+    most_rounds: Option<u64>,
+    /// How many of the next bytes belong to answers that are known already.
+    answered: usize,
+    pub(super) meter: Meter,
+    pub(super) rounds: Rounds,
+    /// What happened and nobody has taken away yet.
+    pub(super) news: VecDeque<(Time, News)>,
+}
+
+/// Something to be told.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum News {
+    /// A command was answered.
+    Answer(Bytes),
+    /// A program sent something.
+    Sent(Bytes),
+    /// A line of the stored program is executed, counted from 0.
+    Line(u32),
+    /// Something was lost or assumed.
+    Warning(Warning),
+}
+
+/// Why nothing goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Halt {
+    /// The time is over.
+    Time,
+    /// The rounds are made.
+    Rounds,
+    /// The device waits for something that nobody will do.
+    Waiting,
+    /// The program goes round and round and does nothing.
+    Idling,
+}
+
+impl<D: Device> Driver<D> {
+    pub(super) fn new(mut device: D, meter: Meter, most_rounds: Option<u64>) -> Driver<D> {
+        device.watch(
+            Kinds::COMMAND
+                .and(Kinds::ANSWER)
+                .and(Kinds::MOTION)
+                .and(Kinds::PORT)
+                .and(Kinds::WARNING),
+        );
+        let mut driver = Driver {
+            now: device.now(),
+            device,
+            wake: None,
+            signals: VecDeque::new(),
+            end: Time::NEVER,
+            most_rounds,
+            answered: 0,
+            meter,
+            rounds: Rounds::default(),
+            news: VecDeque::new(),
+        };
+        driver.drain();
+        driver
+    }
+
+    pub(super) fn device(&self) -> &D {
+        &self.device
+    }
+
+    pub(super) fn now(&self) -> Time {
+        self.now
+    }
+
+    /// Stops at a time.
+    pub(super) fn stop_at(&mut self, end: Time) {
+        self.end = end;
+    }
+
+    /// Sets a signal at a time, after what else is set then.
+    pub(super) fn schedule(&mut self, at: Time, signal: SignalId, value: i32) {
+        let place = self.signals.partition_point(|&(other, ..)| other <= at);
+        self.signals.insert(place, (at, signal, value));
+    }
+
+    /// Sends bytes now.
+    pub(super) fn send(&mut self, bytes: &[u8]) {
+        self.device.handle(Input::Bytes(bytes), self.now);
+        self.drain();
+    }
+
+    /// Lets happen what happens next.
+    pub(super) fn advance(&mut self) -> Result<(), Halt> {
+        let signal = self.signals.front().map(|&(at, ..)| at);
+        let next = match (self.wake, signal) {
+            (Some(wake), Some(signal)) => wake.min(signal),
+            (Some(next), None) | (None, Some(next)) => next,
+            (None, None) => return Err(Halt::Waiting),
+        };
+        if next > self.end {
+            self.now = self.end;
+            self.device.handle(Input::Wake, self.end);
+            self.drain();
+            return Err(Halt::Time);
+        }
+        self.now = next;
+        match self.signals.front() {
+            Some(&(at, signal, value)) if at == next => {
+                self.signals.pop_front();
+                self.rounds.something_happened();
+                self.device.handle(Input::Signal(signal, value), next);
+            }
+            _ => self.device.handle(Input::Wake, next),
+        }
+        self.drain();
+        if self.most_rounds.is_some_and(|most| self.rounds.made() >= most) {
+            return Err(Halt::Rounds);
+        }
+        if self.rounds.is_idling() && self.signals.is_empty() {
+            return Err(Halt::Idling);
+        }
+        Ok(())
+    }
+
+    /// Takes everything the device hands out.
+    fn drain(&mut self) {
+        loop {
+            match self.device.poll_output() {
+                Output::Event(at, event) => self.take(at, event),
+                Output::Bytes(at, bytes) => {
+                    let known = bytes.len().min(self.answered);
+                    self.answered -= known;
+                    if known < bytes.len() {
+                        self.rounds.something_happened();
+                        self.news.push_back((at, News::Sent(bytes.slice(known..))));
+                    }
+                }
+                Output::Flash(..) => {}
+                Output::Wake(wake) => {
+                    self.wake = wake;
+                    return;
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, at: Time, event: Event) {
+        match event {
+            Event::Answer { bytes, .. } => {
+                self.answered += bytes.len();
+                self.news.push_back((at, News::Answer(bytes)));
+            }
+            Event::Line { line, .. } => {
+                self.rounds.line(line);
+                self.news.push_back((at, News::Line(line)));
+            }
+            Event::Motion(motion) => {
+                self.rounds.something_happened();
+                self.meter.watch(at, motion);
+            }
+            Event::Port { .. } => self.rounds.something_happened(),
+            Event::Warning(warning) => self.news.push_back((at, News::Warning(warning))),
+            _ => {}
+        }
+    }
+}
