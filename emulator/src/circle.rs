@@ -105,7 +105,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         None => wanted.fitted()?,
         Some(listing) => wanted.as_listed(listing),
     };
-    if circle.steps == 0 {
+    // The listing in C has no way for some whole turns, and sends that.
+    if circle.steps == 0 && !matches!(arguments.as_manual, Some(Listing::C)) {
         return Err(Failure::usage(
             "the arc is shorter than a step; leave out --to for a whole circle, or choose angles \
              that are further apart",
@@ -400,4 +401,94 @@ fn json(arguments: &Arguments, circle: &Circle, trace: &Trace, commands: &[Strin
         "circle_error": trace.deviation,
     })
     .to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wanted(radius: f64, from: f64, to: f64) -> Wanted {
+        let turn = if to > from { Turn::Counterclockwise } else { Turn::Clockwise };
+        Wanted { radius, turn, from, sweep: (to - from).abs() }
+    }
+
+    /// Random numbers from 0 to 1, the same everywhere (splitmix64).
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
+
+    #[test]
+    fn the_end_is_the_nearest_and_the_difference_register_is_settled() {
+        let mut random = Random(1);
+        for case in 0..2_000 {
+            let radius = 1.0 + random.next() * if case % 2 == 0 { 40.0 } else { 700.0 };
+            let radius = if case % 3 == 0 { radius.round() } else { radius };
+            let from = 720.0 * (random.next() - 0.5);
+            let sweep = (1_000.0 * random.next()).max(120.0 / radius);
+            let to = if random.next() < 0.5 { from + sweep } else { from - sweep };
+            let wanted = wanted(radius, from, to);
+            let Circle { steps, start } = wanted.fitted().unwrap();
+            assert!(-start.x.abs() < start.d && start.d <= start.y.abs(), "{start:?}");
+
+            // By walking, an eighth of a turn around where the end should be.
+            let expected = radius * sweep / 45.0;
+            let end = wanted.point(to);
+            let mut state = start;
+            let (mut best, mut found) = (f64::MAX, f64::MAX);
+            for k in 0..=(expected + radius) as u64 + 12 {
+                let off = distance((state.x as f64, state.y as f64), end);
+                if (k as f64 - expected).abs() <= radius + 12.0 {
+                    best = best.min(off);
+                }
+                if k == steps {
+                    found = off;
+                }
+                state.step();
+            }
+            assert!(found <= best + 1e-9, "{found} {best}: radius {radius} from {from} to {to}");
+            assert!(found < 1.5, "{found}: radius {radius} from {from} to {to}");
+        }
+    }
+
+    #[test]
+    fn whole_circles_close() {
+        for radius in (1..80).chain([200, 12_345, 100_000]) {
+            for from in [0.0, 45.0, 90.0, 180.0, 270.0, 123.4] {
+                for to in [from + 360.0, from - 360.0] {
+                    let circle = wanted(f64::from(radius), from, to).fitted().unwrap();
+                    let radius = i64::from(radius);
+                    assert_eq!(circle.steps, 8 * radius as u64, "radius {radius} from {from}");
+                    let mut state = circle.start;
+                    (0..circle.steps).for_each(|_| state.step());
+                    assert_eq!(state, circle.start, "radius {radius} from {from}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_listings_of_the_manual() {
+        // B, D, Xs, Ys, Rx and Ry as the two programs print them, run elsewhere.
+        for (radius, from, to, pascal, c) in [
+            (200.0, 135.0, 225.0, [400, 0, -141, 141, -1, -1], [400, 0, -141, 141, -1, -1]),
+            (200.0, 90.0, 180.0, [400, 100, 0, 200, -1, -1], [400, 99, 0, 200, -1, 1]),
+            (1_000.0, 30.0, -75.0, [2_341, -183, 866, 500, 1, -1], [2_341, -183, 866, 500, 1, -1]),
+            (77.7, 200.0, 500.0, [522, -23, -73, -27, 1, -1], [522, -23, -73, -27, 1, -1]),
+        ] {
+            for (listing, expected) in [(Listing::Pascal, pascal), (Listing::C, c)] {
+                let Circle { steps, start } = wanted(radius, from, to).as_listed(listing);
+                let ArcState { x, y, d, rx, ry } = start;
+                let printed = [steps as i64, d, x, y, rx.into(), ry.into()];
+                assert_eq!(printed, expected, "radius {radius} from {from} to {to}");
+            }
+        }
+    }
 }

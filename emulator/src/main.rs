@@ -8,11 +8,14 @@ mod log;
 mod machines;
 mod models;
 mod orders;
+mod run;
 mod serve;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use failure::Failure;
 
 /// Virtual isel stepper controllers: firmware-equivalent, behind real ports.
 #[derive(Parser)]
@@ -28,6 +31,8 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 enum Command {
     /// Run controllers behind pseudo terminals, TCP and real serial ports
     Serve(serve::Arguments),
+    /// Run a command list or a stored program in virtual time
+    Run(run::Arguments),
     /// Print the commands for a circle, a part of one, or a helix
     Circle(circle::Arguments),
     /// List the built-in models, or show the profile of one
@@ -42,6 +47,8 @@ fn main() -> ExitCode {
     failure::install();
     let done = match Arguments::parse().command {
         Command::Serve(arguments) => serve::run(arguments),
+        // Its exit codes are part of what it says.
+        Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
         Command::Circle(arguments) => circle::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Machines(arguments) => machines::run(arguments),

@@ -11,19 +11,27 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4::{Controller, Device, Machine, Order, Signal, SignalId, Time, Warning, escape};
+use vimc4::{Machine, Order, Signal, Time, Warning, escape};
 
 use crate::failure::Failure;
+use contract::{Controller, Device, SignalId};
 use driver::{Driver, Halt, News};
 use meter::Meter;
 use report::{Answer, End, Report, Why};
 use script::{Kind, Line, Script};
 
+/// What drives a device, in one place.
+mod contract {
+    pub(super) use vimc4_device::{Device, Input, Output, SignalId};
+    pub(super) use vimc4_isel::Controller;
+}
+
 /// How long somebody keeps a button pressed.
 const PRESS: Duration = Duration::from_millis(100);
 
 #[derive(clap::Args)]
-#[command(long_about = "\
+#[command(
+    long_about = "\
 Run a command list or a stored program in virtual time, as fast as it goes
 
 A file whose first command begins with @ is a command list: its lines are sent one after the other,
@@ -33,12 +41,14 @@ stand between @0i and 9: it is stored and started with the START button. The fin
 Blank lines, and lines that begin with ; or #, mean nothing. Lines may end with LF, CR LF or CR.
 
 It ends with the last command or with the program; then the exit code is 0. An error reply ends it
-with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.", after_long_help = "\
+with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.",
+    after_long_help = "\
 Examples:
   vimc4 run job.txt --machine mill
   vimc4 run program.txt --model imc4-m --loops 3
   vimc4 run program.txt --input 0.3=1@2s --input 0.3=0@2.5s --press stop@5s --press start@8s
-  vimc4 circle --radius 200 | cat axes.txt - | vimc4 run -")]
+  vimc4 circle --radius 200 | cat axes.txt - | vimc4 run -"
+)]
 pub(crate) struct Arguments {
     /// The file; `-` is standard input
     file: PathBuf,
@@ -90,8 +100,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 fn device(arguments: &Arguments) -> Result<(Controller, Arc<Machine>), Failure> {
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
-    let controller =
-        Controller::new(model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
+    let controller = Controller::new(model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     Ok((controller, machine))
 }
 
@@ -254,7 +263,6 @@ impl<D: Device> Session<D> {
                     self.tell(now, news);
                     continue;
                 };
-                let answer = answer.to_vec();
                 self.remember(line, &answer);
                 let took = now - at;
                 self.report.answer(Answer { line, answer: Some(&answer), at, took, meaning });
@@ -278,7 +286,8 @@ impl<D: Device> Session<D> {
             let halted = self.driver.advance().err();
             while let Some((now, news)) = self.driver.news.pop_front() {
                 if let News::Warning(Warning::ProgramError { code, line }) = news {
-                    let text = format!("{} ended the program with {}", self.place(line), named(code));
+                    let text =
+                        format!("{} ended the program with {}", self.place(line), named(code));
                     return Err(End { line: self.number(line), ..End::of(Why::Error, text) });
                 }
                 self.tell(now, news);
@@ -356,7 +365,8 @@ impl<D: Device> Session<D> {
                 (Why::Waits, format!("{place}: {activity}, and nothing will change that"))
             }
             Halt::Idling => {
-                let text = format!("{place}: it goes round and round, and nothing will change that");
+                let text =
+                    format!("{place}: it goes round and round, and nothing will change that");
                 (Why::Waits, text)
             }
         };
@@ -382,7 +392,9 @@ impl<D: Device> Session<D> {
             self.tell(at, news);
         }
         let view = self.driver.device().view(now);
-        self.report.finish(&end, &view, &self.driver.meter, self.driver.rounds.made(), machine)?;
+        let baud = self.driver.device().baud();
+        let rounds = self.driver.rounds.made();
+        self.report.finish(&end, &view, &self.driver.meter, rounds, machine, baud)?;
         Ok(ExitCode::from(end.why.code()))
     }
 }

@@ -1,8 +1,10 @@
 //! `vimc4 serve`
 
 use std::ffi::OsString;
+use std::future::poll_fn;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::task::Poll;
 use std::time::Duration;
 
 use clap::ArgAction;
@@ -91,14 +93,16 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             "cannot write the log {path}: {error}; name a file in a folder that can be written to"
         ))
     })?;
-    let emulators = start(&arguments, &log)?;
-    announce(&arguments, &emulators);
     let runtime = runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|error| Failure::usage(format!("cannot wait for events: {error}")))?;
-    let end = runtime.block_on(async {
-        let end = attend(&emulators).await;
+    runtime.block_on(async {
+        // From here on nobody can end the program without its links being removed.
+        let endings = Endings::listen();
+        let emulators = start(&arguments, &log)?;
+        announce(&arguments, &emulators);
+        let end = attend(&emulators, endings).await;
         for emulator in &emulators {
             emulator.stop();
         }
@@ -108,12 +112,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             }
         })
         .await;
+        // With the emulators go their links, whether or not they have come to an end.
+        emulators.into_iter().for_each(Emulator::abandon);
+        log.flush();
         end
-    });
-    // With the emulators go their links, whether or not they have come to an end.
-    emulators.into_iter().for_each(Emulator::abandon);
-    log.flush();
-    end
+    })
 }
 
 /// Starts all controllers, or none: those that were started end with the error.
@@ -232,18 +235,17 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
 }
 
 /// Carries out what people type until somebody ends it.
-async fn attend(emulators: &[Emulator]) -> Result<(), Failure> {
+async fn attend(emulators: &[Emulator], mut endings: Endings) -> Result<(), Failure> {
     let signals = match emulators.first() {
         Some(emulator) => emulator.signals()?,
         None => Vec::new(),
     };
     let mut lines = orders::read();
     let mut typing = true;
-    let mut told_to_end = std::pin::pin!(told_to_end());
     let mut ended = std::pin::pin!(any_ended(emulators));
     loop {
         tokio::select! {
-            () = &mut told_to_end => return Ok(()),
+            () = endings.told() => return Ok(()),
             end = &mut ended => return end,
             line = lines.recv(), if typing => match line {
                 // The end of the input is not the end of the controllers.
@@ -262,34 +264,49 @@ async fn attend(emulators: &[Emulator]) -> Result<(), Failure> {
 /// longer be written makes it do.
 async fn any_ended(emulators: &[Emulator]) -> Result<(), Failure> {
     let mut ends: Vec<_> = emulators.iter().map(|emulator| Box::pin(emulator.ended())).collect();
-    std::future::poll_fn(|cx| {
+    poll_fn(|cx| {
         for end in &mut ends {
-            if let std::task::Poll::Ready(end) = end.as_mut().poll(cx) {
-                return std::task::Poll::Ready(end.map_err(Failure::midway));
+            if let Poll::Ready(end) = end.as_mut().poll(cx) {
+                return Poll::Ready(end.map_err(Failure::midway));
             }
         }
-        std::task::Poll::Pending
+        Poll::Pending
     })
     .await
 }
 
-/// Resolves at Ctrl-C, or when the system or a service manager asks.
+/// Ctrl-C, and the other ways in which a terminal, the system or a service manager asks for an
+/// end.
 #[cfg(unix)]
-async fn told_to_end() {
-    use tokio::signal::unix::{SignalKind, signal};
-    let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
-    let mut signals: Vec<_> = kinds.into_iter().filter_map(|kind| signal(kind).ok()).collect();
-    std::future::poll_fn(|cx| {
-        if signals.iter_mut().any(|signal| signal.poll_recv(cx).is_ready()) {
-            std::task::Poll::Ready(())
-        } else {
-            std::task::Poll::Pending
-        }
-    })
-    .await;
+struct Endings(Vec<tokio::signal::unix::Signal>);
+
+#[cfg(unix)]
+impl Endings {
+    fn listen() -> Endings {
+        use tokio::signal::unix::{SignalKind, signal};
+        let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
+        Endings(kinds.into_iter().filter_map(|kind| signal(kind).ok()).collect())
+    }
+
+    async fn told(&mut self) {
+        poll_fn(|cx| {
+            let told = self.0.iter_mut().any(|signal| signal.poll_recv(cx).is_ready());
+            if told { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
 }
 
 #[cfg(not(unix))]
-async fn told_to_end() {
-    let _ = tokio::signal::ctrl_c().await;
+struct Endings;
+
+#[cfg(not(unix))]
+impl Endings {
+    fn listen() -> Endings {
+        Endings
+    }
+
+    async fn told(&mut self) {
+        let _ = tokio::signal::ctrl_c().await;
+    }
 }

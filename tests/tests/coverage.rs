@@ -4,6 +4,7 @@
 #![expect(clippy::expect_used, clippy::panic, reason = "what cannot be read fails the test")]
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use vimc4_device::Device;
 use vimc4_isel::Model;
@@ -14,9 +15,9 @@ use vimc4_tests::workshop::{self, Workshop};
 
 #[test]
 fn every_reply_of_every_command_has_a_session() {
-    let records = records();
+    let records = &*RECORDS;
     let mut missing = Vec::new();
-    for (name, record) in &records {
+    for (name, record) in records {
         let dialect = Model::builtin(name).expect("a built-in model").command_set.dialect();
         for mode in Mode::ALL {
             for spec in table(dialect, mode) {
@@ -48,9 +49,9 @@ fn every_reply_of_every_command_has_a_session() {
 #[test]
 fn every_reply_is_one_the_table_knows() {
     let mut unknown = Vec::new();
-    for (name, record) in records() {
+    for (name, record) in &*RECORDS {
         let dialect = Model::builtin(name).expect("a built-in model").command_set.dialect();
-        for (mnemonic, code) in record.answers {
+        for &(mnemonic, code) in &record.answers {
             let specs = Mode::ALL.into_iter().flat_map(|mode| table(dialect, mode));
             let Some(spec) = specs.into_iter().find(|spec| spec.mnemonic == mnemonic) else {
                 continue; // A line that is no command, answered 5 or 8.
@@ -66,7 +67,7 @@ fn every_reply_is_one_the_table_knows() {
 #[test]
 fn every_signal_has_a_session() {
     let mut missing = Vec::new();
-    for (name, record) in records() {
+    for (name, record) in &*RECORDS {
         let model = Model::builtin(name).expect("a built-in model");
         let machine = vimc4_plant::Machine::builtin("bench").expect("a built-in machine");
         let device = vimc4_isel::Controller::new(model, machine, &[]).expect("a controller");
@@ -79,8 +80,10 @@ fn every_signal_has_a_session() {
     assert!(missing.is_empty(), "never set\n  {}", missing.join("\n  "));
 }
 
-/// What all sessions together have shown of each model. A session that fails is reported by the
-/// test that is named after it.
+/// What all sessions together have shown of each model.
+static RECORDS: LazyLock<BTreeMap<&'static str, Record>> = LazyLock::new(records);
+
+/// Plays all sessions. One that fails is reported by the test that is named after it.
 fn records() -> BTreeMap<&'static str, Record> {
     let mut records: BTreeMap<_, _> =
         MODELS.into_iter().map(|model| (model, Record::default())).collect();

@@ -22,9 +22,8 @@ use vimc4_isel_wire::{AxisSet, PortTest, Text32};
 use vimc4_plant::Machine;
 
 use crate::model::Model;
-use crate::program::{Program, StoredLine, Validity};
+use crate::program::{Program, StoredLine, Validity, read_stored};
 use crate::settings::Settings;
-use crate::storing;
 
 const MAGIC: &str = "vimc4 flash 1";
 
@@ -112,7 +111,7 @@ impl Flash {
                 match word {
                     "line" => {
                         let text = unescape(rest)?;
-                        let (command, size) = storing::read_stored(&text, program, model)?;
+                        let (command, size) = read_stored(&text, program, model)?;
                         program.push(StoredLine { command, text }, size);
                     }
                     "end" => {

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_isel_wire::{AxisSet, Command};
+use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Mode, Op, Reply, parse};
+
+use crate::model::Model;
 
 /// What a stored program is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,4 +74,42 @@ impl Program {
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
+}
+
+/// Reads a line to be stored: the command, and how much flash memory it takes.
+pub(crate) fn parse_stored(
+    text: &[u8],
+    model: &Model,
+    context: &Context<'_>,
+) -> Result<(Command, u32), (Option<Op>, Reply)> {
+    let frame = match parse(text, model.command_set.dialect(), Mode::Stored, 0) {
+        Ok(Addressed::Frame(frame)) => frame,
+        Ok(Addressed::OtherDevice) => return Err((None, Reply::NotStorable)),
+        Err(reply) => return Err((None, reply)),
+    };
+    let command = frame.decode(context).map_err(|reply| (Some(frame.op()), reply))?;
+    let parameters = u32::try_from(frame.field_count()).unwrap_or(u32::MAX);
+    let parameters = model.flash.parameter_bytes.saturating_mul(parameters);
+    let size = model.flash.command_bytes.saturating_add(parameters);
+    Ok((command, size))
+}
+
+/// Reads a line of a program from a flash image.
+pub(crate) fn read_stored(
+    text: &[u8],
+    program: &Program,
+    model: &Model,
+) -> Result<(Command, u32), String> {
+    let context = Context {
+        axes: program.axes,
+        speeds: model.limits.speed_min..=model.limits.speed_max,
+        fractions: model.quirks.fractional_numbers.fractions(),
+        ports: &model.ports,
+        bit_base_one: model.quirks.cond_bit_base == 1,
+        line: Some(program.len()),
+    };
+    parse_stored(text, model, &context).map_err(|(_, reply)| {
+        let text = text.escape_ascii();
+        format!("`{text}` cannot be stored on the model {}: {}", model.name, reply.meaning())
+    })
 }

@@ -1,11 +1,10 @@
 //! Storing a CNC data field, line by line.
 
-use vimc4_isel_wire::{Addressed, Command, Context, Mode, Op, Reply, parse, table};
+use vimc4_isel_wire::{Command, Mode, Op, Reply, table};
 
 use crate::Controller;
 use crate::flash::{INVALID_LINE, end_line, line_line};
-use crate::model::Model;
-use crate::program::{Program, StoredLine, Validity};
+use crate::program::{Program, StoredLine, Validity, parse_stored};
 
 impl Controller {
     /// `i`: what follows is stored.
@@ -90,42 +89,4 @@ impl Controller {
         let specs = table(self.state.model.command_set.dialect(), mode);
         specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
     }
-}
-
-/// Reads a line to be stored: the command, and how much flash memory it takes.
-pub(crate) fn parse_stored(
-    text: &[u8],
-    model: &Model,
-    context: &Context<'_>,
-) -> Result<(Command, u32), (Option<Op>, Reply)> {
-    let frame = match parse(text, model.command_set.dialect(), Mode::Stored, 0) {
-        Ok(Addressed::Frame(frame)) => frame,
-        Ok(Addressed::OtherDevice) => return Err((None, Reply::NotStorable)),
-        Err(reply) => return Err((None, reply)),
-    };
-    let command = frame.decode(context).map_err(|reply| (Some(frame.op()), reply))?;
-    let parameters = u32::try_from(frame.field_count()).unwrap_or(u32::MAX);
-    let parameters = model.flash.parameter_bytes.saturating_mul(parameters);
-    let size = model.flash.command_bytes.saturating_add(parameters);
-    Ok((command, size))
-}
-
-/// Reads a line of a program from a flash image.
-pub(crate) fn read_stored(
-    text: &[u8],
-    program: &Program,
-    model: &Model,
-) -> Result<(Command, u32), String> {
-    let context = Context {
-        axes: program.axes,
-        speeds: model.limits.speed_min..=model.limits.speed_max,
-        fractions: model.quirks.fractional_numbers.fractions(),
-        ports: &model.ports,
-        bit_base_one: model.quirks.cond_bit_base == 1,
-        line: Some(program.len()),
-    };
-    parse_stored(text, model, &context).map_err(|(_, reply)| {
-        let text = text.escape_ascii();
-        format!("`{text}` cannot be stored on the model {}: {}", model.name, reply.meaning())
-    })
 }

@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use bytes::Bytes;
-use vimc4::{Device, Event, Input, Kinds, Output, SignalId, Time, Warning};
+use vimc4::{Event, Kinds, Time, Warning};
 
+use super::contract::{Device, Input, Output, SignalId};
 use super::meter::Meter;
 use super::rounds::Rounds;
 
@@ -29,12 +29,12 @@ pub(super) struct Driver<D> {
 }
 
 /// Something to be told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) enum News {
     /// A command was answered.
-    Answer(Bytes),
+    Answer(Vec<u8>),
     /// A program sent something.
-    Sent(Bytes),
+    Sent(Vec<u8>),
     /// A line of the stored program is executed, counted from 0.
     Line(u32),
     /// Something was lost or assumed.
@@ -104,7 +104,7 @@ impl<D: Device> Driver<D> {
         self.drain();
     }
 
-    /// Lets happen what happens next.
+    /// Lets happen what happens next: a signal, or what the device does by itself.
     pub(super) fn advance(&mut self) -> Result<(), Halt> {
         let signal = self.signals.front().map(|&(at, ..)| at);
         let next = match (self.wake, signal) {
@@ -122,7 +122,7 @@ impl<D: Device> Driver<D> {
         match self.signals.front() {
             Some(&(at, signal, value)) if at == next => {
                 self.signals.pop_front();
-                self.rounds.something_happened();
+                self.rounds.disturbed();
                 self.device.handle(Input::Signal(signal, value), next);
             }
             _ => self.device.handle(Input::Wake, next),
@@ -147,7 +147,7 @@ impl<D: Device> Driver<D> {
                     self.answered -= known;
                     if known < bytes.len() {
                         self.rounds.something_happened();
-                        self.news.push_back((at, News::Sent(bytes.slice(known..))));
+                        self.news.push_back((at, News::Sent(bytes[known..].to_vec())));
                     }
                 }
                 Output::Flash(..) => {}
@@ -163,7 +163,7 @@ impl<D: Device> Driver<D> {
         match event {
             Event::Answer { bytes, .. } => {
                 self.answered += bytes.len();
-                self.news.push_back((at, News::Answer(bytes)));
+                self.news.push_back((at, News::Answer(bytes.to_vec())));
             }
             Event::Line { line, .. } => {
                 self.rounds.line(line);

@@ -102,7 +102,10 @@ fn length(path: &Path, scale: &[f64; 4], from: u64, to: u64) -> f64 {
     let middle = u64::midpoint(from, to);
     let [start, half, end] = [from, middle, to].map(|step| path.at(step));
     let chords = |scale| {
-        (distance(&start, &end, scale), distance(&start, &half, scale) + distance(&half, &end, scale))
+        (
+            distance(&start, &end, scale),
+            distance(&start, &half, scale) + distance(&half, &end, scale),
+        )
     };
     let (one, two) = chords(&[1.0; 4]);
     // The places of whole turns coincide, which looks straight, but is no way at all.
@@ -117,4 +120,56 @@ fn length(path: &Path, scale: &[f64; 4], from: u64, to: u64) -> f64 {
 fn distance(a: &Point, b: &Point, scale: &[f64; 4]) -> f64 {
     let squares = (0..4).map(|axis| ((b[axis] - a[axis]) as f64 * scale[axis]).powi(2));
     squares.sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use vimc4_motion::{Arc, CircleFit, Helix, Line, Turn};
+
+    use super::*;
+
+    /// What a path of whole steps measures with a hundredth of a mm a step.
+    fn measured(path: &Path) -> ([u64; 4], f64) {
+        let mut meter = Meter { scale: [0.01, 0.01, 0.01, 0.0], ..Meter::default() };
+        meter.add(path, path.length());
+        (meter.steps, meter.path_mm)
+    }
+
+    fn circle(radius: i64, steps: u64) -> Arc {
+        let start = CircleFit::new(radius, 0, radius * radius, Turn::Counterclockwise).unwrap();
+        Arc::new(0, 1, steps, start.start())
+    }
+
+    #[test]
+    fn a_line_is_as_long_as_its_axes_say() {
+        let (steps, length) = measured(&Path::Line(Line::new([300, -400, 1_200, 7])));
+        assert_eq!(steps, [300, 400, 1_200, 7]);
+        assert!((length - 13.0).abs() < 1e-9, "{length}");
+        assert_eq!(measured(&Path::Line(Line::new([0, 0, 0, 500]))), ([0, 0, 0, 500], 0.0));
+        assert_eq!(measured(&Path::Line(Line::new([0; 4]))), ([0; 4], 0.0));
+    }
+
+    #[test]
+    fn circles_are_as_long_as_their_curves() {
+        // Radius, turns in quarters, and how exact it is: small circles are ragged.
+        for (radius, quarters, exact) in
+            [(10, 4, 0.05), (100, 1, 0.01), (400, 4, 0.002), (400, 40, 0.002), (50_000, 3, 1e-5)]
+        {
+            let (steps, length) =
+                measured(&Path::Arc(circle(radius, 2 * radius as u64 * quarters)));
+            assert_eq!(steps, [radius as u64 * quarters, radius as u64 * quarters, 0, 0]);
+            let curve = 0.01 * TAU * radius as f64 * quarters as f64 / 4.0;
+            assert!((length / curve - 1.0).abs() < exact, "{length} for {curve}");
+        }
+    }
+
+    #[test]
+    fn a_helix_is_longer_than_its_circle() {
+        let (steps, length) = measured(&Path::Helix(Helix::new(circle(2_000, 32_000), 2, -6_000)));
+        assert_eq!(steps, [16_000, 16_000, 6_000, 0]);
+        let curve = (2.0 * TAU * 20.0).hypot(60.0);
+        assert!((length / curve - 1.0).abs() < 1e-3, "{length} for {curve}");
+    }
 }

@@ -42,9 +42,14 @@ impl Rounds {
         *self = Rounds { counted: counted.map(|(line, _)| line).collect(), ..Rounds::default() };
     }
 
-    /// Something moved, was switched or sent, or somebody did something.
+    /// Something moved, was switched or sent.
     pub(super) fn something_happened(&mut self) {
         self.happened.outside += 1;
+        self.in_vain = 0;
+    }
+
+    /// Somebody did something, which may change the course of the program.
+    pub(super) fn disturbed(&mut self) {
         self.in_vain = 0;
     }
 
@@ -152,8 +157,8 @@ mod tests {
         }
         rounds.line(1);
         assert!(rounds.is_idling());
-        assert_eq!(rounds.made(), 0);
-        rounds.something_happened();
+        rounds.disturbed();
         assert!(!rounds.is_idling());
+        assert_eq!(rounds.made(), 0);
     }
 }

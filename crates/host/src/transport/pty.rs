@@ -149,23 +149,39 @@ impl Transport for Pty {
     }
 
     fn poll_send(&mut self, cx: &mut Context<'_>) {
-        let Pty { near, outbox, .. } = self;
-        let _ = outbox.flush(|bytes| match Pin::new(&mut *near).poll_write(cx, bytes) {
-            Poll::Ready(written) => written,
-            Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
-        });
+        while !self.outbox.is_empty() {
+            self.look(None);
+            let Pty { near, outbox, watch, seen, .. } = self;
+            let mut write = |bytes: &[u8]| match Pin::new(&mut *near).poll_write(cx, bytes) {
+                Poll::Ready(written) => written,
+                Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
+            };
+            if watch.write_if(*seen, || outbox.flush(&mut write)).is_some() {
+                return;
+            }
+        }
     }
 
     fn send(&mut self, bytes: &[u8]) -> Sent {
-        self.look(None);
-        if !self.seen.open {
-            return Sent::Nobody;
-        }
-        let Pty { near, outbox, .. } = self;
-        match outbox.send(bytes, |bytes| near.try_write(bytes)) {
-            Ok(0) => Sent::Accepted,
-            Ok(lost) => Sent::Lost(lost),
-            Err(_) => Sent::Nobody,
+        loop {
+            let was_open = self.seen.open;
+            self.look(None);
+            if was_open && !self.seen.open {
+                // Who asked may have closed one of two descriptors only.
+                self.watch.doubt();
+                self.look(None);
+            }
+            if !self.seen.open {
+                return Sent::Nobody;
+            }
+            let Pty { near, outbox, watch, seen, .. } = self;
+            match watch.write_if(*seen, || outbox.send(bytes, |bytes| near.try_write(bytes))) {
+                Some(Ok(0)) => return Sent::Accepted,
+                Some(Ok(lost)) => return Sent::Lost(lost),
+                Some(Err(_)) => return Sent::Nobody,
+                // Somebody came or went in between.
+                None => {}
+            }
         }
     }
 }

@@ -47,12 +47,18 @@ struct Watcher {
     terminals: Mutex<BTreeMap<i32, Terminal>>,
 }
 
+type Identity = (u64, u64);
+
 #[derive(Debug)]
 struct Terminal {
     /// Our own descriptor of the client's end.
     kept: OwnedFd,
+    /// Device and inode, by which its other descriptors are found.
+    identity: Identity,
     opens: u32,
     closings: u64,
+    /// How many events there were.
+    events: u64,
     waker: Option<Waker>,
 }
 
@@ -64,7 +70,11 @@ impl Watch {
             let mut terminals = watcher.terminals();
             let flags = WatchFlags::OPEN | WatchFlags::CLOSE;
             let number = inotify::add_watch(&watcher.inotify, path, flags)?;
-            terminals.insert(number, Terminal { kept, opens: 0, closings: 0, waker: None });
+            let file = rustix::fs::fstat(&kept)?;
+            let identity = (file.st_dev, file.st_ino);
+            let terminal =
+                Terminal { kept, identity, opens: 0, closings: 0, events: 0, waker: None };
+            terminals.insert(number, terminal);
             number
         };
         Ok(Watch { watcher, number })
@@ -84,17 +94,38 @@ impl Watch {
         Seen { open: terminal.opens > 0, closings: terminal.closings }
     }
 
-    /// A byte arrived although nobody seems to have the terminal open. Either its writer has
-    /// closed already, or an opening was merged into another one.
-    pub(super) fn doubt(&self) {
+    /// Writes to the terminal if what was `seen` still holds. Whoever closes it from now on is
+    /// noticed only after the writing, and then what was written is flushed: it cannot slip
+    /// through to the next client.
+    pub(super) fn write_if<T>(&self, seen: Seen, write: impl FnOnce() -> T) -> Option<T> {
         let mut terminals = self.watcher.terminals();
         self.watcher.drain(&mut terminals);
-        if let Some(terminal) = terminals.get_mut(&self.number)
-            && terminal.opens == 0
-            && holders(&terminal.kept).seen
-        {
-            terminal.opens = 1;
+        let terminal = terminals.get(&self.number)?;
+        (seen == Seen { open: terminal.opens > 0, closings: terminal.closings }).then(write)
+    }
+
+    /// Nobody seems to have the terminal open, and yet a byte arrives or an answer is due.
+    /// Either the client has closed already, or an opening was merged into another one.
+    pub(super) fn doubt(&self) {
+        let before = self.closed_since();
+        // Looking at all processes takes its time; nobody else waits for it.
+        let Some((identity, events)) = before else { return };
+        if holders(identity).seen && self.closed_since() == before {
+            let mut terminals = self.watcher.terminals();
+            if let Some(terminal) = terminals.get_mut(&self.number)
+                && terminal.events == events
+            {
+                terminal.opens = 1;
+            }
         }
+    }
+
+    /// The terminal and how many events it has had, if it counts as closed.
+    fn closed_since(&self) -> Option<(Identity, u64)> {
+        let mut terminals = self.watcher.terminals();
+        self.watcher.drain(&mut terminals);
+        let terminal = terminals.get(&self.number)?;
+        (terminal.opens == 0).then_some((terminal.identity, terminal.events))
     }
 }
 
@@ -146,6 +177,7 @@ impl Watcher {
         let mut closed = Vec::new();
         while let Ok(event) = events.next() {
             let Some(terminal) = terminals.get_mut(&event.wd()) else { continue };
+            terminal.events += 1;
             if event.events().contains(ReadFlags::OPEN) {
                 terminal.opens += 1;
             }
@@ -181,7 +213,7 @@ impl Terminal {
 
     /// One of several clients has left, or several closings were merged and nobody is there.
     fn recount(&mut self) {
-        let holders = holders(&self.kept);
+        let holders = holders(self.identity);
         if holders.seen {
             return;
         }
@@ -204,9 +236,8 @@ struct Holders {
 }
 
 /// Looks through the open files of all processes.
-fn holders(kept: &OwnedFd) -> Holders {
+fn holders(wanted: Identity) -> Holders {
     let mut holders = Holders { seen: false, all_looked_at: true };
-    let Ok(wanted) = rustix::fs::fstat(kept) else { return holders };
     let Ok(processes) = fs::read_dir("/proc") else {
         holders.all_looked_at = false;
         return holders;
@@ -228,7 +259,7 @@ fn holders(kept: &OwnedFd) -> Holders {
         };
         for file in files.flatten() {
             if let Ok(file) = fs::metadata(file.path())
-                && (file.dev(), file.ino()) == (wanted.st_dev, wanted.st_ino)
+                && (file.dev(), file.ino()) == wanted
             {
                 found += 1;
             }

@@ -29,5 +29,9 @@ impl Watch {
         Seen { open: true, closings: 0 }
     }
 
+    pub(super) fn write_if<T>(&self, _seen: Seen, write: impl FnOnce() -> T) -> Option<T> {
+        Some(write())
+    }
+
     pub(super) fn doubt(&self) {}
 }

@@ -191,7 +191,7 @@ fn a_client_that_never_reads_stops_nobody() {
     diary.wait_for("a loss", |report| matches!(report, Report::News(_, News::Lost { .. })));
     // It may begin to read at any time, and what is whole arrives whole.
     let kept = read(&lazy, 300_000, 300);
-    assert!(kept.len() >= 60_000 && kept.len() % 30_000 == 0, "{}", kept.len());
+    assert!(kept.len() >= 60_000 && kept.len().is_multiple_of(30_000), "{}", kept.len());
     assert_eq!(ask(&lazy, "ehello\r", 5), "hello");
     // And when it leaves instead, the next one starts afresh.
     for _ in 0..10 {

@@ -1,0 +1,236 @@
+//! The façade as a test of host software uses it.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use vimc4::{
+    Builder, Button, Clock, Condition, ControlError, Emulator, Error, Event, MemoryPort, Time,
+};
+
+fn manual(model: &str) -> Builder {
+    Emulator::builder().model(model).time(Clock::Manual)
+}
+
+fn send(port: &mut MemoryPort, line: &str) {
+    port.write_all(line.as_bytes()).unwrap();
+}
+
+/// What has been answered so far.
+fn answers(emu: &Emulator, port: &mut MemoryPort) -> String {
+    emu.now().unwrap();
+    String::from_utf8(port.drain()).unwrap()
+}
+
+#[test]
+fn a_stopped_move_goes_on() {
+    let emu = manual("imc4").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@01\r@0A5000,10000\r");
+    emu.advance(Duration::from_millis(50)).unwrap();
+    emu.press(Button::Stop).unwrap();
+    assert_eq!(emu.run_until_idle().unwrap(), Time::from_millis(100));
+    assert_eq!(emu.position().unwrap(), [280, 0, 0, 0]);
+    assert_eq!(answers(&emu, &mut port), "0F");
+    send(&mut port, "@0S\r");
+    emu.run_until(&Condition::AxisAt { axis: 0, position: 2_500 }).unwrap();
+    assert_eq!(emu.position().unwrap(), [2_500, 0, 0, 0]);
+    emu.run_until_idle().unwrap();
+    assert_eq!(emu.position().unwrap(), [5_000, 0, 0, 0]);
+    assert_eq!(answers(&emu, &mut port), "0");
+}
+
+#[test]
+fn what_never_happens_is_said_and_no_time_is_spent_on_it() {
+    let emu = manual("imc4").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@01\r@0A100,900\r");
+    let never = emu.run_until(&Condition::AxisAt { axis: 0, position: 101 });
+    assert!(matches!(never, Err(Error::Control(ControlError::Never))));
+    assert_eq!(emu.now().unwrap(), Time::ZERO);
+}
+
+#[test]
+fn the_panel_and_the_power_are_in_the_hands_of_the_test() {
+    let emu = manual("imc4").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    emu.press("estop").unwrap();
+    send(&mut port, "@01\r@0A100,900\r");
+    assert_eq!(answers(&emu, &mut port), "09");
+    emu.release("estop").unwrap();
+    emu.press("on").unwrap();
+    emu.turn("cover", "open").unwrap();
+    send(&mut port, "@01\r@0A100,900\r");
+    assert_eq!(answers(&emu, &mut port), "0H");
+    emu.turn("key", "test").unwrap();
+    send(&mut port, "@0A100,900\r");
+    emu.run_until_idle().unwrap();
+    assert_eq!(answers(&emu, &mut port), "0");
+    emu.power(false).unwrap();
+    send(&mut port, "@0P\r");
+    assert_eq!(answers(&emu, &mut port), "");
+    emu.power(true).unwrap();
+    send(&mut port, "@0P\r");
+    emu.run_until_idle().unwrap();
+    assert_eq!(answers(&emu, &mut port), "0000000000000000000");
+    let wrong = emu.press("stpo").unwrap_err().to_string();
+    assert!(wrong.contains("there is no button `stpo`; there are start, stop"), "{wrong}");
+}
+
+#[test]
+fn what_the_host_sent_is_told_decoded() {
+    let emu = manual("imc-s8").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@07\r@0A5000,900,0,900,0,900,0,900\r");
+    let commands = emu.commands().unwrap();
+    assert_eq!(commands.len(), 2);
+    assert_eq!(commands[1].mnemonic, "@A");
+    assert_eq!(&commands[1].bytes[..], b"@0A5000,900,0,900,0,900,0,900");
+    assert!(commands[1].text.contains("relative move X +5,000"), "{}", commands[1].text);
+    let events = emu.events().unwrap();
+    assert!(events.iter().any(|(_, event)| matches!(event, Event::Motion(_))));
+    emu.forget().unwrap();
+    assert!(emu.commands().unwrap().is_empty() && emu.events().unwrap().is_empty());
+}
+
+#[test]
+fn a_snapshot_is_returned_to() {
+    let emu = manual("imc4").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@01\r@0A5000,10000\r");
+    emu.advance(Duration::from_millis(50)).unwrap();
+    let snapshot = emu.snapshot().unwrap();
+    let first = emu.run_until_idle().unwrap();
+    emu.restore(&snapshot).unwrap();
+    assert_eq!(emu.snapshot().unwrap(), snapshot);
+    assert_eq!(emu.run_until_idle().unwrap(), first);
+    assert_eq!(emu.position().unwrap(), [5_000, 0, 0, 0]);
+    // Another emulator goes on from there too.
+    let other = manual("imc4").start().unwrap();
+    other.restore(&snapshot).unwrap();
+    assert_eq!(other.run_until_idle().unwrap(), first);
+}
+
+#[test]
+fn a_stored_program_survives_in_its_file_and_is_erased_at_the_panel() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flash");
+    let start = || manual("imc4").flash(&file).start().unwrap();
+    {
+        let emu = start();
+        let mut port = emu.connect().unwrap();
+        send(&mut port, "@01\r@0i\r0100,900\r9\r");
+        emu.run_until_idle().unwrap();
+        assert_eq!(answers(&emu, &mut port), "0000");
+        let wrong = manual("imc4").flash(&file).start().unwrap_err();
+        assert!(wrong.to_string().contains("in use by another emulator"), "{wrong}");
+    }
+    let emu = start();
+    emu.press(Button::Start).unwrap();
+    emu.run_until_idle().unwrap();
+    assert_eq!(emu.position().unwrap(), [100, 0, 0, 0]);
+    emu.erase().unwrap();
+    emu.run_until_idle().unwrap();
+    drop(emu);
+    let emu = start();
+    assert!(emu.view().unwrap().program.is_none());
+    drop(emu);
+    // What is no flash file is left alone.
+    fs::write(&file, "vimc4 flash 1\nnonsense\n").unwrap();
+    let wrong = manual("imc4").flash(&file).start().unwrap_err();
+    assert!(matches!(wrong, Error::Flash { .. }));
+    assert!(wrong.to_string().contains("line 2"), "{wrong}");
+    assert_eq!(fs::read_to_string(&file).unwrap(), "vimc4 flash 1\nnonsense\n");
+}
+
+#[test]
+fn only_a_panel_that_can_erases() {
+    let emu = manual("imc-s8").start().unwrap();
+    assert!(matches!(emu.erase(), Err(Error::NoPanelErase)));
+}
+
+#[test]
+fn with_pacing_a_reply_takes_its_time_on_the_line() {
+    let emu = manual("imc4").line_pacing(true).start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@01\r");
+    // Four characters there and one back, at 19,200 baud.
+    let idle = emu.run_until_idle().unwrap().as_nanos();
+    assert!((2_604_166..2_604_176).contains(&idle), "{idle}");
+    assert_eq!(answers(&emu, &mut port), "0");
+}
+
+#[test]
+fn instant_jobs_take_no_time_over_tcp() {
+    let emu = Emulator::builder().time(Clock::Instant).tcp("localhost:0").start().unwrap();
+    let mut port = TcpStream::connect(emu.tcp_addr().unwrap()).unwrap();
+    port.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    let mut ask = |line: &str| {
+        port.write_all(line.as_bytes()).unwrap();
+        let mut answer = [0];
+        port.read_exact(&mut answer).unwrap();
+        char::from(answer[0])
+    };
+    assert_eq!(ask("@01\r"), '0');
+    for _ in 0..100 {
+        assert_eq!(ask("@0A8000000,10000\r"), '0');
+        assert_eq!(ask("@0A-8000000,10000\r"), '0');
+    }
+    // Two days' work.
+    assert!(emu.now().unwrap() > Time::from_secs(100_000));
+    assert_eq!(emu.position().unwrap(), [0, 0, 0, 0]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_lives_as_long_as_its_emulator() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("port");
+    let emu = Emulator::builder().pty(link.as_path()).start().unwrap();
+    assert_eq!(emu.port(), Some(link.as_path()));
+    assert!(fs::read_link(&link).unwrap().starts_with("/dev/pts"));
+    drop(emu);
+    assert!(!link.is_symlink());
+    // Somebody's own file is left alone, and nothing else is made.
+    fs::write(&link, "precious").unwrap();
+    let flash = folder.path().join("flash");
+    let wrong = Emulator::builder().pty(link.as_path()).flash(&flash).start().unwrap_err();
+    assert!(matches!(wrong, Error::Link(_)), "{wrong}");
+    assert_eq!(fs::read_to_string(&link).unwrap(), "precious");
+    assert!(!flash.exists());
+}
+
+#[test]
+fn what_is_wrong_is_said_with_the_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let message = |builder: Builder| builder.start().unwrap_err().to_string();
+    assert!(message(manual("imc5")).contains("built in are imc4, imc4-m"));
+    assert!(message(manual("imc4").machine("none.toml")).contains("none.toml"));
+    assert!(message(manual("imc4").tcp("nonsense")).contains("write host:port"));
+    let profile = folder.path().join("mine.toml");
+    let text = vimc4::machine_profile("mill").unwrap().replacen("[axes.x]", "[axes.x]\nfoo = 1", 1);
+    let line = text.lines().position(|line| line == "foo = 1").unwrap() + 1;
+    fs::write(&profile, text).unwrap();
+    let wrong = message(manual("imc4").machine(profile.to_str().unwrap()));
+    assert!(wrong.contains(&format!("line {line}")) && wrong.contains("foo"), "{wrong}");
+    let taken = manual("imc4").tcp("127.0.0.1:0").start().unwrap();
+    let address = taken.tcp_addr().unwrap().to_string();
+    assert!(message(manual("imc4").tcp(address)).contains("is taken"));
+}
+
+#[test]
+fn profiles_of_ones_own_are_read_from_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (model, machine) = (folder.path().join("model.toml"), folder.path().join("machine.toml"));
+    fs::write(&model, vimc4::model_profile("imc4").unwrap()).unwrap();
+    fs::write(&machine, vimc4::machine_profile("mill").unwrap()).unwrap();
+    let emu = manual(model.to_str().unwrap()).machine(machine.to_str().unwrap()).start().unwrap();
+    assert_eq!(emu.model().name, "imc4");
+    let mut port = emu.connect().unwrap();
+    // A machine with ends: the reference run ends at a switch.
+    send(&mut port, "@07\r@0R7\r");
+    emu.run_until_idle().unwrap();
+    assert_eq!(answers(&emu, &mut port), "00");
+}

@@ -1,0 +1,357 @@
+//! What a run says, line by line as it goes, or as one line of JSON at its end.
+
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+use serde_json::{Map, Value, json};
+use vimc4::{Machine, Time, View, Warning, escape};
+
+use super::Arguments;
+use super::meter::{Meter, units};
+use super::script::{Kind, Line, Script};
+use crate::failure::Failure;
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Why {
+    /// Everything was done.
+    Done,
+    /// An error reply, or a program that ended with an error.
+    Error,
+    /// The time was over.
+    Time,
+    /// The rounds were made.
+    Loops,
+    /// Nothing would ever have gone on.
+    Waits,
+}
+
+impl Why {
+    /// The exit code.
+    pub(super) fn code(self) -> u8 {
+        match self {
+            Why::Done => 0,
+            Why::Error => 1,
+            Why::Time | Why::Loops | Why::Waits => 3,
+        }
+    }
+
+    /// For scripts.
+    fn word(self) -> &'static str {
+        match self {
+            Why::Done => "done",
+            Why::Error => "error",
+            Why::Time => "for",
+            Why::Loops => "loops",
+            Why::Waits => "waits",
+        }
+    }
+}
+
+/// The end of a run.
+#[derive(Debug)]
+pub(super) struct End {
+    pub(super) why: Why,
+    pub(super) text: String,
+    /// The line of the file where it ended.
+    pub(super) line: Option<usize>,
+}
+
+impl End {
+    pub(super) fn of(why: Why, text: impl Into<String>) -> End {
+        End { why, text: text.into(), line: None }
+    }
+}
+
+/// A command and what became of it.
+pub(super) struct Answer<'a> {
+    pub(super) line: &'a Line,
+    /// `None` if nothing was answered.
+    pub(super) answer: Option<&'a [u8]>,
+    /// When it was sent.
+    pub(super) at: Time,
+    pub(super) took: Duration,
+    /// What people call it.
+    pub(super) meaning: String,
+}
+
+/// Tells a person, or collects for a script.
+pub(super) struct Report {
+    file: String,
+    kind: Kind,
+    json: bool,
+    verbose: bool,
+    out: BufWriter<io::Stdout>,
+    /// Whether everything could be written.
+    written: io::Result<()>,
+    progress: Progress,
+    /// When time began to count.
+    began: Time,
+    answers: Vec<Value>,
+    warnings: Vec<Value>,
+    /// Characters to and from the controller.
+    characters: u64,
+}
+
+impl Report {
+    pub(super) fn new(arguments: &Arguments, script: &Script) -> Report {
+        // Lines that run by are progress enough.
+        let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
+        Report {
+            file: arguments.file.display().to_string(),
+            kind: script.kind,
+            json: arguments.json,
+            verbose: arguments.verbose,
+            out: BufWriter::new(io::stdout()),
+            written: Ok(()),
+            progress: Progress::new(quiet || !io::stdout().is_terminal()),
+            began: Time::ZERO,
+            answers: Vec::new(),
+            warnings: Vec::new(),
+            characters: 0,
+        }
+    }
+
+    /// Lets time count from now on.
+    pub(super) fn begin(&mut self, now: Time) {
+        self.began = now;
+    }
+
+    /// A line, as it can be found in the file.
+    pub(super) fn place(&self, line: &Line) -> String {
+        let text = line.text();
+        match line.number {
+            Some(number) => format!("{}, line {number} (`{text}`)", self.file),
+            None => format!("`{text}`"),
+        }
+    }
+
+    /// A command was answered, or was not.
+    pub(super) fn answer(&mut self, answer: Answer<'_>) {
+        let Answer { line, answer, at, took, meaning } = answer;
+        let sent = line.bytes.len() + 1 + answer.map_or(0, <[u8]>::len);
+        self.characters += sent as u64;
+        if self.json {
+            self.answers.push(json!({
+                "line": line.number,
+                "command": line.text(),
+                "answer": answer.map(escape),
+                "at_ns": at.nanos_since(self.began),
+                "took_ns": nanos(took),
+            }));
+            return;
+        }
+        if self.kind == Kind::DataField && !self.verbose && answer == Some(b"0") {
+            return;
+        }
+        let number = line.number.map(|number| number.to_string()).unwrap_or_default();
+        let text = answer.map_or_else(|| "(no answer)".to_owned(), escape);
+        let mut said = format!("{number:>6}  {:<32}  {text}", line.text());
+        if !took.is_zero() {
+            said += &format!("  after {}", seconds(took));
+        }
+        if self.verbose {
+            said += &format!("  ({meaning})");
+        }
+        self.say(&said);
+    }
+
+    /// A data field was stored.
+    pub(super) fn stored(&mut self, lines: usize) {
+        if !self.json {
+            self.say(&format!("stored {} lines, started with START", grouped(lines as i64)));
+        }
+    }
+
+    /// A line of the stored program is executed.
+    pub(super) fn line(&mut self, at: Time, line: Option<&Line>, number: u32) {
+        if self.verbose && !self.json {
+            let place = line.and_then(|line| line.number);
+            let place = place.map_or_else(|| format!("#{number}"), |number| number.to_string());
+            let text = line.map(Line::text).unwrap_or_default();
+            let at = seconds(at - self.began);
+            self.say(&format!("{place:>6}  {text:<32}  at {at}"));
+        }
+    }
+
+    /// A program sent something.
+    pub(super) fn sent(&mut self, at: Time, bytes: &[u8]) {
+        self.characters += bytes.len() as u64;
+        let (text, after) = (escape(bytes), at - self.began);
+        if self.json {
+            self.answers.push(json!({ "sent": text, "at_ns": nanos(after) }));
+        } else {
+            self.say(&format!("        the program sends {text} at {}", seconds(after)));
+        }
+    }
+
+    /// Something was lost or assumed.
+    pub(super) fn warning(&mut self, at: Time, warning: &Warning) {
+        if self.json {
+            self.warnings.push(serde_json::to_value(warning).unwrap_or_default());
+            return;
+        }
+        let text = match warning {
+            Warning::NoEffect { what } => format!("no effect: {what}"),
+            Warning::StepsLost { axis, steps } => {
+                let axis = ["X", "Y", "Z", "A"].get(usize::from(*axis)).copied().unwrap_or("?");
+                format!("the {axis} carriage lost {} steps", grouped(*steps))
+            }
+            Warning::ProgramError { code, line } => {
+                format!("line {line} of the stored program ended it with {code}")
+            }
+            other => format!("{other:?}"),
+        };
+        self.say(&format!("        warning: {text} at {}", seconds(at - self.began)));
+    }
+
+    /// Time has passed.
+    pub(super) fn progress(&mut self, now: Time) {
+        self.progress.tick(|| format!("{} of virtual time", seconds(now - self.began)));
+    }
+
+    /// Says how it ended.
+    pub(super) fn finish(
+        mut self,
+        end: &End,
+        view: &View,
+        meter: &Meter,
+        rounds: u64,
+        machine: &Machine,
+        baud: u32,
+    ) -> Result<(), Failure> {
+        self.progress.clear();
+        let time = view.at - self.began;
+        let axes = || {
+            let all = view.axes.iter().zip(&meter.steps).zip(units(machine));
+            all.filter(|((axis, steps), _)| axis.configured || axis.position != 0 || **steps != 0)
+        };
+        if self.json {
+            let mut shown = Map::new();
+            for ((axis, steps), unit) in axes() {
+                let value = json!({
+                    "position": axis.position,
+                    "travelled": steps,
+                    "unit": unit.name,
+                    "unit_per_step": unit.per_step,
+                });
+                shown.insert(axis.name.clone(), value);
+            }
+            let summary = json!({
+                "ended": end.why.word(),
+                "text": end.text,
+                "line": end.line,
+                "time_ns": nanos(time),
+                "rounds": rounds,
+                "axes": shown,
+                "path_mm": meter.path_mm,
+                "answers": self.answers,
+                "warnings": self.warnings,
+            });
+            self.say(&summary.to_string());
+        } else {
+            let mut table = format!("\n{:<10}{:>14}{:>32}\n", "axis", "position", "travelled");
+            for ((axis, steps), unit) in axes() {
+                let length = |steps: f64| format!("{:.3} {:<2}", steps * unit.per_step, unit.name);
+                table += &format!(
+                    "{:<10}{:>14}{:>18}{:>14}{:>18}\n",
+                    axis.name,
+                    grouped(axis.position),
+                    length(axis.position as f64),
+                    grouped(i64::try_from(*steps).unwrap_or(i64::MAX)),
+                    length(*steps as f64),
+                );
+            }
+            self.say(table.trim_end_matches('\n'));
+            self.say(&format!("path      {:.3} mm", meter.path_mm));
+            if rounds > 0 {
+                self.say(&format!("rounds    {rounds}"));
+            }
+            let mut line = format!("time      {}", seconds(time));
+            if self.kind == Kind::Commands {
+                let characters = self.characters;
+                let nanos = characters.saturating_mul(10_000_000_000) / u64::from(baud.max(1));
+                line += &format!(
+                    ", and {} on the line for {} characters at {baud} baud",
+                    seconds(Duration::from_nanos(nanos)),
+                    grouped(i64::try_from(characters).unwrap_or(i64::MAX)),
+                );
+            }
+            self.say(&line);
+            self.say(&format!("ended     {}", end.text));
+            if end.why == Why::Waits {
+                self.say("          give it what it waits for, as in --input 0.2=1@2s or --press start@5s");
+            }
+        }
+        let written = self.written.and_then(|()| self.out.flush());
+        written.map_err(|error| Failure::midway(format!("cannot write the output: {error}")))
+    }
+
+    fn say(&mut self, text: &str) {
+        if self.written.is_ok() {
+            self.written = writeln!(self.out, "{text}");
+        }
+    }
+}
+
+/// Shows that something is going on, where somebody watches.
+struct Progress {
+    wanted: bool,
+    began: Instant,
+    calls: u32,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    /// So many calls lie between two looks at the clock.
+    const CALLS: u32 = 1_024;
+    /// What is over as soon as this shows nothing.
+    const PATIENCE: Duration = Duration::from_millis(500);
+
+    fn new(wanted: bool) -> Progress {
+        let wanted = wanted && io::stderr().is_terminal();
+        Progress { wanted, began: Instant::now(), calls: 0, bar: None }
+    }
+
+    fn tick(&mut self, text: impl FnOnce() -> String) {
+        self.calls = self.calls.wrapping_add(1);
+        if self.wanted
+            && self.calls.is_multiple_of(Self::CALLS)
+            && self.began.elapsed() > Self::PATIENCE
+        {
+            let bar = self.bar.get_or_insert_with(ProgressBar::new_spinner);
+            bar.set_message(text());
+            bar.tick();
+        }
+    }
+
+    fn clear(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn nanos(span: Duration) -> u64 {
+    u64::try_from(span.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// `5.655556 s`, to the microsecond and no further than there is something to say.
+fn seconds(span: Duration) -> String {
+    let text = format!("{}.{:06}", grouped(span.as_secs() as i64), span.subsec_micros());
+    format!("{} s", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// `-12,345`
+fn grouped(number: i64) -> String {
+    let digits = number.unsigned_abs().to_string();
+    let mut text = String::from(if number < 0 { "-" } else { "" });
+    for (place, digit) in digits.char_indices() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}

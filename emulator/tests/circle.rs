@@ -1,0 +1,120 @@
+//! `vimc4 circle` from outside.
+
+use std::process::{Command, Output};
+
+fn circle(arguments: &str) -> Output {
+    let words = arguments.split_whitespace();
+    Command::new(env!("CARGO_BIN_EXE_vimc4")).arg("circle").args(words).output().unwrap()
+}
+
+/// What is printed to standard output when all is well.
+fn commands(arguments: &str) -> Vec<String> {
+    let output = circle(arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {errors}");
+    // What is said about the circle is a comment and nothing else.
+    assert!(errors.lines().all(|line| line.starts_with("; ")), "{errors}");
+    String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
+}
+
+/// Standard error when the arguments are wrong.
+fn complaint(arguments: &str) -> String {
+    let output = circle(arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments}");
+    assert!(output.stdout.is_empty(), "{arguments}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn the_example_of_the_manual() {
+    assert_eq!(
+        commands("--radius 200 --from 135 --to 225 --ccw --speed 1500"),
+        ["@0e0", "@0f-1", "@0y400,1500,119,-141,141,-1,-1"]
+    );
+}
+
+#[test]
+fn the_half_circles_of_the_manual() {
+    // Four half circles of radius 400, each also a turn of angles further on.
+    for (arguments, circle) in [
+        ("--from 360 --to 180 --cw --speed 1000", "y1600,1000,-200,400,0,-1,-1"),
+        ("--from 180 --to 0 --cw --speed 1000", "y1600,1000,-200,-400,0,1,1"),
+        ("--from 0 --to 180 --ccw --speed 2000", "y1600,2000,-200,400,0,-1,1"),
+        ("--from 180 --to 360 --ccw --speed 2000", "y1600,2000,-200,-400,0,1,-1"),
+        ("--from 0 --to -180 --cw --speed 1000", "y1600,1000,-200,400,0,-1,-1"),
+        ("--from -180 --to -360 --cw --speed 1000", "y1600,1000,-200,-400,0,1,1"),
+        ("--from 360 --to 180 --speed 2000", "y1600,2000,-200,400,0,-1,1"),
+        ("--from -180 --to 0 --speed 2000", "y1600,2000,-200,-400,0,1,-1"),
+    ] {
+        let direction = if arguments.contains("--cw") { "@0f0" } else { "@0f-1" };
+        let commands = commands(&format!("--radius 400 {arguments}"));
+        assert_eq!(commands, ["@0e0", direction, &format!("@0{circle}")], "{arguments}");
+    }
+}
+
+#[test]
+fn planes_devices_millimetres_and_helices() {
+    assert_eq!(
+        commands("-r 5 --steps-per-mm 80 --from 90 --to 0 --cw --plane yz --device 3"),
+        ["@3e2", "@3f0", "@3y800,1000,200,0,400,1,-1"]
+    );
+    // Two turns, as the manual of 2012 has them.
+    assert_eq!(
+        commands("-r 2000 --from 180 --to 900 --speed 600 --rise 6000"),
+        ["@0e0", "@0f-1", "@0w32000,600,-1000,-2000,0,1,-1,6000"]
+    );
+    assert_eq!(
+        commands("-r 300 --plane xz --rise -50 --to 90"),
+        ["@0e1", "@0f-1", "@0w600,1000,-150,300,0,-1,1,-50"]
+    );
+    let notes = String::from_utf8(circle("-r 300 --rise -50 --speed 30000").stderr).unwrap();
+    assert!(notes.contains("imc-s8") && notes.contains("too high"), "{notes}");
+}
+
+#[test]
+fn what_a_program_from_the_manual_sends() {
+    // The difference register of the point that is not rounded.
+    assert_eq!(
+        commands("-r 200 --from 135 --to 225 --speed 1500 --as-manual")[2],
+        "@0y400,1500,0,-141,141,-1,-1"
+    );
+    assert_eq!(commands("-r 200 --from 90 --to 180 --as-manual=c")[2], "@0y400,1000,99,0,200,-1,1");
+}
+
+#[test]
+fn json_is_one_line() {
+    let output = circle("-r 200 --from 135 --to 225 --json");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.stderr.is_empty() && text.lines().count() == 1);
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(value["commands"][2], "@0y400,1000,119,-141,141,-1,-1");
+    assert_eq!(value["steps"], 400);
+    assert_eq!(value["end"], serde_json::json!([-141, -141]));
+    assert!(value["end_error"].as_f64().unwrap() < 0.6);
+    assert!(value["circle_error"].as_f64().unwrap() < 0.7);
+}
+
+#[test]
+fn wrong_arguments_say_what_would_be_right() {
+    for (arguments, right) in [
+        ("", "--radius"),
+        ("-r 0.4", "from 1 to 8388607"),
+        ("-r nan", "from 1 to 8388607"),
+        ("-r inf", "from 1 to 8388607"),
+        ("-r 9000000", "from 1 to 8388607"),
+        ("-r 200 --to 0", "leave out --to"),
+        ("-r 200 --to 0.05", "leave out --to"),
+        ("-r 1048576", "several arcs"),
+        ("-r 3 --steps-per-mm 0", "400 / 5 = 80"),
+        ("-r 200 --from 1e30", "up to 1,000,000"),
+        ("-r 200 --cw --ccw", "cannot be used with"),
+        ("-r 200 --speed 5", "20..=40000"),
+        ("-r 200 --device 10", "0..=9"),
+        ("-r 200 --plane xx", "xy, xz, yz"),
+        ("-r 200 --rise 1e9", "--rise"),
+        ("-r 200 --as-manual=basic", "pascal, c"),
+    ] {
+        let complaint = complaint(arguments);
+        assert!(complaint.contains(right), "{arguments}: {complaint}");
+    }
+}

@@ -1,0 +1,336 @@
+//! `vimc4 run` from outside.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+/// A program of this folder.
+fn program(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs").join(name)
+}
+
+fn vimc4(file: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command.arg("run").arg(file).args(arguments.split_whitespace());
+    command.stdin(Stdio::null()).output().unwrap()
+}
+
+/// Runs a program of this folder: exit code and standard output. Nothing but complaints goes to
+/// standard error, in particular no progress, since nobody is there to watch.
+fn run(name: &str, arguments: &str) -> (i32, String) {
+    let output = vimc4(&program(name), arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(errors, "", "{name} {arguments}");
+    (output.status.code().unwrap(), String::from_utf8(output.stdout).unwrap())
+}
+
+/// The same as JSON.
+fn summary(name: &str, arguments: &str) -> (i32, Value) {
+    let (code, text) = run(name, &format!("{arguments} --json"));
+    assert_eq!(text.lines().count(), 1, "{text}");
+    (code, serde_json::from_str(&text).unwrap())
+}
+
+/// The line that says why it ended.
+fn ended(text: &str) -> &str {
+    text.lines().find_map(|line| line.strip_prefix("ended     ")).unwrap()
+}
+
+/// Standard error when the arguments or the file are wrong.
+fn complaint(file: &Path, arguments: &str) -> String {
+    let output = vimc4(file, arguments);
+    assert_eq!(output.status.code(), Some(2), "{file:?} {arguments}");
+    assert!(output.stdout.is_empty(), "{file:?} {arguments}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+const SECOND: u64 = 1_000_000_000;
+
+#[test]
+fn a_command_list_is_answered_line_by_line() {
+    let (code, text) = run("drill.txt", "--machine mill");
+    assert_eq!(code, 0, "{text}");
+    let answers: Vec<(usize, &str, &str)> = text
+        .lines()
+        .take(6)
+        .map(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            (words[0].parse().unwrap(), words[1], words[2])
+        })
+        .collect();
+    assert_eq!(
+        answers,
+        [
+            (2, "@07", "0"),
+            (3, "@0d2500,2500,1500", "0"),
+            (4, "@0R7", "0"),
+            (7, "@0M2400,4000,1600,4000,-500,900,0,900", "0"),
+            (9, "@0A800,4000,0,4000,-500,900,500,900", "0"),
+            (10, "@0P", "000C80000640FFFE0C"),
+        ]
+    );
+    // The mill has 80 steps/mm on X, 100 on Z.
+    let x: Vec<&str> = text.lines().find(|l| l.starts_with('X')).unwrap().split(' ').collect();
+    assert!(x.contains(&"3,200") && x.contains(&"40.000"), "{text}");
+    assert!(text.contains("at 19200 baud"), "{text}");
+    assert_eq!(ended(&text), "every command was answered");
+}
+
+#[test]
+fn what_it_says_is_what_happened() {
+    let (code, value) = summary("drill.txt", "--machine mill");
+    assert_eq!((code, &value["ended"]), (0, &json!("done")));
+    assert_eq!(value["answers"].as_array().unwrap().len(), 6);
+    assert_eq!(value["answers"][0]["command"], "@07");
+    // To the switches and a step out of them, then 2,400 and 800.
+    assert_eq!(value["axes"]["X"]["position"], 3_200);
+    assert_eq!(value["axes"]["X"]["travelled"], 4_001 + 1 + 2_400 + 800);
+    assert_eq!(value["axes"]["Z"]["position"], -500);
+    assert_eq!(value["axes"]["Z"]["travelled"], 2_001 + 1 + 500 + 1_000);
+    let spans = value["answers"].as_array().unwrap().iter();
+    let took: u64 = spans.map(|answer| answer["took_ns"].as_u64().unwrap()).sum();
+    assert_eq!(value["time_ns"], took);
+    // The references one by one, then a diagonal, then Z, X, Z.
+    let mm =
+        (4_002.0 + 4_002.0) / 80.0 + 20.02 + 2_400f64.hypot(1_600.0) / 80.0 + 5.0 + 10.0 + 10.0;
+    assert!((value["path_mm"].as_f64().unwrap() - mm).abs() < 1e-6, "{} {mm}", value["path_mm"]);
+}
+
+#[test]
+fn an_error_reply_ends_it_with_its_line() {
+    let (code, text) = run("typo.txt", "");
+    assert_eq!(code, 1);
+    assert!(ended(&text).contains("line 4 (`@0A5o0,1500"), "{text}");
+    assert!(ended(&text).contains("answered 1"), "{text}");
+    assert!(!text.contains("@0A700"), "what comes after an error is not sent: {text}");
+    let (_, value) = summary("typo.txt", "");
+    assert_eq!((&value["ended"], &value["line"]), (&json!("error"), &json!(4)));
+    assert_eq!(value["axes"]["X"]["position"], 500);
+}
+
+#[test]
+fn a_program_is_stored_and_runs_for_some_rounds() {
+    for (rounds, end) in [(1, "1 round"), (4, "4 rounds")] {
+        let (code, text) = run("shuttle.txt", &format!("--machine stage --loops {rounds}"));
+        assert_eq!(code, 3, "{text}");
+        assert_eq!(ended(&text), format!("the program has made {end}"));
+        assert!(text.contains("stored 7 lines"), "{text}");
+        let (_, value) = summary("shuttle.txt", &format!("--loops {rounds}"));
+        assert_eq!(value["rounds"], rounds);
+        assert_eq!(value["axes"]["X"]["travelled"], rounds * 3 * 2_400);
+        assert_eq!(value["axes"]["Z"]["travelled"], rounds * 3 * 300);
+        assert_eq!(value["axes"]["X"]["position"], 0);
+        // The pause of a second is in every round.
+        assert!(value["time_ns"].as_u64().unwrap() > rounds * SECOND);
+    }
+}
+
+#[test]
+fn time_is_virtual_and_ends_when_it_should() {
+    let began = Instant::now();
+    let (code, value) = summary("shuttle.txt", "--for 10min");
+    assert_eq!((code, &value["ended"]), (3, &json!("for")));
+    assert_eq!(value["time_ns"], 600 * SECOND);
+    assert!(value["rounds"].as_u64().unwrap() > 100);
+    assert!(began.elapsed() < Duration::from_secs(60));
+    // In the middle of a move, which counts as far as it has come.
+    let (_, value) = summary("shuttle.txt", "--for 200ms");
+    assert_eq!(value["axes"]["X"]["travelled"], value["axes"]["X"]["position"]);
+    assert!((1..1_200).contains(&value["axes"]["X"]["position"].as_u64().unwrap()));
+    assert_eq!(value["line"], 6);
+}
+
+#[test]
+fn waiting_for_nothing_ends_it_at_once() {
+    for (name, place, why) in [
+        ("gate.txt", "line 4 (`o0,2,0,-1`)", "program waits for a port"),
+        ("poll.txt", "line 4 (`30,-1`)", "it goes round and round"),
+        ("halt.txt", "line 2 (`30,0`)", "program halted on itself"),
+    ] {
+        let (code, text) = run(name, "");
+        assert_eq!(code, 3, "{text}");
+        assert!(ended(&text).contains(place) && ended(&text).contains(why), "{text}");
+        let (_, value) = summary(name, "");
+        assert_eq!(value["ended"], "waits");
+        assert!(value["time_ns"].as_u64().unwrap() < SECOND, "{value}");
+        assert_eq!(value["rounds"], 0);
+    }
+    let (code, text) = run("shuttle.txt", "--press stop@300ms");
+    assert_eq!(code, 3);
+    assert!(ended(&text).contains("program stopped"), "{text}");
+    let (code, text) = run("shuttle.txt", "--press estop");
+    assert_eq!((code, ended(&text)), (3, "the START button did not start the program"));
+}
+
+#[test]
+fn the_outside_world_does_what_it_is_told() {
+    let move_ns = summary("halt.txt", "").1["time_ns"].as_u64().unwrap();
+    assert!(move_ns < SECOND);
+    for name in ["gate.txt", "poll.txt"] {
+        let (code, value) = summary(name, "--input 0.2=1@2s");
+        assert_eq!((code, &value["ended"]), (0, &json!("done")), "{value}");
+        assert_eq!(value["axes"]["X"]["position"], 1_280);
+        let time = value["time_ns"].as_u64().unwrap();
+        assert!((2 * SECOND..3 * SECOND).contains(&time), "{time}");
+        // Known from the beginning it holds nobody up.
+        let (code, value) = summary(name, "--input 0.2=1");
+        assert_eq!(code, 0);
+        assert!(value["time_ns"].as_u64().unwrap() < SECOND, "{value}");
+        // On and off again between two moves is too late.
+        let (code, value) = summary(name, "--input 0.2=1 --input 0.2=0@50ms");
+        assert_eq!((code, &value["ended"]), (3, &json!("waits")), "{value}");
+    }
+    let arguments = "--press stop@300ms --press start@5s --loops 1";
+    let (code, value) = summary("shuttle.txt", arguments);
+    assert_eq!((code, &value["rounds"]), (3, &json!(1)));
+    assert_eq!(value["axes"]["X"]["travelled"], 3 * 2_400);
+    assert!(value["time_ns"].as_u64().unwrap() > 5 * SECOND);
+}
+
+#[test]
+fn a_stopped_command_goes_on_with_the_next_if_that_is_its_purpose() {
+    let (code, value) = summary("stop.txt", "--press stop@1s");
+    assert_eq!(code, 0, "{value}");
+    let answers: Vec<&Value> = value["answers"].as_array().unwrap().iter().collect();
+    let answers: Vec<&str> = answers.iter().map(|a| a["answer"].as_str().unwrap()).collect();
+    assert_eq!(answers, ["0", "F", "0", "000023280000000000"]);
+    assert_eq!(value["axes"]["X"]["travelled"], 9_000);
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("stopped.txt");
+    fs::write(&file, "@01\n@0A9000,3000\n@0A10,900\n").unwrap();
+    let output = vimc4(&file, "--press stop@1s");
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(ended(&text).contains("line 2") && ended(&text).contains("stopped"), "{text}");
+}
+
+#[test]
+fn an_error_of_a_program_is_found_in_the_file() {
+    let (code, text) = run("beyond.txt", "--machine mill");
+    assert_eq!(code, 1);
+    assert!(ended(&text).contains("line 6 (`m60000"), "{text}");
+    assert!(ended(&text).contains("2: limit switch"), "{text}");
+    assert_eq!(run("beyond.txt", "--machine bench").0, 0);
+    // What cannot be stored is found before anything moves.
+    let (code, text) = run("beyond.txt", "--axes 3");
+    assert_eq!(code, 1);
+    assert!(ended(&text).contains("line 2 (`77`) was answered 3"), "{text}");
+}
+
+#[test]
+fn a_program_can_be_part_of_a_command_list() {
+    let (code, value) = summary("stored.txt", "--model imc-s8");
+    assert_eq!(code, 0, "{value}");
+    assert_eq!(value["axes"]["X"]["travelled"], 800);
+    assert!(value["time_ns"].as_u64().unwrap() > 2 * SECOND);
+    // The older ones need the button.
+    let (code, text) = run("stored.txt", "--model imc4");
+    assert_eq!(code, 1);
+    assert!(ended(&text).contains("line 8 (`@0S`) was answered G"), "{text}");
+}
+
+#[test]
+fn every_axis_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turn.txt");
+    fs::write(&file, "0100,900,0,900,0,900,6000,2000\n").unwrap();
+    let output = vimc4(&file, "--axes 15 --machine mill-4axis --json");
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let a = &value["axes"]["A"];
+    assert_eq!(
+        (&a["position"], &a["unit"], &a["unit_per_step"]),
+        (&json!(6_000), &json!("°"), &json!(0.015))
+    );
+    assert!((value["path_mm"].as_f64().unwrap() - 1.25).abs() < 1e-9, "a turn is no way: {value}");
+}
+
+#[test]
+fn lines_may_end_as_they_like() {
+    let text = fs::read_to_string(program("shuttle.txt")).unwrap();
+    let expected = summary("shuttle.txt", "--loops 2");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("shuttle.txt");
+    for (end, last) in [("\r\n", ""), ("\r", ""), ("\r\n", "9\r\n")] {
+        fs::write(&file, text.replace('\n', end) + last).unwrap();
+        let output = vimc4(&file, "--loops 2 --json");
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        for key in ["time_ns", "axes", "rounds", "line"] {
+            assert_eq!(value[key], expected.1[key], "{key} with {end:?}");
+        }
+    }
+}
+
+#[test]
+fn more_is_said_when_asked() {
+    let (_, text) = run("shuttle.txt", "--loops 1 -v");
+    assert!(text.contains("(wait 1.0 s)"), "{text}");
+    assert_eq!(text.lines().filter(|l| l.trim_start().starts_with("7  0-1200")).count(), 1 + 3);
+}
+
+#[test]
+fn circles_can_be_piped_into_it() {
+    let circle = Command::new(env!("CARGO_BIN_EXE_vimc4"))
+        .args(["circle", "--radius", "333", "--from", "20", "--to", "275", "--speed", "2500"])
+        .output()
+        .unwrap();
+    assert!(circle.status.success());
+    let mut run = Command::new(env!("CARGO_BIN_EXE_vimc4"))
+        .args(["run", "-", "--json"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = run.stdin.take().unwrap();
+    line.write_all(b"@03\n").unwrap();
+    // With its comments, as they are on a terminal.
+    line.write_all(&circle.stderr).unwrap();
+    line.write_all(&circle.stdout).unwrap();
+    drop(line);
+    let value: Value = serde_json::from_slice(&run.wait_with_output().unwrap().stdout).unwrap();
+    let at = |radius: f64, angle: f64| {
+        (radius * angle.to_radians().cos(), radius * angle.to_radians().sin())
+    };
+    let ((x0, y0), (x1, y1)) = (at(333.0, 20.0), at(333.0, 275.0));
+    let x = value["axes"]["X"]["position"].as_f64().unwrap();
+    let y = value["axes"]["Y"]["position"].as_f64().unwrap();
+    assert!((x - (x1 - x0)).hypot(y - (y1 - y0)) < 2.0, "{value}");
+    let arc = 333.0 * 255f64.to_radians() * 0.0125;
+    assert!((value["path_mm"].as_f64().unwrap() / arc - 1.0).abs() < 0.005, "{value}");
+}
+
+#[test]
+fn what_cannot_be_run_is_refused_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    let bad = file("mine.toml", b"name = \"mine\"\ntitle = \"mine\"\ntilt = 3\n");
+    let bad = bad.display();
+    for (path, arguments, right) in [
+        (program("none.txt"), "", "standard input"),
+        (folder.path().to_owned(), "", "cannot read"),
+        (file("empty.txt", b"; nothing\r\n\r\n"), "", "holds no command"),
+        (file("utf16.txt", b"\xFF\xFE@\x000\x00"), "", "UTF-8"),
+        (program("drill.txt"), "--model imc5", "imc4, imc4-m"),
+        (program("drill.txt"), "--machine moon", "bench, mill"),
+        (program("drill.txt"), &format!("--machine {bad}"), "line 3"),
+        (program("drill.txt"), "--machine none.toml", "none.toml"),
+        (program("drill.txt"), "--axes 5", "1, 3, 7"),
+        (program("drill.txt"), "--for 10", "as in 250ms"),
+        (program("drill.txt"), "--loops 0", "--loops"),
+        (program("drill.txt"), "--input 0.2", "0.3=1@2s"),
+        (program("drill.txt"), "--input 0.2=1@soon", "as in 250ms"),
+        (program("drill.txt"), "--input 9.0=1", "inputs are 0.2, 0.3"),
+        (program("drill.txt"), "--press strat", "start, stop"),
+    ] {
+        let complaint = complaint(&path, arguments);
+        assert!(complaint.contains(right), "{path:?} {arguments}: {complaint}");
+    }
+}

@@ -1,0 +1,324 @@
+//! The command, end to end.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+struct Serve {
+    child: Child,
+    orders: Option<ChildStdin>,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Serve {
+    /// Starts `vimc4 serve` in a folder of its own.
+    fn start(folder: &Path, arguments: &[&str]) -> Serve {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"))
+            .arg("serve")
+            .args(arguments)
+            .current_dir(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let orders = child.stdin.take();
+        let answers = BufReader::new(child.stdout.take().unwrap());
+        Serve { child, orders, answers }
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.answers.read_line(&mut line).unwrap();
+        line.trim_end_matches('\n').to_owned()
+    }
+
+    fn order(&mut self, order: &str) -> String {
+        writeln!(self.orders.as_mut().unwrap(), "{order}").unwrap();
+        self.line()
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// Waits for the end: the exit code and what was said on standard error.
+    fn end(mut self) -> (i32, String) {
+        let code = self.child.wait().unwrap().code().unwrap();
+        let mut errors = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
+        (code, errors)
+    }
+}
+
+impl Drop for Serve {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+    }
+}
+
+fn ready(json: &str) -> Value {
+    let value: Value = serde_json::from_str(json).unwrap();
+    assert_eq!(value["ready"], true);
+    value
+}
+
+fn connect(controller: &Value) -> TcpStream {
+    let stream = TcpStream::connect(controller["tcp"].as_str().unwrap()).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    stream
+}
+
+fn ask(stream: &mut TcpStream, line: &str, count: usize) -> String {
+    stream.write_all(line.as_bytes()).unwrap();
+    let mut answer = vec![0; count];
+    stream.read_exact(&mut answer).unwrap();
+    String::from_utf8(answer).unwrap()
+}
+
+/// Runs `vimc4` to its end.
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_vimc4"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn it_says_where_it_listens_and_that_it_is_ready() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut serve = Serve::start(folder.path(), &["--tcp", "127.0.0.1:0"]);
+    let link = folder.path().canonicalize().unwrap().join("vimc4.pty");
+    assert_eq!(serve.line(), format!("pty {}", link.display()));
+    let tcp = serve.line();
+    assert_eq!(serve.line(), "ready");
+    let mut client = TcpStream::connect(tcp.strip_prefix("tcp ").unwrap()).unwrap();
+    assert_eq!(ask(&mut client, "@07\r", 1), "0");
+    let mut port = fs::OpenOptions::new().read(true).write(true).open(&link).unwrap();
+    port.write_all(b"@0P\r").unwrap();
+    let mut answer = [0; 19];
+    port.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"0000000000000000000");
+    assert_eq!(serve.order("quit"), "");
+    assert_eq!(serve.end().0, 0);
+    assert!(!link.is_symlink());
+}
+
+#[test]
+fn the_json_line_is_exactly_the_documented_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut serve = Serve::start(folder.path(), &["--tcp", "127.0.0.1:0", "--json"]);
+    let line = serve.line();
+    let address = ready(&line)["controllers"][0]["tcp"].as_str().unwrap().to_owned();
+    let link = folder.path().canonicalize().unwrap().join("vimc4.pty");
+    assert_eq!(
+        line,
+        format!(
+            "{{\"ready\":true,\"controllers\":[{{\"model\":\"imc4\",\"pty\":\"{}\",\"tcp\":\
+             \"{address}\",\"rfc2217\":null,\"serial\":null}}],\"control\":null}}",
+            link.display()
+        )
+    );
+}
+
+#[test]
+fn signals_end_it_at_once_with_its_links_removed() {
+    for signal in [Signal::INT, Signal::TERM] {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = ["--count", "3", "--tcp", "127.0.0.1:0", "--time", "instant"];
+        let mut serve = Serve::start(folder.path(), &arguments);
+        while serve.line() != "ready" {}
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+        let began = Instant::now();
+        serve.signal(signal);
+        let (code, errors) = serve.end();
+        // 50 ms on a machine that has nothing else to do.
+        assert!(began.elapsed() < Duration::from_millis(500), "{:?}", began.elapsed());
+        assert_eq!((code, errors.as_str()), (0, ""));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
+
+#[test]
+fn people_type_orders() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--tcp", "127.0.0.1:0", "--json", "--time", "manual"];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let controller = ready(&serve.line())["controllers"][0].clone();
+    let mut client = connect(&controller);
+    assert_eq!(ask(&mut client, "@01\r", 1), "0");
+    client.write_all(b"@0A5000,10000\r").unwrap();
+    assert_eq!(serve.order("advance 50ms"), "now 0.050000000 s");
+    assert_eq!(serve.order("press stop"), "ok");
+    assert_eq!(serve.order("run until idle"), "idle at 0.100000000 s");
+    assert_eq!(serve.order("position"), "X 280 Y 0 Z 0 A 0");
+    assert_eq!(ask(&mut client, "", 1), "F");
+    for order in [
+        "release stop",
+        "press estop",
+        "release estop",
+        "press on",
+        "key test",
+        "key auto",
+        "cover open",
+        "cover closed",
+        "input 0.3 1",
+        "power off",
+        "power on",
+        "erase",
+    ] {
+        assert_eq!(serve.order(order), "ok", "{order}");
+    }
+    assert!(serve.order("help").starts_with("press BUTTON"));
+    while serve.line() != "quit                  end" {}
+    // A wrong line says what would be right, and nothing else happens.
+    writeln!(serve.orders.as_mut().unwrap(), "press stpo\nmove it\n\ninput 9.9 1").unwrap();
+    assert_eq!(serve.order("key auto"), "ok");
+    // The end of the input does not end it.
+    drop(serve.orders.take());
+    assert_eq!(ask(&mut client, "@0P\r", 0), "");
+    std::thread::sleep(Duration::from_millis(50));
+    assert!(serve.child.try_wait().unwrap().is_none());
+    serve.signal(Signal::TERM);
+    let (code, errors) = serve.end();
+    assert_eq!(code, 0);
+    assert!(errors.contains("`press stpo` is wrong: press start, stop"), "{errors}");
+    assert!(errors.contains("`move it` is wrong: not an order; type help"), "{errors}");
+    assert!(errors.contains("`input 9.9 1` is wrong"), "{errors}");
+}
+
+#[test]
+fn several_controllers_are_numbered() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["--count", "2", "--tcp", "127.0.0.1:0", "--json", "--flash", "f.bin", "--pty", "p"];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let places = ready(&serve.line());
+    let names: Vec<_> = places["controllers"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| c["pty"].as_str().unwrap().rsplit('/').next().unwrap().to_owned())
+        .collect();
+    assert_eq!(names, ["p-1", "p-2"]);
+    assert!(folder.path().join("f-1.bin").exists() && folder.path().join("f-2.bin").exists());
+    let mut second = connect(&places["controllers"][1]);
+    assert_eq!(ask(&mut second, "@01\r@0A10,900\r", 2), "00");
+    assert_eq!(serve.order("2 position"), "2: X 10 Y 0 Z 0 A 0");
+    assert_eq!(serve.order("1 position"), "1: X 0 Y 0 Z 0 A 0");
+    writeln!(serve.orders.as_mut().unwrap(), "position\n3 position").unwrap();
+    assert_eq!(serve.order("1 press stop"), "1: ok");
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    assert_eq!(errors.matches("begin with the number of a controller, 1 to 2").count(), 2);
+}
+
+#[test]
+fn the_conversation_is_shown_and_logged_as_people_read_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["--tcp", "127.0.0.1:0", "--json", "--time", "instant", "-v", "--log", "traffic.log"];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    assert_eq!(ask(&mut client, "@01\r@0A 5000,900\r", 2), "00");
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    let log = fs::read_to_string(folder.path().join("traffic.log")).unwrap();
+    for text in [&errors, &log] {
+        assert!(text.contains("@0A 5000,900  relative move X +5,000 steps at 900 Hz"), "{text}");
+        assert!(text.contains("0  after 5.6 s"), "{text}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_one_message_with_the_remedy_and_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let holder = TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = holder.local_addr().unwrap().to_string();
+    fs::write(folder.path().join("file"), "precious").unwrap();
+    fs::write(folder.path().join("bad.flash"), "vimc4 flash 1\nnonsense\n").unwrap();
+    let profile = run(folder.path(), &["models", "show", "imc4"]).stdout;
+    let profile = String::from_utf8(profile).unwrap();
+    let baud = profile.lines().find(|line| line.starts_with("baud")).unwrap();
+    fs::write(folder.path().join("bad.toml"), profile.replace(baud, "baud = 1234")).unwrap();
+    for (arguments, words) in [
+        (vec!["--tcp", &taken], vec!["is taken", "choose another address"]),
+        (vec!["--tcp", "nonsense"], vec!["`nonsense` is not an address", "host:port"]),
+        (vec!["--model", "imc5"], vec!["no model `imc5`", "built in are imc4"]),
+        (vec!["--machine", "none.toml"], vec!["none.toml", "No such file", "check the name"]),
+        (vec!["--model", "bad.toml"], vec!["bad.toml", "baud = 1234", "use 19200 or 9600"]),
+        (vec!["--flash", "none/flash"], vec!["none/flash", "can be written to"]),
+        (vec!["--flash", "bad.flash"], vec!["bad.flash", "line 2", "name another file"]),
+        (vec!["--pty", "file"], vec!["file exists", "choose another name"]),
+        (vec!["--log", "none/log"], vec!["none/log", "can be written to"]),
+        (vec!["--serial", "/dev/none"], vec!["/dev/none", "check its name"]),
+        (vec!["--time", "fast"], vec!["`fast` is not a clock", "8x or 0.5x"]),
+        (vec!["--time", "0x"], vec!["`0x` is not a clock"]),
+        (vec!["--count", "0"], vec!["invalid value '0'"]),
+        (vec!["--tcp-clients", "share"], vec!["refuse, takeover, observe"]),
+        (vec!["--nonsense"], vec!["unexpected argument '--nonsense'"]),
+    ] {
+        let mut all = vec!["serve", "--tcp", "127.0.0.1:0"];
+        all.extend(&arguments);
+        let output = run(folder.path(), &all);
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {errors}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        for word in words {
+            assert!(errors.contains(word), "{arguments:?}: {errors}");
+        }
+    }
+    // Nothing has changed.
+    let mut names: Vec<_> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["bad.flash", "bad.toml", "file"]);
+    assert_eq!(fs::read_to_string(folder.path().join("file")).unwrap(), "precious");
+}
+
+#[test]
+fn a_flash_file_survives_a_killed_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--tcp", "127.0.0.1:0", "--json", "--flash", "flash"];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    assert_eq!(ask(&mut client, "@01\r@0i\r", 2), "00");
+    assert_eq!(ask(&mut client, "0100,900\r9\r", 2), "00");
+    serve.signal(Signal::KILL);
+    serve.child.wait().unwrap();
+    // The link of the killed one leads nowhere and is replaced.
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    assert_eq!(serve.order("press start"), "ok");
+    assert!(serve.order("run until idle").starts_with("idle at"));
+    assert_eq!(ask(&mut client, "@0P\r", 19), "0000064000000000000");
+}
+
+#[test]
+fn the_lists_and_the_version_are_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |arguments: &[&str]| {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(text(&["models"]).lines().any(|line| line.starts_with("imc-s8 ")));
+    assert!(text(&["machines"]).lines().any(|line| line.starts_with("bench ")));
+    assert!(text(&["models", "show", "imc4"]).contains("name = \"imc4\""));
+    assert!(text(&["machines", "show", "mill"]).contains("name = \"mill\""));
+    assert!(text(&["--version"]).starts_with("vimc4 0.1.0 (commit "));
+    assert!(text(&["completions", "bash"]).contains("complete"));
+    assert_eq!(run(folder.path(), &["models", "show", "imc5"]).status.code(), Some(2));
+}
