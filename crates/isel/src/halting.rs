@@ -9,7 +9,7 @@ use crate::Controller;
 use crate::admission::moving_axes;
 use crate::command::Answer;
 use crate::model::StopReply;
-use crate::state::{Activity, Ending, Job, Plan, PortCondition, Wait};
+use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition, Wait};
 
 impl Controller {
     /// 253, and the STOP button: halts along the ramp and keeps the remainder.
@@ -114,21 +114,19 @@ impl Controller {
     /// A limit switch was pressed or released by hand while the axes move.
     pub(crate) fn limits_changed(&mut self) {
         let now = self.state.now;
-        match &self.state.activity {
-            Activity::Moving(moving) if !self.state.test_mode => {
+        match self.take_activity() {
+            Activity::Moving(mut moving) if !self.state.test_mode => {
                 let step = moving.steps_at(now);
-                let path = moving.segment.path.clone();
-                if self.stands_on_limit(&path, step) {
-                    self.halt_at_limit();
+                let path = &moving.segment.path;
+                if self.stands_on_limit(path, step) {
+                    self.halt_on_switch(&moving, step);
                 } else {
-                    let hit = self.first_hit(&path, step);
-                    if let Activity::Moving(moving) = &mut self.state.activity {
-                        moving.hit = hit;
-                    }
+                    moving.hit = self.first_hit(path, step);
+                    self.state.activity = Activity::Moving(moving);
                 }
             }
-            Activity::Referencing(_) => self.reference_switches_changed(),
-            _ => {}
+            Activity::Referencing(run) => self.reference_switches_changed(run),
+            other => self.state.activity = other,
         }
     }
 
@@ -144,14 +142,13 @@ impl Controller {
         })
     }
 
-    fn halt_at_limit(&mut self) {
-        let now = self.state.now;
-        if let Activity::Moving(moving) = &self.state.activity {
-            let (low, high) = moving.segment.path.extent(moving.steps_at(now));
-            let axes = moving_axes(&low, &high);
-            self.state.latched = self.state.latched.union(axes);
-        }
-        self.halt(Reply::LimitSwitch);
+    /// The carriage is on a limit switch: the motion halts at this step without a ramp. No
+    /// axis that moved knows any more where it is, and the error is kept until that is mended.
+    pub(crate) fn halt_on_switch(&mut self, moving: &Moving, step: u64) {
+        let axes = self.commit(&moving.segment, step, true);
+        self.unreference(axes);
+        self.state.latched = self.state.latched.union(axes);
+        self.finish(moving.job, Err(Reply::LimitSwitch));
     }
 
     /// The motion stopped with something left of it.

@@ -145,14 +145,11 @@ impl Controller {
     /// The running segment has come to its end, or to a limit switch.
     pub(crate) fn segment_ended(&mut self) {
         let Activity::Moving(moving) = self.take_activity() else { return };
-        let Moving { job, segment, hit, speed, mut plan, ending, .. } = *moving;
-        let steps = segment.profile.steps();
-        if let Some((step, _)) = hit.filter(|(step, _)| *step <= steps) {
-            let axes = self.commit(&segment, step, true);
-            self.unreference(axes);
-            self.state.latched = self.state.latched.union(axes);
-            return self.finish(job, Err(Reply::LimitSwitch));
+        let steps = moving.segment.profile.steps();
+        if let Some((step, _)) = moving.hit.filter(|(step, _)| *step <= steps) {
+            return self.halt_on_switch(&moving, step);
         }
+        let Moving { job, segment, speed, mut plan, ending, .. } = *moving;
         self.commit(&segment, steps, false);
         match ending {
             Ending::Complete => self.next_part(job, plan),

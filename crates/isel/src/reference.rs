@@ -219,8 +219,7 @@ impl Controller {
     }
 
     /// A limit switch was pressed or released by hand during a reference run.
-    pub(crate) fn reference_switches_changed(&mut self) {
-        let Activity::Referencing(mut run) = self.take_activity() else { return };
+    pub(crate) fn reference_switches_changed(&mut self, mut run: Box<Referencing>) {
         let axis = run.axis;
         if run.whole && self.state.plant.machine().axis(axis).reference == Reference::Home {
             self.state.activity = Activity::Referencing(run);

@@ -221,7 +221,7 @@ fn try_session(seed: u64) {
 
 #[test]
 fn watching_waking_and_splitting_change_nothing_and_snapshots_continue() {
-    for seed in 0..cases(200) {
+    for seed in 0..cases(1_000) {
         let outcome = std::panic::catch_unwind(|| try_session(seed));
         if let Err(reason) = outcome {
             eprintln!("seed {seed}");
