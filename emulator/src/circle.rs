@@ -125,7 +125,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         print(&[json(&arguments, &circle, &trace, &commands)])
     } else {
         print(&commands)?;
-        eprint!("{}", comments(&arguments, &circle, &trace));
+        // Who does not want to read it need not.
+        let _ = io::stderr().write_all(comments(&arguments, &circle, &trace).as_bytes());
         Ok(())
     }
 }

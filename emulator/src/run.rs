@@ -36,7 +36,10 @@ Run a command list or a stored program in virtual time, as fast as it goes
 
 A file whose first command begins with @ is a command list: its lines are sent one after the other,
 each when the one before was answered. Any other is a data field, the lines of a program as they
-stand between @0i and 9: it is stored and started with the START button. The final 9 may be left out.
+stand between @0i and 9: it is stored; the final 9 may be left out.
+
+What was stored and not started is then started with the START button, which is pressed for 0.1 s.
+With --press start@TIME it is pressed then, and not before.
 
 Blank lines, and lines that begin with ; or #, mean nothing. Lines may end with LF, CR LF or CR.
 
@@ -88,10 +91,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let signals = signals(&arguments, &controller)?;
     let driver = Driver::new(controller, Meter::new(&machine), arguments.loops);
     let report = Report::new(&arguments, &script);
-    let mut session = Session { driver, report, stored: Vec::new(), time: arguments.time };
+    let mut session = Session { driver, report, stored: Vec::new() };
+    let starts = arguments.press.iter().any(|(button, _)| button == "start");
+    let outside = Outside { signals, starts, time: arguments.time };
     let end = match script.kind {
-        Kind::Commands => session.command_list(&script.lines, &signals),
-        Kind::DataField => session.data_field(&script.lines, arguments.axes, &signals),
+        Kind::Commands => session.command_list(&script.lines, &outside),
+        Kind::DataField => session.data_field(&script.lines, arguments.axes, &outside),
     };
     session.finish(end.unwrap_or_else(|end| end), &machine)
 }
@@ -102,6 +107,15 @@ fn device(arguments: &Arguments) -> Result<(Controller, Arc<Machine>), Failure> 
     let machine = vimc4::machine(&arguments.machine)?;
     let controller = Controller::new(model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     Ok((controller, machine))
+}
+
+/// What the world around the controller does.
+struct Outside {
+    signals: Vec<Scheduled>,
+    /// Whether that includes pressing START.
+    starts: bool,
+    /// How much time there is.
+    time: Duration,
 }
 
 /// A signal that takes a value some time after the beginning.
@@ -198,14 +212,13 @@ struct Session<D> {
     report: Report,
     /// The lines of the file that the controller has stored, in order.
     stored: Vec<Line>,
-    /// How much time may pass.
-    time: Duration,
 }
 
 impl<D: Device> Session<D> {
-    /// Sends the lines one after the other, each when the one before was answered.
-    fn command_list(&mut self, lines: &[Line], signals: &[Scheduled]) -> Result<End, End> {
-        self.begin(signals);
+    /// Sends the lines one after the other, each when the one before was answered, and starts
+    /// what they have stored.
+    fn command_list(&mut self, lines: &[Line], outside: &Outside) -> Result<End, End> {
+        self.begin(outside);
         for (place, line) in lines.iter().enumerate() {
             let answer = self.command(line)?;
             match answer.as_deref() {
@@ -214,11 +227,20 @@ impl<D: Device> Session<D> {
                 _ => self.check(line, answer.as_deref())?,
             }
         }
-        Ok(End::of(Why::Done, "every command was answered"))
+        let program = self.driver.device().view(self.driver.now()).program;
+        let status = program.map(|program| program.status).unwrap_or_default();
+        match status.as_str() {
+            "valid" if self.driver.rounds.last().is_none() => self.start(outside),
+            "incomplete" => {
+                let text = "every command was answered, but the program lacks its final 9";
+                Ok(End::of(Why::Done, text))
+            }
+            _ => Ok(End::of(Why::Done, "every command was answered")),
+        }
     }
 
-    /// Stores the lines, presses START and waits until the program is over.
-    fn data_field(&mut self, lines: &[Line], axes: u8, signals: &[Scheduled]) -> Result<End, End> {
+    /// Stores the lines and starts the program. Time counts from the start.
+    fn data_field(&mut self, lines: &[Line], axes: u8, outside: &Outside) -> Result<End, End> {
         let set_axes = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
         let mut commands: Vec<Line> =
             set_axes.map(|axes| Line::added(&format!("@0{axes}"))).collect();
@@ -227,27 +249,34 @@ impl<D: Device> Session<D> {
         if !lines.last().is_some_and(|line| line.is("9")) {
             commands.push(Line::added("9"));
         }
-        self.begin(&[]);
         for line in &commands {
             let answer = self.command(line)?;
             self.check(line, answer.as_deref())?;
         }
-        self.report.stored(self.stored.len());
-        self.begin(signals);
-        for press in press(self.driver.device(), "start", Duration::ZERO).unwrap_or_default() {
-            self.driver.schedule(self.driver.now() + press.after, press.signal, press.value);
-        }
-        self.program()
+        self.begin(outside);
+        self.start(outside)
     }
 
     /// Lets time count from now on.
-    fn begin(&mut self, signals: &[Scheduled]) {
+    fn begin(&mut self, outside: &Outside) {
         let now = self.driver.now();
-        self.driver.stop_at(now + self.time);
-        for &Scheduled { after, signal, value } in signals {
+        self.driver.stop_at(now + outside.time);
+        for &Scheduled { after, signal, value } in &outside.signals {
             self.driver.schedule(now + after, signal, value);
         }
         self.report.begin(now);
+    }
+
+    /// Presses START, if nobody else does, and lets the program run.
+    fn start(&mut self, outside: &Outside) -> Result<End, End> {
+        self.report.stored(self.stored.len());
+        if !outside.starts {
+            let now = self.driver.now();
+            for press in press(self.driver.device(), "start", Duration::ZERO).unwrap_or_default() {
+                self.driver.schedule(now + press.after, press.signal, press.value);
+            }
+        }
+        self.program()
     }
 
     /// Sends a line and waits for its answer; `None` if it gets none.
@@ -286,8 +315,7 @@ impl<D: Device> Session<D> {
             let halted = self.driver.advance().err();
             while let Some((now, news)) = self.driver.news.pop_front() {
                 if let News::Warning(Warning::ProgramError { code, line }) = news {
-                    let text =
-                        format!("{} ended the program with {}", self.place(line), named(code));
+                    let text = self.program_error(code, line);
                     return Err(End { line: self.number(line), ..End::of(Why::Error, text) });
                 }
                 self.tell(now, news);
@@ -323,9 +351,19 @@ impl<D: Device> Session<D> {
         match news {
             News::Line(line) => self.report.line(at, self.stored.get(line as usize), line),
             News::Sent(bytes) => self.report.sent(at, &bytes),
-            News::Warning(warning) => self.report.warning(at, &warning),
+            News::Warning(warning) => {
+                let text = match &warning {
+                    Warning::ProgramError { code, line } => Some(self.program_error(*code, *line)),
+                    _ => None,
+                };
+                self.report.warning(at, &warning, text);
+            }
             News::Answer(_) => {}
         }
+    }
+
+    fn program_error(&self, code: char, line: u32) -> String {
+        format!("{} ended the program with {}", self.place(line), named(code))
     }
 
     /// An error reply ends the run.
@@ -358,7 +396,7 @@ impl<D: Device> Session<D> {
                 (Why::Loops, format!("the program has made {rounds} round{s}"))
             }
             Halt::Waiting if self.driver.rounds.last().is_none() && waiting.is_none() => {
-                (Why::Waits, "the START button did not start the program".to_owned())
+                (Why::Waits, "START did not start the program".to_owned())
             }
             Halt::Waiting => {
                 let activity = view.activity;

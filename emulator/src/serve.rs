@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// How many controllers
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=999))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1_000))]
     count: u16,
     /// What happens to a second TCP client: refuse it, let it take over, or let it observe
     #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse)]

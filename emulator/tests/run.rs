@@ -165,7 +165,7 @@ fn waiting_for_nothing_ends_it_at_once() {
     assert_eq!(code, 3);
     assert!(ended(&text).contains("program stopped"), "{text}");
     let (code, text) = run("shuttle.txt", "--press estop");
-    assert_eq!((code, ended(&text)), (3, "the START button did not start the program"));
+    assert_eq!((code, ended(&text)), (3, "START did not start the program"));
 }
 
 #[test]
@@ -230,10 +230,50 @@ fn a_program_can_be_part_of_a_command_list() {
     assert_eq!(code, 0, "{value}");
     assert_eq!(value["axes"]["X"]["travelled"], 800);
     assert!(value["time_ns"].as_u64().unwrap() > 2 * SECOND);
+    // An error is the answer, and found in the file.
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("far.txt");
+    fs::write(&file, "@01\n@0i\n0400,800\n\n; far\n090000,4000\n9\n@0S\n").unwrap();
+    let output = vimc4(&file, "--model imc-m --machine mill");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("line 6 (`090000,4000`) ended the program with 2"), "{text}");
+    assert!(ended(&text).contains("line 8 (`@0S`) was answered 2"), "{text}");
     // The older ones need the button.
     let (code, text) = run("stored.txt", "--model imc4");
     assert_eq!(code, 1);
     assert!(ended(&text).contains("line 8 (`@0S`) was answered G"), "{text}");
+}
+
+#[test]
+fn a_list_that_stores_a_program_starts_it_at_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("whole.txt");
+    fs::write(&file, "@01\n@0A300,900\n@0i\n0500,900\n520\n9\n").unwrap();
+    for (arguments, seconds) in [("", 2..4), ("--press start@20s", 22..24)] {
+        let output = vimc4(&file, &format!("{arguments} --json"));
+        assert_eq!(output.status.code(), Some(0));
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(value["text"], "the program came to its end");
+        assert_eq!(value["axes"]["X"]["position"], 800);
+        let time = value["time_ns"].as_u64().unwrap() / SECOND;
+        assert!(seconds.contains(&time), "{value}");
+    }
+    // If it never is, that is said too.
+    let output = vimc4(&file, "--press estop@5s --press start@6s");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!((output.status.code(), ended(&text)), (Some(3), "START did not start the program"));
+}
+
+#[test]
+fn inputs_are_there_from_the_beginning() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ports.txt");
+    fs::write(&file, "@0b0\n@01\n@0A900,900\n@0b0\n").unwrap();
+    let output = vimc4(&file, "--input 0.2=1 --input 0.3=1@0.5s --json");
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let answers: Vec<_> = value["answers"].as_array().unwrap().iter().collect();
+    assert_eq!((&answers[0]["answer"], &answers[3]["answer"]), (&json!("0C4"), &json!("0CC")));
 }
 
 #[test]

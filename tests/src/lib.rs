@@ -1,6 +1,6 @@
 //! The fixture sessions: what a controller must do, as files that people read and write.
 //!
-//! [`format`] reads them, [`runner`] plays them against any device, [`behaviour`] makes the
+//! [`mod@format`] reads them, [`runner`] plays them against any device, [`behaviour`] makes the
 //! behaviour document from them. The keys and the script words are documented for people in
 //! `fixtures/README.md`.
 #![forbid(unsafe_code)]

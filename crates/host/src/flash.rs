@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use vimc4_device::FlashChange;
 
+/// No flash memory is as large as this.
+const LARGEST: u64 = 64 * 1024 * 1024;
+
 /// A file that holds the image of a device's flash memory, locked for this process.
 ///
 /// Changes are [applied](FlashFile::apply) as the device hands them out and
@@ -42,6 +45,17 @@ pub enum FlashFileError {
         /// What the operating system says.
         source: io::Error,
     },
+    /// It is no file that could hold a flash memory.
+    #[error(
+        "{path} is no flash file, it is {what}; name a regular file, or one that does not exist yet",
+        path = .path.display()
+    )]
+    NoFile {
+        /// The path.
+        path: PathBuf,
+        /// What it is instead.
+        what: &'static str,
+    },
     /// It could not be written.
     #[error(
         "cannot write flash file {path}: {source}; what was not stored was not confirmed",
@@ -60,6 +74,7 @@ impl FlashFile {
     pub fn open(path: impl Into<PathBuf>) -> Result<(FlashFile, Vec<u8>), FlashFileError> {
         let path = path.into();
         let failed = |source| FlashFileError::Open { path: path.clone(), source };
+        let unfit = |what| FlashFileError::NoFile { path: path.clone(), what };
         let mut file = loop {
             let file = OpenOptions::new()
                 .read(true)
@@ -68,6 +83,14 @@ impl FlashFile {
                 .truncate(false)
                 .open(&path)
                 .map_err(failed)?;
+            // Reading a device or a pipe to its end may never come to one.
+            let about = file.metadata().map_err(failed)?;
+            if !about.is_file() {
+                return Err(unfit("a device, a pipe or a folder"));
+            }
+            if about.len() > LARGEST {
+                return Err(unfit("too large"));
+            }
             lock(&file, &path)?;
             // Another emulator may have replaced the file between the two calls; what we hold
             // is then no longer what the name stands for.
@@ -248,5 +271,18 @@ mod tests {
         assert!(error.to_string().contains("cannot open flash file"), "{error}");
         let error = FlashFile::open(folder.path()).unwrap_err();
         assert!(matches!(error, FlashFileError::Open { .. }));
+        let error = FlashFile::open("/dev/zero").unwrap_err();
+        assert!(matches!(error, FlashFileError::NoFile { .. }));
+    }
+
+    #[test]
+    fn what_cannot_be_written_says_so_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sub").join("flash.bin");
+        fs::create_dir(folder.path().join("sub")).unwrap();
+        let (mut flash, _) = FlashFile::open(&path).unwrap();
+        fs::remove_dir_all(folder.path().join("sub")).unwrap();
+        let error = flash.apply(&replace(b"new\n")).unwrap_err();
+        assert!(matches!(error, FlashFileError::Write { .. }), "{error}");
     }
 }

@@ -58,6 +58,10 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             }
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
             Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
+            // That nobody listens is part of a conversation, or of its absence: a program that
+            // sends characters to nobody would fill the terminal with it.
+            Event::Warning(Warning::NobodyListens { .. })
+                if self.verbosity == Verbosity::Warnings => {}
             Event::Warning(warning) => {
                 self.line(at, format_args!("warning: {}", describe_warning(warning)));
             }

@@ -1,6 +1,7 @@
 //! What is built in, and profiles from files.
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,6 +9,9 @@ use vimc4_isel::Model;
 use vimc4_plant::{Machine, ProfileError};
 
 use crate::error::{Error, ProfileFileError};
+
+/// No profile is as large as this.
+const LARGEST: u64 = 1024 * 1024;
 
 /// The names of the built-in models.
 #[must_use]
@@ -72,11 +76,7 @@ fn find<T>(
     if !means_a_file && !path.is_file() {
         return Err(unknown(what, name_or_file, known));
     }
-    let text = fs::read_to_string(path).map_err(|source| Error::File {
-        what,
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = read(path).map_err(|source| Error::File { what, path: path.to_owned(), source })?;
     parse(&text).map(Arc::new).map_err(|error| {
         Error::Profile(Box::new(ProfileFileError {
             what,
@@ -86,6 +86,16 @@ fn find<T>(
             error,
         }))
     })
+}
+
+/// Reads a file that is no larger than a profile can be; a device may have no end.
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let read = File::open(path)?.take(LARGEST).read_to_string(&mut text)?;
+    if u64::try_from(read).is_ok_and(|read| read == LARGEST) {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is too large for a profile"));
+    }
+    Ok(text)
 }
 
 fn unknown(what: &'static str, name: &str, known: &[&str]) -> Error {

@@ -33,7 +33,7 @@ pub(super) struct Driver<D> {
 pub(super) enum News {
     /// A command was answered.
     Answer(Vec<u8>),
-    /// A program sent something.
+    /// Something was sent that is no answer.
     Sent(Vec<u8>),
     /// A line of the stored program is executed, counted from 0.
     Line(u32),
@@ -98,8 +98,11 @@ impl<D: Device> Driver<D> {
         self.signals.insert(place, (at, signal, value));
     }
 
-    /// Sends bytes now.
+    /// Sends bytes now, after what else happens now.
     pub(super) fn send(&mut self, bytes: &[u8]) {
+        while self.signals.front().is_some_and(|&(at, ..)| at <= self.now) {
+            self.signal();
+        }
         self.device.handle(Input::Bytes(bytes), self.now);
         self.drain();
     }
@@ -119,15 +122,12 @@ impl<D: Device> Driver<D> {
             return Err(Halt::Time);
         }
         self.now = next;
-        match self.signals.front() {
-            Some(&(at, signal, value)) if at == next => {
-                self.signals.pop_front();
-                self.rounds.disturbed();
-                self.device.handle(Input::Signal(signal, value), next);
-            }
-            _ => self.device.handle(Input::Wake, next),
+        if signal == Some(next) {
+            self.signal();
+        } else {
+            self.device.handle(Input::Wake, next);
+            self.drain();
         }
-        self.drain();
         if self.most_rounds.is_some_and(|most| self.rounds.made() >= most) {
             return Err(Halt::Rounds);
         }
@@ -135,6 +135,15 @@ impl<D: Device> Driver<D> {
             return Err(Halt::Idling);
         }
         Ok(())
+    }
+
+    /// Sets the next signal now.
+    fn signal(&mut self) {
+        if let Some((_, signal, value)) = self.signals.pop_front() {
+            self.rounds.disturbed();
+            self.device.handle(Input::Signal(signal, value), self.now);
+            self.drain();
+        }
     }
 
     /// Takes everything the device hands out.

@@ -157,10 +157,10 @@ impl Report {
         self.say(&said);
     }
 
-    /// A data field was stored.
+    /// A program was stored and is to be started.
     pub(super) fn stored(&mut self, lines: usize) {
         if !self.json {
-            self.say(&format!("stored {} lines, started with START", grouped(lines as i64)));
+            self.say(&format!("        stored {} lines, start with START", grouped(lines as i64)));
         }
     }
 
@@ -175,19 +175,19 @@ impl Report {
         }
     }
 
-    /// A program sent something.
+    /// The controller sent something that is no answer.
     pub(super) fn sent(&mut self, at: Time, bytes: &[u8]) {
         self.characters += bytes.len() as u64;
         let (text, after) = (escape(bytes), at - self.began);
         if self.json {
             self.answers.push(json!({ "sent": text, "at_ns": nanos(after) }));
         } else {
-            self.say(&format!("        the program sends {text} at {}", seconds(after)));
+            self.say(&format!("        sends {text} at {}", seconds(after)));
         }
     }
 
-    /// Something was lost or assumed.
-    pub(super) fn warning(&mut self, at: Time, warning: &Warning) {
+    /// Something was lost or assumed. The text is for those that need more than they know.
+    pub(super) fn warning(&mut self, at: Time, warning: &Warning, text: Option<String>) {
         if self.json {
             self.warnings.push(serde_json::to_value(warning).unwrap_or_default());
             return;
@@ -198,10 +198,7 @@ impl Report {
                 let axis = ["X", "Y", "Z", "A"].get(usize::from(*axis)).copied().unwrap_or("?");
                 format!("the {axis} carriage lost {} steps", grouped(*steps))
             }
-            Warning::ProgramError { code, line } => {
-                format!("line {line} of the stored program ended it with {code}")
-            }
-            other => format!("{other:?}"),
+            other => text.unwrap_or_else(|| format!("{other:?}")),
         };
         self.say(&format!("        warning: {text} at {}", seconds(at - self.began)));
     }

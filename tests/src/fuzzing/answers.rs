@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use vimc4_device::{Event, Motion};
+use vimc4_isel::Model;
 use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
 
 /// The longest text answer.
@@ -39,6 +40,8 @@ pub(super) struct Conversation {
     flashed: bool,
     /// The length of the path of the running motion.
     moving: Option<u64>,
+    /// START goes on with motions that were stopped.
+    start_resumes: bool,
     /// Bytes that were no answer to anything.
     pub(super) unasked: usize,
     /// The self-test was at work.
@@ -46,10 +49,12 @@ pub(super) struct Conversation {
 }
 
 impl Conversation {
-    pub(super) fn new(model: &'static str, dialect: Dialect) -> Conversation {
+    /// A conversation with a model, which has the name of a built-in one.
+    pub(super) fn new(name: &'static str, model: &Model) -> Conversation {
         Conversation {
-            model,
-            dialect,
+            model: name,
+            dialect: model.command_set.dialect(),
+            start_resumes: model.quirks.start_resumes_dnc,
             pending: None,
             announced: None,
             character: false,
@@ -89,7 +94,9 @@ impl Conversation {
             }
             Event::Answer { mnemonic, bytes } => {
                 let pending = self.pending.take();
-                assert_eq!(pending, Some(*mnemonic), "answers what was not asked");
+                // Known: a motion that START goes on with (a quirk) is answered like an `S`.
+                let resumed = pending.is_none() && *mnemonic == "@S" && self.start_resumes;
+                assert!(resumed || pending == Some(*mnemonic), "{mnemonic} was not asked");
                 self.check_answer(mnemonic, bytes, reached);
                 self.announced = Some(bytes.to_vec());
             }

@@ -332,6 +332,8 @@ fn controllers(model: usize, dialect: Dialect) -> Vec<(String, Vec<u8>)> {
     script = script.signal(PlantSignal::Stop, 0).signal(PlantSignal::Start, 1);
     script = script.press(PlantSignal::On).ask("echo").then(Operation::Power(false));
     add("overflow-and-power", script.then(Operation::Power(true)).ask(b"echo\r\xFE").ask("@0P\r"));
+    let far = "@0A8388607,20000,-8388608,20000,0,900,0,900\r";
+    add("position-wraps", ready(bench).ask(far).ask(far).ask("@0P\r").ask("@0n7\r").ask(far));
     let mut script = Script::new(Setup::new(model, 1)).ask("@0W\r").ask("@07\r@0R7\r@0h\r@0H\r");
     script = script.ask("@0A-500,900,0,900,0,900,0,900\r@0P\r@0F1\r@0A-5,900,0,900,0,900,0,900\r");
     script = script.ask("@0T1\r@0A-500,9000,0,900,0,900,0,900\r@0R7\r@0T0\r@07\r@0P\r");

@@ -104,19 +104,23 @@ impl Watch {
         (seen == Seen { open: terminal.opens > 0, closings: terminal.closings }).then(write)
     }
 
-    /// Nobody seems to have the terminal open, and yet a byte arrives or an answer is due.
-    /// Either the client has closed already, or an opening was merged into another one.
-    pub(super) fn doubt(&self) {
-        let before = self.closed_since();
+    /// The terminal counts as closed: looks whether an opening was merged into another one, so
+    /// that somebody has it open all the same. Somebody who opens it meanwhile is a new client,
+    /// for whom nothing of before is meant.
+    pub(super) fn is_open_after_all(&self) -> bool {
         // Looking at all processes takes its time; nobody else waits for it.
-        let Some((identity, events)) = before else { return };
-        if holders(identity).seen && self.closed_since() == before {
-            let mut terminals = self.watcher.terminals();
-            if let Some(terminal) = terminals.get_mut(&self.number)
-                && terminal.events == events
-            {
+        let Some((identity, events)) = self.closed_since() else { return false };
+        if !holders(identity).seen {
+            return false;
+        }
+        let mut terminals = self.watcher.terminals();
+        self.watcher.drain(&mut terminals);
+        match terminals.get_mut(&self.number) {
+            Some(terminal) if terminal.events == events => {
                 terminal.opens = 1;
+                true
             }
+            _ => false,
         }
     }
 

@@ -33,5 +33,7 @@ impl Watch {
         Some(write())
     }
 
-    pub(super) fn doubt(&self) {}
+    pub(super) fn is_open_after_all(&self) -> bool {
+        false
+    }
 }

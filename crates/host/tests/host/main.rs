@@ -6,5 +6,7 @@ mod fake;
 mod pacing;
 #[cfg(target_os = "linux")]
 mod pty;
+#[cfg(unix)]
+mod serial;
 mod tcp;
 mod wire;

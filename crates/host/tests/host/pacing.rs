@@ -1,5 +1,6 @@
 //! The line with the time of its characters, without any host.
 
+use proptest::prelude::*;
 use vimc4_device::{Condition, Device, Input, Output, Time};
 use vimc4_host::Line;
 
@@ -150,4 +151,58 @@ fn a_full_line_takes_no_more() {
     assert_eq!(line.room(), 0);
     line.handle(Input::Wake, Time::from_millis(1));
     assert_eq!(line.room(), 1);
+}
+
+proptest! {
+    /// Whatever is sent when, however it is cut and whenever the host wakes up: the same bytes
+    /// leave at the same times, and the same state is left.
+    #[test]
+    fn how_a_host_drives_it_makes_no_difference(
+        script in prop::collection::vec((0_u64..20_000, 0_usize..5), 1..20),
+        wakes in prop::collection::vec(0_u64..20_000, 0..40),
+        cut in 1_usize..4,
+        paced in any::<bool>(),
+    ) {
+        let lines: [&[u8]; 5] = [b"ehi\r", b"w3\r", b"s7\r", b"b9600\r", b"t\r"];
+        let new = || {
+            let fake = Fake::new(b"");
+            if paced { Line::paced(fake) } else { Line::ideal(fake) }
+        };
+        let mut inputs: Vec<_> =
+            script.iter().map(|(micros, line)| (Time::from_micros(*micros), lines[*line])).collect();
+        inputs.sort_by_key(|(at, _)| *at);
+        let end = Time::from_secs(1);
+
+        let mut plain = new();
+        for (at, bytes) in &inputs {
+            plain.handle(Input::Bytes(bytes), *at);
+        }
+        plain.handle(Input::Wake, end);
+        let expected = run(&mut plain);
+
+        let mut driven = new();
+        let mut sent = Vec::new();
+        let mut drain = |line: &mut Line<Fake>| {
+            while let Output::Bytes(at, bytes) = line.poll_output() {
+                sent.extend(bytes.iter().map(|byte| (at, *byte)));
+            }
+        };
+        let mut wakes: Vec<_> = wakes.into_iter().map(Time::from_micros).collect();
+        wakes.sort();
+        let mut wakes = wakes.into_iter().peekable();
+        for (at, bytes) in &inputs {
+            while let Some(wake) = wakes.next_if(|wake| wake <= at) {
+                driven.handle(Input::Wake, wake);
+                drain(&mut driven);
+            }
+            for piece in bytes.chunks(cut) {
+                driven.handle(Input::Bytes(piece), *at);
+                drain(&mut driven);
+            }
+        }
+        driven.handle(Input::Wake, end);
+        drain(&mut driven);
+        prop_assert_eq!(sent, expected);
+        prop_assert_eq!(driven.state(), plain.state());
+    }
 }

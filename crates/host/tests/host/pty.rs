@@ -199,6 +199,8 @@ fn a_client_that_never_reads_stops_nobody() {
     }
     running.handle.now().wait().unwrap();
     drop(lazy);
+    // What it has not read is flushed when its closing is noticed, a moment later.
+    diary.wait_for("its end", |report| matches!(report, Report::News(_, News::Closed { .. })));
     let next = open(&path);
     assert_eq!(ask(&next, "ehello\r", 5), "hello");
     running.end().unwrap();
