@@ -11,20 +11,14 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use vimc4::device::{Controller, Device, SignalId};
 use vimc4::{Machine, Order, Signal, Time, Warning, escape};
 
 use crate::failure::Failure;
-use contract::{Controller, Device, SignalId};
 use driver::{Driver, Halt, News};
 use meter::Meter;
 use report::{Answer, End, Report, Why};
 use script::{Kind, Line, Script};
-
-/// What drives a device, in one place.
-mod contract {
-    pub(super) use vimc4_device::{Device, Input, Output, SignalId};
-    pub(super) use vimc4_isel::Controller;
-}
 
 /// How long somebody keeps a button pressed.
 const PRESS: Duration = Duration::from_millis(100);

@@ -63,3 +63,10 @@ pub use vimc4_host::{
 };
 pub use vimc4_isel::Model;
 pub use vimc4_plant::Machine;
+
+/// A controller without a thread, a clock or a port: driven input by input, in virtual time.
+/// [`Device`](device::Device) says how.
+pub mod device {
+    pub use vimc4_device::{Device, Input, Output, SignalId};
+    pub use vimc4_isel::Controller;
+}

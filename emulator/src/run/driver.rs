@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use vimc4::{Event, Kinds, Time, Warning};
 
-use super::contract::{Device, Input, Output, SignalId};
 use super::meter::Meter;
 use super::rounds::Rounds;
+use vimc4::device::{Device, Input, Output, SignalId};
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(super) struct Driver<D> {

@@ -31,7 +31,10 @@ pub fn seeds() -> Vec<Seed> {
         for (about, data) in controllers(number, dialect) {
             add("controller", format!("{name}-{about}"), data);
         }
-        add("flash", format!("{name}-program"), flash_image(number, dialect));
+        for end in ["end speeds=900,900,900,2000", "invalid", "line e1"] {
+            let word = end.split(' ').next().unwrap_or_default();
+            add("flash", format!("{name}-{word}"), flash_image(number, dialect, end));
+        }
     }
     for (number, dialect) in Dialect::ALL.into_iter().enumerate() {
         for (which, mode) in Mode::ALL.into_iter().enumerate() {
@@ -333,6 +336,8 @@ fn controllers(model: usize, dialect: Dialect) -> Vec<(String, Vec<u8>)> {
     script = script.press(PlantSignal::On).ask("echo").then(Operation::Power(false));
     add("overflow-and-power", script.then(Operation::Power(true)).ask(b"echo\r\xFE").ask("@0P\r"));
     let far = "@0A8388607,20000,-8388608,20000,0,900,0,900\r";
+    let invalid = ready(bench).ask("@0i\re0\rx\r@0IW\r").then(Operation::Snapshot);
+    add("invalid-program", invalid.then(Operation::Restart).ask("@07\r@0S\r@0i\r"));
     add("position-wraps", ready(bench).ask(far).ask(far).ask("@0P\r").ask("@0n7\r").ask(far));
     let mut script = Script::new(Setup::new(model, 1)).ask("@0W\r").ask("@07\r@0R7\r@0h\r@0H\r");
     script = script.ask("@0A-500,900,0,900,0,900,0,900\r@0P\r@0F1\r@0A-5,900,0,900,0,900,0,900\r");
@@ -373,14 +378,15 @@ fn start_replies(setup: Setup, dialect: Dialect) -> Script {
     script
 }
 
-/// The image of a flash memory with a program of every line.
-fn flash_image(model: usize, dialect: Dialect) -> Vec<u8> {
+/// The image of a flash memory with a program of every line, and a last line.
+fn flash_image(model: usize, dialect: Dialect, end: &str) -> Vec<u8> {
     let mut image = Setup::new(model, 0).encode();
     image.extend(b"vimc4 flash 1\nsettings directions=1 start_stop=200 abort=0,1,0 user_info=61\n");
     image.extend(b"program axes=7 speeds=900,900,900,2000\n");
     for spec in table(dialect, Mode::Stored).iter().filter(|spec| spec.op != Op::End) {
         image.extend(format!("line {}\n", right(spec).trim_end()).bytes());
     }
-    image.extend(b"end speeds=900,900,900,2000\n");
+    image.extend(end.bytes());
+    image.push(b'\n');
     image
 }
