@@ -5,9 +5,8 @@ mod circle;
 mod completions;
 mod failure;
 mod log;
-mod machines;
-mod models;
 mod orders;
+mod profiles;
 mod run;
 mod serve;
 
@@ -36,9 +35,9 @@ enum Command {
     /// Print the commands for a circle, a part of one, or a helix
     Circle(circle::Arguments),
     /// List the built-in models, or show the profile of one
-    Models(models::Arguments),
+    Models(profiles::Arguments),
     /// List the built-in machines, or show the profile of one
-    Machines(machines::Arguments),
+    Machines(profiles::Arguments),
     /// Print completions for a shell
     Completions(completions::Arguments),
 }
@@ -50,8 +49,8 @@ fn main() -> ExitCode {
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
         Command::Circle(arguments) => circle::run(arguments),
-        Command::Models(arguments) => models::run(arguments),
-        Command::Machines(arguments) => machines::run(arguments),
+        Command::Models(arguments) => profiles::models(arguments),
+        Command::Machines(arguments) => profiles::machines(arguments),
         Command::Completions(arguments) => completions::run(arguments),
     };
     match done {

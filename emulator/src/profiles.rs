@@ -1,0 +1,50 @@
+//! `vimc4 models` and `vimc4 machines`
+
+use std::io::{self, Write};
+
+use vimc4::Error;
+
+use crate::failure::Failure;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    show: Option<Show>,
+}
+
+#[derive(clap::Subcommand)]
+enum Show {
+    /// Print a profile as TOML, to start your own from
+    Show {
+        /// Its name
+        name: String,
+    },
+}
+
+pub(crate) fn models(arguments: Arguments) -> Result<(), Failure> {
+    let title = |name: &str| Ok(vimc4::model(name)?.title.clone());
+    list_or_show(arguments, &vimc4::models(), title, vimc4::model_profile)
+}
+
+pub(crate) fn machines(arguments: Arguments) -> Result<(), Failure> {
+    let title = |name: &str| Ok(vimc4::machine(name)?.title.clone());
+    list_or_show(arguments, &vimc4::machines(), title, vimc4::machine_profile)
+}
+
+fn list_or_show(
+    arguments: Arguments,
+    names: &[&str],
+    title: impl Fn(&str) -> Result<String, Error>,
+    profile: impl Fn(&str) -> Result<&'static str, Error>,
+) -> Result<(), Failure> {
+    let text = match arguments.show {
+        Some(Show::Show { name }) => profile(&name)?.to_owned(),
+        None => {
+            let line = |name: &&str| Ok(format!("{name:<12}{}\n", title(name)?));
+            names.iter().map(line).collect::<Result<String, Error>>()?
+        }
+    };
+    // Whoever reads may have read enough, which is no reason to complain.
+    let _ = io::stdout().lock().write_all(text.as_bytes());
+    Ok(())
+}
