@@ -1,12 +1,11 @@
 //! Whether a command may be executed. When several errors apply, the first of a fixed order
 //! answers; this module is that order, from top to bottom.
 
-use vimc4_isel_wire::{AxisSet, Class, Command, Context, Frame, Op, Reply};
+use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Context, Frame, Op, Reply};
 use vimc4_motion::Point;
 
 use crate::Controller;
 use crate::model::{CommandSet, LeaveSwitch, LimitLatch, Unreferenced};
-use crate::ports::{Output, Wire};
 use crate::program::Validity;
 
 impl Controller {
@@ -94,17 +93,8 @@ impl Controller {
         let fractions = self.state.model.quirks.fractional_numbers.fractions();
         let number = |index| frame.number(index, fractions);
         let Some(port) = number(0).and_then(|port| u16::try_from(port).ok()) else { return false };
-        let spindle = Wire::Output(Output::SPINDLE);
-        match self.state.model.ports.writable(port) {
-            Some([only]) => *only == spindle,
-            // A whole byte concerns the spindle only where it switches it on.
-            Some(wires) => wires.iter().enumerate().any(|(bit, wire)| {
-                *wire == spindle
-                    && !self.state.outputs.get(Output::SPINDLE)
-                    && number(1).is_some_and(|value| value >> bit & 1 == 1)
-            }),
-            None => false,
-        }
+        let value = number(1).and_then(|value| u8::try_from(value).ok()).unwrap_or(0);
+        self.drives_spindle(&BitTest { port, bit: Bit::Byte, value })
     }
 
     /// `G` for a program or a remainder that is, or is not, there.

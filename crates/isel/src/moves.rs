@@ -29,13 +29,13 @@ impl Moving {
 impl Controller {
     // --- from a command to a plan ---
 
-    /// How far a straight move takes each axis.
+    /// Where a straight move takes each axis first; 0 for an axis that it does not move. An
+    /// axis that comes back to where it was has moved.
     pub(crate) fn way_of(&self, command: &Command) -> Point {
         let mut way = [0; AXES];
         for (path, _) in self.plan_of(command).parts {
-            let end = path.at(path.length());
-            for axis in 0..AXES {
-                way[axis] += end[axis];
+            for (way, part) in way.iter_mut().zip(path.at(path.length())) {
+                *way = if *way == 0 { part } else { *way };
             }
         }
         way

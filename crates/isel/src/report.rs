@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use vimc4_device::{AXES, Event, Kinds};
-use vimc4_isel_wire::{AxisSet, BitTest, Reply};
+use vimc4_isel_wire::{AxisSet, Bit, BitTest, Reply};
 use vimc4_plant::End;
 
 use crate::Controller;
@@ -163,21 +163,18 @@ impl Controller {
         }
     }
 
-    /// Whether setting a bit of a port concerns the spindle.
+    /// Whether writing to a port concerns the spindle: its own port does, a port that has it
+    /// among others only where it is switched on.
     pub(crate) fn drives_spindle(&self, test: &BitTest) -> bool {
-        let Some(wires) = self.state.model.ports.writable(test.port) else { return false };
-        match (wires, test.bit) {
-            ([only], _) => *only == Wire::Output(Output::SPINDLE),
-            (wires, vimc4_isel_wire::Bit::One(bit)) => {
-                wires.get(usize::from(bit)) == Some(&Wire::Output(Output::SPINDLE))
-                    && test.value == 1
-            }
-            (wires, vimc4_isel_wire::Bit::Byte) => {
-                let bit = wires.iter().position(|w| *w == Wire::Output(Output::SPINDLE));
-                bit.is_some_and(|bit| test.value >> bit & 1 == 1)
-                    && !self.state.outputs.get(Output::SPINDLE)
-            }
-        }
+        let spindle = Wire::Output(Output::SPINDLE);
+        let wires = self.state.model.ports.writable(test.port).unwrap_or_default();
+        let Some(place) = wires.iter().position(|wire| *wire == spindle) else { return false };
+        let on = match test.bit {
+            _ if wires.len() == 1 => return true,
+            Bit::One(bit) => usize::from(bit) == place && test.value == 1,
+            Bit::Byte => test.value >> place & 1 == 1,
+        };
+        on && !self.state.outputs.get(Output::SPINDLE)
     }
 
     /// Changes outputs, and tells which ports that changed.
