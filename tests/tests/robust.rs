@@ -427,14 +427,4 @@ fn what_was_answered_survives_a_kill_at_any_moment() {
         promise.lines = held;
     }
     assert!(stored > 0, "all were killed too early to tell anything");
-    if std::env::var_os("ROBUST_DEBUG").is_some() {
-        eprintln!(
-            "stored {stored}, folder {:?}",
-            fs::read_dir(folder.path())
-                .unwrap()
-                .flatten()
-                .map(|e| e.file_name())
-                .collect::<Vec<_>>()
-        );
-    }
 }

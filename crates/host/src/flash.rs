@@ -147,7 +147,9 @@ impl FlashFile {
     /// the new image.
     fn replace(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut name = self.path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.new", std::process::id()));
+        // Always the same name: what a killed process left behind is taken over. The lock on
+        // the file keeps other processes away from it.
+        name.push(".vimc4-new");
         let fresh = self.path.with_file_name(name);
         let written = self.write_fresh(&fresh, bytes);
         if written.is_err() {
@@ -163,7 +165,7 @@ impl FlashFile {
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(true).open(fresh)?;
         // The new file is locked before it gets the name, so the name is never free.
-        file.try_lock()?;
+        try_lock(&file)?;
         file.set_permissions(self.file.metadata()?.permissions())?;
         file.write_all(bytes)?;
         file.sync_all()?;
@@ -178,14 +180,17 @@ impl FlashFile {
 }
 
 fn lock(file: &File, path: &Path) -> Result<(), FlashFileError> {
+    try_lock(file).map_err(|error| match error {
+        TryLockError::WouldBlock => FlashFileError::InUse(path.to_owned()),
+        TryLockError::Error(source) => FlashFileError::Open { path: path.to_owned(), source },
+    })
+}
+
+/// Locks a file. A file system without locks is no reason to refuse it.
+fn try_lock(file: &File) -> Result<(), TryLockError> {
     match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(FlashFileError::InUse(path.to_owned())),
-        // A file system without locks is no reason to refuse the file.
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(()),
-        Err(TryLockError::Error(source)) => {
-            Err(FlashFileError::Open { path: path.to_owned(), source })
-        }
+        locked => locked,
     }
 }
 
