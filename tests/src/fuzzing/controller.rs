@@ -43,7 +43,8 @@ pub fn controller(data: &[u8], reached: &mut Reached) {
         }
     }
     check_view(&twins.watched.view(twins.watched.now()));
-    twins.keep();
+    let written = twins.keep();
+    check_memory(&written, &twins.alone);
     twins.compare();
 }
 
@@ -142,7 +143,7 @@ impl Twins {
                     self.conversation.reset();
                 }
             }
-            Operation::Snapshot => self.keep(),
+            Operation::Snapshot => drop(self.keep()),
             Operation::Restore => {
                 if let Some((state, conversation, disk)) = self.kept.clone() {
                     self.alone.restore(state.clone());
@@ -339,23 +340,19 @@ impl Twins {
     }
 
     /// Keeps the state; the one that is left alone goes on from what was read back. What is on
-    /// the disk is what the controller has.
-    fn keep(&mut self) {
+    /// the disk is what the controller has. Returns the state as it was written down.
+    fn keep(&mut self) -> String {
         let state = self.alone.state();
         let text = serde_json::to_string(state).unwrap_or_default();
         let back: State =
             serde_json::from_str(&text).unwrap_or_else(|error| unreachable!("{error}: {text}"));
         assert!(back == *state, "written and read back differ in {:?}", difference(&back, state));
-        check_memory(&text, &self.alone);
         let from_disk = open(self.setup, &self.disk);
-        let flash = |controller: &Controller| {
-            let state = serde_json::to_value(controller.state()).unwrap_or_default();
-            state.get("flash").cloned()
-        };
-        assert_eq!(flash(&from_disk), flash(&self.alone), "the disk has something else");
+        assert_eq!(from_disk.flash_image(), self.alone.flash_image(), "the disk is different");
         self.alone = from_disk;
         self.alone.restore(back.clone());
         self.kept = Some((back, self.conversation.clone(), self.disk.clone()));
+        text
     }
 
     /// What is forecast happens, at its time and not before.
