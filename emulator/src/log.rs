@@ -12,7 +12,7 @@ use std::time::Duration;
 use vimc4::{Traffic, Verbosity};
 
 /// How many lines wait for a slow terminal or disk before new ones are left out.
-const WAITING: usize = 10_000;
+const WAITING: usize = 1_000;
 
 /// Writes lines in a thread of its own, so that a terminal that stands still does not hold up
 /// a controller.

@@ -4,6 +4,7 @@
 mod circle;
 mod completions;
 mod failure;
+mod limits;
 mod log;
 mod orders;
 mod profiles;

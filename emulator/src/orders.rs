@@ -85,7 +85,7 @@ pub(crate) fn carry_out(line: &str, emulators: &[Emulator], signals: &[Signal]) 
         Ok(None) => {}
         Ok(Some(Order::Quit)) => return Next::Quit,
         Ok(Some(order)) => {
-            let outcome = emulator.give(&order);
+            let outcome = emulator.control().give(&order);
             // The next line need not wait: `press stop` must work while the machine is awaited.
             tokio::spawn(async move {
                 match outcome.await {

@@ -129,7 +129,7 @@ fn signals(arguments: &Arguments, device: &impl Device) -> Result<Vec<Scheduled>
                 "port {port} bit {bit} is no input of the model {}; `vimc4 models show {0}` has \
                  its ports, and its inputs are {}",
                 arguments.model,
-                inputs(device.signals()),
+                inputs(&device.signals()),
             )));
         };
         scheduled.push(Scheduled { after: *after, signal, value: level.into() });
@@ -148,12 +148,12 @@ fn inputs(signals: &[Signal]) -> String {
 
 /// A button goes down, and up again if it does not latch.
 fn press(device: &impl Device, name: &str, after: Duration) -> Result<Vec<Scheduled>, Failure> {
-    let button = match Order::parse(&format!("press {name}"), device.signals()) {
+    let button = match Order::parse(&format!("press {name}"), &device.signals()) {
         Ok(Some(Order::Press(button))) => button,
         Ok(_) => name.to_owned(),
         Err(error) => return Err(Failure::usage(error)),
     };
-    let found = device.signals().iter().find(|signal| signal.name == button);
+    let found = device.signals().into_iter().find(|signal| signal.name == button);
     let Some(signal) = found.map(|signal| signal.id) else {
         return Err(Failure::usage(format!("there is no button {button}")));
     };

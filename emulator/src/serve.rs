@@ -4,16 +4,19 @@ use std::ffi::OsString;
 use std::future::poll_fn;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::task::Poll;
+use std::thread;
 use std::time::Duration;
 
 use clap::ArgAction;
 use serde::Serialize;
 use tokio::runtime;
 use tokio::time::timeout;
-use vimc4::{Clients, Clock, Emulator, Verbosity};
+use vimc4::{Clients, Clock, Emulator, Verbosity, Worker};
 
 use crate::failure::Failure;
+use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Next};
 
@@ -51,7 +54,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// How many controllers
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     count: u16,
     /// What happens to a second TCP client: refuse it, let it take over, or let it observe
     #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse)]
@@ -128,16 +131,21 @@ fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
             arguments.serial.len()
         )));
     }
+    limits::allow_open_files(count)?;
+    let workers = workers(count)?;
+    let model = vimc4::model(&arguments.model)?;
+    let machine = vimc4::machine(&arguments.machine)?;
     let mut emulators = Vec::new();
-    for number in 1..=count {
+    for (number, worker) in (1..=count).zip(workers.iter().cycle()) {
         let several = (count > 1).then_some(number);
         let prefix = several.map_or_else(String::new, |number| format!("{number}: "));
         let verbosity =
             if arguments.verbose { Verbosity::Conversation } else { Verbosity::Warnings };
         let mut builder = Emulator::builder()
-            .model(&arguments.model)
-            .machine(&arguments.machine)
+            .with_model(Arc::clone(&model))
+            .with_machine(Arc::clone(&machine))
             .time(arguments.time)
+            .on(worker)
             .tcp_clients(arguments.tcp_clients)
             .line_pacing(arguments.line_pacing)
             .record(false)
@@ -160,6 +168,17 @@ fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
         emulators.push(builder.start()?);
     }
     Ok(emulators)
+}
+
+/// The threads that the controllers share: no more than there are processors to run them.
+fn workers(controllers: u16) -> Result<Vec<Worker>, Failure> {
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    let started = (0..processors.min(usize::from(controllers))).map(|_| Worker::start("vimc4"));
+    started.collect::<Result<_, _>>().map_err(|error| {
+        Failure::usage(format!(
+            "cannot start a thread: {error}; end other programs, or raise the limit of processes"
+        ))
+    })
 }
 
 /// The link that is wanted. Where there are no pseudo terminals, only who asks for one is told.

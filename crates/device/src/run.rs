@@ -77,8 +77,9 @@ pub trait Device {
     /// the wake-up time.
     fn view(&self, at: Time) -> View;
 
-    /// The things of the outside world that can be set with [`Input::Signal`].
-    fn signals(&self) -> &[Signal];
+    /// The things of the outside world that can be set with [`Input::Signal`]. The list is made
+    /// for who asks; a device does not carry its own description with it.
+    fn signals(&self) -> Vec<Signal>;
 
     /// The signal behind a bit of an input port, if something outside drives that bit.
     fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId>;

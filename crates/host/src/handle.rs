@@ -75,6 +75,9 @@ pub enum ControlError {
     /// Its time cannot be moved.
     #[error("time moves by itself with this clock; use the manual clock to move it")]
     RunsByItself,
+    /// This model has no such thing.
+    #[error("{0}")]
+    Unsupported(&'static str),
     /// It comes to rest, or runs on without end, and the condition never holds.
     #[error("this never happens unless something else does first")]
     Never,
@@ -116,7 +119,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// The things of the outside world that can be set.
     pub fn signals(&self) -> Reply<Vec<Signal>> {
-        self.call(|runner| Ok(runner.device().signals().to_vec()))
+        self.with(|runner| Ok(runner.device().signals()))
     }
 
     /// Sets a signal by name to any value it takes.
@@ -128,10 +131,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn set_all(&self, values: &[(&str, i32)]) -> Reply<()> {
         let values: Vec<_> =
             values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        self.call(move |runner| {
+        self.with(move |runner| {
             let mut inputs = Vec::with_capacity(values.len());
             for (name, value) in values {
-                let signal = find(runner.device().signals(), "signal", &name, |_| true)?;
+                let signal = find(&runner.device().signals(), "signal", &name, |_| true)?;
                 check(&signal, value)?;
                 inputs.push(Input::Signal(signal.id, value));
             }
@@ -143,9 +146,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// Puts a switch into a position by name, as in `key auto`.
     pub fn turn(&self, name: &str, position: &str) -> Reply<()> {
         let (name, position) = (name.to_owned(), position.to_owned());
-        self.call(move |runner| {
-            let signal =
-                find(runner.device().signals(), "switch", &name, |s| s.kind == SignalKind::Switch)?;
+        self.with(move |runner| {
+            let signal = find(&runner.device().signals(), "switch", &name, |s| {
+                s.kind == SignalKind::Switch
+            })?;
             let value = position_of(&signal, &position)?;
             runner.input(Input::Signal(signal.id, value));
             Ok(())
@@ -169,9 +173,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     fn button(&self, name: &str, values: &'static [i32]) -> Reply<()> {
         let name = name.to_owned();
-        self.call(move |runner| {
-            let signal =
-                find(runner.device().signals(), "button", &name, |s| s.kind == SignalKind::Button)?;
+        self.with(move |runner| {
+            let signal = find(&runner.device().signals(), "button", &name, |s| {
+                s.kind == SignalKind::Button
+            })?;
             let inputs: Vec<_> =
                 values.iter().map(|&value| Input::Signal(signal.id, value)).collect();
             runner.inputs(&inputs);
@@ -181,9 +186,9 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Sets a bit of an input port.
     pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Reply<()> {
-        self.call(move |runner| {
+        self.with(move |runner| {
             let Some(id) = runner.device().input_signal(port, bit) else {
-                let known = names(runner.device().signals(), |s| s.name.starts_with("input "));
+                let known = names(&runner.device().signals(), |s| s.name.starts_with("input "));
                 return Err(ControlError::NotAnInput { port, bit, known });
             };
             runner.input(Input::Signal(id, i32::from(level)));
@@ -193,7 +198,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Reply<()> {
-        self.call(move |runner| {
+        self.with(move |runner| {
             runner.input(Input::Power(on));
             Ok(())
         })
@@ -212,12 +217,12 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// The controller's time.
     pub fn now(&self) -> Reply<Time> {
-        self.call(|runner| Ok(runner.device().now()))
+        self.with(|runner| Ok(runner.device().now()))
     }
 
     /// A picture of the controller at its present time.
     pub fn view(&self) -> Reply<View> {
-        self.call(|runner| Ok(runner.device().view(runner.device().now())))
+        self.with(|runner| Ok(runner.device().view(runner.device().now())))
     }
 
     /// Everything that decides what the controller will do.
@@ -225,7 +230,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     where
         D::State: Send,
     {
-        self.call(|runner| Ok(runner.device().state().clone()))
+        self.with(|runner| Ok(runner.device().state().clone()))
     }
 
     /// Continues from a state taken earlier, its time included.
@@ -233,21 +238,15 @@ impl<D: Device + Clone + 'static> Handle<D> {
     where
         D::State: Send,
     {
-        self.call(move |runner| {
+        self.with(move |runner| {
             runner.restore(state);
             Ok(())
         })
     }
 
-    /// A command as people read it.
-    pub fn explain(&self, command: &[u8]) -> Reply<String> {
-        let command = command.to_vec();
-        self.call(move |runner| Ok(runner.device().explain(&command)))
-    }
-
     /// Opens another way to the line.
     pub fn attach(&self, transport: impl Transport + 'static) -> Reply<()> {
-        self.call(move |runner| {
+        self.with(move |runner| {
             runner.attach(Box::new(transport));
             Ok(())
         })
@@ -255,27 +254,28 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Lets a sink watch from now on.
     pub fn watch(&self, sink: impl Sink + 'static) -> Reply<()> {
-        self.call(move |runner| {
+        self.with(move |runner| {
             runner.watch(Box::new(sink));
             Ok(())
         })
     }
 
-    fn call<T: Send + 'static>(
+    /// Does anything with the controller, between two inputs and after all that was sent before.
+    pub fn with<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Runner<D>) -> Result<T, ControlError> + Send + 'static,
     ) -> Reply<T> {
         let (sender, reply) = oneshot::channel();
         // If it cannot be sent, the sender is dropped with it, and the reply says so.
-        let _ = self.jobs.send(Job::Call(Box::new(move |runner| {
+        let _ = self.jobs.send(Box::new(move |runner| {
             let _ = sender.send(work(runner));
-        })));
+        }));
         Reply(reply)
     }
 
     fn travel(&self, destination: Destination) -> Reply<Time> {
         let (sender, reply) = oneshot::channel();
-        let _ = self.jobs.send(Job::Travel(destination, sender));
+        let _ = self.jobs.send(Box::new(move |runner| runner.set_out(destination, sender)));
         Reply(reply)
     }
 }
@@ -326,7 +326,7 @@ fn position_of(signal: &Signal, position: &str) -> Result<i32, ControlError> {
 
 /// Waits for a future on this thread. The executors of tokio refuse to do so inside of tasks;
 /// this one does what it is told, so the blocking methods work everywhere.
-fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
+pub fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
     struct Unpark(Thread);
 
     impl Wake for Unpark {

@@ -15,10 +15,11 @@ mod runner;
 mod timer;
 mod traffic;
 mod transport;
+mod worker;
 
 pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError};
-pub use handle::{ControlError, Handle, Reply};
+pub use handle::{ControlError, Handle, Reply, block_on};
 pub use pacing::{Line, LineState};
 pub use report::{News, Report, Sink, Wants};
 pub use runner::{RunError, Runner};
@@ -28,3 +29,4 @@ pub use transport::{
 };
 #[cfg(unix)]
 pub use transport::{Link, LinkError, Pty, PtyError};
+pub use worker::Worker;

@@ -115,10 +115,12 @@ impl<D: Device> Line<D> {
     }
 
     /// How many more bytes the line takes now without losing any. A host reads no more than
-    /// this from its clients; the rest waits where they wrote it.
+    /// this from its clients; the rest waits where they wrote it. Nothing is taken while the
+    /// answers are far behind: most are longer than what asked for them.
     pub fn room(&self) -> usize {
         if self.wires.paced {
-            LANE.saturating_sub(self.wires.to_device.queue.len())
+            let Wires { to_device, from_device, .. } = &self.wires;
+            LANE.saturating_sub(to_device.queue.len().max(from_device.queue.len()))
         } else {
             usize::MAX
         }
@@ -224,7 +226,7 @@ impl<D: Device> Device for Line<D> {
         self.device.view(at)
     }
 
-    fn signals(&self) -> &[Signal] {
+    fn signals(&self) -> Vec<Signal> {
         self.device.signals()
     }
 

@@ -65,6 +65,16 @@ pub enum News {
         /// How many bytes.
         bytes: u64,
     },
+    /// A client has set its port to another speed than the device's line has. It is understood
+    /// all the same; a real device would hear noise.
+    WrongSpeed {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// The client's speed in bits per second.
+        client: u32,
+        /// The speed of the device's line in bits per second.
+        line: u32,
+    },
     /// A transport failed and is no longer served.
     Failed {
         /// The transport, by its label.

@@ -30,8 +30,9 @@ const BATCH_TIME: Duration = Duration::from_millis(5);
 /// How long the computer may be behind a clock that runs by itself before the clock gives way.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// How much is read at once.
-const CHUNK: usize = 4_096;
+/// How much is read at once. The controllers of a thread take turns after each piece, and a
+/// client may fill every piece with the shortest commands there are.
+const CHUNK: usize = 1_024;
 
 /// Owns a device and its transports and lets it live in the time of a [`Clock`].
 ///
@@ -84,15 +85,11 @@ pub enum RunError {
     Timer(io::Error),
 }
 
-type TimeReply = oneshot::Sender<Result<Time, ControlError>>;
-
-type Work<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
+/// Where a time is awaited.
+pub(crate) type TimeReply = oneshot::Sender<Result<Time, ControlError>>;
 
 /// What a [`Handle`] asks for.
-pub(crate) enum Job<D: Device> {
-    Call(Work<D>),
-    Travel(Destination, TimeReply),
-}
+pub(crate) type Job<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
 
 pub(crate) enum Destination {
     After(Duration),
@@ -109,7 +106,8 @@ struct Waiter {
 
 /// Why the task looked up.
 enum Woken<D: Device> {
-    Line(usize, Received),
+    /// Something has arrived on the line, and was passed on.
+    Line,
     Job(Job<D>),
     Stop,
     /// Time has passed, or there is more to do.
@@ -199,12 +197,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// file fails.
     pub async fn run(mut self) -> Result<(), RunError> {
         let mut timer = Timer::new().map_err(RunError::Timer)?;
-        let mut buffer = [0; CHUNK];
         self.ticking = self.clock.rate().map(|rate| Ticking::start(rate, self.device.now()));
         // The device may have had something to say before the first input.
         self.drain();
         loop {
             let busy = self.move_time();
+            self.dismiss_listeners();
             if let Some(failure) = self.failure.take() {
                 return Err(failure);
             }
@@ -214,11 +212,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 // The reactor gets its turn, so that looking at the line shows what is there.
                 yield_now().await;
             }
-            match self.look_up(&mut timer, &mut buffer, busy).await {
-                Woken::Line(from, received) => self.receive(from, received, &buffer),
+            match self.look_up(&mut timer, busy).await {
+                Woken::Line => {}
                 Woken::Job(job) => {
-                    self.settle(&mut buffer).await;
-                    self.perform(job);
+                    self.settle().await;
+                    self.catch_up();
+                    job(&mut self);
                 }
                 Woken::Stop => return Ok(()),
                 Woken::Time => self.jump(),
@@ -227,7 +226,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Waits for something to happen; with `busy` it only looks.
-    async fn look_up(&mut self, timer: &mut Timer, buffer: &mut [u8], busy: bool) -> Woken<D> {
+    async fn look_up(&mut self, timer: &mut Timer, busy: bool) -> Woken<D> {
         poll_fn(|cx| {
             if Pin::new(&mut self.stop).poll(cx).is_ready() {
                 return Poll::Ready(Woken::Stop);
@@ -235,8 +234,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
             // A journey through time and its catching up are not disturbed: what arrives in
             // between arrives when they have ended.
             if self.journey.is_none() && self.behind.is_none() {
-                if let Poll::Ready((from, received)) = self.poll_line(cx, buffer) {
-                    return Poll::Ready(Woken::Line(from, received));
+                if self.poll_line(cx).is_ready() {
+                    return Poll::Ready(Woken::Line);
                 }
                 match self.jobs.poll_recv(cx) {
                     Poll::Ready(Some(job)) => return Poll::Ready(Woken::Job(job)),
@@ -255,8 +254,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
         .await
     }
 
-    /// Asks the transports for what has arrived, beginning after the one that spoke last.
-    fn poll_line(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<(usize, Received)> {
+    /// Asks the transports for what has arrived, beginning after the one that spoke last, and
+    /// takes it in. What is read lies on the stack: a controller that waits keeps no buffer.
+    fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let mut buffer = [0; CHUNK];
         let room = (self.room)(&self.device).min(buffer.len());
         if room == 0 {
             return Poll::Pending;
@@ -268,21 +269,32 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 self.transports[index].poll_receive(cx, &mut buffer[..room])
             {
                 self.first = index + 1;
-                return Poll::Ready((index, received));
+                self.receive(index, received, &buffer);
+                return Poll::Ready(());
             }
         }
         Poll::Pending
     }
 
+    /// Lets go of clients that have closed their side of the line, once they have every answer.
+    fn dismiss_listeners(&mut self) {
+        for transport in &mut self.transports {
+            if transport.has_listener() && self.device.is_idle() {
+                transport.dismiss_listener();
+            }
+        }
+    }
+
     /// Takes in everything that was sent before a control was used, although its news may still
     /// be under way: who writes a command and then asks where the machine is means that order.
-    async fn settle(&mut self, buffer: &mut [u8]) {
+    async fn settle(&mut self) {
         // A client that never stops sending must not keep the control from being used.
         for _ in 0..64 {
             yield_now().await;
-            let looked = poll_fn(|cx| Poll::Ready(self.poll_line(cx, buffer))).await;
-            let Poll::Ready((from, received)) = looked else { return };
-            self.receive(from, received, buffer);
+            let looked = poll_fn(|cx| Poll::Ready(self.poll_line(cx))).await;
+            if looked.is_pending() {
+                return;
+            }
         }
     }
 
@@ -298,20 +310,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 }
                 self.input(Input::Bytes(bytes));
             }
+            Received::Finished => {}
             Received::News(news) => self.news(news),
         }
         self.transports.retain(|transport| !transport.is_finished());
     }
 
-    fn perform(&mut self, job: Job<D>) {
-        self.catch_up();
-        match job {
-            Job::Call(work) => work(self),
-            Job::Travel(destination, reply) => self.set_out(destination, reply),
-        }
-    }
-
-    fn set_out(&mut self, destination: Destination, reply: TimeReply) {
+    /// Lets time pass until the destination is reached, and then replies.
+    pub(crate) fn set_out(&mut self, destination: Destination, reply: TimeReply) {
         let now = self.device.now();
         let by_itself = self.ticking.is_some();
         // Whoever asked may have stopped waiting for the answer.

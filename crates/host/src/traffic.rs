@@ -86,6 +86,13 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
+            News::WrongSpeed { transport, client, line } => self.line(
+                at,
+                format_args!(
+                    "{transport}: the client has set {client} baud, the controller has {line}; a \
+                     real one would hear noise"
+                ),
+            ),
             News::Failed { transport, error } => {
                 self.line(at, format_args!("{transport}: failed and is no longer served: {error}"));
             }

@@ -21,7 +21,6 @@ use crate::state::{Activity, State};
 pub struct Controller {
     pub(crate) state: State,
     pub(crate) out: Outbox,
-    signals: Arc<[Signal]>,
 }
 
 /// What waits to be polled. It is drained after every input and no part of the state.
@@ -44,9 +43,8 @@ impl Controller {
         flash_image: &[u8],
     ) -> Result<Controller, FlashError> {
         let flash = Flash::read(flash_image, &model, &machine)?;
-        let signals = signals_of(&model);
         let state = State::new(model, machine, flash);
-        Ok(Controller { state, out: Outbox::default(), signals })
+        Ok(Controller { state, out: Outbox::default() })
     }
 
     /// The model.
@@ -141,7 +139,6 @@ impl Device for Controller {
     fn restore(&mut self, state: State) {
         self.state = state;
         self.out.queue.clear();
-        self.signals = signals_of(&self.state.model);
     }
 
     fn now(&self) -> Time {
@@ -156,8 +153,8 @@ impl Device for Controller {
         self.picture(at)
     }
 
-    fn signals(&self) -> &[Signal] {
-        &self.signals
+    fn signals(&self) -> Vec<Signal> {
+        signals_of(&self.state.model)
     }
 
     fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
@@ -197,7 +194,7 @@ impl Device for Controller {
 
 /// The plant's signals as a model shows them: its user inputs are called by the first port bit
 /// that shows them.
-fn signals_of(model: &Model) -> Arc<[Signal]> {
+fn signals_of(model: &Model) -> Vec<Signal> {
     let mut signals: Vec<Signal> =
         PlantSignal::FIXED.into_iter().map(|signal| signal.describe("")).collect();
     for number in 0..16 {
@@ -209,5 +206,5 @@ fn signals_of(model: &Model) -> Arc<[Signal]> {
             signals.push(PlantSignal::Input(number).describe(&name));
         }
     }
-    signals.into()
+    signals
 }

@@ -3,18 +3,19 @@
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, mpsc};
-use std::thread;
+use std::sync::Arc;
 
-use tokio::runtime;
 use tokio::sync::watch;
-use vimc4_host::{Clients, Clock, FlashFile, Handle, Line, RunError, Runner, Serial, Sink, Tcp};
+use vimc4_host::{
+    Clients, Clock, FlashFile, Handle, Line, RunError, Runner, Serial, Sink, Tcp, Worker,
+};
 #[cfg(unix)]
 use vimc4_host::{Link, Pty};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::Machine;
 
 use crate::catalogue;
+use crate::control::Control;
 use crate::emulator::{Emulator, Places};
 use crate::error::Error;
 use crate::record::Record;
@@ -33,6 +34,7 @@ pub struct Builder {
     line_pacing: bool,
     record: bool,
     sinks: Vec<Box<dyn Sink>>,
+    worker: Option<Worker>,
 }
 
 /// A profile by name or file, or the thing itself.
@@ -91,6 +93,7 @@ impl Builder {
             line_pacing: false,
             record: true,
             sinks: Vec::new(),
+            worker: None,
         }
     }
 
@@ -175,7 +178,14 @@ impl Builder {
         self
     }
 
-    /// Starts the emulator in a thread of its own.
+    /// A thread that it shares with other emulators. It has one of its own if nothing is said,
+    /// so that what others do cannot delay it; hundreds of quiet ones are better together.
+    pub fn on(mut self, worker: &Worker) -> Builder {
+        self.worker = Some(worker.clone());
+        self
+    }
+
+    /// Starts the emulator.
     ///
     /// # Errors
     ///
@@ -199,49 +209,29 @@ impl Builder {
         }
         let addresses = self.tcp.as_deref().map(resolve).transpose()?.unwrap_or_default();
         let record = self.record.then(Record::default);
+        #[cfg(unix)]
         let pty = self.pty.clone();
 
-        let (report, started) = mpsc::sync_channel(1);
-        let (over, ended) = watch::channel(None);
-        let thread = {
-            let (model, record) = (Arc::clone(&model), record.clone());
-            thread::Builder::new()
-                .name(format!("vimc4 {}", model.name))
-                .spawn(move || {
-                    let runtime = match runtime::Builder::new_current_thread().enable_all().build()
-                    {
-                        Ok(runtime) => runtime,
-                        Err(error) => {
-                            let _ = report.send(Err(Error::Start(error)));
-                            return;
-                        }
-                    };
-                    runtime.block_on(async {
-                        let made = self.assemble(model, machine, &addresses, record);
-                        let runner = match made {
-                            Ok((runner, handle, places)) => {
-                                let _ = report.send(Ok((handle, places)));
-                                runner
-                            }
-                            Err(error) => {
-                                let _ = report.send(Err(error));
-                                return;
-                            }
-                        };
-                        let end = runner.run().await;
-                        let _ = over.send(Some(end.map_err(Arc::new)));
-                    });
-                })
-                .map_err(Error::Start)?
+        let worker = match &self.worker {
+            Some(worker) => worker.clone(),
+            None => Worker::start(&format!("vimc4 {}", model.name)).map_err(Error::Start)?,
         };
-        let (handle, places) = started
-            .recv()
-            .map_err(|_| Error::Start(std::io::Error::other("its thread died")))??;
-        let emulator = Emulator::new(model, handle, places, record, ended, thread);
+        let (runner, handle, places) = {
+            let _inside = worker.enter();
+            self.assemble(Arc::clone(&model), machine, &addresses, record.clone())?
+        };
+        let (over, ended) = watch::channel(None);
+        // Boxed, because a task is made room for as what it begins with and as what it becomes.
+        let life = Box::pin(runner.run());
+        worker.spawn(async move {
+            let end = life.await;
+            // Nobody may be interested.
+            let _ = over.send(Some(end.map_err(Arc::new)));
+        });
+        let control = Control::new(model, handle, record);
+        let emulator = Emulator::new(control, places, ended, worker);
         #[cfg(unix)]
         let emulator = emulator.named(&pty)?;
-        #[cfg(not(unix))]
-        let _ = pty;
         Ok(emulator)
     }
 
@@ -281,15 +271,17 @@ impl Builder {
         if let Some((file, image)) = flash {
             runner = runner.with_flash(file, &image)?;
         }
-        if let Some(tcp) = tcp {
-            runner.attach(Box::new(tcp));
+        // In this order it is sent to them. A pseudo terminal can be opened at any moment, also
+        // by a client that has just heard the answer on TCP and must not hear it again there.
+        #[cfg(unix)]
+        if let Some(pty) = pty {
+            runner.attach(Box::new(pty));
         }
         if let Some(serial) = serial {
             runner.attach(Box::new(serial));
         }
-        #[cfg(unix)]
-        if let Some(pty) = pty {
-            runner.attach(Box::new(pty));
+        if let Some(tcp) = tcp {
+            runner.attach(Box::new(tcp));
         }
         if let Some(record) = record {
             runner.watch(Box::new(record));

@@ -2,25 +2,26 @@
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::pin::pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use tokio::sync::watch;
-use vimc4_device::{Condition, Device, Event, Point, Signal, Time, View};
+use vimc4_device::{Condition, Event, Point, Signal, Time, View};
 #[cfg(unix)]
 use vimc4_host::Link;
-use vimc4_host::{ControlError, Handle, Line, LineState, Memory, MemoryPort, Reply};
-use vimc4_isel::{Controller, Model};
+use vimc4_host::{ControlError, MemoryPort, Worker, block_on};
+use vimc4_isel::Model;
 
 #[cfg(unix)]
 use crate::Terminal;
 use crate::builder::{Builder, End};
+use crate::control::{Control, Snapshot};
 use crate::error::Error;
-use crate::record::{Command, Record};
+use crate::record::Command;
 
-/// A virtual controller that runs in a thread of its own until it is dropped.
+/// A virtual controller that runs until it is dropped, in a thread of its own or one that it
+/// shares with [others](Builder::on).
 ///
 /// ```
 /// use std::io::{Read, Write};
@@ -52,19 +53,19 @@ use crate::record::{Command, Record};
 ///
 /// The methods block until the controller has done what they say, which takes microseconds
 /// unless time is to pass. What was written to the line before one of them is called has
-/// arrived when it takes effect.
+/// arrived when it takes effect. A program that must not block asks for the
+/// [`control`](Emulator::control), which has the same methods to be awaited.
 #[derive(Debug)]
 pub struct Emulator {
-    model: Arc<Model>,
-    handle: Handle<Line<Controller>>,
+    control: Control,
     places: Places,
     #[cfg(unix)]
     link: Option<Link>,
-    record: Option<Record>,
-    /// Where the key was last turned to, so that erasing can turn it back.
-    key_on_auto: AtomicBool,
     ended: watch::Receiver<End>,
-    thread: Option<JoinHandle<()>>,
+    /// Whether dropping it waits for its end.
+    patient: bool,
+    /// Its thread, which ends with the last emulator that runs there.
+    _worker: Worker,
 }
 
 /// Where it can be reached.
@@ -76,36 +77,6 @@ pub(crate) struct Places {
     pub(crate) pty: Option<PathBuf>,
 }
 
-/// Everything that decides what an emulator will do: the state of its controller, machine and
-/// line at one instant. Taking one is cheap, and keeping many is too: programs and profiles
-/// are shared.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot(LineState<<Controller as Device>::State>);
-
-/// The buttons of the panel by name. Any method that takes a name takes these.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Button {
-    /// Runs the stored program, or goes on with what was stopped.
-    Start,
-    /// Brakes whatever moves.
-    Stop,
-    /// Switches the power stage on.
-    On,
-    /// The emergency stop, which latches.
-    EmergencyStop,
-}
-
-impl AsRef<str> for Button {
-    fn as_ref(&self) -> &str {
-        match self {
-            Button::Start => "start",
-            Button::Stop => "stop",
-            Button::On => "on",
-            Button::EmergencyStop => "estop",
-        }
-    }
-}
-
 impl Emulator {
     /// Sets one up. Without anything said it is an IMC4 on the machine `bench` in real time,
     /// reachable from within the process only.
@@ -114,23 +85,19 @@ impl Emulator {
     }
 
     pub(crate) fn new(
-        model: Arc<Model>,
-        handle: Handle<Line<Controller>>,
+        control: Control,
         places: Places,
-        record: Option<Record>,
         ended: watch::Receiver<End>,
-        thread: JoinHandle<()>,
+        worker: Worker,
     ) -> Emulator {
         Emulator {
-            model,
-            handle,
+            control,
             places,
             #[cfg(unix)]
             link: None,
-            record,
-            key_on_auto: AtomicBool::new(true),
             ended,
-            thread: Some(thread),
+            patient: true,
+            _worker: worker,
         }
     }
 
@@ -147,7 +114,12 @@ impl Emulator {
 
     /// The model.
     pub fn model(&self) -> &Model {
-        &self.model
+        self.control.model()
+    }
+
+    /// The same controls, to be awaited instead of waited for.
+    pub fn control(&self) -> &Control {
+        &self.control
     }
 
     /// The path of the serial port that a program opens: the link, or the pseudo terminal
@@ -172,21 +144,19 @@ impl Emulator {
     /// Opens the line from within the process. All that are open at the same time are one
     /// wire: each sees everything the controller sends.
     pub fn connect(&self) -> Result<MemoryPort, Error> {
-        let (memory, port) = Memory::pair();
-        self.handle.attach(memory).wait()?;
-        Ok(port)
+        Ok(self.control.connect().wait()?)
     }
 
     // --- time ---
 
     /// The controller's time.
     pub fn now(&self) -> Result<Time, Error> {
-        Ok(self.handle.now().wait()?)
+        Ok(self.control.now().wait()?)
     }
 
     /// Moves time forward, with the clocks that do not run by themselves.
     pub fn advance(&self, span: Duration) -> Result<Time, Error> {
-        Ok(self.handle.advance(span).wait()?)
+        Ok(self.control.advance(span).wait()?)
     }
 
     /// Lets time pass until the controller does nothing any more, and says when that was. With
@@ -203,150 +173,101 @@ impl Emulator {
     /// If the condition never holds unless something else happens first. Time has not moved
     /// then.
     pub fn run_until(&self, condition: &Condition) -> Result<Time, Error> {
-        Ok(self.handle.run_until(condition.clone()).wait()?)
+        Ok(self.control.run_until(condition.clone()).wait()?)
     }
 
     // --- what it sees ---
 
     /// The step counters of X, Y, Z and A.
     pub fn position(&self) -> Result<Point, Error> {
-        let mut position = Point::default();
-        for (value, axis) in position.iter_mut().zip(self.view()?.axes) {
-            *value = axis.position;
-        }
-        Ok(position)
+        Ok(self.control.position().wait()?)
     }
 
     /// A picture of the controller: positions, speeds, program, ports and what it will do.
     pub fn view(&self) -> Result<View, Error> {
-        Ok(self.handle.view().wait()?)
+        Ok(self.control.view().wait()?)
     }
 
     /// What the host sent, decoded, oldest first.
     pub fn commands(&self) -> Result<Vec<Command>, Error> {
-        self.settle()?;
-        Ok(self
-            .record
-            .as_ref()
-            .map_or_else(Vec::new, |record| record.lock().commands.iter().cloned().collect()))
+        Ok(self.control.commands().wait()?)
     }
 
     /// What happened, oldest first.
     pub fn events(&self) -> Result<Vec<(Time, Event)>, Error> {
-        self.settle()?;
-        Ok(self
-            .record
-            .as_ref()
-            .map_or_else(Vec::new, |record| record.lock().events.iter().cloned().collect()))
+        Ok(self.control.events().wait()?)
     }
 
     /// Forgets the commands and events so far.
     pub fn forget(&self) -> Result<(), Error> {
-        self.settle()?;
-        if let Some(record) = &self.record {
-            let mut memory = record.lock();
-            memory.commands.clear();
-            memory.events.clear();
-        }
-        Ok(())
-    }
-
-    /// Waits until what has been written to the line has arrived.
-    fn settle(&self) -> Result<(), Error> {
-        self.now().map(drop)
+        Ok(self.control.forget().wait()?)
     }
 
     // --- what happens to it ---
 
     /// The things of the outside world that can be set, with their names.
     pub fn signals(&self) -> Result<Vec<Signal>, Error> {
-        Ok(self.handle.signals().wait()?)
+        Ok(self.control.signals().wait()?)
     }
 
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
     pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Result<(), Error> {
-        let name = name.as_ref();
-        self.handle.set(name, value).wait()?;
-        if name == "key" {
-            self.key_on_auto.store(value != 0, Ordering::Relaxed);
-        }
-        Ok(())
+        Ok(self.control.set_signal(name, value).wait()?)
     }
 
     /// Presses a button and releases it at the same instant; the emergency stop stays pressed
     /// until it is released.
     pub fn press(&self, button: impl AsRef<str>) -> Result<(), Error> {
-        Ok(self.handle.press(button.as_ref()).wait()?)
+        Ok(self.control.press(button).wait()?)
     }
 
     /// Presses a button and keeps it pressed.
     pub fn hold(&self, button: impl AsRef<str>) -> Result<(), Error> {
-        Ok(self.handle.hold(button.as_ref()).wait()?)
+        Ok(self.control.hold(button).wait()?)
     }
 
     /// Releases a button.
     pub fn release(&self, button: impl AsRef<str>) -> Result<(), Error> {
-        Ok(self.handle.release(button.as_ref()).wait()?)
+        Ok(self.control.release(button).wait()?)
     }
 
     /// Puts a switch into a position, as in `turn("cover", "open")`.
     pub fn turn(&self, switch: &str, position: &str) -> Result<(), Error> {
-        self.begin_turn(switch, position).wait()?;
-        Ok(())
+        Ok(self.control.turn(switch, position).wait()?)
     }
 
     /// Sets a bit of an input port, as the controller reads it.
     pub fn input(&self, port: u16, bit: u8, level: bool) -> Result<(), Error> {
-        Ok(self.handle.set_input(port, bit, level).wait()?)
+        Ok(self.control.input(port, bit, level).wait()?)
     }
 
     /// Erases the stored program as a person does at the panel: key on test, STOP held, ON. It
     /// takes its time, and the key is turned back at once.
     pub fn erase(&self) -> Result<(), Error> {
-        Ok(self.begin_erase()?.wait()?)
+        Ok(self.control.erase().wait()?)
     }
 
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Result<(), Error> {
-        Ok(self.handle.power(on).wait()?)
+        Ok(self.control.power(on).wait()?)
     }
 
     /// The present state. [`restore`](Emulator::restore) goes back to it, as often as wanted.
     pub fn snapshot(&self) -> Result<Snapshot, Error> {
-        Ok(Snapshot(self.handle.state().wait()?))
+        Ok(self.control.snapshot().wait()?)
     }
 
     /// Goes back to a state taken earlier, of this or another emulator of the same model. Its
     /// time goes back with it; clients stay connected.
     pub fn restore(&self, snapshot: &Snapshot) -> Result<(), Error> {
-        Ok(self.handle.restore(snapshot.0.clone()).wait()?)
-    }
-
-    pub(crate) fn handle(&self) -> &Handle<Line<Controller>> {
-        &self.handle
-    }
-
-    pub(crate) fn begin_turn(&self, switch: &str, position: &str) -> Reply<()> {
-        if switch == "key" {
-            self.key_on_auto.store(position == "auto", Ordering::Relaxed);
-        }
-        self.handle.turn(switch, position)
-    }
-
-    pub(crate) fn begin_erase(&self) -> Result<Reply<()>, Error> {
-        if self.model.timing.panel_erase_ms.is_none() {
-            return Err(Error::NoPanelErase);
-        }
-        let key = i32::from(self.key_on_auto.load(Ordering::Relaxed));
-        let hands = [("key", 0), ("stop", 1), ("on", 1), ("on", 0), ("stop", 0), ("key", key)];
-        Ok(self.handle.set_all(&hands))
+        Ok(self.control.restore(snapshot).wait()?)
     }
 
     // --- its end ---
 
     /// Tells it to end, without waiting for that.
     pub fn stop(&self) {
-        self.handle.stop();
+        self.control.stop();
     }
 
     /// Resolves when it has ended, with the error if it ended by itself.
@@ -354,7 +275,7 @@ impl Emulator {
         let mut ended = self.ended.clone();
         match ended.wait_for(Option::is_some).await.as_deref() {
             Ok(Some(Err(error))) => Err(Error::Run(Arc::clone(error))),
-            // Told to end; or its thread is gone, which only a panic in it can do.
+            // Told to end; or it is gone, which only a panic in it can do.
             Ok(_) => Ok(()),
             Err(_) => Err(Error::Control(ControlError::Ended)),
         }
@@ -363,8 +284,8 @@ impl Emulator {
     /// Removes its link and lets go of it without waiting for its end. For a program that is
     /// about to end itself and has no time to lose.
     pub fn abandon(mut self) {
-        self.handle.stop();
-        self.thread = None;
+        self.control.stop();
+        self.patient = false;
     }
 }
 
@@ -372,10 +293,10 @@ impl Drop for Emulator {
     fn drop(&mut self) {
         #[cfg(unix)]
         drop(self.link.take());
-        self.handle.stop();
-        if let Some(thread) = self.thread.take() {
-            // It ends by itself; a panic in it has been printed already.
-            let _ = thread.join();
+        self.control.stop();
+        if self.patient {
+            // Its ports are free afterwards. A panic in it has been printed already.
+            let _ = block_on(pin!(self.ended.wait_for(Option::is_some)));
         }
     }
 }

@@ -91,9 +91,6 @@ pub enum Error {
     /// A running controller ended by itself.
     #[error(transparent)]
     Run(Arc<RunError>),
-    /// The model erases in another way.
-    #[error("the panel of this model does not erase; send the command @0k instead")]
-    NoPanelErase,
     /// The system gives us no thread or no event queue.
     #[error("cannot start a controller: {0}; the limit of threads or open files may be too low")]
     Start(io::Error),

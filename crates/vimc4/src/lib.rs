@@ -38,11 +38,13 @@
 //! | stop a motion at an exact step or time | [`Clock::Manual`], [`Emulator::run_until`], [`Emulator::advance`] |
 //! | be the person at the machine | [`Emulator::press`], [`Emulator::turn`], [`Emulator::input`], [`Emulator::power`] |
 //! | ask what the host did | [`Emulator::commands`], [`Emulator::events`], [`Emulator::position`], [`Emulator::view`] |
+//! | await instead of block | [`Emulator::control`] |
 //! | try several things from the same point | [`Emulator::snapshot`], [`Emulator::restore`] |
 #![forbid(unsafe_code)]
 
 mod builder;
 mod catalogue;
+mod control;
 mod emulator;
 mod error;
 mod order;
@@ -50,7 +52,8 @@ mod record;
 
 pub use builder::{Builder, Terminal};
 pub use catalogue::{machine, machine_profile, machines, model, model_profile, models};
-pub use emulator::{Button, Emulator, Snapshot};
+pub use control::{Button, Control, Snapshot};
+pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
 pub use order::{HELP, Order, OrderError, Outcome};
 pub use record::Command;
@@ -58,8 +61,8 @@ pub use vimc4_device::{
     Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,
 };
 pub use vimc4_host::{
-    Clients, Clock, ControlError, MemoryPort, News, Rate, Report, Sink, Traffic, Verbosity, Wants,
-    escape,
+    Clients, Clock, ControlError, MemoryPort, News, Rate, Reply, Report, Sink, Traffic, Verbosity,
+    Wants, Worker, escape,
 };
 pub use vimc4_isel::Model;
 pub use vimc4_plant::Machine;

@@ -5,10 +5,10 @@ use std::pin::Pin;
 use std::time::Duration;
 
 use thiserror::Error;
-use vimc4_device::{Condition, Signal, SignalKind, Time, View};
+use vimc4_device::{Signal, SignalKind, View};
 use vimc4_host::ControlError;
 
-use crate::emulator::Emulator;
+use crate::control::Control;
 use crate::error::Error;
 
 /// What can be ordered, as `help` prints it.
@@ -153,29 +153,23 @@ impl Order {
 /// What an order leads to: text to print, if there is any.
 pub type Outcome = Pin<Box<dyn Future<Output = Result<String, Error>> + Send>>;
 
-impl Emulator {
+impl Control {
     /// Carries an order out. It is given at once, so orders take effect in the order of these
     /// calls; what comes of it can be awaited.
     pub fn give(&self, order: &Order) -> Outcome {
-        let handle = self.handle();
         match order {
-            Order::Press(name) => done(handle.press(name)),
-            Order::Hold(name) => done(handle.hold(name)),
-            Order::Release(name) => done(handle.release(name)),
-            Order::Turn(name, position) => done(self.begin_turn(name, position)),
-            Order::Input { port, bit, level } => done(handle.set_input(*port, *bit, *level)),
-            Order::Set(name, value) => done(handle.set(name, *value)),
-            Order::Erase => match self.begin_erase() {
-                Ok(reply) => done(reply),
-                Err(error) => Box::pin(async { Err(error) }),
-            },
-            Order::Power(on) => done(handle.power(*on)),
-            Order::Advance(span) => answer(handle.advance(*span), |at| format!("now {at}")),
-            Order::RunUntilIdle => {
-                answer(handle.run_until(Condition::Idle), |at: Time| format!("idle at {at}"))
-            }
-            Order::Position => answer(handle.view(), |view| position(&view)),
-            Order::Signals => answer(handle.signals(), |signals| list(&signals)),
+            Order::Press(name) => done(self.press(name)),
+            Order::Hold(name) => done(self.hold(name)),
+            Order::Release(name) => done(self.release(name)),
+            Order::Turn(name, position) => done(self.turn(name, position)),
+            Order::Input { port, bit, level } => done(self.input(*port, *bit, *level)),
+            Order::Set(name, value) => done(self.set_signal(name, *value)),
+            Order::Erase => done(self.erase()),
+            Order::Power(on) => done(self.power(*on)),
+            Order::Advance(span) => answer(self.advance(*span), |at| format!("now {at}")),
+            Order::RunUntilIdle => answer(self.run_until_idle(), |at| format!("idle at {at}")),
+            Order::Position => answer(self.view(), |view| position(&view)),
+            Order::Signals => answer(self.signals(), |signals| list(&signals)),
             Order::Help => Box::pin(async { Ok(HELP.to_owned()) }),
             Order::Quit => {
                 self.stop();

@@ -13,6 +13,8 @@ mod tcp;
 mod link;
 #[cfg(unix)]
 mod pty;
+#[cfg(unix)]
+mod terminal;
 #[cfg(target_os = "linux")]
 #[path = "watch_linux.rs"]
 mod watch;
@@ -52,6 +54,15 @@ pub trait Transport: Send {
     /// The device's line now runs at this speed.
     fn set_baud(&mut self, _baud: u32) {}
 
+    /// Whether a client has said all it will say and may still wait for answers.
+    fn has_listener(&self) -> bool {
+        false
+    }
+
+    /// The device is at rest, so that no more answers will come: a client that only listened
+    /// for them is let go as soon as it has them.
+    fn dismiss_listener(&mut self) {}
+
     /// Whether nothing will ever come from it again.
     fn is_finished(&self) -> bool {
         false
@@ -63,6 +74,8 @@ pub trait Transport: Send {
 pub enum Received {
     /// So many bytes are in the buffer.
     Bytes(usize),
+    /// A client has said all it will say, and listens.
+    Finished,
     /// Something happened.
     News(News),
 }

@@ -8,7 +8,6 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use rustix::fs::{Mode, OFlags, open};
-use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{SerialPort, TTYPort};
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
@@ -28,7 +27,8 @@ use crate::report::News;
 /// What a client has not read when the last one closes is gone, as it is on a cable that is
 /// pulled out: the next client reads nothing stale. (The flush takes place some ten microseconds
 /// after the closing; only a client that opens and reads within them could be faster.) What a
-/// client wrote before it closed still arrives. Modem lines do not exist here; a client that
+/// client wrote before it closed still arrives. What it has set, such as a speed, an echo or
+/// exclusive use, ends with it too: every client finds a raw line at the device's speed. Modem lines do not exist here; a client that
 /// insists on them is told ENOTTY.
 #[derive(Debug)]
 pub struct Pty {
@@ -40,6 +40,10 @@ pub struct Pty {
     seen: Seen,
     /// It counts as closed since the last answer, which may be a mistake.
     unsure: bool,
+    /// The speed of the device's line.
+    baud: u32,
+    /// The present client's speed has been compared with it.
+    compared: bool,
     news: VecDeque<News>,
 }
 
@@ -70,10 +74,9 @@ impl Pty {
         let failed = |source| PtyError::SetUp { path: path.clone(), source };
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let kept = open(&path, flags, Mode::empty()).map_err(|e| failed(e.into()))?;
-        set_raw(&kept, baud).map_err(failed)?;
         let near = near.try_clone_native()?;
         drop(far);
-        let watch = Watch::new(kept, &path).map_err(failed)?;
+        let watch = Watch::new(kept, &path, baud).map_err(failed)?;
         Ok(Pty {
             label: Arc::from("pty"),
             near: SerialStream::try_from(near)?,
@@ -81,6 +84,8 @@ impl Pty {
             watch,
             seen: Seen::default(),
             unsure: false,
+            baud,
+            compared: false,
             news: VecDeque::new(),
             path,
         })
@@ -110,9 +115,23 @@ impl Pty {
             self.unsure = true;
         }
         if seen.open && !self.seen.open {
+            self.compared = false;
             self.news.push_back(News::Opened { transport: transport(), client: client() });
         }
         self.seen = seen;
+    }
+
+    /// Looks, once a client or a change of speed, whether the client talks at the device's speed.
+    fn compare_speed(&mut self) {
+        if std::mem::replace(&mut self.compared, true) {
+            return;
+        }
+        if let Some(client) = self.watch.speed()
+            && client != self.baud
+        {
+            let (transport, line) = (Arc::clone(&self.label), self.baud);
+            self.news.push_back(News::WrongSpeed { transport, client, line });
+        }
     }
 
     fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
@@ -144,6 +163,7 @@ impl Transport for Pty {
             Poll::Pending => Poll::Pending,
             Poll::Ready(Ok(n)) if n > 0 => {
                 self.unsure |= !self.seen.open;
+                self.compare_speed();
                 Poll::Ready(Received::Bytes(n))
             }
             // With our own descriptor of the far end this does not happen; if it does, waiting
@@ -186,15 +206,10 @@ impl Transport for Pty {
             }
         }
     }
-}
 
-/// Raw mode at the given speed. The client may change both; a speed that is not in the tables
-/// of the system is left as it was.
-fn set_raw(terminal: &impl std::os::fd::AsFd, baud: u32) -> io::Result<()> {
-    let mut settings = tcgetattr(terminal)?;
-    settings.make_raw();
-    settings.control_modes |= ControlModes::CREAD | ControlModes::CLOCAL;
-    let _ = settings.set_speed(baud);
-    tcsetattr(terminal, OptionalActions::Now, &settings)?;
-    Ok(())
+    fn set_baud(&mut self, baud: u32) {
+        self.baud = baud;
+        self.compared = false;
+        self.watch.set_baud(baud);
+    }
 }

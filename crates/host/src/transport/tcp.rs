@@ -107,6 +107,25 @@ struct Client {
     stream: TcpStream,
     peer: SocketAddr,
     outbox: Outbox,
+    /// It has closed its side, or both: that looks the same until something is sent.
+    finished: bool,
+    /// What was sent since then, in bytes.
+    sent_since: u64,
+    /// Nothing more will come for it.
+    dismissed: bool,
+}
+
+impl Client {
+    fn new(stream: TcpStream, peer: SocketAddr) -> Client {
+        Client {
+            stream,
+            peer,
+            outbox: Outbox::default(),
+            finished: false,
+            sent_since: 0,
+            dismissed: false,
+        }
+    }
 }
 
 impl Tcp {
@@ -152,7 +171,7 @@ impl Tcp {
             match accepted {
                 Ok((stream, peer)) => {
                     prepare(&stream);
-                    self.admit(Client { stream, peer, outbox: Outbox::default() });
+                    self.admit(Client::new(stream, peer));
                 }
                 Err(error) if is_of_one_connection(&error) => {}
                 Err(_) => {
@@ -171,6 +190,11 @@ impl Tcp {
     fn admit(&mut self, client: Client) {
         match (&self.holder, self.policy) {
             (None, _) => self.hold(client),
+            // Most who close are gone, and nobody who comes after them shall be refused.
+            (Some(holder), _) if holder.finished => {
+                self.release();
+                self.hold(client);
+            }
             (Some(_), Clients::Takeover) => {
                 self.release();
                 self.hold(client);
@@ -201,7 +225,11 @@ impl Tcp {
     fn release(&mut self) {
         if let Some(mut holder) = self.holder.take() {
             let (transport, client) = (Arc::clone(&self.label), holder.peer.to_string());
-            let lost = holder.outbox.clear();
+            let mut lost = holder.outbox.clear();
+            if holder.finished && matches!(holder.stream.take_error(), Ok(Some(_))) {
+                // It was gone altogether: its system has refused what was sent.
+                lost = holder.sent_since;
+            }
             if lost > 0 {
                 let transport = Arc::clone(&self.label);
                 self.news.push_back(News::Lost { transport, bytes: lost });
@@ -269,10 +297,22 @@ impl Transport for Tcp {
             if let Some(news) = self.news.pop_front() {
                 return Poll::Ready(Received::News(news));
             }
+            if holder.finished {
+                // Who waits for the line comes before who only listens on.
+                if self.waiting.is_empty() && !(holder.dismissed && holder.outbox.is_empty()) {
+                    break;
+                }
+                self.release();
+                continue;
+            }
             match holder.poll_read(cx, buffer) {
                 Poll::Pending => break,
                 Poll::Ready(Ok(n)) if n > 0 => return Poll::Ready(Received::Bytes(n)),
-                Poll::Ready(_) => self.release(),
+                Poll::Ready(Ok(_)) => {
+                    holder.finished = true;
+                    return Poll::Ready(Received::Finished);
+                }
+                Poll::Ready(Err(_)) => self.release(),
             }
         }
         self.expire(cx);
@@ -283,9 +323,14 @@ impl Transport for Tcp {
     }
 
     fn poll_send(&mut self, cx: &mut Context<'_>) {
-        // A client that cannot be written to is seen to be gone when it is read.
         for client in self.holder.iter_mut().chain(&mut self.observers) {
-            let _ = client.poll_flush(cx);
+            let waited = !client.outbox.is_empty();
+            let flushed = client.poll_flush(cx);
+            client.mind(flushed);
+            if waited && client.dismissed && client.outbox.is_empty() {
+                // It has everything now; receiving is where it is let go.
+                cx.waker().wake_by_ref();
+            }
         }
     }
 
@@ -293,31 +338,59 @@ impl Transport for Tcp {
         let mut sent = Sent::Nobody;
         for client in self.holder.iter_mut().chain(&mut self.observers) {
             let Client { stream, outbox, .. } = client;
-            sent = match (outbox.send(bytes, |bytes| stream.try_write(bytes)), sent) {
+            let result = outbox.send(bytes, |bytes| stream.try_write(bytes));
+            sent = match (&result, sent) {
                 (Ok(0), Sent::Nobody) => Sent::Accepted,
-                (Ok(lost), Sent::Lost(before)) => Sent::Lost(before.saturating_add(lost)),
-                (Ok(lost), _) if lost > 0 => Sent::Lost(lost),
+                (Ok(lost), Sent::Lost(before)) => Sent::Lost(before.saturating_add(*lost)),
+                (Ok(lost), _) if *lost > 0 => Sent::Lost(*lost),
                 (Ok(_) | Err(_), sent) => sent,
             };
+            if client.finished {
+                client.sent_since += u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+            }
+            client.mind(result);
         }
         sent
+    }
+
+    fn has_listener(&self) -> bool {
+        self.holder.as_ref().is_some_and(|holder| holder.finished && !holder.dismissed)
+    }
+
+    fn dismiss_listener(&mut self) {
+        if let Some(holder) = &mut self.holder {
+            holder.dismissed = holder.finished;
+        }
     }
 }
 
 impl Client {
+    /// A client that cannot be written to is gone. One that still speaks is seen to be gone when
+    /// it is read; one that only listened has nothing to wait for.
+    fn mind<T>(&mut self, written: io::Result<T>) {
+        if written.is_err() && self.finished {
+            self.outbox.clear();
+            self.dismissed = true;
+        }
+    }
+
     fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
         let mut read = ReadBuf::new(buffer);
         ready!(Pin::new(&mut self.stream).poll_read(cx, &mut read))?;
         Poll::Ready(Ok(read.filled().len()))
     }
 
-    fn poll_flush(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+    /// Passes on what waits, as far as the client takes it.
+    fn poll_flush(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
         while !self.outbox.is_empty() {
-            ready!(self.stream.poll_write_ready(cx))?;
+            match self.stream.poll_write_ready(cx) {
+                Poll::Ready(ready) => ready?,
+                Poll::Pending => break,
+            }
             let Client { stream, outbox, .. } = self;
             outbox.flush(|bytes| stream.try_write(bytes))?;
         }
-        Poll::Ready(Ok(()))
+        Ok(())
     }
 }
 

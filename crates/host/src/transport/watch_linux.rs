@@ -25,6 +25,8 @@ use rustix::fs::inotify::{self, CreateFlags, ReadFlags, Reader, WatchFlags};
 use rustix::io::Errno;
 use rustix::termios::{QueueSelector, ioctl_tiocnxcl, tcflush};
 
+use super::terminal::{set_raw, speed};
+
 /// The watch over one terminal.
 #[derive(Debug)]
 pub(super) struct Watch {
@@ -55,6 +57,8 @@ struct Terminal {
     kept: OwnedFd,
     /// Device and inode, by which its other descriptors are found.
     identity: Identity,
+    /// The speed that every client finds.
+    baud: u32,
     opens: u32,
     closings: u64,
     /// How many events there were.
@@ -63,8 +67,10 @@ struct Terminal {
 }
 
 impl Watch {
-    /// Watches the terminal at `path`, of which `kept` stays open as long as the watch.
-    pub(super) fn new(kept: OwnedFd, path: &Path) -> io::Result<Watch> {
+    /// Watches the terminal at `path`, of which `kept` stays open as long as the watch, and
+    /// makes it a raw line at this speed for every client.
+    pub(super) fn new(kept: OwnedFd, path: &Path, baud: u32) -> io::Result<Watch> {
+        set_raw(&kept, baud)?;
         let watcher = Watcher::shared()?;
         let number = {
             let mut terminals = watcher.terminals();
@@ -73,7 +79,7 @@ impl Watch {
             let file = rustix::fs::fstat(&kept)?;
             let identity = (file.st_dev, file.st_ino);
             let terminal =
-                Terminal { kept, identity, opens: 0, closings: 0, events: 0, waker: None };
+                Terminal { kept, identity, baud, opens: 0, closings: 0, events: 0, waker: None };
             terminals.insert(number, terminal);
             number
         };
@@ -102,6 +108,27 @@ impl Watch {
         self.watcher.drain(&mut terminals);
         let terminal = terminals.get(&self.number)?;
         (seen == Seen { open: terminal.opens > 0, closings: terminal.closings }).then(write)
+    }
+
+    /// The speed that the terminal is set to.
+    pub(super) fn speed(&self) -> Option<u32> {
+        let terminals = self.watcher.terminals();
+        speed(&terminals.get(&self.number)?.kept).ok()
+    }
+
+    /// Clients find another speed from now on. One that is there has to change it itself, as on
+    /// a real line.
+    pub(super) fn set_baud(&self, baud: u32) {
+        let mut terminals = self.watcher.terminals();
+        self.watcher.drain(&mut terminals);
+        if let Some(terminal) = terminals.get_mut(&self.number)
+            && terminal.baud != baud
+        {
+            terminal.baud = baud;
+            if terminal.opens == 0 {
+                let _ = set_raw(&terminal.kept, baud);
+            }
+        }
     }
 
     /// The terminal counts as closed: looks whether an opening was merged into another one, so
@@ -189,19 +216,19 @@ impl Watcher {
                 terminal.opens = terminal.opens.saturating_sub(1);
                 if terminal.opens == 0 {
                     terminal.clear();
-                } else {
-                    closed.push(event.wd());
                 }
+                closed.push(event.wd());
             }
             if let Some(waker) = &terminal.waker {
                 waker.wake_by_ref();
             }
         }
         for number in closed {
-            if let Some(terminal) = terminals.get_mut(&number)
-                && terminal.opens > 0
-            {
-                terminal.recount();
+            if let Some(terminal) = terminals.get_mut(&number) {
+                if terminal.opens > 0 {
+                    terminal.recount();
+                }
+                terminal.settle();
             }
         }
     }
@@ -213,6 +240,14 @@ impl Terminal {
         let _ = ioctl_tiocnxcl(&self.kept);
         let _ = tcflush(&self.kept, QueueSelector::IFlush);
         self.closings += 1;
+    }
+
+    /// The settings of a client end with it, unless the next one is there already and may have
+    /// made its own.
+    fn settle(&self) {
+        if self.opens == 0 {
+            let _ = set_raw(&self.kept, self.baud);
+        }
     }
 
     /// One of several clients has left, or several closings were merged and nobody is there.

@@ -5,10 +5,12 @@ use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::task::Waker;
 
+use super::terminal::{set_raw, speed};
+
 /// Keeps the emulator's own descriptor of the client's end.
 #[derive(Debug)]
 pub(super) struct Watch {
-    _kept: OwnedFd,
+    kept: OwnedFd,
 }
 
 /// What a look at a terminal shows.
@@ -21,9 +23,16 @@ pub(super) struct Seen {
 }
 
 impl Watch {
-    pub(super) fn new(kept: OwnedFd, _path: &Path) -> io::Result<Watch> {
-        Ok(Watch { _kept: kept })
+    pub(super) fn new(kept: OwnedFd, _path: &Path, baud: u32) -> io::Result<Watch> {
+        set_raw(&kept, baud)?;
+        Ok(Watch { kept })
     }
+
+    pub(super) fn speed(&self) -> Option<u32> {
+        speed(&self.kept).ok()
+    }
+
+    pub(super) fn set_baud(&self, _baud: u32) {}
 
     pub(super) fn look(&self, _waker: Option<&Waker>) -> Seen {
         Seen { open: true, closings: 0 }

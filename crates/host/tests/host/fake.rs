@@ -228,8 +228,8 @@ impl Device for Fake {
         }
     }
 
-    fn signals(&self) -> &[Signal] {
-        &self.signals
+    fn signals(&self) -> Vec<Signal> {
+        self.signals.clone()
     }
 
     fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {

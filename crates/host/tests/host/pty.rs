@@ -8,7 +8,9 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, poll};
-use rustix::termios::{ioctl_tiocexcl, tcgetattr};
+use rustix::termios::{
+    InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl, tcgetattr, tcsetattr,
+};
 use vimc4_host::{Clock, News, Pty, Report};
 
 use crate::fake::{Diary, Fake, Running};
@@ -82,6 +84,34 @@ fn it_is_a_raw_terminal_at_the_speed_of_the_line() {
     // What a cooked terminal would swallow, change or echo.
     port.write_all(b"e\x03\x04\x11\x13\n\xFF\x00\r").unwrap();
     assert_eq!(read(&port, 7, 5_000), b"\x03\x04\x11\x13\n\xFF\x00");
+    running.end().unwrap();
+}
+
+#[test]
+fn settings_end_with_their_client() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Real);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    let first = open(&path);
+    // A line that echoes, edits, waits for nothing and is too slow.
+    let mut settings = tcgetattr(&first).unwrap();
+    settings.local_modes |= LocalModes::ECHO | LocalModes::ICANON;
+    settings.input_modes |= InputModes::ICRNL;
+    settings.special_codes[SpecialCodeIndex::VMIN] = 0;
+    settings.set_speed(9_600).unwrap();
+    tcsetattr(&first, OptionalActions::Now, &settings).unwrap();
+    (&first).write_all(b"e\r").unwrap();
+    diary.wait_for("a warning", |report| {
+        matches!(report, Report::News(_, News::WrongSpeed { client: 9_600, line: 19_200, .. }))
+    });
+    drop(first);
+    diary.wait_for("the end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    let second = open(&path);
+    let settings = tcgetattr(&second).unwrap();
+    assert_eq!(settings.output_speed(), 19_200);
+    assert_eq!(settings.special_codes[SpecialCodeIndex::VMIN], 1);
+    assert_eq!(ask(&second, "etwo\r", 3), "two");
+    assert_eq!(read(&second, 1, 20), b"", "an echo");
     running.end().unwrap();
 }
 

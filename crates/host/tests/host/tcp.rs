@@ -1,7 +1,7 @@
 //! TCP, end to end.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 use vimc4_host::{Clients, Clock, News, Report, Tcp, TcpError};
@@ -102,13 +102,44 @@ fn nothing_is_kept_for_the_next_client() {
     assert_eq!(ask(&mut first, "eone\rw10\r", 3), "one");
     running.handle.now().wait().unwrap();
     drop(first);
+    // It might only have closed its own side and listen; sending shows that it does not.
+    running.handle.advance(Duration::from_millis(10)).wait().unwrap();
     diary.wait_for("the end of the first", |report| {
         matches!(report, Report::News(_, News::Closed { .. }))
     });
-    running.handle.advance(Duration::from_millis(10)).wait().unwrap();
-    assert_eq!(diary.unheard(), 1);
+    diary.wait_for("the loss", |report| {
+        matches!(report, Report::News(_, News::Lost { bytes: 1, .. }))
+    });
     let mut second = connect(address);
     assert_eq!(ask(&mut second, "etwo\r", 3), "two");
+    running.end().unwrap();
+}
+
+#[test]
+fn who_has_closed_its_side_hears_the_answer_that_is_due() {
+    let (running, address) = serve(Clock::Manual, Clients::Refuse);
+    let mut client = connect(address);
+    client.write_all(b"w10\rebye\r").unwrap();
+    client.shutdown(Shutdown::Write).unwrap();
+    running.handle.advance(Duration::from_millis(10)).wait().unwrap();
+    let mut answers = String::new();
+    // And then the controller rests, so that nothing more can come.
+    client.read_to_string(&mut answers).unwrap();
+    assert_eq!(answers, "0bye");
+    running.end().unwrap();
+}
+
+#[test]
+fn who_has_closed_its_side_gives_way_to_the_next() {
+    let (running, address) = serve(Clock::Manual, Clients::Refuse);
+    let mut first = connect(address);
+    first.write_all(b"w10\r").unwrap();
+    first.shutdown(Shutdown::Write).unwrap();
+    let mut second = connect(address);
+    running.handle.advance(Duration::from_millis(10)).wait().unwrap();
+    let mut answer = [0];
+    second.read_exact(&mut answer).unwrap();
+    assert!(is_closed(&mut first));
     running.end().unwrap();
 }
 

@@ -1,0 +1,67 @@
+//! The threads that controllers run on.
+
+use std::future::Future;
+use std::io;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+use tokio::runtime::{self, EnterGuard, Handle};
+use tokio::sync::oneshot;
+
+/// A thread with an event queue, on which any number of controllers run.
+///
+/// A controller costs a task, not a thread: a thousand idle ones share one without using it.
+/// Controllers of one worker take turns, each for a few milliseconds at most; what must not
+/// wait for a neighbour has a worker of its own.
+///
+/// Copies are the same worker. It ends with the last of them, and with it what still runs there.
+#[derive(Clone, Debug)]
+pub struct Worker(Arc<Thread>);
+
+#[derive(Debug)]
+struct Thread {
+    runtime: Handle,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// Starts a thread of this name.
+    ///
+    /// # Errors
+    ///
+    /// If the system gives no thread or no event queue.
+    pub fn start(name: &str) -> io::Result<Worker> {
+        let runtime = runtime::Builder::new_current_thread().enable_all().build()?;
+        let handle = runtime.handle().clone();
+        let (stop, stopped) = oneshot::channel();
+        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || {
+            // Either word means the end: that it shall stop, or that nobody can say so any more.
+            let _ = runtime.block_on(stopped);
+        })?;
+        Ok(Worker(Arc::new(Thread { runtime: handle, stop: Some(stop), thread: Some(thread) })))
+    }
+
+    /// While the guard lives, transports that this thread opens belong to the worker.
+    pub fn enter(&self) -> EnterGuard<'_> {
+        self.0.runtime.enter()
+    }
+
+    /// Runs something on the worker.
+    pub fn spawn(&self, work: impl Future<Output = ()> + Send + 'static) {
+        // The task ends by itself or with the worker; nobody waits for its handle.
+        drop(self.0.runtime.spawn(work));
+    }
+}
+
+impl Drop for Thread {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take()
+            && thread.thread().id() != thread::current().id()
+        {
+            // A panic in one of its tasks has been printed already.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! The controls of a running emulator, for programs that must not block.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use vimc4_device::{Condition, Device, Event, Point, Signal, Time, View};
+use vimc4_host::{ControlError, Handle, Line, LineState, Memory, MemoryPort, Reply, Sink};
+use vimc4_isel::{Controller, Model};
+
+use crate::record::{Command, Record};
+
+/// Controls an emulator without waiting: every method is that of the same name of
+/// [`Emulator`](crate::Emulator), but gives a [`Reply`] that can be awaited, or waited for later.
+///
+/// What is asked for takes effect in the order of the calls, whether or not anybody waits. A
+/// control can be copied and sent to other threads and tasks; once the emulator has ended its
+/// replies say so.
+///
+/// ```
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// use tokio::io::{AsyncReadExt, AsyncWriteExt};
+/// use vimc4::{Button, Clock, Condition, Emulator};
+///
+/// let emu = Emulator::builder().time(Clock::Manual).start()?;
+/// let control = emu.control();
+/// let mut port = control.connect().await?;
+/// port.write_all(b"@01\r@0A5000,900\r").await?;
+///
+/// // While the test waits here, a driver in another task may run.
+/// control.run_until(Condition::AxisAt { axis: 0, position: 2_500 }).await?;
+/// assert_eq!(control.position().await?[0], 2_500);
+/// control.press(Button::Stop).await?;
+/// control.run_until_idle().await?;
+/// let mut answers = [0; 2];
+/// port.read_exact(&mut answers).await?;
+/// assert_eq!(&answers, b"0F");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Control {
+    model: Arc<Model>,
+    handle: Handle<Line<Controller>>,
+    record: Option<Record>,
+    /// Where the key was last turned to, so that erasing can turn it back.
+    key_on_auto: Arc<AtomicBool>,
+}
+
+/// Everything that decides what an emulator will do: the state of its controller, machine and
+/// line at one instant. Taking one is cheap, and keeping many is too: programs and profiles
+/// are shared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot(LineState<<Controller as Device>::State>);
+
+/// The buttons of the panel by name. Any method that takes a name takes these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Button {
+    /// Runs the stored program, or goes on with what was stopped.
+    Start,
+    /// Brakes whatever moves.
+    Stop,
+    /// Switches the power stage on.
+    On,
+    /// The emergency stop, which latches.
+    EmergencyStop,
+}
+
+impl AsRef<str> for Button {
+    fn as_ref(&self) -> &str {
+        match self {
+            Button::Start => "start",
+            Button::Stop => "stop",
+            Button::On => "on",
+            Button::EmergencyStop => "estop",
+        }
+    }
+}
+
+impl Control {
+    pub(crate) fn new(
+        model: Arc<Model>,
+        handle: Handle<Line<Controller>>,
+        record: Option<Record>,
+    ) -> Control {
+        Control { model, handle, record, key_on_auto: Arc::new(AtomicBool::new(true)) }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Opens the line from within the process. The port can be read and written in either way,
+    /// blocking or awaiting.
+    pub fn connect(&self) -> Reply<MemoryPort> {
+        self.handle.with(|runner| {
+            let (memory, port) = Memory::pair();
+            runner.attach(Box::new(memory));
+            Ok(port)
+        })
+    }
+
+    // --- time ---
+
+    /// The controller's time.
+    pub fn now(&self) -> Reply<Time> {
+        self.handle.now()
+    }
+
+    /// Moves time forward, with the clocks that do not run by themselves.
+    pub fn advance(&self, span: Duration) -> Reply<Time> {
+        self.handle.advance(span)
+    }
+
+    /// Lets time pass until the controller does nothing any more.
+    pub fn run_until_idle(&self) -> Reply<Time> {
+        self.run_until(Condition::Idle)
+    }
+
+    /// Lets time pass up to the first instant at which the condition holds.
+    pub fn run_until(&self, condition: Condition) -> Reply<Time> {
+        self.handle.run_until(condition)
+    }
+
+    // --- what it sees ---
+
+    /// The step counters of X, Y, Z and A.
+    pub fn position(&self) -> Reply<Point> {
+        self.handle.with(|runner| {
+            let device = runner.device();
+            let mut position = Point::default();
+            for (value, axis) in position.iter_mut().zip(device.view(device.now()).axes) {
+                *value = axis.position;
+            }
+            Ok(position)
+        })
+    }
+
+    /// A picture of the controller: positions, speeds, program, ports and what it will do.
+    pub fn view(&self) -> Reply<View> {
+        self.handle.view()
+    }
+
+    /// What the host sent, decoded, oldest first.
+    pub fn commands(&self) -> Reply<Vec<Command>> {
+        self.remembered(|memory| memory.commands.iter().cloned().collect())
+    }
+
+    /// What happened, oldest first.
+    pub fn events(&self) -> Reply<Vec<(Time, Event)>> {
+        self.remembered(|memory| memory.events.iter().cloned().collect())
+    }
+
+    /// Forgets the commands and events so far.
+    pub fn forget(&self) -> Reply<()> {
+        self.remembered(|memory| {
+            memory.commands.clear();
+            memory.events.clear();
+        })
+    }
+
+    /// Looks into the record when what was written to the line before has arrived.
+    fn remembered<T: Default + Send + 'static>(
+        &self,
+        look: impl FnOnce(&mut crate::record::Memory) -> T + Send + 'static,
+    ) -> Reply<T> {
+        let record = self.record.clone();
+        self.handle.with(move |_| Ok(record.map_or_else(T::default, |r| look(&mut r.lock()))))
+    }
+
+    /// Lets a sink watch from now on.
+    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<()> {
+        self.handle.watch(sink)
+    }
+
+    // --- what happens to it ---
+
+    /// The things of the outside world that can be set, with their names.
+    pub fn signals(&self) -> Reply<Vec<Signal>> {
+        self.handle.signals()
+    }
+
+    /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
+    pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Reply<()> {
+        let name = name.as_ref();
+        if name == "key" {
+            self.key_on_auto.store(value != 0, Ordering::Relaxed);
+        }
+        self.handle.set(name, value)
+    }
+
+    /// Presses a button and releases it at the same instant; the emergency stop stays pressed
+    /// until it is released.
+    pub fn press(&self, button: impl AsRef<str>) -> Reply<()> {
+        self.handle.press(button.as_ref())
+    }
+
+    /// Presses a button and keeps it pressed.
+    pub fn hold(&self, button: impl AsRef<str>) -> Reply<()> {
+        self.handle.hold(button.as_ref())
+    }
+
+    /// Releases a button.
+    pub fn release(&self, button: impl AsRef<str>) -> Reply<()> {
+        self.handle.release(button.as_ref())
+    }
+
+    /// Puts a switch into a position, as in `turn("cover", "open")`.
+    pub fn turn(&self, switch: &str, position: &str) -> Reply<()> {
+        if switch == "key" {
+            self.key_on_auto.store(position == "auto", Ordering::Relaxed);
+        }
+        self.handle.turn(switch, position)
+    }
+
+    /// Sets a bit of an input port, as the controller reads it.
+    pub fn input(&self, port: u16, bit: u8, level: bool) -> Reply<()> {
+        self.handle.set_input(port, bit, level)
+    }
+
+    /// Erases the stored program as a person does at the panel: key on test, STOP held, ON.
+    pub fn erase(&self) -> Reply<()> {
+        if self.model.timing.panel_erase_ms.is_none() {
+            return self.handle.with(|_| {
+                Err(ControlError::Unsupported(
+                    "the panel of this model does not erase; send the command @0k instead",
+                ))
+            });
+        }
+        let key = i32::from(self.key_on_auto.load(Ordering::Relaxed));
+        let hands = [("key", 0), ("stop", 1), ("on", 1), ("on", 0), ("stop", 0), ("key", key)];
+        self.handle.set_all(&hands)
+    }
+
+    /// Takes the power away or gives it back.
+    pub fn power(&self, on: bool) -> Reply<()> {
+        self.handle.power(on)
+    }
+
+    /// The present state.
+    pub fn snapshot(&self) -> Reply<Snapshot> {
+        self.handle.with(|runner| Ok(Snapshot(runner.device().state().clone())))
+    }
+
+    /// Goes back to a state taken earlier, of this or another emulator of the same model.
+    pub fn restore(&self, snapshot: &Snapshot) -> Reply<()> {
+        self.handle.restore(snapshot.0.clone())
+    }
+
+    /// Tells the emulator to end.
+    pub fn stop(&self) {
+        self.handle.stop();
+    }
+}
