@@ -291,6 +291,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
         // A client that never stops sending must not keep the control from being used.
         for _ in 0..64 {
             yield_now().await;
+            for transport in &mut self.transports {
+                transport.be_thorough();
+            }
             let looked = poll_fn(|cx| Poll::Ready(self.poll_line(cx))).await;
             if looked.is_pending() {
                 return;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-use super::{Received, Sent, Transport};
+use super::{Received, Sent, Transport, take};
 
 /// How much waits for a client that does not read.
 const LIMIT: usize = 1024 * 1024;
@@ -113,15 +113,6 @@ impl Lanes {
         self.to_device.extend(&bytes[..n]);
         (n > 0 || bytes.is_empty()).then_some(Ok(n))
     }
-}
-
-/// Moves what fits from the front of a queue into a buffer.
-fn take(queue: &mut VecDeque<u8>, buffer: &mut [u8]) -> usize {
-    let n = queue.len().min(buffer.len());
-    for (to, from) in buffer.iter_mut().zip(queue.drain(..n)) {
-        *to = from;
-    }
-    n
 }
 
 impl Memory {

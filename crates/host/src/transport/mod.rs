@@ -22,6 +22,7 @@ mod watch;
 #[path = "watch_other.rs"]
 mod watch;
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
@@ -44,6 +45,10 @@ pub trait Transport: Send {
 
     /// Takes what has arrived, or arranges to be woken when something does.
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received>;
+
+    /// Somebody wants to know what has happened up to now: what has arrived is to be received
+    /// next time although the system has not told of it yet.
+    fn be_thorough(&mut self) {}
 
     /// Passes on what could not be sent at once, and arranges to be woken when more can be.
     fn poll_send(&mut self, cx: &mut Context<'_>);
@@ -89,4 +94,13 @@ pub enum Sent {
     Nobody,
     /// Some clients that do not read lost their copies, so many bytes in all.
     Lost(u64),
+}
+
+/// Moves what fits from the front of a queue into a buffer.
+fn take(queue: &mut VecDeque<u8>, buffer: &mut [u8]) -> usize {
+    let n = queue.len().min(buffer.len());
+    for (to, from) in buffer.iter_mut().zip(queue.drain(..n)) {
+        *to = from;
+    }
+    n
 }

@@ -14,6 +14,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_serial::SerialStream;
 
 use super::outbox::Outbox;
+use super::take;
 use super::watch::{Seen, Watch};
 use super::{Received, Sent, Transport};
 use crate::report::News;
@@ -45,6 +46,10 @@ pub struct Pty {
     /// The present client's speed has been compared with it.
     compared: bool,
     news: VecDeque<News>,
+    /// What has been read already and comes after the news.
+    early: VecDeque<u8>,
+    /// The system is asked what has arrived, although it has not told.
+    thorough: bool,
 }
 
 /// Why no pseudo terminal can be had.
@@ -87,6 +92,8 @@ impl Pty {
             baud,
             compared: false,
             news: VecDeque::new(),
+            early: VecDeque::new(),
+            thorough: false,
             path,
         })
     }
@@ -97,9 +104,14 @@ impl Pty {
         &self.path
     }
 
-    /// Looks who has the terminal open now, and says what has changed since the last look.
-    fn look(&mut self, cx: Option<&Context<'_>>) {
-        let seen = self.watch.look(cx.map(Context::waker));
+    /// Looks who has the terminal open now.
+    fn look(&mut self) {
+        let seen = self.watch.look();
+        self.notice(seen);
+    }
+
+    /// Says what has changed since the last look.
+    fn notice(&mut self, seen: Seen) {
         let transport = || Arc::clone(&self.label);
         let client = || "a client".to_owned();
         if seen.closings != self.seen.closings {
@@ -135,11 +147,11 @@ impl Pty {
     }
 
     fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
-        // Asking the kernel, not only the reactor: a byte that a client has written is here
-        // although nobody has told us yet.
-        match self.near.try_read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            read => return Poll::Ready(read),
+        if std::mem::take(&mut self.thorough) {
+            match self.near.try_read(buffer) {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                read => return Poll::Ready(read),
+            }
         }
         let mut read = ReadBuf::new(buffer);
         match Pin::new(&mut self.near).poll_read(cx, &mut read) {
@@ -155,16 +167,28 @@ impl Transport for Pty {
     }
 
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
-        self.look(Some(cx));
+        let known = self.watch.known(cx.waker());
+        self.notice(known);
         if let Some(news) = self.news.pop_front() {
             return Poll::Ready(Received::News(news));
+        }
+        if !self.early.is_empty() {
+            return Poll::Ready(Received::Bytes(take(&mut self.early, buffer)));
         }
         match self.poll_read(cx, buffer) {
             Poll::Pending => Poll::Pending,
             Poll::Ready(Ok(n)) if n > 0 => {
+                // The news of the opening may be slower than the client's first bytes.
+                self.look();
                 self.unsure |= !self.seen.open;
                 self.compare_speed();
-                Poll::Ready(Received::Bytes(n))
+                match self.news.pop_front() {
+                    None => Poll::Ready(Received::Bytes(n)),
+                    Some(news) => {
+                        self.early.extend(&buffer[..n]);
+                        Poll::Ready(Received::News(news))
+                    }
+                }
             }
             // With our own descriptor of the far end this does not happen; if it does, waiting
             // for the next wake-up is all there is to do.
@@ -174,7 +198,7 @@ impl Transport for Pty {
 
     fn poll_send(&mut self, cx: &mut Context<'_>) {
         while !self.outbox.is_empty() {
-            self.look(None);
+            self.look();
             let Pty { near, outbox, watch, seen, .. } = self;
             let mut write = |bytes: &[u8]| match Pin::new(&mut *near).poll_write(cx, bytes) {
                 Poll::Ready(written) => written,
@@ -187,8 +211,13 @@ impl Transport for Pty {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Sent {
+        // A client that has written is known. One that is not yet has missed nothing that was
+        // meant for it, and those who use another way shall not pay for the question.
+        if !self.seen.open && !self.unsure {
+            return Sent::Nobody;
+        }
         loop {
-            self.look(None);
+            self.look();
             if !self.seen.open {
                 // Who asked may have closed one of two descriptors only.
                 if !std::mem::take(&mut self.unsure) || !self.watch.is_open_after_all() {
@@ -205,6 +234,10 @@ impl Transport for Pty {
                 None => {}
             }
         }
+    }
+
+    fn be_thorough(&mut self) {
+        self.thorough = true;
     }
 
     fn set_baud(&mut self, baud: u32) {

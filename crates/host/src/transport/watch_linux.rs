@@ -3,8 +3,9 @@
 //! A PTY does not tell its near end when a client opens or closes the far end as long as
 //! somebody, here we ourselves, keeps it open. inotify does: the kernel queues an event within
 //! the client's `open` and `close`. One inotify instance serves all controllers of the process
-//! (users may have 128), and one thread waits for it; but everybody who is about to send drains
-//! the queue first, so that the answer to a client's first byte is never sent to nobody.
+//! (users may have 128), and one thread waits for it; but everybody who has received something, or
+//! is about to send, drains the queue first, so that the answer to a client's first byte is never
+//! sent to nobody.
 //!
 //! inotify merges equal events that follow each other unread, so two quick opens may be counted
 //! as one. Where the count contradicts what is seen, the open files of all processes that we
@@ -86,18 +87,23 @@ impl Watch {
         Ok(Watch { watcher, number })
     }
 
-    /// Who has it open at this moment. `waker` is told when that changes.
-    pub(super) fn look(&self, waker: Option<&Waker>) -> Seen {
+    /// Who has it open at this moment.
+    pub(super) fn look(&self) -> Seen {
         let mut terminals = self.watcher.terminals();
         self.watcher.drain(&mut terminals);
+        terminals.get(&self.number).map_or_else(Seen::default, Terminal::seen)
+    }
+
+    /// Who has it open as far as is known, without asking the system. `waker` is told when that
+    /// changes.
+    pub(super) fn known(&self, waker: &Waker) -> Seen {
+        let mut terminals = self.watcher.terminals();
         let Some(terminal) = terminals.get_mut(&self.number) else { return Seen::default() };
-        if let Some(waker) = waker {
-            match &mut terminal.waker {
-                Some(old) => old.clone_from(waker),
-                none => *none = Some(waker.clone()),
-            }
+        match &mut terminal.waker {
+            Some(old) => old.clone_from(waker),
+            none => *none = Some(waker.clone()),
         }
-        Seen { open: terminal.opens > 0, closings: terminal.closings }
+        terminal.seen()
     }
 
     /// Writes to the terminal if what was `seen` still holds. Whoever closes it from now on is
@@ -107,7 +113,7 @@ impl Watch {
         let mut terminals = self.watcher.terminals();
         self.watcher.drain(&mut terminals);
         let terminal = terminals.get(&self.number)?;
-        (seen == Seen { open: terminal.opens > 0, closings: terminal.closings }).then(write)
+        (seen == terminal.seen()).then(write)
     }
 
     /// The speed that the terminal is set to.
@@ -235,6 +241,10 @@ impl Watcher {
 }
 
 impl Terminal {
+    fn seen(&self) -> Seen {
+        Seen { open: self.opens > 0, closings: self.closings }
+    }
+
     /// The last client has left: its exclusive use ends, and what it has not read is gone.
     fn clear(&mut self) {
         let _ = ioctl_tiocnxcl(&self.kept);

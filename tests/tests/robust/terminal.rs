@@ -1,0 +1,199 @@
+//! Clients of a pseudo terminal.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::Duration;
+
+use rustix::termios::{
+    InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl, tcgetattr, tcsetattr,
+};
+use vimc4::{Clock, Emulator};
+
+use crate::tools::{Counts, PATIENCE, Terminal, ask, at, in_role, wait_until};
+
+pub(crate) const TESTS: &[(&str, fn())] = &[
+    ("terminal: a thousand clients one after the other read nothing stale", a_thousand_clients),
+    ("terminal: a client is killed while it has it for itself", exclusive_clients_are_killed),
+    ("terminal: a client never reads", a_client_never_reads),
+    ("terminal: idle before, between and after clients", idle),
+];
+
+fn emulator(counts: &Counts) -> (Emulator, PathBuf) {
+    let builder = Emulator::builder().time(Clock::Instant).pty(true).sink(counts.clone());
+    let emulator = builder.start().unwrap();
+    let path = emulator.port().unwrap().to_owned();
+    (emulator, path)
+}
+
+/// Clients with all the habits there are, one after the other; each finds the line as if it
+/// were the first.
+fn a_thousand_clients() {
+    let counts = Counts::default();
+    let (emulator, path) = emulator(&counts);
+    assert_eq!(ask(&mut Terminal::open(&path), "@07", 1), "0");
+    for n in 1..=1_000 {
+        let mut client = Terminal::open(&path);
+        assert_eq!(ask(&mut client, "@0A1,900,0,900,0,900,0,900", 1), "0");
+        match n % 4 {
+            0 => assert_eq!(ask(&mut client, "@0P", 19), at(n)),
+            1 => ioctl_tiocexcl(&client.0).unwrap(),
+            2 => {
+                // A line that echoes, edits, waits for nothing and is too slow.
+                let mut settings = tcgetattr(&client.0).unwrap();
+                settings.local_modes |= LocalModes::ECHO | LocalModes::ICANON;
+                settings.input_modes |= InputModes::ICRNL;
+                settings.special_codes[SpecialCodeIndex::VMIN] = 0;
+                settings.set_speed(9_600).unwrap();
+                tcsetattr(&client.0, OptionalActions::Now, &settings).unwrap();
+                // Its successor would be faster than the news of its leaving.
+                counts.after_leaving(|| drop(client));
+                let next = Terminal::open(&path);
+                let settings = tcgetattr(&next.0).unwrap();
+                assert_eq!(settings.output_speed(), 19_200);
+                assert!(!settings.local_modes.contains(LocalModes::ECHO));
+            }
+            _ => {
+                // It asks and leaves without listening.
+                client.write_all(b"@0P\r").unwrap();
+                assert!(client.hears(PATIENCE));
+                counts.after_leaving(|| drop(client));
+                let next = Terminal::open(&path);
+                assert!(!next.hears(Duration::ZERO), "opening {n} hears its predecessor");
+            }
+        }
+    }
+    assert_eq!(emulator.position().unwrap()[0], 1_000);
+}
+
+pub(crate) const ROLE: &str = "hold a terminal";
+const PATH: &str = "VIMC4_ROBUST_TERMINAL";
+
+/// The client that is going to be killed.
+pub(crate) fn hold_until_killed() -> ExitCode {
+    let path = PathBuf::from(std::env::var_os(PATH).unwrap());
+    let mut terminal = Terminal::open(&path);
+    ioctl_tiocexcl(&terminal.0).unwrap();
+    println!("{}", ask(&mut terminal, "@0P", 19));
+    loop {
+        thread::park();
+    }
+}
+
+fn exclusive_clients_are_killed() {
+    let counts = Counts::default();
+    let (_emulator, path) = emulator(&counts);
+    assert_eq!(ask(&mut Terminal::open(&path), "@07", 1), "0");
+    for n in 1..=50 {
+        let start =
+            || -> Child { in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).spawn().unwrap() };
+        let mut holder = start();
+        let mut said = String::new();
+        BufReader::new(holder.stdout.take().unwrap()).read_line(&mut said).unwrap();
+        assert_eq!(said.trim_end(), at(n - 1));
+        // Root may open what others have for themselves.
+        if !rustix::process::geteuid().is_root() {
+            assert!(fs::File::open(&path).is_err(), "it is not exclusive");
+        }
+        holder.kill().unwrap();
+        holder.wait().unwrap();
+        let mut next = Terminal::open(&path);
+        assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
+        assert_eq!(ask(&mut next, "@0P", 19), at(n));
+    }
+}
+
+fn a_client_never_reads() {
+    const ASKED: usize = 20_000;
+    let counts = Counts::default();
+    let (emulator, path) = emulator(&counts);
+    let mut lazy = Terminal::open(&path);
+    assert_eq!(ask(&mut lazy, "@07", 1), "0");
+    for _ in 0..ASKED {
+        lazy.write_all(b"@0P\r").unwrap();
+    }
+    // Another client of the same controller hears every answer.
+    let mut other = emulator.connect().unwrap();
+    assert_eq!(ask(&mut other, "@0P", 19), at(0));
+    wait_until("a loss", || counts.lost.load(Ordering::SeqCst) > 0);
+    // It may begin to read at any time, and hears whole answers.
+    let mut kept = 0;
+    let mut answer = [0; 19];
+    while lazy.hears(Duration::from_millis(50)) {
+        lazy.read_exact(&mut answer).unwrap();
+        assert_eq!(answer, at(0).as_bytes());
+        kept += 1;
+    }
+    assert!((2_000..ASKED).contains(&kept), "{kept} of {ASKED}");
+    assert_eq!(ask(&mut lazy, "@0P", 19), at(0));
+    for _ in 0..ASKED {
+        lazy.write_all(b"@0P\r").unwrap();
+    }
+    counts.after_leaving(|| drop(lazy));
+    assert_eq!(ask(&mut Terminal::open(&path), "@0P", 19), at(0));
+}
+
+/// Processor time in ticks of 10 ms, and how often the threads of this process have slept.
+fn work() -> (u64, u64) {
+    let (mut ticks, mut switches) = (0, 0);
+    for task in fs::read_dir("/proc/self/task").unwrap().flatten() {
+        // A thread may end between the two looks.
+        let Ok(stat) = fs::read_to_string(task.path().join("stat")) else { continue };
+        let Ok(status) = fs::read_to_string(task.path().join("status")) else { continue };
+        let name = stat.split(['(', ')']).nth(1).unwrap();
+        if !name.starts_with("vimc4") && name != "pty watch" {
+            continue;
+        }
+        let fields: Vec<_> = stat.rsplit(") ").next().unwrap().split(' ').collect();
+        ticks += fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap();
+        let counts = status.lines().filter(|line| line.contains("ctxt_switches"));
+        let count = |line: &str| line.split_whitespace().last()?.parse::<u64>().ok();
+        switches += counts.filter_map(count).sum::<u64>();
+    }
+    (ticks, switches)
+}
+
+/// For seconds, not for the minute that a measurement would take: a controller that is not
+/// asleep does thousands of times as much.
+fn idle() {
+    let counts = Counts::default();
+    let (_emulator, path) = emulator(&counts);
+    let rest = |when: &str| {
+        thread::sleep(Duration::from_millis(100));
+        let before = work();
+        thread::sleep(Duration::from_secs(1));
+        let after = work();
+        assert!(after.0 - before.0 <= 1, "{when}: {} ticks", after.0 - before.0);
+        assert!(after.1 - before.1 <= 5, "{when}: {} switches", after.1 - before.1);
+    };
+    rest("before the first client");
+    let mut client = Terminal::open(&path);
+    assert_eq!(ask(&mut client, "@07", 1), "0");
+    rest("with a silent client");
+    counts.after_leaving(|| drop(client));
+    rest("after it");
+}
+
+/// The same without the rights of root, to which nobody's terminal is locked.
+pub(crate) fn as_an_ordinary_user() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("robust");
+    fs::copy(std::env::current_exe().unwrap(), &program).unwrap();
+    for path in [folder.path(), &program] {
+        fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let output = Command::new("setpriv")
+        .args(["--reuid=65534", "--regid=65534", "--clear-groups"])
+        .arg(&program)
+        .arg("terminal:")
+        .current_dir("/")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains(&format!("{} passed", TESTS.len())), "{said}");
+}
