@@ -3,10 +3,13 @@
 
 mod circle;
 mod completions;
+mod conform;
+mod endings;
 mod failure;
 mod limits;
 mod log;
 mod orders;
+mod port;
 mod profiles;
 mod run;
 mod serve;
@@ -33,6 +36,8 @@ enum Command {
     Serve(serve::Arguments),
     /// Run a command list or a stored program in virtual time
     Run(run::Arguments),
+    /// Play the fixture sessions against any port, also real hardware, and report what differs
+    Conform(conform::Arguments),
     /// Print the commands for a circle, a part of one, or a helix
     Circle(circle::Arguments),
     /// List the built-in models, or show the profile of one
@@ -49,6 +54,9 @@ fn main() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
+        Command::Conform(arguments) => {
+            return conform::run(arguments).unwrap_or_else(Failure::report);
+        }
         Command::Circle(arguments) => circle::run(arguments),
         Command::Models(arguments) => profiles::models(arguments),
         Command::Machines(arguments) => profiles::machines(arguments),

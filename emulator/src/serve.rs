@@ -15,6 +15,7 @@ use tokio::runtime;
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Emulator, Verbosity, Worker};
 
+use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::limits;
 use crate::log::Log;
@@ -292,40 +293,4 @@ async fn any_ended(emulators: &[Emulator]) -> Result<(), Failure> {
         Poll::Pending
     })
     .await
-}
-
-/// Ctrl-C, and the other ways in which a terminal, the system or a service manager asks for an
-/// end.
-#[cfg(unix)]
-struct Endings(Vec<tokio::signal::unix::Signal>);
-
-#[cfg(unix)]
-impl Endings {
-    fn listen() -> Endings {
-        use tokio::signal::unix::{SignalKind, signal};
-        let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
-        Endings(kinds.into_iter().filter_map(|kind| signal(kind).ok()).collect())
-    }
-
-    async fn told(&mut self) {
-        poll_fn(|cx| {
-            let told = self.0.iter_mut().any(|signal| signal.poll_recv(cx).is_ready());
-            if told { Poll::Ready(()) } else { Poll::Pending }
-        })
-        .await;
-    }
-}
-
-#[cfg(not(unix))]
-struct Endings;
-
-#[cfg(not(unix))]
-impl Endings {
-    fn listen() -> Endings {
-        Endings
-    }
-
-    async fn told(&mut self) {
-        let _ = tokio::signal::ctrl_c().await;
-    }
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::format::{Evidence, MODELS, Session, TOPICS};
+use vimc4_conform::format::{Evidence, MODELS, Session, TOPICS};
 
 /// Where the document is.
 #[must_use]

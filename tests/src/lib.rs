@@ -1,13 +1,8 @@
-//! The fixture sessions: what a controller must do, as files that people read and write.
+//! What the tests of the whole house share.
 //!
-//! [`mod@format`] reads them, [`runner`] plays them against any device, [`behaviour`] makes the
-//! behaviour document from them. The keys and the script words are documented for people in
-//! `fixtures/README.md`.
+//! [`behaviour`] makes the behaviour document from the fixture sessions, [`fuzzing`] has what
+//! the fuzz targets do. The sessions themselves are read and played by `vimc4-conform`.
 #![forbid(unsafe_code)]
 
 pub mod behaviour;
-pub mod format;
 pub mod fuzzing;
-pub mod runner;
-pub mod script;
-pub mod workshop;

@@ -2,11 +2,12 @@
 
 use std::fs;
 
-use vimc4_tests::{behaviour, workshop};
+use vimc4_conform::fixtures;
+use vimc4_tests::behaviour;
 
 #[test]
 fn the_document_is_up_to_date() {
-    let sessions = workshop::sessions().unwrap_or_else(|error| panic!("{error}"));
+    let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
     let written = fs::read_to_string(behaviour::document_path()).unwrap_or_default();
     let wanted = behaviour::document(&sessions);
     let mut lines = written.lines().zip(wanted.lines()).enumerate();
@@ -20,7 +21,7 @@ fn the_document_is_up_to_date() {
 
 #[test]
 fn every_title_is_a_row_of_its_own() {
-    let sessions = workshop::sessions().unwrap_or_else(|error| panic!("{error}"));
+    let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
     for (at, session) in sessions.iter().enumerate() {
         let same = sessions[..at].iter().find(|other| {
             other.title == session.title && other.models.iter().any(|m| session.models.contains(m))

@@ -6,12 +6,13 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
+use vimc4_conform::fixtures;
+use vimc4_conform::format::MODELS;
+use vimc4_conform::play::{Drive, Record, play};
+use vimc4_conform::workshop::Workshop;
 use vimc4_device::Device;
 use vimc4_isel::Model;
 use vimc4_isel_wire::{Mode, Reply, table};
-use vimc4_tests::format::MODELS;
-use vimc4_tests::runner::{Drive, Record, play};
-use vimc4_tests::workshop::{self, Workshop};
 
 #[test]
 fn every_reply_of_every_command_has_a_session() {
@@ -87,7 +88,7 @@ static RECORDS: LazyLock<BTreeMap<&'static str, Record>> = LazyLock::new(records
 fn records() -> BTreeMap<&'static str, Record> {
     let mut records: BTreeMap<_, _> =
         MODELS.into_iter().map(|model| (model, Record::default())).collect();
-    for session in workshop::sessions().unwrap_or_else(|error| panic!("{error}")) {
+    for session in fixtures::sessions().unwrap_or_else(|error| panic!("{error}")) {
         for model in &session.models {
             let workshop = Workshop::new(&session, model).expect("profiles that can be");
             let Ok((record, _)) = play(&session, Drive::Smooth, |flash| workshop.build(flash))

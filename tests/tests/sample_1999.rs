@@ -4,10 +4,11 @@
 use std::path::Path;
 use std::{env, fs};
 
-use vimc4_tests::format::{self, MODELS};
-use vimc4_tests::runner::{Drive, play};
-use vimc4_tests::script;
-use vimc4_tests::workshop::Workshop;
+use vimc4_conform::fixtures;
+use vimc4_conform::format::{self, MODELS};
+use vimc4_conform::play::{Drive, play};
+use vimc4_conform::script;
+use vimc4_conform::workshop::Workshop;
 
 /// A session around the program: every line is stored with a `0`; in the middle of its delays
 /// the machine is where the pseudo-code of the manual has it; and it goes round for an hour.
@@ -41,8 +42,9 @@ silent 10s
 fn the_sample_of_the_manual_is_stored_and_runs() {
     let path = env::var_os("VIMC4_SAMPLE_1999").expect("VIMC4_SAMPLE_1999 is set");
     let program = fs::read_to_string(&path).expect("VIMC4_SAMPLE_1999 names a file");
-    let mut sessions = format::parse("program", Path::new("sample-1999.toml"), SESSION)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let mut sessions =
+        format::parse("program", Path::new("sample-1999.toml"), SESSION, &fixtures::programs())
+            .unwrap_or_else(|error| panic!("{error}"));
     let session = &mut sessions[0];
     let stored = script::store(&program).expect("lines of a program");
     let stored = stored.into_iter().map(|(text, action)| script::Step { line: 0, text, action });

@@ -5,15 +5,16 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use vimc4_conform::fixtures;
+use vimc4_conform::format::Session;
+use vimc4_conform::play::{Drive, play};
+use vimc4_conform::workshop::Workshop;
 use vimc4_device::Device;
 use vimc4_host::Line;
-use vimc4_tests::format::Session;
-use vimc4_tests::runner::{Drive, play};
-use vimc4_tests::workshop::{self, Workshop};
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let sessions = match workshop::sessions() {
+    let sessions = match fixtures::sessions() {
         Ok(sessions) => sessions,
         Err(error) => {
             eprintln!("{error}");

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::future::{Future, poll_fn};
 use std::io;
-use std::pin::Pin;
+use std::pin::{Pin, pin};
 use std::sync::Arc;
-use std::task::{Context, Poll};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll, Wake, Waker};
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
@@ -290,7 +291,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     async fn settle(&mut self) {
         // A client that never stops sending must not keep the control from being used.
         for _ in 0..64 {
-            yield_now().await;
+            reactor_turn().await;
             for transport in &mut self.transports {
                 transport.be_thorough();
             }
@@ -585,6 +586,34 @@ impl<D: Device + fmt::Debug> fmt::Debug for Runner<D> {
             .field("clock", &self.clock)
             .finish_non_exhaustive()
     }
+}
+
+/// Lets the reactor look at the world, and comes back when it has. [`yield_now`] by itself comes
+/// back as soon as anything wakes the task, and the control that has just been used does.
+async fn reactor_turn() {
+    struct Turn {
+        task: Waker,
+        over: AtomicBool,
+    }
+
+    impl Wake for Turn {
+        fn wake(self: Arc<Self>) {
+            self.over.store(true, Ordering::Release);
+            self.task.wake_by_ref();
+        }
+    }
+
+    let mut turn: Option<Arc<Turn>> = None;
+    poll_fn(move |cx| {
+        if let Some(turn) = &turn {
+            return if turn.over.load(Ordering::Acquire) { Poll::Ready(()) } else { Poll::Pending };
+        }
+        let begun = Arc::new(Turn { task: cx.waker().clone(), over: AtomicBool::new(false) });
+        let waker = Waker::from(Arc::clone(&begun));
+        turn = Some(begun);
+        pin!(yield_now()).poll(&mut Context::from_waker(&waker))
+    })
+    .await;
 }
 
 /// The kind that must be wanted for an event to be told.

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vimc4_isel::Model;
+use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, ProfileError};
 
 use crate::error::{Error, ProfileFileError};
@@ -61,6 +61,50 @@ pub fn machine_profile(name: &str) -> Result<&'static str, Error> {
     Machine::builtin_toml(name).ok_or_else(|| unknown("machine", name, &machines()))
 }
 
+/// A controller that has just been switched on, without a thread, a clock or a port, with this
+/// image in its flash memory.
+///
+/// # Errors
+///
+/// If the image is not one of this model.
+pub fn bare(
+    model: &Arc<Model>,
+    machine: &Arc<Machine>,
+    flash: &[u8],
+) -> Result<Controller, Box<dyn std::error::Error + Send + Sync>> {
+    Ok(Controller::new(Arc::clone(model), Arc::clone(machine), flash)?)
+}
+
+/// The built-in models of the same kind: the one of that name, else all with the same commands.
+#[must_use]
+pub fn kin(model: &Model) -> Vec<&'static str> {
+    let names = models().into_iter();
+    if let Some(own) = names.clone().find(|name| *name == model.name) {
+        return vec![own];
+    }
+    let same =
+        |name: &&str| Model::builtin(name).is_some_and(|m| m.command_set == model.command_set);
+    names.filter(same).collect()
+}
+
+/// Every value that each quirk of a model's profile can have, as TOML writes it.
+#[must_use]
+pub fn quirks(_model: &Model) -> &'static [(&'static str, &'static [&'static str])] {
+    &[
+        ("version_handshake", &["\"first\"", "\"last\""]),
+        ("stop_reply", &["\"F\"", "\"F0\""]),
+        ("fractional_numbers", &["\"reject\"", "\"truncate\""]),
+        ("limit_latch", &["\"strict\"", "\"off\""]),
+        ("lost_steps", &["false", "true"]),
+        ("leave_switch", &["\"refuse\"", "\"away\""]),
+        ("loop_count", &["\"total\"", "\"extra\""]),
+        ("cond_branch_base", &["\"next\"", "\"own\""]),
+        ("cond_bit_base", &["0", "1"]),
+        ("start_resumes_dnc", &["false", "true"]),
+        ("unreferenced", &["\"2\"", "\"R\""]),
+    ]
+}
+
 fn find<T>(
     what: &'static str,
     name_or_file: &str,
@@ -105,4 +149,52 @@ fn unknown(what: &'static str, name: &str, known: &[&str]) -> Error {
 /// The number, from 1, of the line that holds this byte.
 fn line_of(text: &str, at: usize) -> usize {
     text.bytes().take(at).filter(|&byte| byte == b'\n').count() + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The line of a profile that sets a quirk.
+    fn line<'p>(profile: &'p str, quirk: &str) -> &'p str {
+        profile.lines().find(|line| line.starts_with(&format!("{quirk} = "))).unwrap()
+    }
+
+    #[test]
+    fn every_quirk_is_listed_with_every_value_it_can_have() {
+        for name in models() {
+            let profile = model_profile(name).unwrap();
+            let own = model(name).unwrap();
+            let (_, table) = profile.split_once("[quirks]\n").unwrap();
+            let keys = table.lines().take_while(|line| !line.is_empty());
+            let mut keys: Vec<&str> = keys.filter_map(|line| line.split(" = ").next()).collect();
+            let mut listed: Vec<&str> = quirks(&own).iter().map(|(quirk, _)| *quirk).collect();
+            keys.sort_unstable();
+            listed.sort_unstable();
+            assert_eq!(keys, listed, "{name}");
+            for (quirk, values) in quirks(&own) {
+                let with = |value: &str| {
+                    let other = format!("{quirk} = {value}");
+                    Model::from_toml(&profile.replace(line(profile, quirk), &other))
+                };
+                let differing = values.iter().filter(|value| with(value).unwrap() != *own).count();
+                assert_eq!(differing, values.len() - 1, "{quirk} of {name}");
+                // A wrong value is answered with the right ones.
+                let error = with("\"?\"").unwrap_err().message;
+                let Some((_, right)) = error.split_once("expected `") else { continue };
+                assert_eq!(right.matches(" or ").count(), values.len() - 1, "{error}");
+                for value in *values {
+                    assert!(format!("`{right}").contains(&value.replace('"', "`")), "{error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_kin_of_a_model_are_those_with_its_commands() {
+        let mut own = Model::clone(&model("imc-m").unwrap());
+        assert_eq!(kin(&own), ["imc-m"]);
+        own.name = "mine".to_owned();
+        assert_eq!(kin(&own), ["imc-m", "imc-mp", "imc-s8"]);
+    }
 }

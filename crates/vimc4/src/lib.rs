@@ -47,14 +47,18 @@ mod catalogue;
 mod control;
 mod emulator;
 mod error;
+mod handling;
 mod order;
 mod record;
 
 pub use builder::{Builder, Terminal};
-pub use catalogue::{machine, machine_profile, machines, model, model_profile, models};
+pub use catalogue::{
+    bare, kin, machine, machine_profile, machines, model, model_profile, models, quirks,
+};
 pub use control::{Button, Control, Snapshot};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
+pub use handling::Handling;
 pub use order::{HELP, Order, OrderError, Outcome};
 pub use record::Command;
 pub use vimc4_device::{

@@ -84,23 +84,31 @@ pub(crate) fn hold_until_killed() -> ExitCode {
     }
 }
 
+/// It does not outlive the test.
+struct Holder(Child);
+
+impl Drop for Holder {
+    fn drop(&mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+}
+
 fn exclusive_clients_are_killed() {
     let counts = Counts::default();
     let (_emulator, path) = emulator(&counts);
     assert_eq!(ask(&mut Terminal::open(&path), "@07", 1), "0");
     for n in 1..=50 {
-        let start =
-            || -> Child { in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).spawn().unwrap() };
-        let mut holder = start();
+        let child = in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).spawn().unwrap();
+        let mut holder = Holder(child);
         let mut said = String::new();
-        BufReader::new(holder.stdout.take().unwrap()).read_line(&mut said).unwrap();
+        BufReader::new(holder.0.stdout.take().unwrap()).read_line(&mut said).unwrap();
         assert_eq!(said.trim_end(), at(n - 1));
         // Root may open what others have for themselves.
         if !rustix::process::geteuid().is_root() {
             assert!(fs::File::open(&path).is_err(), "it is not exclusive");
         }
-        holder.kill().unwrap();
-        holder.wait().unwrap();
+        drop(holder);
         let mut next = Terminal::open(&path);
         assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
         assert_eq!(ask(&mut next, "@0P", 19), at(n));

@@ -245,17 +245,17 @@ impl Terminal {
         Seen { open: self.opens > 0, closings: self.closings }
     }
 
-    /// The last client has left: its exclusive use ends, and what it has not read is gone.
+    /// The last client has left: what it has not read is gone.
     fn clear(&mut self) {
-        let _ = ioctl_tiocnxcl(&self.kept);
         let _ = tcflush(&self.kept, QueueSelector::IFlush);
         self.closings += 1;
     }
 
-    /// The settings of a client end with it, unless the next one is there already and may have
-    /// made its own.
+    /// Exclusive use and the settings of a client end with it, unless the next one is there
+    /// already and may have its own.
     fn settle(&self) {
         if self.opens == 0 {
+            let _ = ioctl_tiocnxcl(&self.kept);
             let _ = set_raw(&self.kept, self.baud);
         }
     }

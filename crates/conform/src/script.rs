@@ -98,6 +98,14 @@ pub struct Needs {
     pub moves: bool,
     /// It may write the controller's flash memory.
     pub writes_flash: bool,
+    /// It may switch outputs: the spindle, the brake, the motor currents, whatever is connected.
+    pub outputs: bool,
+    /// It may drive axes to their reference switches, wherever those are.
+    pub reference: bool,
+    /// It may start whatever program is stored.
+    pub starts: bool,
+    /// It changes where the controller expects its switches.
+    pub switches: bool,
 }
 
 /// Why a line is not a script's.
@@ -228,15 +236,18 @@ pub fn store(program: &str) -> Result<Vec<(String, Action)>, ScriptError> {
 #[must_use]
 pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
     let mut needs = Needs::default();
+    let mut line = Vec::new();
+    let mut storing = false;
     for action in actions {
         match action {
             Action::Send(bytes) => {
-                // Anything after `@` and the device number may be a letter that moves; a
-                // stored line needs `@0i` first, a start needs `S` or the panel.
-                let letter = bytes.iter().filter(|b| !b" \r\n\xFD\xFF".contains(b)).nth(2);
-                needs.moves |= letter.is_some_and(|l| b"AaMmRrSsywZF?".contains(l));
-                needs.writes_flash |= letter.is_some_and(|l| b"ik".contains(l));
-                needs.writes_flash |= bytes.windows(2).any(|pair| pair == b"IW");
+                for &byte in bytes {
+                    match byte {
+                        b'\r' => needs.of_line(&std::mem::take(&mut line), &mut storing),
+                        b' ' | b'\n' | 253..=255 => {}
+                        _ => line.push(byte),
+                    }
+                }
             }
             Action::Expect(expected) => needs.clock |= expected.at.is_some(),
             Action::Wait(_) | Action::Mark => needs.clock = true,
@@ -259,7 +270,33 @@ pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
             | Action::New => {}
         }
     }
+    needs.of_line(&line, &mut storing);
     needs
+}
+
+impl Needs {
+    /// Adds what one line needs, which is given without its blanks. Whatever its parameters are
+    /// and whether or not the controller should refuse it: a real one may not.
+    fn of_line(&mut self, line: &[u8], storing: &mut bool) {
+        match line {
+            [b'@', _, letter, rest @ ..] => {
+                let setting = (*letter == b'I').then(|| rest.first().copied()).flatten();
+                self.moves |= b"AaMmRrSsywZF?".contains(letter);
+                self.reference |= b"RrF".contains(letter);
+                self.starts |= b"Ss".contains(letter);
+                self.outputs |= b"Bg".contains(letter) || matches!(setting, Some(b'a' | b'S'));
+                self.writes_flash |= b"ik".contains(letter) || setting == Some(b'W');
+                self.switches |= setting.is_some_and(|code| b"EeDR".contains(&code));
+                *storing |= *letter == b'i';
+            }
+            // A stored line does nothing before the program is started.
+            [code, ..] if *storing => {
+                self.reference |= *code == b'7';
+                self.outputs |= matches!(code, b'p' | b'g');
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Bytes as a script writes them.
@@ -472,6 +509,14 @@ mod tests {
         assert!(of("> @0 A5,900").moves);
         assert!(!of("> @0P -> 0000000").moves);
         assert!(of("> @0i").writes_flash);
+        assert!(of(">> @0\\x20I\\n\\xFDW").writes_flash);
+        assert!(of("> @0B0,8").outputs && !of("> @0b0").outputs);
+        assert!(of("> @0r1").reference && of("> @0r1").moves);
+        assert!(!of("> 77").reference);
+        let lines = ["> @0i", "> 7 7", "> p0,1,1", ">> @", ">> 0Ie1"];
+        let actions: Vec<_> = lines.iter().flat_map(|line| parse_line(line).unwrap()).collect();
+        let stored = needs(&actions);
+        assert!(stored.reference && stored.outputs && stored.switches && !stored.moves);
         assert!(of("press start").operator);
         assert!(of("< 0 at 5ms").clock);
         assert!(of("position 3").view);

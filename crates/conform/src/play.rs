@@ -7,6 +7,7 @@ use vimc4_device::{Device, Event, FlashChange, Input, Kinds, Motion, Output, Tim
 
 use crate::format::Session;
 use crate::script::{Action, Expected, SignalName, Step, escape, show_nanos};
+use crate::travel::Travel;
 
 /// How much happens in a session before it counts as one that never ends.
 const MOST_WAKES: u32 = 1_000_000;
@@ -35,6 +36,25 @@ pub struct Record {
     /// Something moved.
     pub moved: bool,
     /// The flash memory was written.
+    pub wrote_flash: bool,
+    /// An output was switched.
+    pub switched: bool,
+}
+
+/// A look at a session after one of its steps.
+#[derive(Debug)]
+pub struct Glance<'a, D> {
+    /// The number of the step.
+    pub step: usize,
+    /// When it began.
+    pub began: Time,
+    /// When it was done.
+    pub ended: Time,
+    /// The device after it.
+    pub device: &'a D,
+    /// How far the axes have gone since the controller was new.
+    pub travel: &'a Travel,
+    /// The flash memory has been written since the controller was new.
     pub wrote_flash: bool,
 }
 
@@ -78,6 +98,20 @@ pub fn play<D: Device>(
     drive: Drive,
     build: impl Fn(&[u8]) -> Result<D, String>,
 ) -> Result<(Record, D::State), Box<Failure>> {
+    play_watched(session, drive, build, |_| {})
+}
+
+/// Like [`play`], and shows the device after every step.
+///
+/// # Errors
+///
+/// The first thing that is not as the session says.
+pub fn play_watched<D: Device>(
+    session: &Session,
+    drive: Drive,
+    build: impl Fn(&[u8]) -> Result<D, String>,
+    mut watch: impl FnMut(Glance<'_, D>),
+) -> Result<(Record, D::State), Box<Failure>> {
     let device = build(&[]).map_err(|error| {
         Box::new(Failure {
             id: session.id.clone(),
@@ -99,15 +133,26 @@ pub fn play<D: Device>(
         warnings: Vec::new(),
         flash: Vec::new(),
         record: Record::default(),
+        travel: Travel::default(),
+        wrote_flash: false,
     };
     player.connect();
     for (index, step) in session.steps.iter().enumerate() {
+        let began = player.now;
         let result = match step.action {
             Action::Restart => player.restart(&build),
             Action::New => player.replace(session, &build),
             _ => player.perform(&step.action),
         };
         result.map_err(|Mismatch(expected, got)| player.failure(session, index, expected, got))?;
+        watch(Glance {
+            step: index,
+            began,
+            ended: player.now,
+            device: &player.device,
+            travel: &player.travel,
+            wrote_flash: player.wrote_flash,
+        });
     }
     let last = session.steps.len().saturating_sub(1);
     player
@@ -132,6 +177,8 @@ struct Player<D> {
     warnings: Vec<String>,
     flash: Vec<u8>,
     record: Record,
+    travel: Travel,
+    wrote_flash: bool,
 }
 
 impl<D: Device> Player<D> {
@@ -215,18 +262,19 @@ impl<D: Device> Player<D> {
                 }
                 Output::Flash(_, change) => {
                     self.record.wrote_flash = true;
+                    self.wrote_flash = true;
                     match change {
                         FlashChange::Append(bytes) => self.flash.extend_from_slice(&bytes),
                         FlashChange::Replace(bytes) => self.flash = bytes.to_vec(),
                     }
                 }
-                Output::Event(_, event) => self.watch(event),
+                Output::Event(at, event) => self.watch(at, event),
                 Output::Wake(_) => return,
             }
         }
     }
 
-    fn watch(&mut self, event: Event) {
+    fn watch(&mut self, at: Time, event: Event) {
         match event {
             Event::Answer { mnemonic, bytes } => {
                 // A text reply ends with its code, every other begins with it.
@@ -236,7 +284,11 @@ impl<D: Device> Player<D> {
             Event::Line { mnemonic, .. } => {
                 self.record.lines.insert(mnemonic);
             }
-            Event::Motion(Motion::Begins { .. }) => self.record.moved = true,
+            Event::Motion(motion) => {
+                self.record.moved |= matches!(motion, Motion::Begins { .. });
+                self.travel.watch(at, &motion);
+            }
+            Event::Port { .. } => self.record.switched = true,
             Event::Warning(warning) => {
                 let value = serde_json::to_value(&warning).unwrap_or_default();
                 self.warnings.push(value["warning"].as_str().unwrap_or("?").to_owned());
@@ -366,6 +418,8 @@ impl<D: Device> Player<D> {
         self.check_end(session, &build)?;
         self.flash.clear();
         self.warnings.clear();
+        self.travel = Travel::default();
+        self.wrote_flash = false;
         self.restart(build)
     }
 
@@ -395,6 +449,9 @@ impl<D: Device> Player<D> {
         if self.record.wrote_flash && !needs.writes_flash {
             return mismatch("a script that shows that it writes the flash", "a write");
         }
+        if self.record.switched && !needs.outputs && !needs.operator {
+            return mismatch("a script that shows that it switches outputs", "an output switched");
+        }
         // The host's image grew change by change, the device's own may be shorter; what they say
         // must be the same.
         let copied = build(&self.flash).map(|device| device.flash_image());
@@ -405,17 +462,7 @@ impl<D: Device> Player<D> {
     }
 
     fn failure(&self, session: &Session, at: usize, expected: String, got: String) -> Box<Failure> {
-        let mut excerpt = String::new();
-        let from = at.saturating_sub(6);
-        let mut shown = None;
-        for (index, Step { line, text, .. }) in session.steps.iter().enumerate().skip(from).take(9)
-        {
-            let mark = if index == at { "->" } else { "  " };
-            let again = shown.replace((line, text)) == Some((line, text));
-            if !again || index == at {
-                let _ = writeln!(excerpt, "  {mark} {line:4}  {text}");
-            }
-        }
+        let excerpt = excerpt(session, at);
         Box::new(Failure {
             id: session.id.clone(),
             path: format!(
@@ -433,6 +480,22 @@ impl<D: Device> Player<D> {
     }
 }
 
+/// The script around a step, with a mark on it.
+#[must_use]
+pub fn excerpt(session: &Session, at: usize) -> String {
+    let mut excerpt = String::new();
+    let from = at.saturating_sub(6);
+    let mut shown = None;
+    for (index, Step { line, text, .. }) in session.steps.iter().enumerate().skip(from).take(9) {
+        let mark = if index == at { "->" } else { "  " };
+        let again = shown.replace((line, text)) == Some((line, text));
+        if !again || index == at {
+            let _ = writeln!(excerpt, "  {mark} {line:4}  {text}");
+        }
+    }
+    excerpt
+}
+
 fn compare(wanted: &[i64], got: impl Iterator<Item = i64>) -> Result<(), Mismatch> {
     let got: Vec<i64> = got.take(wanted.len()).collect();
     if got == wanted { Ok(()) } else { mismatch(show_point(wanted), show_point(&got)) }
@@ -442,7 +505,7 @@ fn show_point(point: &[i64]) -> String {
     point.iter().map(i64::to_string).collect::<Vec<_>>().join(" ")
 }
 
-fn show_expected(expected: &Expected) -> String {
+pub(crate) fn show_expected(expected: &Expected) -> String {
     let parts: Vec<String> = expected.parts.iter().map(|part| escape(part)).collect();
     let mut text = parts.join("...");
     if let Some((at, tolerance)) = expected.at {
@@ -466,7 +529,7 @@ fn show_received(received: &[u8], at: u64) -> String {
 
 /// Whether `bytes` are the literal parts in this order, the first at the start, the last at the
 /// end, with anything between two of them.
-fn matches(parts: &[Vec<u8>], bytes: &[u8]) -> bool {
+pub(crate) fn matches(parts: &[Vec<u8>], bytes: &[u8]) -> bool {
     let [first, middle @ .., last] = parts else {
         return parts.first().is_some_and(|only| only == bytes);
     };

@@ -1,7 +1,7 @@
 //! The session files: what a session says about itself, besides its script.
 
+use std::collections::BTreeMap;
 use std::fmt;
-use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -169,36 +169,18 @@ enum RawMachine {
     Profile(Table),
 }
 
-/// Reads every session below a folder `sessions`, in the order of topics, files and lines.
-///
-/// # Errors
-///
-/// The first mistake in a file, with its place; a file that cannot be read.
-pub fn read_all(folder: &Path) -> Result<Vec<Session>, FormatError> {
-    let mut sessions = Vec::new();
-    for topic in entries(folder)? {
-        let name = topic.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if !TOPICS.iter().any(|(known, _)| *known == name) {
-            let message = format!("{name:?} is no topic; add it to TOPICS in tests/src/format.rs");
-            return Err(FormatError { path: topic, line: 1, message });
-        }
-    }
-    for (topic, _) in TOPICS {
-        for path in entries(&folder.join(topic))? {
-            let text = fs::read_to_string(&path).map_err(|error| cannot_read(&path, &error))?;
-            sessions.extend(parse(topic, &path, &text)?);
-        }
-    }
-    Ok(sessions)
-}
-
-/// Reads one session file of a topic.
+/// Reads one session file of a topic. `programs` are those that `store` can name.
 ///
 /// # Errors
 ///
 /// The first mistake, with its place.
-pub fn parse(topic: &str, path: &Path, text: &str) -> Result<Vec<Session>, FormatError> {
-    let file = File { path, text };
+pub fn parse(
+    topic: &str,
+    path: &Path,
+    text: &str,
+    programs: &BTreeMap<String, String>,
+) -> Result<Vec<Session>, FormatError> {
+    let file = File { path, text, programs };
     let raw: RawFile = toml::from_str(text).map_err(|error| {
         let keys = "fixtures/README.md lists the keys";
         file.error(error.span().unwrap_or(0..0), format!("{}; {keys}", error.message()))
@@ -281,12 +263,6 @@ pub fn parse(topic: &str, path: &Path, text: &str) -> Result<Vec<Session>, Forma
     Ok(sessions)
 }
 
-/// The folder of the programs that sessions store.
-#[must_use]
-pub fn programs_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/programs")
-}
-
 /// Puts the values of `differs` into a profile, table by table.
 pub fn merge(profile: &mut Table, differs: Table) {
     for (key, value) in differs {
@@ -303,6 +279,7 @@ pub fn merge(profile: &mut Table, differs: Table) {
 struct File<'a> {
     path: &'a Path,
     text: &'a str,
+    programs: &'a BTreeMap<String, String>,
 }
 
 impl File<'_> {
@@ -320,7 +297,7 @@ impl File<'_> {
 
     /// The lines of a literal text, each with its line in the file.
     fn lines<'t>(&self, text: &'t Spanned<String>) -> Result<Vec<(usize, &'t str)>, FormatError> {
-        if !self.text[text.span().start..].starts_with("'''\n") {
+        if !self.text.get(text.span().start..).is_some_and(|text| text.starts_with("'''\n")) {
             let message = "no plain text; write it on lines of its own between ''' and '''";
             return Err(self.error(text.span(), message.to_owned()));
         }
@@ -347,12 +324,12 @@ impl File<'_> {
         let Action::Store(name) = action else {
             return Ok(vec![Step { line, text: text.to_owned(), action }]);
         };
-        let path = programs_folder().join(&name);
-        let program = fs::read_to_string(&path).map_err(|error| {
-            let message = format!("no program {}: {error}", path.display());
+        let program = self.programs.get(&name).ok_or_else(|| {
+            let known: Vec<&str> = self.programs.keys().map(String::as_str).collect();
+            let message = format!("no program {name:?}; there are {}", known.join(", "));
             self.error_at(line, message)
         })?;
-        let steps = script::store(&program);
+        let steps = script::store(program);
         let steps = steps.map_err(|error| self.error_at(line, format!("{name}: {error}")))?;
         Ok(steps.into_iter().map(|(text, action)| Step { line, text, action }).collect())
     }
@@ -417,24 +394,6 @@ impl Row {
     }
 }
 
-/// What is in a folder, sorted by name. The editor's hidden files are not.
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, FormatError> {
-    let read = fs::read_dir(folder).map_err(|error| cannot_read(folder, &error))?;
-    let mut paths = Vec::new();
-    for entry in read {
-        let path = entry.map_err(|error| cannot_read(folder, &error))?.path();
-        if !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')) {
-            paths.push(path);
-        }
-    }
-    paths.sort();
-    Ok(paths)
-}
-
-fn cannot_read(path: &Path, error: &std::io::Error) -> FormatError {
-    FormatError { path: path.to_owned(), line: 1, message: format!("cannot be read: {error}") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -446,12 +405,12 @@ mod tests {
                         script = '''\n> @0b{port} -> 0{value}\n'''\n";
 
     fn message(text: &str) -> String {
-        parse("line", Path::new("x.toml"), text).unwrap_err().to_string()
+        parse("line", Path::new("x.toml"), text, &BTreeMap::new()).unwrap_err().to_string()
     }
 
     #[test]
     fn every_row_of_a_table_has_its_own_controller() {
-        let sessions = parse("line", Path::new("x.toml"), GOOD).unwrap();
+        let sessions = parse("line", Path::new("x.toml"), GOOD, &BTreeMap::new()).unwrap();
         assert_eq!(sessions[0].id, "line/x/two-rows");
         assert_eq!(sessions[0].models, ["imc-m", "imc-mp", "imc-s8"]);
         let steps: Vec<_> = sessions[0].steps.iter().map(|s| (s.line, s.text.as_str())).collect();

@@ -1,0 +1,94 @@
+//! Everything there is to measure, and the command that does.
+
+mod alarm;
+mod baseline;
+mod cores;
+mod crowd;
+mod failure;
+mod groups;
+mod launch;
+mod machine;
+mod numbers;
+mod play;
+mod port;
+mod report;
+mod server;
+mod stats;
+mod usage;
+
+use std::env;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cores::Cores;
+use failure::{Failure, Outcome};
+use groups::GROUPS;
+use launch::Launcher;
+use machine::Machine;
+use report::Report;
+
+/// Measure how fast the emulator is, against bare baselines.
+#[derive(Parser)]
+#[command(name = "vimc4-bench")]
+struct Arguments {
+    /// The groups of figures to measure; all if none is named
+    #[arg(value_name = "NAME", value_parser = GROUPS.map(|group| group.name))]
+    names: Vec<String>,
+    /// Shorter runs, for a first impression
+    #[arg(long)]
+    quick: bool,
+    /// Put the report between the markers in docs/performance.md as well
+    #[arg(long, conflicts_with = "names")]
+    write: bool,
+}
+
+/// What every group needs.
+struct Bench {
+    /// Starts the emulator and the baselines.
+    launcher: Launcher,
+    /// Where servers and clients run.
+    cores: Cores,
+    /// Whether the runs are short.
+    quick: bool,
+}
+
+impl Bench {
+    /// The one for a full run, the other for a quick one.
+    fn either<T>(&self, full: T, quick: T) -> T {
+        if self.quick { quick } else { full }
+    }
+}
+
+/// Measures what the command line asks for.
+pub(crate) fn main() -> ExitCode {
+    let mut arguments = env::args().skip(1);
+    // This program is its own baseline, in a process that does nothing else first.
+    let done = match arguments.next().as_deref() {
+        Some(baseline::COMMAND) => baseline::run(arguments.next().as_deref()),
+        _ => measure(&Arguments::parse()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("vimc4-bench: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure(arguments: &Arguments) -> Outcome<()> {
+    let bench =
+        Bench { launcher: Launcher::build()?, cores: Cores::find()?, quick: arguments.quick };
+    let chosen =
+        |name: &str| arguments.names.is_empty() || arguments.names.iter().any(|n| n == name);
+    let mut report = Report::new(Machine::here(), arguments.quick);
+    for group in GROUPS.iter().filter(|group| chosen(group.name)) {
+        eprintln!("{}: {}", group.name, group.title);
+        let section = (group.measure)(&bench)
+            .map_err(|failure| Failure::new(format!("{}: {failure}", group.name)))?;
+        report.add(group.title, section);
+    }
+    print!("{report}");
+    if arguments.write { report.write() } else { Ok(()) }
+}

@@ -1,0 +1,65 @@
+//! A controller without a thread, a clock or a port, driven in virtual time.
+
+use std::sync::Arc;
+
+use vimc4_device::{Device, Input, Output, Time};
+use vimc4_isel::{Controller, Model};
+use vimc4_plant::Machine;
+
+use super::failure::{Doing, Failure, Outcome};
+
+/// An IMC4 on a machine, with nobody watching.
+pub(crate) fn controller(machine: Machine) -> Outcome<Controller> {
+    let model = Model::builtin("imc4").doing("find the model imc4")?;
+    Controller::new(model, Arc::new(machine), &[]).doing("make a controller")
+}
+
+/// The machine without ends.
+pub(crate) fn bench() -> Outcome<Machine> {
+    let machine = Machine::builtin("bench").doing("find the machine bench")?;
+    Ok(Machine::clone(&machine))
+}
+
+/// What a controller has answered in the meantime: how many bytes, and the first of the last
+/// answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Answer {
+    /// How many bytes.
+    pub(crate) bytes: usize,
+    /// How the last answer began.
+    pub(crate) code: u8,
+}
+
+/// Takes what has come out, and says when the controller wants to be woken.
+pub(crate) fn drain(controller: &mut Controller, answer: &mut Answer) -> Option<Time> {
+    loop {
+        match controller.poll_output() {
+            Output::Bytes(_, bytes) => {
+                answer.bytes += bytes.len();
+                answer.code = bytes.first().copied().unwrap_or(answer.code);
+            }
+            Output::Flash(..) | Output::Event(..) => {}
+            Output::Wake(due) => return due,
+        }
+    }
+}
+
+/// Sends bytes at the controller's present time and lets it run until it waits for more.
+pub(crate) fn play(controller: &mut Controller, bytes: &[u8]) -> Answer {
+    let mut answer = Answer::default();
+    controller.handle(Input::Bytes(bytes), controller.now());
+    while let Some(due) = drain(controller, &mut answer) {
+        controller.handle(Input::Wake, due);
+    }
+    answer
+}
+
+/// Sends a line that has to be answered with this code.
+pub(crate) fn expect(controller: &mut Controller, line: &str, code: u8) -> Outcome<()> {
+    let answer = play(controller, format!("{line}\r").as_bytes());
+    if answer.code == code && answer.bytes > 0 {
+        return Ok(());
+    }
+    let (expected, got) = (char::from(code), char::from(answer.code));
+    Err(Failure::new(format!("`{line}` is answered {got:?}, not {expected:?}")))
+}

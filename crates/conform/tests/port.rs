@@ -1,0 +1,233 @@
+//! Sessions at a simulated port.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use vimc4_conform::choice::{Allowed, Chooser, Plan, Reason};
+use vimc4_conform::explain::{Cause, candidates, explain};
+use vimc4_conform::fixtures;
+use vimc4_conform::format::{Session, merge};
+use vimc4_conform::player::Timing;
+use vimc4_conform::rehearsal::rehearse;
+use vimc4_conform::workshop::{self, Workshop};
+
+/// Everything, on a machine as large as can be, for an hour.
+fn everything() -> Allowed {
+    Allowed {
+        moves: true,
+        reference: true,
+        outputs: true,
+        flash: true,
+        envelope: [(-20_000_000, 20_000_000); 4],
+        longest: 3_600_000_000_000,
+    }
+}
+
+fn model(name: &str) -> Arc<vimc4::Model> {
+    vimc4::model(name).unwrap()
+}
+
+/// The sessions that can be played with this model.
+fn plans(model: &Arc<vimc4::Model>, allowed: &Allowed) -> Vec<(Session, Plan)> {
+    let chooser = Chooser::new(model, Timing::default()).unwrap();
+    let sessions = fixtures::sessions().unwrap().into_iter();
+    sessions
+        .filter_map(|session| Some((chooser.plan(&session, allowed).ok()?, session)))
+        .map(|(plan, session)| (session, plan))
+        .collect()
+}
+
+fn session(id: &str) -> Session {
+    fixtures::sessions().unwrap().into_iter().find(|session| session.id == id).unwrap()
+}
+
+/// The model with another value of a quirk.
+fn flipped(model: &Arc<vimc4::Model>, quirk: &str, value: &str) -> Arc<vimc4::Model> {
+    let mut profile = workshop::profile(model).unwrap();
+    merge(&mut profile, toml::from_str(&format!("[quirks]\n{quirk} = {value}")).unwrap());
+    workshop::model(&profile).unwrap()
+}
+
+/// Which quirks some session shows at a port, for each kind of model. The others need hands:
+/// a limit switch, START, an input.
+const SHOWN: [(&str, &[&str]); 3] = [
+    ("imc4", &["fractional_numbers", "stop_reply", "unreferenced", "version_handshake"]),
+    ("imc4-m", &["fractional_numbers", "stop_reply", "unreferenced", "version_handshake"]),
+    (
+        "imc-s8",
+        &[
+            "cond_bit_base",
+            "fractional_numbers",
+            "loop_count",
+            "stop_reply",
+            "unreferenced",
+            "version_handshake",
+        ],
+    ),
+];
+
+#[test]
+fn a_controller_with_another_quirk_fails_and_the_quirk_is_named() {
+    let timing = Timing::default();
+    for (name, shown) in SHOWN {
+        let model = model(name);
+        let candidates = candidates(&model).unwrap();
+        let plans = plans(&model, &everything());
+        let mut seen = BTreeSet::new();
+        for (quirk, values) in vimc4::quirks(&model) {
+            for value in *values {
+                let other = flipped(&model, quirk, value);
+                if other == model {
+                    continue;
+                }
+                let controller = Workshop::bench(&other).unwrap();
+                let wanted =
+                    Cause::Profile { key: format!("quirks.{quirk}"), value: (*value).to_owned() };
+                for (session, plan) in &plans {
+                    for row in &plan.rows {
+                        let device = controller.build(&[]).unwrap();
+                        // A real port is a little late.
+                        let Err(miss) = rehearse(device, &row.steps, timing, 1_000_000) else {
+                            continue;
+                        };
+                        let causes = explain(&candidates, &row.steps, timing, &miss);
+                        assert!(
+                            causes.contains(&wanted),
+                            "{name}, {}: {miss:?} for {wanted} is explained by {causes:?}",
+                            session.id
+                        );
+                        seen.insert(*quirk);
+                    }
+                }
+            }
+        }
+        assert_eq!(seen.into_iter().collect::<Vec<_>>(), shown, "{name}");
+    }
+}
+
+#[test]
+fn what_passes_needs_no_explanation_and_what_is_late_is_no_failure() {
+    for name in vimc4::models() {
+        let model = model(name);
+        let controller = Workshop::bench(&model).unwrap();
+        let plans = plans(&model, &everything());
+        assert!(plans.len() > 150, "{name}: {}", plans.len());
+        for (session, plan) in plans {
+            for row in &plan.rows {
+                for delay in [0, 500_000, 5_000_000, 20_000_000] {
+                    let device = controller.build(&[]).unwrap();
+                    let played = rehearse(device, &row.steps, Timing::default(), delay);
+                    assert!(played.is_ok(), "{name}, {}, {delay}: {played:?}", session.id);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn by_default_nothing_moves_and_nothing_is_written_or_switched() {
+    let harmless = Allowed { longest: u64::MAX, ..Allowed::default() };
+    for name in vimc4::models() {
+        let plans = plans(&model(name), &harmless);
+        assert!(plans.len() >= 20, "{name}: {}", plans.len());
+        for (session, plan) in plans {
+            let needs = session.needs();
+            let harm = [needs.moves, needs.writes_flash, needs.outputs, needs.operator];
+            assert_eq!(harm, [false; 4], "{name}, {}", session.id);
+            assert!(plan.travel.is_nothing() && plan.rows.iter().all(|row| !row.fresh));
+        }
+    }
+}
+
+#[test]
+fn another_model_or_something_at_the_machine_explains_too() {
+    let timing = Timing::default();
+    let model = model("imc4");
+    let candidates = candidates(&model).unwrap();
+    let chooser = Chooser::new(&model, timing).unwrap();
+    let plan = |id| chooser.plan(&session(id), &everything()).unwrap();
+    let texts = |row: &vimc4_conform::choice::Row, device: vimc4::device::Controller| {
+        let miss = rehearse(device, &row.steps, timing, 0).unwrap_err();
+        let causes = explain(&candidates, &row.steps, timing, &miss);
+        causes.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+
+    let other = Workshop::bench(&vimc4::model("imc4-m").unwrap()).unwrap();
+    let unknown = plan("line/framing/not-in-this-set");
+    assert!(
+        texts(&unknown.rows[0], other.build(&[]).unwrap()).contains(&"the model imc4-m".to_owned())
+    );
+
+    let speeds = plan("axes/speeds/limits-older");
+    let mut profile = workshop::profile(&model).unwrap();
+    merge(&mut profile, toml::from_str("[limits]\nspeed_max = 40000").unwrap());
+    let faster = Workshop::bench(&workshop::model(&profile).unwrap()).unwrap();
+    assert_eq!(
+        texts(&speeds.rows[0], faster.build(&[]).unwrap()),
+        ["limits.speed_max = 40000 in the profile"]
+    );
+
+    use vimc4_device::{Device, Input, Output, Time};
+    let mut open = Workshop::bench(&model).unwrap().build(&[]).unwrap();
+    let cover = open.signals().iter().find(|signal| signal.name == "cover").unwrap().id;
+    open.handle(Input::Signal(cover, 0), Time::ZERO);
+    while !matches!(open.poll_output(), Output::Wake(_)) {}
+    assert_eq!(
+        texts(&plan("line/framing/capitals").rows[0], open),
+        ["cover = open at the machine"]
+    );
+}
+
+#[test]
+fn a_profile_of_ones_own_decides_which_sessions_apply() {
+    let (f, f0) = (session("stop/software-stop/quirk-f"), session("stop/software-stop/quirk-f0"));
+    let goes_on = session("stop/software-stop/one-f");
+    let reasons = |model: &Arc<vimc4::Model>| {
+        let chooser = Chooser::new(model, Timing::default()).unwrap();
+        [&f, &f0, &goes_on].map(|session| chooser.plan(session, &everything()).err())
+    };
+    let imc4 = model("imc4");
+    let about = |value: &str| Some(Reason::Profile(format!("quirks.stop_reply = \"{value}\"")));
+    assert_eq!(reasons(&imc4)[..2], [None, about("F0")]);
+    let other = flipped(&imc4, "stop_reply", "\"F0\"");
+    assert_eq!(reasons(&other), [about("F"), None, Some(Reason::OwnProfile)]);
+}
+
+#[test]
+fn the_envelope_bounds_what_is_played() {
+    let model = model("imc4");
+    let chooser = Chooser::new(&model, Timing::default()).unwrap();
+    let moves = session("stop/software-stop/goes-on");
+    let mut allowed = Allowed { envelope: [(0, 5_000), (0, 0), (0, 0), (0, 0)], ..everything() };
+    let plan = chooser.plan(&moves, &allowed);
+    // It was stopped underway, so the port cannot know exactly where.
+    assert_eq!(plan, Err(Reason::ExactTime));
+    let moves = session("stop/software-stop/quirk-f");
+    let plan = chooser.plan(&moves, &allowed).unwrap();
+    // The way that was begun counts, not the part of it that was made before the stop.
+    assert_eq!((plan.travel.high[0], plan.travel.low[0], plan.travel.top), (5_000, 0, 10_000));
+    assert!((1..5_000).contains(&plan.rows[0].end[0]), "{:?}", plan.rows[0].end);
+    allowed.envelope[0] = (0, 4_999);
+    let refused = chooser.plan(&moves, &allowed).unwrap_err();
+    assert_eq!(refused.to_string(), "leaves the envelope: X 0…5000");
+}
+
+#[test]
+fn what_depends_on_an_empty_memory_is_played_on_an_erased_one() {
+    let reset = session("settings/effect/program-and-values");
+    let s8 = model("imc-s8");
+    let chooser = Chooser::new(&s8, Timing::default()).unwrap();
+    assert_eq!(chooser.erase(), ["@0k", "@0IX", "@0IW"]);
+    let plan = chooser.plan(&reset, &everything()).unwrap();
+    assert!(plan.rows[0].fresh && plan.rows[0].writes);
+    // S would start the owner's program, wherever that leads.
+    let starts = session("stop/software-stop/neither-remainder-nor-program");
+    assert!(chooser.plan(&starts, &everything()).unwrap().rows[0].fresh);
+    // The oldest card cannot be erased by a command.
+    let imc4 = Chooser::new(&model("imc4"), Timing::default()).unwrap();
+    assert!(imc4.erase().is_empty());
+    let storing = session("program/storing/every-line");
+    assert_eq!(imc4.plan(&storing, &everything()), Err(Reason::Panel));
+}

@@ -1,0 +1,59 @@
+//! Where the sessions come from: the built-in ones, or a folder.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use vimc4_conform::fixtures;
+use vimc4_conform::format::{self, Session};
+
+use crate::failure::Failure;
+
+/// The sessions of a folder, else the built-in ones.
+pub(super) fn sessions(folder: Option<&Path>) -> Result<Vec<Session>, Failure> {
+    let Some(folder) = folder else { return fixtures::sessions().map_err(Failure::usage) };
+    let mut programs: BTreeMap<String, String> = fixtures::programs();
+    let own = folder.join("programs");
+    if own.is_dir() {
+        for path in entries(&own)?.into_iter().filter(|path| path.is_file()) {
+            programs.insert(name(&path), read(&path)?);
+        }
+    }
+    let mut sessions = Vec::new();
+    for path in entries(folder)?.into_iter().filter(|path| *path != own) {
+        let topic = if path.is_dir() { name(&path) } else { name(folder) };
+        let files = if path.is_dir() { entries(&path)? } else { vec![path] };
+        for path in files.iter().filter(|path| path.extension().is_some_and(|e| e == "toml")) {
+            let more = format::parse(&topic, path, &read(path)?, &programs);
+            sessions.extend(more.map_err(Failure::usage)?);
+        }
+    }
+    if sessions.is_empty() {
+        return Err(Failure::usage(format!(
+            "{} holds no sessions; they are TOML files in it or in folders in it",
+            folder.display()
+        )));
+    }
+    Ok(sessions)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let listed = fs::read_dir(folder).and_then(|entries| {
+        entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()
+    });
+    let mut paths = listed.map_err(|error| cannot_read(folder, &error))?;
+    paths.sort();
+    Ok(paths)
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|error| cannot_read(path, &error))
+}
+
+fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::usage(format!("cannot read {}: {error}; check its name", path.display()))
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

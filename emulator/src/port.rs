@@ -1,0 +1,276 @@
+//! A port as its client has it: TCP, a pseudo-terminal, or a serial port of this computer.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream, ToSocketAddrs};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serialport::{DataBits, FlowControl, Parity, SerialPort, StopBits};
+use thiserror::Error;
+
+/// How long a TCP connection may take to come about.
+const CONNECT: Duration = Duration::from_secs(5);
+/// How often the reader of a serial port looks whether it is still wanted.
+const LOOK: Duration = Duration::from_millis(50);
+/// How long a port may refuse to take bytes before it counts as broken.
+const WRITE: Duration = Duration::from_secs(5);
+
+/// An open port. A thread of its own reads it, so that bytes have the time of their arrival.
+pub(crate) struct Port {
+    name: String,
+    link: Link,
+    news: Receiver<News>,
+    sender: Sender<News>,
+    closed: Arc<AtomicBool>,
+}
+
+enum Link {
+    Tcp(TcpStream),
+    Serial {
+        port: Box<dyn SerialPort>,
+        /// Bits per second; a pseudo-terminal takes any and knows none.
+        baud: Option<u32>,
+    },
+}
+
+/// What happens at a port.
+enum News {
+    Bytes(Instant, Vec<u8>),
+    Gone(String),
+    Interrupted,
+}
+
+/// Why a port cannot be opened.
+#[derive(Debug, Error)]
+#[error("cannot open {name}: {what}; {remedy}")]
+pub(crate) struct OpenError {
+    name: String,
+    what: String,
+    remedy: &'static str,
+}
+
+/// Why nothing more can be done at a port.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub(crate) enum PortError {
+    /// The other end, or the adapter, is not there any more.
+    #[error("{0}")]
+    Gone(String),
+    /// Somebody has asked for an end.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl Port {
+    /// Opens `tcp:HOST:PORT`, `HOST:PORT`, a pseudo-terminal or a serial port. A serial port
+    /// gets this speed, 8N1 and no flow control.
+    pub(crate) fn open(name: &str, baud: u32) -> Result<Port, OpenError> {
+        let (sender, news) = channel();
+        let closed = Arc::new(AtomicBool::new(false));
+        let error = |what: String, remedy| OpenError { name: name.to_owned(), what, remedy };
+        let no_thread = |e: io::Error| error(e.to_string(), "the limit of threads may be too low");
+        let link = match tcp_address(name) {
+            Some(address) => {
+                let stream =
+                    connect(address).map_err(|(e, remedy)| error(e.to_string(), remedy))?;
+                let reader = stream.try_clone().map_err(no_thread)?;
+                read(reader, &sender, &closed).map_err(no_thread)?;
+                Link::Tcp(stream)
+            }
+            None => {
+                let port = serialport::new(name, baud)
+                    .data_bits(DataBits::Eight)
+                    .parity(Parity::None)
+                    .stop_bits(StopBits::One)
+                    .flow_control(FlowControl::None)
+                    .timeout(LOOK)
+                    .open();
+                let port = port.map_err(|e| error(e.to_string(), remedy(name, &e)))?;
+                let reader = port.try_clone();
+                let reader = reader.map_err(|e| error(e.to_string(), remedy(name, &e)))?;
+                read(reader, &sender, &closed).map_err(no_thread)?;
+                Link::Serial { port, baud: (!is_pseudo(name)).then_some(baud) }
+            }
+        };
+        Ok(Port { name: name.to_owned(), link, news, sender, closed })
+    }
+
+    /// The name it was opened by.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its speed, if it is a line that has one.
+    pub(crate) fn baud(&self) -> Option<u32> {
+        match &self.link {
+            Link::Serial { baud, .. } => *baud,
+            Link::Tcp(_) => None,
+        }
+    }
+
+    /// Gives a line that has a speed another one.
+    pub(crate) fn set_baud(&mut self, new: u32) -> Result<(), PortError> {
+        if let Link::Serial { port, baud: baud @ Some(_) } = &mut self.link {
+            port.set_baud_rate(new).map_err(|error| PortError::Gone(error.to_string()))?;
+            *baud = Some(new);
+        }
+        Ok(())
+    }
+
+    /// What makes [`next`](Port::next) end with [`PortError::Interrupted`] when it is called,
+    /// from any thread.
+    pub(crate) fn interrupter(&self) -> impl Fn() + Send + 'static {
+        let sender = self.sender.clone();
+        move || drop(sender.send(News::Interrupted))
+    }
+
+    /// Sends all of these bytes.
+    pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), PortError> {
+        let gone = |error: io::Error| PortError::Gone(error.to_string());
+        let port = match &mut self.link {
+            Link::Tcp(stream) => return stream.write_all(bytes).map_err(gone),
+            Link::Serial { port, .. } => port,
+        };
+        let begun = Instant::now();
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            match port.write(rest) {
+                Ok(written) => rest = &rest[written..],
+                Err(error) if waits(&error) && begun.elapsed() < WRITE => {}
+                Err(error) => return Err(gone(error)),
+            }
+        }
+        Ok(())
+    }
+
+    /// What arrives next, and when; `None` if nothing does until then.
+    pub(crate) fn next(&mut self, until: Instant) -> Result<Option<(Instant, Vec<u8>)>, PortError> {
+        let patience = until.saturating_duration_since(Instant::now());
+        match self.news.recv_timeout(patience) {
+            Ok(News::Bytes(at, bytes)) => Ok(Some((at, bytes))),
+            Ok(News::Gone(why)) => Err(PortError::Gone(why)),
+            Ok(News::Interrupted) => Err(PortError::Interrupted),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            // The port holds a sender of its own.
+            Err(RecvTimeoutError::Disconnected) => Err(PortError::Gone("closed".to_owned())),
+        }
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        self.closed.store(true, Ordering::Relaxed);
+        if let Link::Tcp(stream) = &self.link {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+}
+
+/// The address behind a name that means TCP.
+fn tcp_address(name: &str) -> Option<&str> {
+    if let Some(address) = name.strip_prefix("tcp:") {
+        return Some(address);
+    }
+    let (host, port) = name.rsplit_once(':')?;
+    let is_path = name.contains(['/', '\\']) || Path::new(name).exists();
+    (!is_path && !host.is_empty() && port.parse::<u16>().is_ok()).then_some(name)
+}
+
+fn connect(address: &str) -> Result<TcpStream, (io::Error, &'static str)> {
+    let help = "write host:port, as in 127.0.0.1:4004";
+    let mut last = (io::Error::new(ErrorKind::NotFound, "the host has no address"), help);
+    for address in address.to_socket_addrs().map_err(|error| (error, help))? {
+        match TcpStream::connect_timeout(&address, CONNECT) {
+            Ok(stream) => {
+                let ready = stream.set_nodelay(true);
+                let ready = ready.and_then(|()| stream.set_write_timeout(Some(WRITE)));
+                return ready.map(|()| stream).map_err(|error| (error, "try again"));
+            }
+            Err(error) => {
+                let nobody = error.kind() == ErrorKind::ConnectionRefused;
+                let remedy = match nobody {
+                    true => "nobody listens there: start `vimc4 serve`, or check the port number",
+                    false => "check the address, and that the network leads there",
+                };
+                last = (error, remedy);
+            }
+        }
+    }
+    Err(last)
+}
+
+/// What to do about a serial port that does not open.
+fn remedy(name: &str, error: &serialport::Error) -> &'static str {
+    let exists = Path::new(name).exists() || cfg!(windows);
+    match error.kind() {
+        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+            "you may not use it: on Linux, join the group `dialout` and log in again"
+        }
+        _ if !exists && Path::new(name).is_symlink() => {
+            "the link leads nowhere: the emulator that made it has ended"
+        }
+        _ if !exists => {
+            "name a serial port such as /dev/ttyUSB0 or COM3, the link of a pseudo-terminal such \
+             as ./vimc4.pty, or host:port"
+        }
+        serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(_) => {
+            "another program may have it open: close that one; or it is no serial port"
+        }
+        _ => "check that it is a serial port",
+    }
+}
+
+/// Whether a path is a pseudo-terminal, whose speed means nothing.
+fn is_pseudo(name: &str) -> bool {
+    let path = Path::new(name).canonicalize();
+    let names = ["/dev/pts/", "/dev/ttys"];
+    path.is_ok_and(|path| names.iter().any(|name| path.to_string_lossy().starts_with(name)))
+}
+
+/// Whether an error only says that it takes longer.
+fn waits(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+/// Reads in a thread of its own until the port is closed or gone.
+fn read(
+    mut source: impl Read + Send + 'static,
+    sender: &Sender<News>,
+    closed: &Arc<AtomicBool>,
+) -> io::Result<()> {
+    let (sender, closed) = (sender.clone(), Arc::clone(closed));
+    let reader = move || {
+        let mut buffer = [0; 1_024];
+        while !closed.load(Ordering::Relaxed) {
+            let news = match source.read(&mut buffer) {
+                Ok(0) => News::Gone("the other end has closed it".to_owned()),
+                Ok(count) => News::Bytes(Instant::now(), buffer[..count].to_vec()),
+                Err(error) if waits(&error) => continue,
+                Err(error) => News::Gone(error.to_string()),
+            };
+            let over = matches!(news, News::Gone(_));
+            if sender.send(news).is_err() || over {
+                return;
+            }
+        }
+    };
+    thread::Builder::new().name("port".to_owned()).spawn(reader).map(drop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_ports() {
+        assert_eq!(tcp_address("tcp:localhost:4004"), Some("localhost:4004"));
+        assert_eq!(tcp_address("127.0.0.1:4004"), Some("127.0.0.1:4004"));
+        assert_eq!(tcp_address("[::1]:4004"), Some("[::1]:4004"));
+        for serial in ["/dev/ttyUSB0", "COM3", "./vimc4.pty", "./a:1", r"\\.\COM12", ":4004"] {
+            assert_eq!(tcp_address(serial), None, "{serial}");
+        }
+    }
+}

@@ -1,0 +1,387 @@
+//! `vimc4 conform` against `vimc4 serve`, and against ports that are none.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+/// The machine that tests run on may be busy, so times are compared loosely.
+const LOOSE: [&str; 2] = ["--tolerance", "3s"];
+const FAR: &str = "100000,100000,100000,100000";
+
+/// A controller in a process of its own, with its panel on standard input.
+struct Serve {
+    child: Child,
+    tcp: String,
+}
+
+impl Serve {
+    fn start(folder: &Path, arguments: &[&str]) -> Serve {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"))
+            .args(["serve", "--tcp", "127.0.0.1:0", "--json"])
+            .args(arguments)
+            .current_dir(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let places: Value = serde_json::from_str(&line).unwrap();
+        let tcp = places["controllers"][0]["tcp"].as_str().unwrap().to_owned();
+        Serve { child, tcp }
+    }
+}
+
+impl Drop for Serve {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command
+        .arg("conform")
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// What a run said: exit code, standard output, standard error.
+fn said(output: Output) -> (i32, String, String) {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+fn conform(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    said(command(folder, arguments).output().unwrap())
+}
+
+/// Runs with `--json`, whose report it reads.
+fn report(folder: &Path, arguments: &[&str]) -> (i32, Value, String) {
+    let mut all = arguments.to_vec();
+    all.extend(["--json"]);
+    all.extend(LOOSE);
+    let (code, out, errors) = conform(folder, &all);
+    let report =
+        serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}{errors}"));
+    (code, report, errors)
+}
+
+/// The sessions with this result.
+fn with<'r>(report: &'r Value, result: &str) -> Vec<&'r str> {
+    let sessions = report["sessions"].as_array().unwrap().iter();
+    sessions.filter(|s| s["result"] == result).map(|s| s["id"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn harmless_sessions_pass_over_a_pseudo_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let _serve = Serve::start(folder.path(), &[]);
+    let mut arguments = vec!["./vimc4.pty"];
+    arguments.extend(LOOSE);
+    let (code, out, errors) = conform(folder.path(), &arguments);
+    assert_eq!(code, 0, "{out}{errors}");
+    let passed = out.split_once(" passed, 0 failed").map(|(count, _)| count.parse::<usize>());
+    assert!(passed.is_some_and(|count| count.unwrap() >= 20), "{out}");
+    assert!(out.contains("need hands at the panel or the inputs"), "{out}");
+    assert_eq!(errors, "", "no progress in a pipe");
+}
+
+#[test]
+fn harmless_sessions_pass_over_tcp() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = Serve::start(folder.path(), &["--model", "imc-s8"]);
+    let arguments = [serve.tcp.as_str(), "--model", "imc-s8", "line/", "errors/", "time/"];
+    let (code, report, errors) = report(folder.path(), &arguments);
+    assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
+    assert!(with(&report, "passed").len() >= 5, "{report}");
+    assert_eq!(report["ended_early"], Value::Null);
+    assert_eq!(report["baud"], Value::Null);
+    // Nothing that moves was played.
+    let moving = report["sessions"].as_array().unwrap().iter();
+    let moving = moving.filter(|s| s["detail"].as_str().is_some_and(|d| d.contains("moves")));
+    assert!(moving.clone().count() > 20);
+    assert!(moving.clone().all(|s| s["result"] == "not-played"));
+}
+
+#[test]
+fn with_everything_allowed_it_moves_stores_erases_and_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = Serve::start(folder.path(), &["--model", "imc4-m", "--pty", "none"]);
+    let allow = ["--allow", "moves,reference,outputs,flash", "--envelope", FAR, "--yes"];
+    let sessions = [
+        "stop/software-stop/quirk-f",
+        "stop/break-and-reset/next-line",
+        "line/texts/position",
+        "axes/zero/",
+        "program/storing/every-line",
+        "program/storing/incomplete",
+        "ports/outputs",
+    ];
+    let mut arguments = vec![serve.tcp.as_str(), "--model", "imc4-m"];
+    arguments.extend(allow);
+    arguments.extend(sessions);
+    let (code, report, errors) = report(folder.path(), &arguments);
+    assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
+    assert!(with(&report, "passed").len() >= 15, "{report}");
+    assert!(errors.contains("X 0…5000  10000 Hz"), "{errors}");
+    assert!(errors.contains("The stored program is erased"), "{errors}");
+    // The axes are where they were, and no program is left.
+    let mut client = TcpStream::connect(&serve.tcp).unwrap();
+    client.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    client.write_all(b"@01\r@0i\r").unwrap();
+    let mut answer = [0; 2];
+    client.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"00");
+}
+
+#[test]
+fn a_quirk_that_differs_is_found_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (quirk, own, other, model, sessions, failing) in [
+        (
+            "stop_reply",
+            "\"F\"",
+            "\"F0\"",
+            "imc4",
+            vec!["stop/software-stop/quirk-f", "stop/software-stop/at-rest", "straight/parameters"],
+            "stop/software-stop/quirk-f",
+        ),
+        (
+            "version_handshake",
+            "\"first\"",
+            "\"last\"",
+            "imc-s8",
+            vec!["line/texts/version", "line/texts/user-info", "line/framing/blanks"],
+            "line/texts/version-of-the-imc-xx",
+        ),
+    ] {
+        let shown =
+            Command::new(env!("CARGO_BIN_EXE_vimc4")).args(["models", "show", model]).output();
+        let profile = String::from_utf8(shown.unwrap().stdout).unwrap();
+        let line = format!("{quirk} = {own}");
+        assert!(profile.contains(&line), "{profile}");
+        let profile = profile.replace(&line, &format!("{quirk} = {other}"));
+        fs::write(folder.path().join("other.toml"), profile).unwrap();
+        let serve = Serve::start(folder.path(), &["--model", "other.toml", "--pty", "none"]);
+        let mut arguments = vec![serve.tcp.as_str(), "--model", model];
+        arguments.extend(["--allow", "moves,reference", "--envelope", FAR, "--yes"]);
+        arguments.extend(sessions);
+        let (code, report, errors) = report(folder.path(), &arguments);
+        assert_eq!(code, 1, "{errors}");
+        let failed = with(&report, "failed");
+        assert!(failed.contains(&failing), "{failed:?}");
+        for session in report["sessions"].as_array().unwrap() {
+            if session["result"] == "failed" {
+                let cause = &session["explanations"][0]["cause"];
+                assert_eq!(cause["key"], format!("quirks.{quirk}"), "{session}");
+                assert_eq!(cause["value"], other, "{session}");
+            }
+        }
+        assert!(!with(&report, "passed").is_empty(), "{report}");
+        assert!(errors.contains(&format!("quirk {quirk} = {other} would explain it")), "{errors}");
+        assert!(errors.contains("expected") && errors.contains("  ->"), "{errors}");
+    }
+}
+
+#[test]
+fn dangers_are_shown_and_need_consent() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = "127.0.0.1:1";
+    let (code, out, errors) = conform(
+        folder.path(),
+        &[nowhere, "--allow", "moves", "--envelope", "9,9,9", "stop/", "axes/"],
+    );
+    assert_eq!(code, 2, "{errors}");
+    assert!(out.contains("All moves together, in steps from where the axes are now: X"), "{out}");
+    assert!(errors.contains("add --yes"), "{errors}");
+    for (arguments, words) in [
+        (vec!["--allow", "moves"], "add --envelope X,Y,Z in steps"),
+        (vec!["--allow", "reference"], "--allow moves,reference"),
+        (vec!["--allow", "moves", "--envelope", "5,5"], "three or four axes are needed"),
+        (vec!["--allow", "everything"], "moves, reference, outputs, flash"),
+        (vec!["nonsense/"], "no session of this model has nonsense/"),
+        (vec!["--model", "imc5"], "built in are imc4"),
+        (vec!["--sessions", "nowhere"], "cannot read nowhere"),
+        (vec!["stop/buttons"], "none of these sessions can be played"),
+    ] {
+        let mut all = vec![nowhere];
+        all.extend(&arguments);
+        let (code, _, errors) = conform(folder.path(), &all);
+        assert_eq!(code, 2, "{arguments:?}: {errors}");
+        assert!(errors.contains(words), "{arguments:?}: {errors}");
+    }
+    let (code, out, _) = conform(folder.path(), &["--list", "stop/software-stop"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("- stop/software-stop/quirk-f needs --allow moves"), "{out}");
+    let list =
+        ["--list", "--json", "--allow", "moves", "--envelope", "5000,0,0", "software-stop/quirk-f"];
+    let (_, out, _) = conform(folder.path(), &list);
+    let list: Value = serde_json::from_str(&out).unwrap();
+    let mut listed = list["sessions"].as_array().unwrap().iter();
+    let listed = listed.find(|s| s["id"] == "stop/software-stop/quirk-f").unwrap();
+    assert_eq!((&listed["played"], &listed["high"][0]), (&Value::from(true), &Value::from(5_000)));
+}
+
+#[test]
+fn sessions_of_ones_own_are_played() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = Serve::start(folder.path(), &["--pty", "none"]);
+    fs::create_dir_all(folder.path().join("own/mine")).unwrap();
+    let text = "models = \"imc4\"\nevidence = \"F\"\nsource = \"field\"\n[[session]]\n\
+                name = \"hello\"\ntitle = \"It says where it is\"\n\
+                script = '''\n> @0P -> 0000000000000000000\n'''\n";
+    fs::write(folder.path().join("own/mine/first.toml"), text).unwrap();
+    let arguments = [serve.tcp.as_str(), "--sessions", "own", "-v"];
+    let (code, out, errors) = conform(folder.path(), &arguments);
+    assert_eq!(code, 0, "{out}{errors}");
+    assert!(out.contains("passed  mine/first/hello\n1 passed, 0 failed, 0 not played"), "{out}");
+    assert!(errors.contains("> @0P\\r") && errors.contains("< 0000000000000000000"), "{errors}");
+    fs::write(folder.path().join("own/mine/first.toml"), text.replace("> @0P", "@0P")).unwrap();
+    let (code, _, errors) = conform(folder.path(), &arguments);
+    assert_eq!(code, 2);
+    assert!(errors.contains("own/mine/first.toml:8") && errors.contains("a line begins with"));
+}
+
+// --- ports that are none ---
+
+/// Somebody at a TCP port who is no controller.
+fn pretender(what: impl Fn(TcpStream) + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            what(stream.unwrap());
+        }
+    });
+    address
+}
+
+/// Passes on what a client sends to a controller, and back. Says what came from the client.
+fn between(controller: SocketAddr) -> (String, Receiver<Vec<u8>>) {
+    let (sender, sent) = channel();
+    let address = pretender(move |mut client| {
+        let mut server = TcpStream::connect(controller).unwrap();
+        let (mut from, mut to) = (server.try_clone().unwrap(), client.try_clone().unwrap());
+        thread::spawn(move || std::io::copy(&mut from, &mut to));
+        let mut buffer = [0; 256];
+        while let Ok(count @ 1..) = client.read(&mut buffer) {
+            server.write_all(&buffer[..count]).unwrap();
+            sender.send(buffer[..count].to_vec()).unwrap();
+        }
+    });
+    (address, sent)
+}
+
+#[test]
+fn a_port_where_no_controller_is_says_what_may_be_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let silent = pretender(|mut stream| drop(std::io::copy(&mut stream, &mut std::io::sink())));
+    let echo = pretender(|stream| drop(std::io::copy(&mut &stream, &mut &stream)));
+    let garbage = pretender(|mut stream| {
+        let mut buffer = [0; 64];
+        while let Ok(1..) = stream.read(&mut buffer) {
+            stream.write_all(b"\xF8\x80\x1C\xFE").unwrap();
+        }
+    });
+    let closing = pretender(drop);
+    fs::write(folder.path().join("file"), "precious").unwrap();
+    std::os::unix::fs::symlink("/dev/pts/none", folder.path().join("dead.pty")).unwrap();
+    let ports = [
+        (silent.as_str(), vec!["nothing answers", "the right port", "crossed"]),
+        (&echo, vec!["sends back what it is sent", "local echo"]),
+        (&garbage, vec!["makes no sense", r"\xF8\x80\x1C\xFE", "baud rate"]),
+        (&closing, vec!["closed before anything was answered", "another client may hold"]),
+        ("127.0.0.1:1", vec!["cannot open 127.0.0.1:1", "nobody listens there"]),
+        ("/dev/none", vec!["cannot open /dev/none", "/dev/ttyUSB0 or COM3"]),
+        ("dead.pty", vec!["cannot open dead.pty", "the emulator that made it has ended"]),
+        ("file", vec!["cannot open file", "check that it is a serial port"]),
+    ];
+    for (port, words) in ports {
+        let (code, _, errors) = conform(folder.path(), &[port, "line/framing"]);
+        assert_eq!(code, 2, "{port}: {errors}");
+        for word in words {
+            assert!(errors.contains(word), "{port}: {errors}");
+        }
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("file")).unwrap(), "precious");
+}
+
+#[test]
+fn a_second_client_is_told_that_there_is_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = Serve::start(folder.path(), &[]);
+    let _first = TcpStream::connect(&serve.tcp).unwrap();
+    thread::sleep(Duration::from_millis(100));
+    let (code, _, errors) = conform(folder.path(), &[&serve.tcp, "line/framing"]);
+    assert_eq!(code, 2);
+    assert!(errors.contains("another client may hold it"), "{errors}");
+}
+
+#[test]
+fn a_port_that_is_unplugged_is_named_with_the_session() {
+    for port in ["pty", "tcp"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut serve = Serve::start(folder.path(), &[]);
+        let name = if port == "pty" { "./vimc4.pty" } else { &serve.tcp };
+        let mut running = command(folder.path(), &[name, "--json", "-v"]).spawn().unwrap();
+        let mut lines = BufReader::new(running.stderr.take().unwrap());
+        let mut errors = String::new();
+        while !errors.contains("passed  line/") {
+            assert_ne!(lines.read_line(&mut errors).unwrap(), 0, "{errors}");
+        }
+        serve.child.kill().unwrap();
+        lines.read_to_string(&mut errors).unwrap();
+        let (code, out, _) = said(running.wait_with_output().unwrap());
+        assert_eq!(code, 2, "{out}{errors}");
+        assert!(errors.contains("is gone, during line/"), "{errors}");
+        assert!(errors.contains("plug it in"), "{errors}");
+        // What was found out before is not lost.
+        let report: Value = serde_json::from_str(&out).unwrap();
+        assert!(report["ended_early"].as_str().unwrap().contains("is gone"), "{out}");
+        assert!(!with(&report, "passed").is_empty(), "{out}");
+    }
+}
+
+#[test]
+fn an_interrupt_halts_what_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = Serve::start(folder.path(), &["--pty", "none"]);
+    let (address, sent) = between(serve.tcp.parse().unwrap());
+    let text = "models = \"imc4\"\nevidence = \"F\"\nsource = \"field\"\n[[session]]\n\
+                name = \"long\"\ntitle = \"A long way\"\n\
+                script = '''\n> @01 -> 0\n> @0A300000,10000 -> 0\n'''\n";
+    fs::create_dir(folder.path().join("own")).unwrap();
+    fs::write(folder.path().join("own/long.toml"), text).unwrap();
+    let mut arguments = vec![address.as_str(), "--sessions", "own", "--yes", "--allow", "moves"];
+    arguments.extend(["--envelope", "300000,0,0"]);
+    let running = command(folder.path(), &arguments).spawn().unwrap();
+    let moving = b"@0A300000,10000\r";
+    while sent.recv_timeout(Duration::from_secs(20)).unwrap() != moving {}
+    let began = Instant::now();
+    kill_process(Pid::from_child(&running), Signal::INT).unwrap();
+    assert_eq!(sent.recv_timeout(Duration::from_secs(20)).unwrap(), [253]);
+    let (code, _, errors) = said(running.wait_with_output().unwrap());
+    assert!(began.elapsed() < Duration::from_secs(2), "{:?}", began.elapsed());
+    assert_eq!(code, 2);
+    assert!(errors.contains("interrupted, during own/long/long"), "{errors}");
+    assert!(errors.contains("253 was sent"), "{errors}");
+    // Nothing more was sent.
+    assert!(sent.recv_timeout(Duration::from_millis(200)).is_err());
+}
