@@ -70,10 +70,11 @@ pub(crate) fn carry_out(line: &str, emulators: &[Emulator], signals: &[Signal]) 
             match number.parse::<usize>() {
                 Ok(number) if (1..=count).contains(&number) && !order.is_empty() => (number, order),
                 _ => {
-                    complain(&format!(
+                    let wrong = format!(
                         "`{line}` is wrong: begin with the number of a controller, 1 to {count}, \
                          as in `1 press start`"
-                    ));
+                    );
+                    complain("", &wrong);
                     return Next::Continue;
                 }
             }
@@ -90,11 +91,11 @@ pub(crate) fn carry_out(line: &str, emulators: &[Emulator], signals: &[Signal]) 
             tokio::spawn(async move {
                 match outcome.await {
                     Ok(text) => answer(&prefix, &text),
-                    Err(error) => complain(&format!("{prefix}{error}")),
+                    Err(error) => complain(&prefix, &error.to_string()),
                 }
             });
         }
-        Err(error) => complain(&format!("{prefix}{error}")),
+        Err(error) => complain(&prefix, &error.to_string()),
     }
     Next::Continue
 }
@@ -105,6 +106,7 @@ fn answer(prefix: &str, text: &str) {
     let _ = writeln!(out, "{prefix}{text}").and_then(|()| out.flush());
 }
 
-fn complain(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+/// Where the answers are too: a script waits for a line there.
+fn complain(prefix: &str, text: &str) {
+    answer(prefix, &format!("error: {text}"));
 }

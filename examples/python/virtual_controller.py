@@ -55,7 +55,10 @@ class VirtualController:
         `input 0.3 1` or `advance 250ms`, and returns the answer. `vimc4 serve` lists all orders
         when `help` is typed."""
         print(order, file=self.process.stdin, flush=True)
-        return self._answer(f"`{order}`")
+        answer = self._answer(f"`{order}`")
+        if answer.startswith("error: "):
+            raise RuntimeError(answer.removeprefix("error: "))
+        return answer
 
     def _read(self):
         for line in self.process.stdout:

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
@@ -78,6 +78,9 @@ pub enum ControlError {
     /// This model has no such thing.
     #[error("{0}")]
     Unsupported(&'static str),
+    /// What was waited for has not happened in this time.
+    #[error("nothing within {0:?}; it may come later, or never")]
+    Late(Duration),
     /// It comes to rest, or runs on without end, and the condition never holds.
     #[error("this never happens unless something else does first")]
     Never,
@@ -89,9 +92,22 @@ pub enum ControlError {
 pub struct Reply<T>(oneshot::Receiver<Result<T, ControlError>>);
 
 impl<T> Reply<T> {
+    /// A reply that comes when somebody gives the answer. If nobody will, it says that the
+    /// emulator has ended.
+    pub fn promised() -> (oneshot::Sender<Result<T, ControlError>>, Reply<T>) {
+        let (answer, reply) = oneshot::channel();
+        (answer, Reply(reply))
+    }
+
     /// Blocks this thread until the answer is there.
     pub fn wait(self) -> Result<T, ControlError> {
         block_on(self)
+    }
+
+    /// Blocks this thread until the answer is there, but no longer than so.
+    pub fn wait_within(self, limit: Duration) -> Result<T, ControlError> {
+        block_until(self, Instant::now().checked_add(limit))
+            .unwrap_or(Err(ControlError::Late(limit)))
     }
 }
 
@@ -265,18 +281,18 @@ impl<D: Device + Clone + 'static> Handle<D> {
         &self,
         work: impl FnOnce(&mut Runner<D>) -> Result<T, ControlError> + Send + 'static,
     ) -> Reply<T> {
-        let (sender, reply) = oneshot::channel();
+        let (sender, reply) = Reply::promised();
         // If it cannot be sent, the sender is dropped with it, and the reply says so.
         let _ = self.jobs.send(Box::new(move |runner| {
             let _ = sender.send(work(runner));
         }));
-        Reply(reply)
+        reply
     }
 
     fn travel(&self, destination: Destination) -> Reply<Time> {
-        let (sender, reply) = oneshot::channel();
+        let (sender, reply) = Reply::promised();
         let _ = self.jobs.send(Box::new(move |runner| runner.set_out(destination, sender)));
-        Reply(reply)
+        reply
     }
 }
 
@@ -326,7 +342,18 @@ fn position_of(signal: &Signal, position: &str) -> Result<i32, ControlError> {
 
 /// Waits for a future on this thread. The executors of tokio refuse to do so inside of tasks;
 /// this one does what it is told, so the blocking methods work everywhere.
-pub fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
+pub fn block_on<F: Future + Unpin>(future: F) -> F::Output {
+    let mut future = future;
+    loop {
+        // Without a deadline it gives up only after the end of time.
+        if let Some(output) = block_until(&mut future, None) {
+            return output;
+        }
+    }
+}
+
+/// The same up to a moment.
+fn block_until<F: Future + Unpin>(mut future: F, deadline: Option<Instant>) -> Option<F::Output> {
     struct Unpark(Thread);
 
     impl Wake for Unpark {
@@ -339,8 +366,14 @@ pub fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
     let mut cx = Context::from_waker(&waker);
     loop {
         if let Poll::Ready(output) = Pin::new(&mut future).poll(&mut cx) {
-            return output;
+            return Some(output);
         }
-        thread::park();
+        match deadline {
+            None => thread::park(),
+            Some(deadline) => match deadline.checked_duration_since(Instant::now()) {
+                Some(left) if !left.is_zero() => thread::park_timeout(left),
+                _ => return None,
+            },
+        }
     }
 }

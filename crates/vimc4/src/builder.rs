@@ -284,7 +284,7 @@ impl Builder {
             runner.attach(Box::new(tcp));
         }
         if let Some(record) = record {
-            runner.watch(Box::new(record));
+            runner.watch(Box::new(record.recorder()));
         }
         for sink in self.sinks {
             runner.watch(sink);

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_device::{Condition, Device, Event, Point, Signal, Time, View};
-use vimc4_host::{ControlError, Handle, Line, LineState, Memory, MemoryPort, Reply, Sink};
+use vimc4_host::{ControlError, Handle, Line, LineState, MemoryPort, Reply, Sink};
 use vimc4_isel::{Controller, Model};
 
-use crate::record::{Command, Record};
+use crate::record::{Command, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of
 /// [`Emulator`](crate::Emulator), but gives a [`Reply`] that can be awaited, or waited for later.
@@ -96,7 +96,7 @@ impl Control {
     /// blocking or awaiting.
     pub fn connect(&self) -> Reply<MemoryPort> {
         self.handle.with(|runner| {
-            let (memory, port) = Memory::pair();
+            let (memory, port) = vimc4_host::Memory::pair();
             runner.attach(Box::new(memory));
             Ok(port)
         })
@@ -145,7 +145,7 @@ impl Control {
 
     /// What the host sent, decoded, oldest first.
     pub fn commands(&self) -> Reply<Vec<Command>> {
-        self.remembered(|memory| memory.commands.iter().cloned().collect())
+        self.remembered(|memory| memory.commands())
     }
 
     /// What happened, oldest first.
@@ -155,16 +155,28 @@ impl Control {
 
     /// Forgets the commands and events so far.
     pub fn forget(&self) -> Reply<()> {
-        self.remembered(|memory| {
-            memory.commands.clear();
-            memory.events.clear();
-        })
+        self.remembered(Memory::forget)
+    }
+
+    /// The next command of this mnemonic (such as `@A`) that the host sends, counted from the one
+    /// that was waited for last. It needs the record that [`Builder::record`] switches off.
+    ///
+    /// [`Builder::record`]: crate::Builder::record
+    pub fn next_command(&self, mnemonic: &str) -> Reply<Command> {
+        let (answer, reply) = Reply::promised();
+        match &self.record {
+            Some(record) => record.lock().await_command(mnemonic.to_owned(), answer),
+            None => drop(answer.send(Err(ControlError::Unsupported(
+                "commands are not recorded; do without Builder::record(false)",
+            )))),
+        }
+        reply
     }
 
     /// Looks into the record when what was written to the line before has arrived.
     fn remembered<T: Default + Send + 'static>(
         &self,
-        look: impl FnOnce(&mut crate::record::Memory) -> T + Send + 'static,
+        look: impl FnOnce(&mut Memory) -> T + Send + 'static,
     ) -> Reply<T> {
         let record = self.record.clone();
         self.handle.with(move |_| Ok(record.map_or_else(T::default, |r| look(&mut r.lock()))))

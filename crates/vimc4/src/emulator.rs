@@ -193,6 +193,18 @@ impl Emulator {
         Ok(self.control.commands().wait()?)
     }
 
+    /// Waits until the host sends a command of this mnemonic, such as `@A`, and says which that
+    /// was. It counts from the command that was waited for last, so that none is missed, however
+    /// fast the host is.
+    ///
+    /// # Errors
+    ///
+    /// If none comes within ten seconds on the wall, or
+    /// nothing is [recorded](crate::Builder::record).
+    pub fn next_command(&self, mnemonic: &str) -> Result<Command, Error> {
+        Ok(self.control.next_command(mnemonic).wait_within(Duration::from_secs(10))?)
+    }
+
     /// What happened, oldest first.
     pub fn events(&self) -> Result<Vec<(Time, Event)>, Error> {
         Ok(self.control.events().wait()?)

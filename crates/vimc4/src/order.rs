@@ -5,7 +5,7 @@ use std::pin::Pin;
 use std::time::Duration;
 
 use thiserror::Error;
-use vimc4_device::{Signal, SignalKind, View};
+use vimc4_device::{Condition, Signal, SignalKind, View};
 use vimc4_host::ControlError;
 
 use crate::control::Control;
@@ -24,6 +24,7 @@ erase                 erase the stored program at the panel: key on test, STOP a
 power off|on          the mains switch
 advance 250ms         move time forward (manual or instant clock)
 run until idle        let time pass until nothing moves
+run until x 2500      let time pass until the axis is there
 position              where the axes are
 signals               what can be pressed, turned and set
 help                  this list
@@ -59,6 +60,8 @@ pub enum Order {
     Advance(Duration),
     /// Let time pass until the controller is idle.
     RunUntilIdle,
+    /// Let time pass until the counter of an axis (0 for X) is at a position, in steps.
+    RunUntilAt(u8, i64),
     /// Say where the axes are.
     Position,
     /// Say what can be set.
@@ -126,7 +129,11 @@ impl Order {
                 None => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
             },
             ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
-            ["run", ..] => wrong("run until idle"),
+            ["run", "until", axis, position] => match (axis_number(axis), position.parse()) {
+                (Some(axis), Ok(position)) => Ok(Some(Order::RunUntilAt(axis, position))),
+                _ => wrong("run until idle, or an axis and a position, as in `run until x 2500`"),
+            },
+            ["run", ..] => wrong("run until idle or run until x 2500"),
             ["position"] => Ok(Some(Order::Position)),
             ["signals"] => Ok(Some(Order::Signals)),
             ["help"] => Ok(Some(Order::Help)),
@@ -168,6 +175,10 @@ impl Control {
             Order::Power(on) => done(self.power(*on)),
             Order::Advance(span) => answer(self.advance(*span), |at| format!("now {at}")),
             Order::RunUntilIdle => answer(self.run_until_idle(), |at| format!("idle at {at}")),
+            Order::RunUntilAt(axis, position) => {
+                let there = Condition::AxisAt { axis: *axis, position: *position };
+                answer(self.run_until(there), |at| format!("there at {at}"))
+            }
             Order::Position => answer(self.view(), |view| position(&view)),
             Order::Signals => answer(self.signals(), |signals| list(&signals)),
             Order::Help => Box::pin(async { Ok(HELP.to_owned()) }),
@@ -210,6 +221,13 @@ fn list(signals: &[Signal]) -> String {
         })
         .collect();
     lines.join("\n")
+}
+
+fn axis_number(name: &str) -> Option<u8> {
+    (0..)
+        .zip(["x", "y", "z", "a"])
+        .find(|(_, axis)| name.eq_ignore_ascii_case(axis))
+        .map(|(n, _)| n)
 }
 
 fn parse_input(words: &[&str]) -> Option<Order> {
@@ -293,6 +311,8 @@ mod tests {
             ("advance 1.5s", Order::Advance(Duration::from_millis(1_500))),
             ("advance 0.1h", Order::Advance(Duration::from_secs(360))),
             ("run until idle", Order::RunUntilIdle),
+            ("run until x 2500", Order::RunUntilAt(0, 2_500)),
+            ("run until A -5", Order::RunUntilAt(3, -5)),
             ("position", Order::Position),
             ("signals", Order::Signals),
             ("help", Order::Help),
@@ -317,6 +337,7 @@ mod tests {
             ("advance 99999999999h", "as in `advance 250ms`"),
             ("power", "power on or power off"),
             ("run", "run until idle"),
+            ("run until b 5", "run until x 2500"),
             ("dance", "type help"),
         ] {
             let error = parse(line).unwrap_err();

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
+use tokio::sync::oneshot;
 use vimc4_device::{Event, Kinds, Time};
-use vimc4_host::{Report, Sink, Wants};
+use vimc4_host::{ControlError, Report, Sink, Wants};
 
 /// How many events, and how many commands, are remembered; the oldest are forgotten first.
 const MEMORY: usize = 100_000;
@@ -24,46 +25,113 @@ pub struct Command {
     pub text: String,
 }
 
-/// A memory of commands and events that is shared with the sink that fills it.
+/// A memory of commands and events that is shared with the [`Recorder`] that fills it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Record(Arc<Mutex<Memory>>);
 
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
-    pub(crate) commands: VecDeque<Command>,
+    commands: VecDeque<Command>,
     pub(crate) events: VecDeque<(Time, Event)>,
+    /// How many of the commands at the front nobody will wait for any more.
+    passed: usize,
+    awaited: Vec<Awaited>,
+    /// Nothing will come any more.
+    over: bool,
 }
+
+/// Somebody who waits for a command, and its mnemonic.
+#[derive(Debug)]
+struct Awaited(String, oneshot::Sender<Result<Command, ControlError>>);
 
 impl Record {
     /// Every entry is whole at any time, so a panic elsewhere is no reason to stop.
     pub(crate) fn lock(&self) -> MutexGuard<'_, Memory> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// The sink that fills it.
+    pub(crate) fn recorder(&self) -> Recorder {
+        Recorder(self.clone())
+    }
 }
 
-impl Sink for Record {
+impl Memory {
+    pub(crate) fn commands(&self) -> Vec<Command> {
+        self.commands.iter().cloned().collect()
+    }
+
+    pub(crate) fn forget(&mut self) {
+        self.commands.clear();
+        self.events.clear();
+        self.passed = 0;
+    }
+
+    /// Answers with the first command of this name after the one that was waited for last.
+    pub(crate) fn await_command(
+        &mut self,
+        mnemonic: String,
+        answer: oneshot::Sender<Result<Command, ControlError>>,
+    ) {
+        let mut coming = self.commands.iter().enumerate().skip(self.passed);
+        match coming.find(|(_, command)| command.mnemonic == mnemonic) {
+            Some((at, command)) => {
+                self.passed = at + 1;
+                // Who asked may have stopped waiting.
+                let _ = answer.send(Ok(command.clone()));
+            }
+            // Who waits learns from the answer that is dropped that there will be none.
+            None if self.over => {}
+            None => {
+                self.passed = self.commands.len();
+                self.awaited.retain(|Awaited(_, answer)| !answer.is_closed());
+                self.awaited.push(Awaited(mnemonic, answer));
+            }
+        }
+    }
+
+    fn add(&mut self, command: Command) {
+        if self.commands.len() == MEMORY {
+            self.commands.pop_front();
+            self.passed = self.passed.saturating_sub(1);
+        }
+        let waits = |Awaited(name, _): &Awaited| name == command.mnemonic;
+        for Awaited(_, answer) in self.awaited.extract_if(.., |awaited| waits(awaited)) {
+            self.passed = self.commands.len() + 1;
+            let _ = answer.send(Ok(command.clone()));
+        }
+        self.commands.push_back(command);
+    }
+}
+
+/// Fills a memory.
+#[derive(Debug)]
+pub(crate) struct Recorder(Record);
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let mut memory = self.0.lock();
+        memory.over = true;
+        memory.awaited.clear();
+    }
+}
+
+impl Sink for Recorder {
     fn wants(&self) -> Wants {
         Wants { kinds: Kinds::ALL, bytes: false }
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         let Report::Event(at, event) = report else { return };
-        let mut memory = self.lock();
+        let mut memory = self.0.lock();
         if let Event::Command { mnemonic, bytes } = event {
             // Explained at once: what `@0A100,900` means depends on the axes set at the time.
             let text = explain(bytes);
-            remember(
-                &mut memory.commands,
-                Command { at: *at, mnemonic, bytes: bytes.clone(), text },
-            );
+            memory.add(Command { at: *at, mnemonic, bytes: bytes.clone(), text });
         }
-        remember(&mut memory.events, (*at, event.clone()));
+        if memory.events.len() == MEMORY {
+            memory.events.pop_front();
+        }
+        memory.events.push_back((*at, event.clone()));
     }
-}
-
-fn remember<T>(memory: &mut VecDeque<T>, entry: T) {
-    if memory.len() == MEMORY {
-        memory.pop_front();
-    }
-    memory.push_back(entry);
 }

@@ -25,6 +25,30 @@ fn answers(emu: &Emulator, port: &mut MemoryPort) -> String {
 }
 
 #[test]
+fn commands_can_be_waited_for() {
+    let emu = manual("imc4").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@01\r@0A5,900\r@0A6,900\r");
+    // What has come already counts, each once.
+    assert_eq!(&emu.next_command("@A").unwrap().bytes[..], b"@0A5,900");
+    emu.run_until_idle().unwrap();
+    assert_eq!(&emu.next_command("@A").unwrap().bytes[..], b"@0A6,900");
+    // And what has not come yet.
+    let reply = emu.control().next_command("@P");
+    send(&mut port, "@0P\r");
+    assert_eq!(reply.wait().unwrap().mnemonic, "@P");
+    let never = emu.control().next_command("@P").wait_within(Duration::from_millis(20));
+    assert_eq!(never.unwrap_err(), ControlError::Late(Duration::from_millis(20)));
+    // Nobody waits for what has ended.
+    let (control, reply) = (emu.control().clone(), emu.control().next_command("@A"));
+    drop(emu);
+    assert_eq!(reply.wait().unwrap_err(), ControlError::Ended);
+    assert_eq!(control.next_command("@A").wait().unwrap_err(), ControlError::Ended);
+    let silent = manual("imc4").record(false).start().unwrap();
+    assert!(silent.next_command("@A").is_err());
+}
+
+#[test]
 fn a_stopped_move_goes_on() {
     let emu = manual("imc4").start().unwrap();
     let mut port = emu.connect().unwrap();

@@ -3,14 +3,11 @@
 use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::sync::mpsc::{self, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use example_driver::{Error, Stepper};
-use vimc4::{
-    Button, Clock, Condition, Emulator, Event, Kinds, Report, Sink, Time, Wants, Warning, Worker,
-};
+use vimc4::{Button, Clock, Condition, Emulator, Event, Time, Warning, Worker};
 
 type Result = std::result::Result<(), Box<dyn std::error::Error>>;
 
@@ -82,26 +79,9 @@ fn two_hundred_controllers_share_a_thread() -> Result {
     Ok(())
 }
 
-/// Passes on which commands arrive, when they do.
-struct Arrivals(Sender<&'static str>);
-
-impl Sink for Arrivals {
-    fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::COMMAND, bytes: false }
-    }
-
-    fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
-        if let Report::Event(_, Event::Command { mnemonic, .. }) = report {
-            // The test may have ended.
-            let _ = self.0.send(mnemonic);
-        }
-    }
-}
-
 #[test]
 fn a_driver_that_blocks_runs_in_a_thread() -> Result {
-    let (sender, arrivals) = mpsc::channel();
-    let emulator = Emulator::builder().time(Clock::Manual).sink(Arrivals(sender)).start()?;
+    let emulator = Emulator::builder().time(Clock::Manual).start()?;
     let mut stepper = Stepper::open(emulator.connect()?)?;
     let driver = thread::spawn(move || {
         stepper.move_by([5_000, 0, 0], 300)?;
@@ -109,7 +89,7 @@ fn a_driver_that_blocks_runs_in_a_thread() -> Result {
     });
 
     // Before the command is there nothing moves, and there is nothing to run until.
-    while arrivals.recv_timeout(Duration::from_secs(10))? != "@A" {}
+    emulator.next_command("@A")?;
     emulator.run_until(&Condition::AxisAt { axis: 0, position: 2_500 })?;
     emulator.press(Button::Stop)?;
     assert!(matches!(driver.join(), Ok(Err(Error::Stopped))));
