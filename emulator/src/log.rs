@@ -3,9 +3,9 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 
@@ -15,11 +15,16 @@ use vimc4::{Traffic, Verbosity};
 const WAITING: usize = 1_000;
 
 /// Writes lines in a thread of its own, so that a terminal that stands still does not hold up
-/// a controller.
+/// a controller. The thread begins with the first line.
 #[derive(Clone)]
-pub(crate) struct Log {
-    lines: SyncSender<Entry>,
-    lost: Arc<AtomicU64>,
+pub(crate) struct Log(Arc<Shared>);
+
+struct Shared {
+    /// `None` if there is no thread to be had.
+    lines: OnceLock<Option<SyncSender<Entry>>>,
+    file: Option<File>,
+    /// How many lines have not been written.
+    lost: AtomicU64,
 }
 
 enum Entry {
@@ -29,17 +34,22 @@ enum Entry {
 }
 
 impl Log {
-    /// Begins to write, to the file too if there is one.
-    pub(crate) fn start(file: Option<&Path>) -> io::Result<Log> {
+    /// Opens the file, if there is to be one.
+    pub(crate) fn open(file: Option<&Path>) -> io::Result<Log> {
         let file =
             file.map(|path| OpenOptions::new().create(true).append(true).open(path)).transpose()?;
-        let (lines, entries) = sync_channel(WAITING);
-        let lost = Arc::new(AtomicU64::new(0));
-        let log = Log { lines, lost: Arc::clone(&lost) };
-        thread::Builder::new()
-            .name("log".to_owned())
-            .spawn(move || write(&entries, file, &lost))?;
-        Ok(log)
+        Ok(Log(Arc::new(Shared { lines: OnceLock::new(), file, lost: AtomicU64::new(0) })))
+    }
+
+    /// Where lines are sent to; the first one starts the thread.
+    fn lines(&self) -> Option<&SyncSender<Entry>> {
+        let start = || {
+            let (lines, entries) = sync_channel(WAITING);
+            let shared = Arc::clone(&self.0);
+            let thread = thread::Builder::new().name("log".to_owned());
+            thread.spawn(move || shared.write(&entries)).ok().map(|_| lines)
+        };
+        self.0.lines.get_or_init(start).as_ref()
     }
 
     /// A sink for standard error.
@@ -61,35 +71,40 @@ impl Log {
     }
 
     fn add(&self, entry: Entry) {
-        if self.lines.try_send(entry).is_err() {
-            self.lost.fetch_add(1, Ordering::Relaxed);
+        if self.lines().is_none_or(|lines| lines.try_send(entry).is_err()) {
+            self.0.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
     /// Waits a moment for what is still to be written.
     pub(crate) fn flush(&self) {
+        let Some(Some(lines)) = self.0.lines.get() else { return };
         let (done, flushed) = sync_channel(1);
-        if self.lines.try_send(Entry::Flush(done)).is_ok() {
+        if lines.try_send(Entry::Flush(done)).is_ok() {
             let _ = flushed.recv_timeout(Duration::from_millis(10));
         }
     }
 }
 
-fn write(entries: &Receiver<Entry>, mut file: Option<File>, lost: &AtomicU64) {
-    // Whatever cannot be written cannot be reported either.
-    while let Ok(entry) = entries.recv() {
-        let missing = lost.swap(0, Ordering::Relaxed);
-        if missing > 0 {
-            let _ = writeln!(io::stderr(), "{missing} lines of the log were lost");
-            if let Some(file) = &mut file {
-                let _ = writeln!(file, "{missing} lines were lost");
+impl Shared {
+    /// The thread. Whatever cannot be written cannot be reported either.
+    fn write(&self, entries: &Receiver<Entry>) {
+        while let Ok(entry) = entries.recv() {
+            let missing = self.lost.swap(0, Ordering::Relaxed);
+            if missing > 0 {
+                let _ = writeln!(io::stderr(), "{missing} lines of the log were lost");
+                if let Some(mut file) = self.file.as_ref() {
+                    let _ = writeln!(file, "{missing} lines were lost");
+                }
             }
-        }
-        match (entry, &mut file) {
-            (Entry::Terminal(line), _) => drop(writeln!(io::stderr(), "{line}")),
-            (Entry::File(line), Some(file)) => drop(file.write_all((line + "\n").as_bytes())),
-            (Entry::File(_), None) => {}
-            (Entry::Flush(done), _) => drop(done.send(())),
+            match (entry, self.file.as_ref()) {
+                (Entry::Terminal(line), _) => drop(writeln!(io::stderr(), "{line}")),
+                (Entry::File(line), Some(mut file)) => {
+                    drop(file.write_all((line + "\n").as_bytes()));
+                }
+                (Entry::File(_), None) => {}
+                (Entry::Flush(done), _) => drop(done.send(())),
+            }
         }
     }
 }

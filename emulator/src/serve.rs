@@ -91,7 +91,7 @@ struct ControllerPlaces<'a> {
 const PTY: &str = "./vimc4.pty";
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
-    let log = Log::start(arguments.log.as_deref()).map_err(|error| {
+    let log = Log::open(arguments.log.as_deref()).map_err(|error| {
         let path = arguments.log.as_deref().unwrap_or(Path::new("")).display();
         Failure::usage(format!(
             "cannot write the log {path}: {error}; name a file in a folder that can be written to"
@@ -171,15 +171,22 @@ fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
     Ok(emulators)
 }
 
-/// The threads that the controllers share: no more than there are processors to run them.
+/// The threads that the controllers share, this one first: no more than there are processors to
+/// run them.
 fn workers(controllers: u16) -> Result<Vec<Worker>, Failure> {
-    let processors = thread::available_parallelism().map_or(1, usize::from);
-    let started = (0..processors.min(usize::from(controllers))).map(|_| Worker::start("vimc4"));
-    started.collect::<Result<_, _>>().map_err(|error| {
-        Failure::usage(format!(
-            "cannot start a thread: {error}; end other programs, or raise the limit of processes"
-        ))
-    })
+    let mut workers = vec![Worker::here()];
+    if controllers > 1 {
+        let processors = thread::available_parallelism().map_or(1, usize::from);
+        for _ in 1..processors.min(usize::from(controllers)) {
+            workers.push(Worker::start("vimc4").map_err(|error| {
+                Failure::usage(format!(
+                    "cannot start a thread: {error}; end other programs, or raise the limit of \
+                     processes"
+                ))
+            })?);
+        }
+    }
+    Ok(workers)
 }
 
 /// The link that is wanted. Where there are no pseudo terminals, only who asks for one is told.
@@ -257,7 +264,7 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
 /// Carries out what people type until somebody ends it.
 async fn attend(emulators: &[Emulator], mut endings: Endings) -> Result<(), Failure> {
     let signals = match emulators.first() {
-        Some(emulator) => emulator.signals()?,
+        Some(emulator) => emulator.control().signals().await.map_err(Failure::midway)?,
         None => Vec::new(),
     };
     let mut lines = orders::read();

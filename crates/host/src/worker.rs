@@ -3,7 +3,7 @@
 use std::future::Future;
 use std::io;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread::{self, JoinHandle, ThreadId};
 
 use tokio::runtime::{self, EnterGuard, Handle};
 use tokio::sync::oneshot;
@@ -21,7 +21,9 @@ pub struct Worker(Arc<Thread>);
 #[derive(Debug)]
 struct Thread {
     runtime: Handle,
+    id: ThreadId,
     stop: Option<oneshot::Sender<()>>,
+    /// `None` if it belongs to somebody else.
     thread: Option<JoinHandle<()>>,
 }
 
@@ -39,7 +41,27 @@ impl Worker {
             // Either word means the end: that it shall stop, or that nobody can say so any more.
             let _ = runtime.block_on(stopped);
         })?;
-        Ok(Worker(Arc::new(Thread { runtime: handle, stop: Some(stop), thread: Some(thread) })))
+        Ok(Worker(Arc::new(Thread {
+            runtime: handle,
+            id: thread.thread().id(),
+            stop: Some(stop),
+            thread: Some(thread),
+        })))
+    }
+
+    /// This thread, which has to be in a current-thread runtime of tokio with everything
+    /// enabled. Controllers run on it whenever it awaits something, so it must not block for
+    /// them, as [`Reply::wait`](crate::Reply::wait) does.
+    #[must_use]
+    pub fn here() -> Worker {
+        let runtime = Handle::current();
+        Worker(Arc::new(Thread { runtime, id: thread::current().id(), stop: None, thread: None }))
+    }
+
+    /// Whether this is the worker's thread.
+    #[must_use]
+    pub fn is_here(&self) -> bool {
+        self.0.id == thread::current().id()
     }
 
     /// While the guard lives, transports that this thread opens belong to the worker.
@@ -58,7 +80,7 @@ impl Drop for Thread {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take()
-            && thread.thread().id() != thread::current().id()
+            && self.id != thread::current().id()
         {
             // A panic in one of its tasks has been printed already.
             let _ = thread.join();

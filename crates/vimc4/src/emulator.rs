@@ -65,7 +65,7 @@ pub struct Emulator {
     /// Whether dropping it waits for its end.
     patient: bool,
     /// Its thread, which ends with the last emulator that runs there.
-    _worker: Worker,
+    worker: Worker,
 }
 
 /// Where it can be reached.
@@ -97,7 +97,7 @@ impl Emulator {
             link: None,
             ended,
             patient: true,
-            _worker: worker,
+            worker,
         }
     }
 
@@ -306,7 +306,8 @@ impl Drop for Emulator {
         #[cfg(unix)]
         drop(self.link.take());
         self.control.stop();
-        if self.patient {
+        // Its own thread would wait for itself.
+        if self.patient && !self.worker.is_here() {
             // Its ports are free afterwards. A panic in it has been printed already.
             let _ = block_on(pin!(self.ended.wait_for(Option::is_some)));
         }

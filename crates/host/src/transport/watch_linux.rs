@@ -18,6 +18,7 @@ use std::mem::MaybeUninit;
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
 
@@ -48,6 +49,8 @@ pub(super) struct Seen {
 struct Watcher {
     inotify: OwnedFd,
     terminals: Mutex<BTreeMap<i32, Terminal>>,
+    /// The thread has been started.
+    attended: AtomicBool,
 }
 
 type Identity = (u64, u64);
@@ -97,6 +100,7 @@ impl Watch {
     /// Who has it open as far as is known, without asking the system. `waker` is told when that
     /// changes.
     pub(super) fn known(&self, waker: &Waker) -> Seen {
+        self.watcher.attend();
         let mut terminals = self.watcher.terminals();
         let Some(terminal) = terminals.get_mut(&self.number) else { return Seen::default() };
         match &mut terminal.waker {
@@ -185,11 +189,24 @@ impl Watcher {
         let watcher = Arc::new(Watcher {
             inotify: inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)?,
             terminals: Mutex::default(),
+            attended: AtomicBool::new(false),
         });
-        let thread = Arc::clone(&watcher);
-        std::thread::Builder::new().name("pty watch".to_owned()).spawn(move || thread.wait())?;
         *shared = Some(Arc::clone(&watcher));
         Ok(watcher)
+    }
+
+    /// Starts the thread when the first controller waits, and not while the first ones are still
+    /// being made: a new thread holds them up.
+    fn attend(self: &Arc<Watcher>) {
+        if self.attended.load(Ordering::Relaxed) || self.attended.swap(true, Ordering::Relaxed) {
+            return;
+        }
+        let watcher = Arc::clone(self);
+        let thread = std::thread::Builder::new().name("pty watch".to_owned());
+        if thread.spawn(move || watcher.wait()).is_err() {
+            // There may be one to be had next time.
+            self.attended.store(false, Ordering::Relaxed);
+        }
     }
 
     fn terminals(&self) -> MutexGuard<'_, BTreeMap<i32, Terminal>> {
