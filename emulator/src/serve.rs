@@ -22,7 +22,7 @@ use crate::log::Log;
 use crate::orders::{self, Next};
 
 /// How long the controllers have to end before the program ends without them.
-const FAREWELL: Duration = Duration::from_millis(25);
+const FAREWELL: Duration = Duration::from_millis(10);
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -104,10 +104,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     runtime.block_on(async {
         // From here on nobody can end the program without its links being removed.
         let endings = Endings::listen();
-        let emulators = start(&arguments, &log)?;
+        let mut emulators = start(&arguments, &log)?;
         announce(&arguments, &emulators);
         let end = attend(&emulators, endings).await;
-        for emulator in &emulators {
+        // Who looks for a controller must not find one that is about to go.
+        for emulator in &mut emulators {
+            emulator.unlink();
             emulator.stop();
         }
         let _ = timeout(FAREWELL, async {
@@ -116,7 +118,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             }
         })
         .await;
-        // With the emulators go their links, whether or not they have come to an end.
+        // Whether or not they have come to an end.
         emulators.into_iter().for_each(Emulator::abandon);
         log.flush();
         end

@@ -350,8 +350,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Several things happen to the device at the same instant, in this order.
     pub fn inputs(&mut self, inputs: &[Input<'_>]) {
-        self.catch_up();
-        let at = self.present();
+        let mut at = self.present();
+        if self.is_due(at) {
+            self.catch_up();
+            at = self.present();
+        }
         for input in inputs {
             self.input_at(*input, at);
         }
@@ -402,8 +405,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 let _ = reply.send(Ok(target));
             }
         }
-        if self.ticking.is_some() {
-            return self.catch_up();
+        if let Some(ticking) = self.ticking {
+            // A device that has nothing to do yet need not be told that time passes.
+            return self.is_due(ticking.now()) && self.catch_up();
         }
         self.clock == Clock::Instant && self.next_deadline().is_some()
     }
@@ -468,6 +472,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
         for waiter in due {
             let _ = waiter.reply.send(Ok(now));
         }
+    }
+
+    /// Whether something is to be done by then, or the device is behind its clock.
+    fn is_due(&self, at: Time) -> bool {
+        self.behind.is_some() || self.next_deadline().is_some_and(|due| due <= at)
     }
 
     /// The next time at which the device does something, or somebody waits for it.
@@ -553,7 +562,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     fn news(&mut self, news: News) {
-        let at = self.device.now();
+        let at = self.present();
         let report = Report::News(at, news);
         let Runner { sinks, device, .. } = self;
         for (_, sink) in sinks {

@@ -271,15 +271,12 @@ impl Model {
     /// A built-in model.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Arc<Model>> {
-        static MODELS: OnceLock<Vec<Arc<Model>>> = OnceLock::new();
-        MODELS
-            .get_or_init(|| {
-                let parsed = BUILTIN.iter().map(|(_, text)| Model::from_toml(text));
-                parsed.filter_map(Result::ok).map(Arc::new).collect()
-            })
-            .iter()
-            .find(|model| model.name == name)
-            .cloned()
+        // Each is read when it is asked for first, and kept.
+        static MODELS: [OnceLock<Option<Arc<Model>>>; BUILTIN.len()] =
+            [const { OnceLock::new() }; BUILTIN.len()];
+        let place = BUILTIN.iter().position(|(known, _)| *known == name)?;
+        let (_, text) = BUILTIN.get(place)?;
+        MODELS.get(place)?.get_or_init(|| Model::from_toml(text).ok().map(Arc::new)).clone()
     }
 
     /// The profile of a built-in model, to start one's own from.

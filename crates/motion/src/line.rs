@@ -87,12 +87,12 @@ pub(crate) struct LineWalk {
 }
 
 impl LineWalk {
+    /// From the point before to the point after it, by value: reading a whole point from where
+    /// its parts have just been written would make the processor wait for each step.
     #[inline]
-    pub(crate) fn tick(&mut self, point: &mut Point) {
-        for ((slot, spread), direction) in
-            point.iter_mut().zip(&mut self.spreads).zip(self.directions)
-        {
-            *slot += direction & spread.tick();
-        }
+    pub(crate) fn tick(&mut self, [x, y, z, a]: Point) -> Point {
+        let [sx, sy, sz, sa] = &mut self.spreads;
+        let [dx, dy, dz, da] = self.directions;
+        [x + (dx & sx.tick()), y + (dy & sy.tick()), z + (dz & sz.tick()), a + (da & sa.tick())]
     }
 }

@@ -159,7 +159,8 @@ impl Profile {
             way: curve.undisturbed_way(at),
             frequency: curve.undisturbed_frequency(at),
         });
-        ProfileTimes { curve, braking, made: 0, nanos: 0, gap: 1 }
+        let steps = curve.steps();
+        ProfileTimes { curve, braking, steps, made: 0, nanos: 0, gap: 1, change: 0 }
     }
 
     /// The motion in the units of the derivation.
@@ -358,12 +359,16 @@ fn ceil_difference(h: u128, m: u128) -> u128 {
 pub struct ProfileTimes {
     curve: Curve,
     braking: Option<Braking>,
+    /// The number of the last step.
+    steps: u64,
     /// The number of the latest step.
     made: u64,
     /// Its time.
     nanos: u64,
-    /// The time between the latest two steps, a guess for the next.
+    /// The time between the latest two steps.
     gap: u64,
+    /// By how much that was longer than the one before.
+    change: i64,
 }
 
 /// Where and how fast the motion was when it began to brake.
@@ -418,17 +423,32 @@ impl Iterator for ProfileTimes {
     type Item = u64;
 
     fn next(&mut self) -> Option<u64> {
-        if self.made == self.curve.steps() {
+        if self.made == self.steps {
             return None;
         }
         self.made += 1;
-        // Double the gap until the step is within, then halve the interval.
-        let (mut before, mut width) = (self.nanos, self.gap);
-        let mut after = before.saturating_add(width);
-        while after < u64::MAX && !self.reached(self.made, after) {
-            before = after;
-            width = width.saturating_mul(2);
-            after = before.saturating_add(width);
+        // The gap changes little from step to step, and its change still less. From that guess
+        // double the way back or forth until the step is within, then halve the interval.
+        let guess = self.nanos.saturating_add(self.gap.saturating_add_signed(self.change));
+        let (mut before, mut after, mut width) = (guess, guess, 1);
+        if self.reached(self.made, guess) {
+            loop {
+                before = after.saturating_sub(width).max(self.nanos);
+                if before == self.nanos || !self.reached(self.made, before) {
+                    break;
+                }
+                after = before;
+                width = width.saturating_mul(2);
+            }
+        } else {
+            loop {
+                after = before.saturating_add(width);
+                if after == u64::MAX || self.reached(self.made, after) {
+                    break;
+                }
+                before = after;
+                width = width.saturating_mul(2);
+            }
         }
         while after - before > 1 {
             let between = u64::midpoint(before, after);
@@ -438,13 +458,14 @@ impl Iterator for ProfileTimes {
                 before = between;
             }
         }
-        self.gap = (after - self.nanos).max(1);
-        self.nanos = after;
+        let gap = (after - self.nanos).max(1);
+        self.change = gap.wrapping_sub(self.gap).cast_signed();
+        (self.gap, self.nanos) = (gap, after);
         Some(after)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        let left = self.curve.steps() - self.made;
+        let left = self.steps - self.made;
         usize::try_from(left).map_or((usize::MAX, None), |left| (left, Some(left)))
     }
 }

@@ -154,15 +154,12 @@ impl Machine {
     /// A built-in machine.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Arc<Machine>> {
-        static MACHINES: OnceLock<Vec<Arc<Machine>>> = OnceLock::new();
-        MACHINES
-            .get_or_init(|| {
-                let parsed = BUILTIN.iter().map(|(_, text)| Machine::from_toml(text));
-                parsed.filter_map(Result::ok).map(Arc::new).collect()
-            })
-            .iter()
-            .find(|machine| machine.name == name)
-            .cloned()
+        // Each is read when it is asked for first, and kept.
+        static MACHINES: [OnceLock<Option<Arc<Machine>>>; BUILTIN.len()] =
+            [const { OnceLock::new() }; BUILTIN.len()];
+        let place = BUILTIN.iter().position(|(known, _)| *known == name)?;
+        let (_, text) = BUILTIN.get(place)?;
+        MACHINES.get(place)?.get_or_init(|| Machine::from_toml(text).ok().map(Arc::new)).clone()
     }
 
     /// The profile of a built-in machine, to start one's own from.

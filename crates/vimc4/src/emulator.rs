@@ -293,6 +293,12 @@ impl Emulator {
         }
     }
 
+    /// Removes the link to its pseudo terminal. Clients that have it open stay.
+    pub fn unlink(&mut self) {
+        #[cfg(unix)]
+        drop(self.link.take());
+    }
+
     /// Removes its link and lets go of it without waiting for its end. For a program that is
     /// about to end itself and has no time to lose.
     pub fn abandon(mut self) {

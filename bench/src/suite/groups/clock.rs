@@ -20,6 +20,10 @@ const MOST: f64 = 2e6;
 /// The bare timer rings so often.
 const ALARM: Duration = Duration::from_millis(7);
 
+/// All moves that are sent at first arrive together and wait for each other; those that are sent
+/// after this time do not.
+const SETTLED: Duration = Duration::from_secs(1);
+
 /// A move and how long it takes, to the nanosecond.
 struct Move {
     line: Vec<u8>,
@@ -94,13 +98,16 @@ fn lateness(
             under_way.push((Instant::now(), first));
             crowd.send(client, &first.line)?;
         }
-        let until = Instant::now() + span;
+        let counted = Instant::now() + SETTLED;
+        let until = counted + span;
         let mut ours = Sample::default();
         let baseline = alarm::beside(bench.cores.server, ALARM, until, || {
             crowd.converse(until, |client, _| {
                 let (sent, last) = under_way[client];
                 let late = sent.elapsed().as_nanos() as f64 - last.duration.as_nanos() as f64;
-                ours.add(late);
+                if sent > counted {
+                    ours.add(late);
+                }
                 let next = next.next()?;
                 under_way[client] = (Instant::now(), next);
                 Some(&next.line)

@@ -109,9 +109,11 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         format!("{}, {}", bytes(before.resident), bytes(after.resident)),
     ));
     section.note(format!(
-        "Nothing is pinned: the machine has as many cores as it has. Lines of random bytes, \
-         some 20 long; {} lines a second. The echo beside a flooded echo, each in a process of \
-         its own, shows what the flood's client and server do to everybody else on this machine.",
+        "Nothing is pinned. Without a flood the cores fall asleep between a question and its \
+         answer, and waking them takes most of the time; beside a flood they are awake. The echo \
+         beside a flooded echo, each in a process of its own, shows what the flood's client and \
+         server do to everybody else on this machine. The garbage are lines of random bytes, some \
+         20 long: {} lines a second.",
         count(answered as f64 / seconds)
     ));
     Ok(section)

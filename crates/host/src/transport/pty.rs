@@ -179,7 +179,9 @@ impl Transport for Pty {
             Poll::Pending => Poll::Pending,
             Poll::Ready(Ok(n)) if n > 0 => {
                 // The news of the opening may be slower than the client's first bytes.
-                self.look();
+                if !self.seen.open {
+                    self.look();
+                }
                 self.unsure |= !self.seen.open;
                 self.compare_speed();
                 match self.news.pop_front() {
@@ -216,13 +218,16 @@ impl Transport for Pty {
         if !self.seen.open && !self.unsure {
             return Sent::Nobody;
         }
-        loop {
+        if !self.seen.open {
             self.look();
+        }
+        loop {
             if !self.seen.open {
                 // Who asked may have closed one of two descriptors only.
                 if !std::mem::take(&mut self.unsure) || !self.watch.is_open_after_all() {
                     return Sent::Nobody;
                 }
+                self.look();
                 continue;
             }
             let Pty { near, outbox, watch, seen, .. } = self;
@@ -230,8 +235,8 @@ impl Transport for Pty {
                 Some(Ok(0)) => return Sent::Accepted,
                 Some(Ok(lost)) => return Sent::Lost(lost),
                 Some(Err(_)) => return Sent::Nobody,
-                // Somebody came or went in between.
-                None => {}
+                // Somebody has come or gone since the last look.
+                None => self.look(),
             }
         }
     }
