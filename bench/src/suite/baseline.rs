@@ -18,7 +18,7 @@ use super::failure::{Doing, Failure, Outcome};
 /// The first argument that makes this program a baseline; the second says which.
 pub(crate) const COMMAND: &str = "baseline";
 
-/// How much is read at once, as in the emulator.
+/// How much is read at once, more than the emulator reads.
 const CHUNK: usize = 4_096;
 
 /// Runs a baseline until its process is killed.

@@ -88,72 +88,90 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// A short name for programs; what holds for one session, and for several.
+    fn words(&self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Reason::Model => ("model", "is about other models", "are about other models"),
+            Reason::Profile(_) => ("profile", "is about", "are about other values of the profile"),
+            Reason::OwnProfile => (
+                "own-profile",
+                "holds for the built-in profile only",
+                "hold for the built-in profile only",
+            ),
+            Reason::Machine => {
+                ("machine", "is about a particular machine", "are about a particular machine")
+            }
+            Reason::Operator => (
+                "operator",
+                "needs hands at the panel or the inputs",
+                "need hands at the panel or the inputs",
+            ),
+            Reason::View => (
+                "view",
+                "looks at what only the emulator shows",
+                "look at what only the emulator shows",
+            ),
+            Reason::Pacing => (
+                "pacing",
+                "is about the times of single bytes",
+                "are about the times of single bytes",
+            ),
+            Reason::ExactTime => (
+                "exact-time",
+                "needs times more exact than a port's",
+                "need times more exact than a port's",
+            ),
+            Reason::Place => (
+                "place",
+                "resets a controller that moves, and loses the place",
+                "reset a controller that moves, and lose the place",
+            ),
+            Reason::Baud => {
+                ("baud", "changes the speed of the line", "change the speed of the line")
+            }
+            Reason::Switches => (
+                "switches",
+                "moves while the switches are expected elsewhere",
+                "move while the switches are expected elsewhere",
+            ),
+            Reason::Long(_) => ("long", "takes", "take longer than --longest"),
+            Reason::Panel => (
+                "panel",
+                "needs a memory that only the panel erases",
+                "need a memory that only the panel erases",
+            ),
+            Reason::Envelope(_) => ("envelope", "leaves the envelope:", "leave the envelope"),
+            Reason::NotAllowed(_) => ("not-allowed", "needs --allow", "need --allow"),
+        }
+    }
+
     /// A short name for programs.
     #[must_use]
     pub fn key(&self) -> &'static str {
-        match self {
-            Reason::Model => "model",
-            Reason::Profile(_) => "profile",
-            Reason::OwnProfile => "own-profile",
-            Reason::Machine => "machine",
-            Reason::Operator => "operator",
-            Reason::View => "view",
-            Reason::Pacing => "pacing",
-            Reason::ExactTime => "exact-time",
-            Reason::Place => "place",
-            Reason::Baud => "baud",
-            Reason::Switches => "switches",
-            Reason::Long(_) => "long",
-            Reason::Panel => "panel",
-            Reason::Envelope(_) => "envelope",
-            Reason::NotAllowed(_) => "not-allowed",
-        }
+        self.words().0
     }
 
     /// The reason without its particulars, for a count of sessions.
     #[must_use]
     pub fn in_general(&self) -> String {
-        let text = match self {
-            Reason::NotAllowed(what) => return format!("need --allow {}", what.join(",")),
-            Reason::Model => "are about other models",
-            Reason::Profile(_) => "are about other values of the profile",
-            Reason::OwnProfile => "hold for the built-in profile only",
-            Reason::Machine => "are about a particular machine",
-            Reason::Operator => "need hands at the panel or the inputs",
-            Reason::View => "look at what only the emulator shows",
-            Reason::Pacing => "are about the times of single bytes",
-            Reason::ExactTime => "need times more exact than a port's",
-            Reason::Place => "reset a controller that moves, and lose the place",
-            Reason::Baud => "change the speed of the line",
-            Reason::Switches => "move while the switches are expected elsewhere",
-            Reason::Long(_) => "take longer than --longest",
-            Reason::Panel => "need a memory that only the panel erases",
-            Reason::Envelope(_) => "leave the envelope",
-        };
-        text.to_owned()
+        let (_, _, several) = self.words();
+        match self {
+            Reason::NotAllowed(what) => format!("{several} {}", what.join(",")),
+            _ => several.to_owned(),
+        }
     }
 }
 
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (_, one, _) = self.words();
+        f.write_str(one)?;
         match self {
-            Reason::Profile(value) => write!(f, "is about {value}"),
-            Reason::NotAllowed(what) => write!(f, "needs --allow {}", what.join(",")),
-            Reason::Long(nanos) => write!(f, "takes {}", show_nanos(*nanos)),
-            Reason::Envelope(travel) => write!(f, "leaves the envelope: {}", show_ways(travel)),
-            other => f.write_str(match other {
-                Reason::Model => "is about other models",
-                Reason::OwnProfile => "holds for the built-in profile only",
-                Reason::Machine => "is about a particular machine",
-                Reason::Operator => "needs hands at the panel or the inputs",
-                Reason::View => "looks at what only the emulator shows",
-                Reason::Pacing => "is about the times of single bytes",
-                Reason::ExactTime => "needs times more exact than a port's",
-                Reason::Place => "resets a controller that moves, and loses the place",
-                Reason::Baud => "changes the speed of the line",
-                Reason::Switches => "moves while the switches are expected elsewhere",
-                _ => "needs a memory that only the panel erases",
-            }),
+            Reason::Profile(value) => write!(f, " {value}"),
+            Reason::NotAllowed(what) => write!(f, " {}", what.join(",")),
+            Reason::Long(nanos) => write!(f, " {}", show_nanos(*nanos)),
+            Reason::Envelope(travel) => write!(f, " {}", show_ways(travel)),
+            _ => Ok(()),
         }
     }
 }

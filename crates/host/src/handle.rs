@@ -75,7 +75,7 @@ pub enum ControlError {
     /// Its time cannot be moved.
     #[error("time moves by itself with this clock; use the manual clock to move it")]
     RunsByItself,
-    /// This model has no such thing.
+    /// It cannot do that, being what it is or as it was set up; the words say what to do instead.
     #[error("{0}")]
     Unsupported(&'static str),
     /// What was waited for has not happened in this time.
@@ -342,10 +342,9 @@ fn position_of(signal: &Signal, position: &str) -> Result<i32, ControlError> {
 
 /// Waits for a future on this thread. The executors of tokio refuse to do so inside of tasks;
 /// this one does what it is told, so the blocking methods work everywhere.
-pub fn block_on<F: Future + Unpin>(future: F) -> F::Output {
-    let mut future = future;
+pub fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
     loop {
-        // Without a deadline it gives up only after the end of time.
+        // Without a deadline it does not give up.
         if let Some(output) = block_until(&mut future, None) {
             return output;
         }

@@ -1,23 +1,23 @@
 //! What a controller is like: a model is data, not a fork of the code.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{Dialect, Fractions};
-use vimc4_plant::{ProfileError, parse_profile};
+use vimc4_plant::{Builtins, ProfileError, parse_profile};
 
 use crate::ports::{Ports, Wire};
 
 /// The models that are built in, name and profile. The three iMC models share everything but
 /// their texts.
-const BUILTIN: [(&str, &str); 5] = [
+static BUILTIN: Builtins<Model, 5> = Builtins::new([
     ("imc4", include_str!("../models/imc4.toml")),
     ("imc4-m", include_str!("../models/imc4-m.toml")),
     ("imc-m", include_str!("../models/imc-m.toml")),
     ("imc-mp", include_str!("../models/imc-mp.toml")),
     ("imc-s8", include_str!("../models/imc-s8.toml")),
-];
+]);
 
 /// A model of controller. Every value that the manuals leave open is in here, so that the owner
 /// of a real one can set it right without touching code.
@@ -265,24 +265,19 @@ impl Model {
     /// The names of the built-in models.
     #[must_use]
     pub fn names() -> Vec<&'static str> {
-        BUILTIN.iter().map(|(name, _)| *name).collect()
+        BUILTIN.names()
     }
 
     /// A built-in model.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Arc<Model>> {
-        // Each is read when it is asked for first, and kept.
-        static MODELS: [OnceLock<Option<Arc<Model>>>; BUILTIN.len()] =
-            [const { OnceLock::new() }; BUILTIN.len()];
-        let place = BUILTIN.iter().position(|(known, _)| *known == name)?;
-        let (_, text) = BUILTIN.get(place)?;
-        MODELS.get(place)?.get_or_init(|| Model::from_toml(text).ok().map(Arc::new)).clone()
+        BUILTIN.get(name, Model::from_toml)
     }
 
     /// The profile of a built-in model, to start one's own from.
     #[must_use]
     pub fn builtin_toml(name: &str) -> Option<&'static str> {
-        BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
+        BUILTIN.text(name)
     }
 
     /// Reads a profile.
@@ -418,7 +413,8 @@ mod tests {
 
     #[test]
     fn every_built_in_model_is_sound_and_carries_its_name() {
-        for (name, text) in BUILTIN {
+        for name in Model::names() {
+            let text = Model::builtin_toml(name).unwrap();
             let model = Model::from_toml(text).unwrap_or_else(|e| panic!("{name}: {e:?}"));
             assert_eq!(model.name, name);
         }
@@ -426,10 +422,11 @@ mod tests {
 
     #[test]
     fn an_error_points_at_the_key() {
-        let text = BUILTIN[0].1.replace("speed_max = 20000", "speed_max = 10");
+        let text =
+            Model::builtin_toml("imc4").unwrap().replace("speed_max = 20000", "speed_max = 10");
         let error = Model::from_toml(&text).unwrap_err();
         assert_eq!(&text[error.span.unwrap()], "speed_max = 10");
-        let text = BUILTIN[0].1.replace("\"start\"", "\"sart\"");
+        let text = Model::builtin_toml("imc4").unwrap().replace("\"start\"", "\"sart\"");
         assert!(Model::from_toml(&text).unwrap_err().message.contains("sart"));
     }
 }

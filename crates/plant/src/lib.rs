@@ -13,5 +13,5 @@ mod signal;
 
 pub use machine::{Axes, Axis, End, Machine, Reference, Unit};
 pub use plant::{Panel, Plant};
-pub use profile::{ProfileError, parse_profile};
+pub use profile::{Builtins, ProfileError, parse_profile};
 pub use signal::PlantSignal;

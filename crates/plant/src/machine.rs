@@ -1,20 +1,20 @@
 //! What a machine is like.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::AXES;
 
-use crate::profile::{ProfileError, parse_profile};
+use crate::profile::{Builtins, ProfileError, parse_profile};
 
 /// The machines that are built in, name and profile.
-const BUILTIN: [(&str, &str); 5] = [
+static BUILTIN: Builtins<Machine, 5> = Builtins::new([
     ("bench", include_str!("../machines/bench.toml")),
     ("mill", include_str!("../machines/mill.toml")),
     ("mill-4axis", include_str!("../machines/mill-4axis.toml")),
     ("traverse", include_str!("../machines/traverse.toml")),
     ("stage", include_str!("../machines/stage.toml")),
-];
+]);
 
 /// An end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -148,24 +148,19 @@ impl Machine {
     /// The names of the built-in machines.
     #[must_use]
     pub fn names() -> Vec<&'static str> {
-        BUILTIN.iter().map(|(name, _)| *name).collect()
+        BUILTIN.names()
     }
 
     /// A built-in machine.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Arc<Machine>> {
-        // Each is read when it is asked for first, and kept.
-        static MACHINES: [OnceLock<Option<Arc<Machine>>>; BUILTIN.len()] =
-            [const { OnceLock::new() }; BUILTIN.len()];
-        let place = BUILTIN.iter().position(|(known, _)| *known == name)?;
-        let (_, text) = BUILTIN.get(place)?;
-        MACHINES.get(place)?.get_or_init(|| Machine::from_toml(text).ok().map(Arc::new)).clone()
+        BUILTIN.get(name, Machine::from_toml)
     }
 
     /// The profile of a built-in machine, to start one's own from.
     #[must_use]
     pub fn builtin_toml(name: &str) -> Option<&'static str> {
-        BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
+        BUILTIN.text(name)
     }
 
     /// Reads a profile.
@@ -271,7 +266,8 @@ mod tests {
 
     #[test]
     fn every_built_in_machine_is_sound_and_carries_its_name() {
-        for (name, text) in BUILTIN {
+        for name in Machine::names() {
+            let text = Machine::builtin_toml(name).unwrap();
             let machine = Machine::from_toml(text).unwrap_or_else(|e| panic!("{name}: {e}"));
             assert_eq!(machine.name, name);
             assert!(Machine::builtin(name).is_some());
@@ -280,7 +276,9 @@ mod tests {
 
     #[test]
     fn an_error_points_at_the_key() {
-        let text = BUILTIN[1].1.replace("positive_switch = 24001", "positive_switch = -5");
+        let text = Machine::builtin_toml("mill")
+            .unwrap()
+            .replace("positive_switch = 24001", "positive_switch = -5");
         let error = Machine::from_toml(&text).unwrap_err();
         let span = error.span.unwrap();
         assert_eq!(&text[span], "positive_switch = -5");

@@ -1,6 +1,7 @@
 //! Reading profiles, with errors that point at the place.
 
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use serde::de::DeserializeOwned;
 
@@ -31,6 +32,44 @@ impl ProfileError {
             help: help.into(),
             span: find_key(text, table, key),
         }
+    }
+}
+
+/// Profiles that are built in, by name. Each is read when it is asked for first, and kept.
+#[derive(Debug)]
+pub struct Builtins<T, const N: usize> {
+    texts: [(&'static str, &'static str); N],
+    read: [OnceLock<Option<Arc<T>>>; N],
+}
+
+impl<T, const N: usize> Builtins<T, N> {
+    /// The profiles of these names and texts.
+    #[must_use]
+    pub const fn new(texts: [(&'static str, &'static str); N]) -> Builtins<T, N> {
+        Builtins { texts, read: [const { OnceLock::new() }; N] }
+    }
+
+    /// Their names, in order.
+    #[must_use]
+    pub fn names(&self) -> Vec<&'static str> {
+        self.texts.iter().map(|(name, _)| *name).collect()
+    }
+
+    /// The text of the one of that name.
+    #[must_use]
+    pub fn text(&self, name: &str) -> Option<&'static str> {
+        self.texts.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    }
+
+    /// What `parse` makes of the one of that name.
+    pub fn get(
+        &self,
+        name: &str,
+        parse: impl FnOnce(&str) -> Result<T, ProfileError>,
+    ) -> Option<Arc<T>> {
+        let ((_, text), read) =
+            self.texts.iter().zip(&self.read).find(|((known, _), _)| *known == name)?;
+        read.get_or_init(|| parse(text).ok().map(Arc::new)).clone()
     }
 }
 

@@ -199,8 +199,8 @@ impl Emulator {
     ///
     /// # Errors
     ///
-    /// If none comes within ten seconds on the wall, or
-    /// nothing is [recorded](crate::Builder::record).
+    /// If none comes within ten seconds on the wall, or nothing is
+    /// [recorded](crate::Builder::record).
     pub fn next_command(&self, mnemonic: &str) -> Result<Command, Error> {
         Ok(self.control.next_command(mnemonic).wait_within(Duration::from_secs(10))?)
     }

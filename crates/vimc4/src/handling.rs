@@ -81,12 +81,11 @@ impl Handling {
     pub fn moving(&self, by: Point, speed: u64) -> Vec<String> {
         let [x, y, z, a] = by;
         let mut lines = vec!["@07".to_owned()];
-        let mut line = format!("@0A{x},{speed},{y},{speed},{z},{speed},0,{speed}");
         if a != 0 {
             lines.push("@08".to_owned());
-            line = format!("@0A{x},{speed},{y},{speed},{z},{speed},{a},{speed}");
         }
-        lines.push(line);
+        // With three axes the fourth way is the second of Z, and nothing.
+        lines.push(format!("@0A{x},{speed},{y},{speed},{z},{speed},{a},{speed}"));
         lines
     }
 }

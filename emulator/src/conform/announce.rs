@@ -1,5 +1,6 @@
 //! What is said before anything is played: which sessions, and what they would do.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, IsTerminal, Write};
 
@@ -53,15 +54,20 @@ fn as_json(choice: &Choice<'_>) -> serde_json::Value {
     }
 }
 
-/// How many are not played for which reason, the commonest first.
-pub(super) fn reasons(choices: &[Choice<'_>]) -> String {
-    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+/// How many are not played for which reason.
+fn reasons(choices: &[Choice<'_>]) -> String {
+    let mut counts = BTreeMap::new();
     for reason in choices.iter().filter_map(|choice| choice.plan.as_ref().err()) {
         *counts.entry(reason.in_general()).or_default() += 1;
     }
-    let mut counts: Vec<_> = counts.into_iter().collect();
-    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    counts.iter().map(|(reason, count)| format!("{count:6} {reason}\n")).collect()
+    tally(&counts)
+}
+
+/// One reason a line, the commonest first.
+pub(super) fn tally(counts: &BTreeMap<String, usize>) -> String {
+    let mut counts: Vec<_> = counts.iter().collect();
+    counts.sort_by_key(|(_, count)| Reverse(**count));
+    counts.into_iter().map(|(reason, count)| format!("{count:6} {reason}\n")).collect()
 }
 
 /// Says what is going to happen at the machine.

@@ -12,6 +12,7 @@ use vimc4_conform::format::Session;
 use vimc4_conform::play::excerpt;
 use vimc4_conform::player::Miss;
 
+use super::announce::tally;
 use super::play::{Outcome, line};
 use super::{Arguments, watched};
 use crate::failure::Failure;
@@ -160,13 +161,9 @@ impl Report {
         if unexplained > 0 {
             text += &format!("{unexplained} of the failures no value of the profile explains\n");
         }
-        let mut left_out: Vec<_> = self.left_out.iter().collect();
-        left_out.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
-        if !left_out.is_empty() {
+        if left_out > 0 {
             text += "Of the sessions that were not played\n";
-        }
-        for (reason, count) in left_out {
-            text += &format!("{count:6} {reason}\n");
+            text += &tally(&self.left_out);
         }
         if self.unchecked > 0 {
             text += &format!("{} times were too exact to be checked at a port\n", self.unchecked);

@@ -165,13 +165,11 @@ impl Transport for Memory {
 
 impl Drop for Memory {
     fn drop(&mut self) {
-        let writer = self.shared.change(|lanes| {
+        self.shared.change(|lanes| {
             lanes.device_gone = true;
-            (lanes.writer.take(), lanes.reader.take())
+            ((), lanes.reader.take())
         });
-        if let Some(writer) = writer {
-            writer.wake();
-        }
+        self.shared.change(|lanes| ((), lanes.writer.take()));
     }
 }
 

@@ -14,9 +14,8 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_serial::SerialStream;
 
 use super::outbox::Outbox;
-use super::take;
 use super::watch::{Seen, Watch};
-use super::{Received, Sent, Transport};
+use super::{Received, Sent, Transport, take};
 use crate::report::News;
 
 /// A pseudo terminal whose far end a client opens like a serial port.
@@ -29,8 +28,8 @@ use crate::report::News;
 /// pulled out: the next client reads nothing stale. (The flush takes place some ten microseconds
 /// after the closing; only a client that opens and reads within them could be faster.) What a
 /// client wrote before it closed still arrives. What it has set, such as a speed, an echo or
-/// exclusive use, ends with it too: every client finds a raw line at the device's speed. Modem lines do not exist here; a client that
-/// insists on them is told ENOTTY.
+/// exclusive use, ends with it too: every client finds a raw line at the device's speed. Modem
+/// lines do not exist here; a client that insists on them is told ENOTTY.
 #[derive(Debug)]
 pub struct Pty {
     label: Arc<str>,
@@ -215,10 +214,10 @@ impl Transport for Pty {
     fn send(&mut self, bytes: &[u8]) -> Sent {
         // A client that has written is known. One that is not yet has missed nothing that was
         // meant for it, and those who use another way shall not pay for the question.
-        if !self.seen.open && !self.unsure {
-            return Sent::Nobody;
-        }
         if !self.seen.open {
+            if !self.unsure {
+                return Sent::Nobody;
+            }
             self.look();
         }
         loop {

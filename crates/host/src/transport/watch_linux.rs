@@ -3,9 +3,9 @@
 //! A PTY does not tell its near end when a client opens or closes the far end as long as
 //! somebody, here we ourselves, keeps it open. inotify does: the kernel queues an event within
 //! the client's `open` and `close`. One inotify instance serves all controllers of the process
-//! (users may have 128), and one thread waits for it; but everybody who has received something, or
-//! is about to send, drains the queue first, so that the answer to a client's first byte is never
-//! sent to nobody.
+//! (users may have 128), and one thread waits for it; but who receives something from a terminal
+//! that counts as closed, or is about to send to one that counts as open, drains the queue first,
+//! so that the answer to a client's first byte is never sent to nobody.
 //!
 //! inotify merges equal events that follow each other unread, so two quick opens may be counted
 //! as one. Where the count contradicts what is seen, the open files of all processes that we
