@@ -48,7 +48,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Point;
+use crate::{AXES, Point};
 
 /// Every different place of an arc lies in its first pieces: two until it is on its circle, and
 /// one turn.
@@ -211,9 +211,9 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// An arc of `steps` steps in the plane of axis `first` and axis `second` (0 to 3, different)
-    /// that begins with the registers `start`. Any register values are allowed, also such that
-    /// no circle has; `x`, `y` and `steps` are cut to a magnitude of 2²⁸, `d` to 2⁵⁶, and a
+    /// An arc of `steps` steps in the plane of axis `first` and axis `second` (less than [`AXES`],
+    /// different) that begins with the registers `start`. Any register values are allowed, also
+    /// such that no circle has; `x`, `y` and `steps` are cut to a magnitude of 2²⁸, `d` to 2⁵⁶, and a
     /// direction is its sign, 0 counting as +1.
     #[must_use]
     pub fn new(first: usize, second: usize, steps: u64, start: ArcState) -> Arc {
@@ -264,7 +264,7 @@ impl Arc {
 
     /// `x` and `y` as an offset from the start.
     fn offset(&self, x: i64, y: i64) -> Point {
-        let mut point = [0; 4];
+        let mut point = [0; AXES];
         self.put(&mut point, x - self.start.x, y - self.start.y);
         point
     }

@@ -25,7 +25,7 @@ pub struct Helix {
 
 impl Helix {
     /// `arc` with `steps` (signed, magnitudes up to 2⁴⁰, larger ones are cut to it) steps of
-    /// `axis` (0 to 3, not one of the arc's) spread over it.
+    /// `axis` (less than [`AXES`](crate::AXES), not one of the arc's) spread over it.
     #[must_use]
     pub fn new(arc: Arc, axis: usize, steps: i64) -> Helix {
         Helix { arc, axis: axis_index(axis), steps: steps.clamp(-LONGEST, LONGEST), done: 0 }

@@ -90,9 +90,16 @@ impl LineWalk {
     /// From the point before to the point after it, by value: reading a whole point from where
     /// its parts have just been written would make the processor wait for each step.
     #[inline]
-    pub(crate) fn tick(&mut self, [x, y, z, a]: Point) -> Point {
-        let [sx, sy, sz, sa] = &mut self.spreads;
-        let [dx, dy, dz, da] = self.directions;
-        [x + (dx & sx.tick()), y + (dy & sy.tick()), z + (dz & sz.tick()), a + (da & sa.tick())]
+    pub(crate) fn tick(&mut self, [x, y, z, a, b, c]: Point) -> Point {
+        let [sx, sy, sz, sa, sb, sc] = &mut self.spreads;
+        let [dx, dy, dz, da, db, dc] = self.directions;
+        [
+            x + (dx & sx.tick()),
+            y + (dy & sy.tick()),
+            z + (dz & sz.tick()),
+            a + (da & sa.tick()),
+            b + (db & sb.tick()),
+            c + (dc & sc.tick()),
+        ]
     }
 }

@@ -3,19 +3,20 @@
 use serde::{Deserialize, Serialize};
 
 use crate::arc::ArcWalk;
+use crate::chain::ChainWalk;
 use crate::helix::HelixWalk;
 use crate::line::LineWalk;
-use crate::{Arc, Helix, Line};
+use crate::{Arc, Chain, Helix, Line};
 
-/// How many axes a path can move: X, Y, Z, A in this order.
-pub const AXES: usize = 4;
+/// How many axes a path can move. Isel's are X, Y, Z, A, LPKF's X, Y, Z0 to Z3, in this order.
+pub const AXES: usize = 6;
 
-/// One number of steps per axis, X, Y, Z, A.
+/// One number of steps per axis.
 pub type Point = [i64; AXES];
 
 /// A path in space, measured in steps of the step clock from its own start.
 ///
-/// All points are offsets from the start of the path, so `at(0)` is always `[0; 4]`.
+/// All points are offsets from the start of the path, so `at(0)` is always zero.
 /// With every clock step each axis moves by at most one step.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Path {
@@ -25,6 +26,8 @@ pub enum Path {
     Arc(Arc),
     /// A circular arc with a third axis that follows.
     Helix(Helix),
+    /// Paths of any kind, one after the other.
+    Chain(Chain),
 }
 
 impl Path {
@@ -35,6 +38,7 @@ impl Path {
             Path::Line(line) => line.length(),
             Path::Arc(arc) => arc.length(),
             Path::Helix(helix) => helix.length(),
+            Path::Chain(chain) => chain.length(),
         }
     }
 
@@ -46,6 +50,7 @@ impl Path {
             Path::Line(line) => line.at(k),
             Path::Arc(arc) => arc.at(k),
             Path::Helix(helix) => helix.at(k),
+            Path::Chain(chain) => chain.at(k),
         }
     }
 
@@ -60,6 +65,7 @@ impl Path {
             Path::Line(line) => line.first_at(axis, offset),
             Path::Arc(arc) => arc.first_at(axis, offset),
             Path::Helix(helix) => helix.first_at(axis, offset),
+            Path::Chain(chain) => chain.first_at(axis, offset),
         }
     }
 
@@ -71,6 +77,7 @@ impl Path {
             Path::Line(line) => line.extent(k),
             Path::Arc(arc) => arc.extent(k),
             Path::Helix(helix) => helix.extent(k),
+            Path::Chain(chain) => chain.extent(k),
         }
     }
 
@@ -83,6 +90,7 @@ impl Path {
             Path::Line(line) => Path::Line(line.after(k)),
             Path::Arc(arc) => Path::Arc(arc.after(k)),
             Path::Helix(helix) => Path::Helix(helix.after(k)),
+            Path::Chain(chain) => Path::Chain(chain.after(k)),
         }
     }
 
@@ -94,6 +102,7 @@ impl Path {
             Path::Line(line) => Walk::Line(line.walk()),
             Path::Arc(arc) => Walk::Arc(arc.walk()),
             Path::Helix(helix) => Walk::Helix(helix.walk()),
+            Path::Chain(chain) => Walk::Chain(Box::new(chain.walk())),
         };
         PathSteps { left: self.length(), point: [0; AXES], walk }
     }
@@ -113,6 +122,8 @@ enum Walk {
     Line(LineWalk),
     Arc(ArcWalk),
     Helix(HelixWalk),
+    /// In a box, because a chain contains a walk in turn.
+    Chain(Box<ChainWalk>),
 }
 
 impl Iterator for PathSteps {
@@ -132,6 +143,7 @@ impl Iterator for PathSteps {
                 helix.tick(&mut self.point);
                 self.point
             }
+            Walk::Chain(chain) => chain.tick()?,
         };
         self.point = point;
         Some(point)

@@ -1,93 +1,46 @@
-//! When step `k` happens: constant speed, ramps, braking.
+//! When step `k` happens.
 //!
-//! # The units of the derivation
-//!
-//! Frequencies are in µHz, times in ns; an acceleration of a Hz/ms is then a µHz/ns, an integer.
-//! Ways are measured in µHz²: a frequency that changes from f to g at the acceleration a makes
-//! the way |g² - f²|, and one step is the way 2·10¹⁵·a. This makes ramps plain: with f0 the
-//! start-stop frequency, the frequency after the way s of a rising ramp is √(f0² + s), and the
-//! time it takes is (√(f0² + s) - f0)/a.
-//!
-//! # The motion
-//!
-//! Let S be the whole way. If nothing limits it the speed rises over one half of S to the
-//! middle frequency p, p² = f0² + S/2, and falls over the other. With the speed v given, the top
-//! frequency is V = min(v, p).
-//!
-//! - Rising: the frequency at t is f0 + a·t; the way s is done at t = (√(f0² + s) - f0)/a.
-//! - At the top: both ramps are V² - f0² long, and s is done at t = (s + (V - f0)²)/(2·a·V).
-//! - Falling: the frequency at t is A - a·t, where A = V - f0 + p²/V follows from the total time,
-//!   and s is done when it is down to √(f0² + S - s).
-//!
-//! A braked motion is the same with a smaller S. If braking begins at the frequency w of the
-//! rising ramp, the way is that of a triangle with its top at w, S = 2·(w² - f0²); if it begins
-//! at the top at t, the way so far and one ramp make S = 2·a·V·t + 2·V·f0 - 2·f0². S is not a
-//! whole number of steps then, and the motion halts on the last whole step within it. A motion
-//! that braking would make longer has begun to fall already, and is left alone.
-//!
-//! At speeds up to the start-stop frequency f0 is taken to be v: ramps of length 0.
-//!
-//! # Exactness
-//!
-//! A time is the least integer t that a sum of rationals and square roots does not exceed. Where
-//! one root is involved the comparison is with the integer part of the root, since everything
-//! else can be made an integer. Only the falling side of a triangle has two, √(4p²) - √r; see
-//! [`ceil_difference`]. All values fit 128 bits for the documented ranges, to which everything
-//! that comes in is cut.
-//!
-//! What a profile is made of is private, so that other kinds (one profile over a chain of paths,
-//! speeds of a fraction of a step per second) can come beside this one without a change for those
-//! who ask when a step happens.
+//! There are two kinds of profiles. In one the step frequency is what ramps are made of
+//! ([`ramps`](crate::Ramp)): the motor is what counts. In the other it is the speed along the
+//! real way ([`course`](crate::Stretch)): the tool is. Whoever asks when a step happens need not
+//! know which it is.
 
 use serde::{Deserialize, Serialize};
 
-/// The largest number of steps.
-const MOST_STEPS: u64 = 1 << 40;
-/// The largest speed and start-stop frequency, Hz.
-const FASTEST: u32 = 1_000_000;
-/// The largest acceleration, Hz/ms.
-const STEEPEST: u32 = 100_000;
-/// µHz in a Hz.
-const MICRO: u128 = 1_000_000;
-/// One step is this many times the acceleration in µHz².
-const STEP: u128 = 2_000_000_000_000_000;
-
-/// The two values every ramp is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Ramp {
-    /// Start-stop frequency in Hz, 1 to 1,000,000: up to here motors start and stop without a
-    /// ramp.
-    pub start_stop: u32,
-    /// Acceleration in Hz/ms, 1 to 100,000.
-    pub acceleration: u32,
-}
+use crate::Ramp;
+use crate::course::{Course, CourseClock, Stretch};
+use crate::ramps::{RampClock, Ramped};
 
 /// The times of the steps of one motion, from its start to its halt.
 ///
-/// Speeds up to the start-stop frequency run constantly. Above, the frequency rises from the
-/// start-stop frequency to the speed and falls again to it at the end; a short motion is a
-/// triangle. Step `k` happens at the first nanosecond at which the integral of the frequency
-/// has reached `k`.
+/// Step `k` happens at the first nanosecond at which the integral of the step frequency has
+/// reached `k`, or the integral of the speed has reached the place of the step.
 ///
 /// Two profiles are equal if they were made by the same calls, which is more than that all
 /// their times are equal.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Profile {
-    /// The number of steps if the motion runs its course.
-    steps: u64,
-    /// Hz.
-    speed: u32,
-    ramp: Ramp,
-    /// When braking began, nanoseconds after the start; `None` while the motion runs its course.
-    braked_at: Option<u64>,
+    kind: Kind,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    Ramped(Ramped),
+    Course(Course),
 }
 
 impl Profile {
     /// `steps` steps (up to 2⁴⁰) at `speed` Hz (1 to 1,000,000) with ramps. A value outside its
     /// range counts as the nearest within.
+    ///
+    /// Speeds up to the start-stop frequency run constantly. Above, the frequency rises from the
+    /// start-stop frequency to the speed and falls again to it at the end; a short motion is a
+    /// triangle.
     #[must_use]
     pub fn new(steps: u64, speed: u32, ramp: Ramp) -> Profile {
-        Profile { steps, speed, ramp, braked_at: None }
+        Profile { kind: Kind::Ramped(Ramped { steps, speed, ramp, braked_at: None }) }
     }
 
     /// `steps` steps at exactly `speed` Hz from first to last, without ramps.
@@ -96,269 +49,124 @@ impl Profile {
         Profile::new(steps, speed, Ramp { start_stop: speed, acceleration: 1 })
     }
 
+    /// The stretches one after the other, from standstill to standstill: with `acceleration`
+    /// nm/s² (1 to 10¹⁵) up to `speed` nm/s (1 to 10¹⁰) along the way, and down again to end at
+    /// its end; a short way is a triangle. A value outside its range counts as the nearest
+    /// within.
+    #[must_use]
+    pub fn trapezoid(
+        stretches: impl IntoIterator<Item = Stretch>,
+        speed: u64,
+        acceleration: u64,
+    ) -> Profile {
+        Profile { kind: Kind::Course(Course::trapezoid(stretches, speed, acceleration)) }
+    }
+
+    /// The stretches one after the other without a halt. The motion begins with the speed `from`,
+    /// and changes with constant acceleration to that of `speeds` at the end of the same stretch,
+    /// all in nm/s (0 to 10¹⁰). Where no speed is given the change goes on through the next
+    /// stretch: they are one vector. Where [`brake`](Profile::brake) is asked for, the motion
+    /// slows down by `braking` nm/s² (1 to 10¹⁵). A value outside its range counts as the nearest
+    /// within.
+    ///
+    /// `None` if a vector begins and ends at speed 0, which does not move, if there are not as
+    /// many speeds as stretches, or if the last is not given. A vector without steps is left out,
+    /// with its speed.
+    #[must_use]
+    pub fn vectors(
+        from: u64,
+        stretches: &[Stretch],
+        speeds: &[Option<u64>],
+        braking: u64,
+    ) -> Option<Profile> {
+        let course = Course::vectors(from, stretches, speeds, braking)?;
+        Some(Profile { kind: Kind::Course(course) })
+    }
+
     /// How many steps are made until the motion has halted.
     #[must_use]
     pub fn steps(&self) -> u64 {
-        match self.braked_at {
-            None => self.steps.min(MOST_STEPS),
-            Some(_) => self.curve().steps(),
+        match &self.kind {
+            Kind::Ramped(ramped) => ramped.steps(),
+            Kind::Course(course) => course.steps(),
         }
     }
 
     /// Nanoseconds from the start to the last step; 0 for no steps. Saturates at `u64::MAX`.
     #[must_use]
     pub fn duration(&self) -> u64 {
-        let curve = self.curve();
-        curve.time_of(curve.steps())
+        self.time_of(u64::MAX)
     }
 
     /// How many steps have been made `nanos` nanoseconds after the start, that instant included.
     #[must_use]
     pub fn steps_at(&self, nanos: u64) -> u64 {
-        self.curve().steps_at(nanos)
+        match &self.kind {
+            Kind::Ramped(ramped) => ramped.steps_at(nanos),
+            Kind::Course(course) => course.steps_at(nanos),
+        }
     }
 
     /// Nanoseconds from the start to step `k` (1 to `steps()`; beyond that, to the last); 0 for
     /// `k` = 0. Saturates at `u64::MAX`.
     #[must_use]
     pub fn time_of(&self, k: u64) -> u64 {
-        let curve = self.curve();
-        curve.time_of(k.min(curve.steps()))
+        match &self.kind {
+            Kind::Ramped(ramped) => ramped.time_of(k),
+            Kind::Course(course) => course.time_of(k),
+        }
     }
 
     /// The step frequency in µHz `nanos` nanoseconds after the start, rounded down; 0 from the
     /// last step on.
     #[must_use]
     pub fn speed_at(&self, nanos: u64) -> u64 {
-        let curve = self.curve();
-        if curve.steps_at(nanos) == curve.steps() { 0 } else { curve.speed_at(nanos) }
+        match &self.kind {
+            Kind::Ramped(ramped) => ramped.speed_at(nanos),
+            Kind::Course(course) => course.speed_at(nanos),
+        }
     }
 
-    /// The same motion braked along the ramp from `nanos` on: it halts on the last whole step
-    /// within the way that braking from the present speed down to the start-stop frequency
-    /// takes; at or below that frequency it halts where it is. The steps up to `nanos` keep
-    /// their times.
+    /// The same motion braked from `nanos` on: it halts on the last whole step within the way
+    /// that braking takes, along the ramp from the present speed down to the start-stop
+    /// frequency, or with the deceleration of the way down to standstill; without a speed to be
+    /// rid of it halts where it is. The steps up to `nanos` keep their times.
     ///
     /// `None` if the motion ends by itself at least as early: no fewer steps remain than
     /// braking takes, so braking changes nothing. Likewise if it brakes already.
     #[must_use]
     pub fn brake(&self, nanos: u64) -> Option<Profile> {
-        if self.braked_at.is_some() {
-            return None;
-        }
-        let braked = Profile { braked_at: Some(nanos), ..self.clone() };
-        (braked.steps() < self.steps()).then_some(braked)
+        let kind = match &self.kind {
+            Kind::Ramped(ramped) => Kind::Ramped(ramped.brake(nanos)?),
+            Kind::Course(course) => Kind::Course(course.brake(nanos)?),
+        };
+        Some(Profile { kind })
     }
 
     /// The times of steps 1, 2, 3 … stepwise, straight from the definition.
     #[must_use]
     pub fn times(&self) -> ProfileTimes {
-        let curve = self.curve();
-        let braking = self.braked_at.map(|at| Braking {
-            at: u128::from(at),
-            way: curve.undisturbed_way(at),
-            frequency: curve.undisturbed_frequency(at),
-        });
-        let steps = curve.steps();
-        ProfileTimes { curve, braking, steps, made: 0, nanos: 0, gap: 1, change: 0 }
-    }
-
-    /// The motion in the units of the derivation.
-    fn curve(&self) -> Curve {
-        let hertz = |f: u32| u128::from(f.clamp(1, FASTEST));
-        let speed = hertz(self.speed);
-        let acceleration = u128::from(self.ramp.acceleration.clamp(1, STEEPEST));
-        let step = STEP * acceleration;
-        let mut curve = Curve {
-            base: hertz(self.ramp.start_stop).min(speed) * MICRO,
-            speed,
-            acceleration,
-            step,
-            way: u128::from(self.steps.min(MOST_STEPS)) * step,
+        let clock = match &self.kind {
+            Kind::Ramped(ramped) => Clock::Ramps(ramped.clock()),
+            Kind::Course(course) => Clock::Course(course.clock()),
         };
-        if let Some(at) = self.braked_at {
-            // The way to the brakes, and the way that braking takes.
-            let frequency = curve.undisturbed_frequency(at);
-            curve.way = curve.undisturbed_way(at) + (frequency.pow(2) - curve.base.pow(2));
-        }
-        curve
-    }
-}
-
-/// A motion in the units of the derivation, see there.
-#[derive(Clone, Debug)]
-struct Curve {
-    /// f0, µHz.
-    base: u128,
-    /// v, Hz: what the µHz would add to the size of some products, they can do without.
-    speed: u128,
-    /// a, µHz/ns.
-    acceleration: u128,
-    /// The way of one step, µHz².
-    step: u128,
-    /// S, µHz².
-    way: u128,
-}
-
-/// Which shape a motion has, with what its falling side needs.
-enum Shape {
-    /// The speed is reached. Contains v·A, so that it is an integer; µHz·Hz.
-    Trapezoid(u128),
-    /// It is not. Contains (2p)², µHz²; here A is 2p - f0.
-    Triangle(u128),
-}
-
-impl Curve {
-    /// v, µHz.
-    fn top(&self) -> u128 {
-        self.speed * MICRO
-    }
-
-    /// p², µHz².
-    fn middle_squared(&self) -> u128 {
-        self.base.pow(2) + self.way / 2
-    }
-
-    fn shape(&self) -> Shape {
-        let (top, middle_squared) = (self.top(), self.middle_squared());
-        if top.pow(2) <= middle_squared {
-            Shape::Trapezoid(self.speed * (top - self.base) + middle_squared / MICRO)
-        } else {
-            Shape::Triangle(4 * middle_squared)
-        }
-    }
-
-    /// The frequency at `nanos` of a motion that never falls, µHz.
-    fn undisturbed_frequency(&self, nanos: u64) -> u128 {
-        self.top().min(self.base + self.acceleration * u128::from(nanos))
-    }
-
-    /// The way made until `nanos` by a motion that never falls, µHz².
-    fn undisturbed_way(&self, nanos: u64) -> u128 {
-        let (top, rise) = (self.top(), self.acceleration * u128::from(nanos));
-        if self.base + rise <= top {
-            (2 * self.base + rise) * rise
-        } else {
-            2 * top * rise - (top - self.base).pow(2)
-        }
-    }
-
-    fn steps(&self) -> u64 {
-        saturated(self.way / self.step)
-    }
-
-    /// When step `k`, 0 to `steps()`, happens.
-    fn time_of(&self, k: u64) -> u64 {
-        let (base, a, top) = (self.base, self.acceleration, self.top());
-        let way = u128::from(k) * self.step;
-        let ramp = self.middle_squared().min(top.pow(2)) - base.pow(2);
-        saturated(if way <= ramp {
-            (ceil_sqrt(base.pow(2) + way) - base).div_ceil(a)
-        } else if way <= self.way - ramp {
-            (way + (top - base).pow(2)).div_ceil(2 * a * top)
-        } else {
-            let target_squared = base.pow(2) + self.way - way;
-            match self.shape() {
-                Shape::Trapezoid(intercept) => {
-                    let target = (self.speed.pow(2) * target_squared).isqrt();
-                    (intercept - target).div_ceil(self.speed * a)
-                }
-                Shape::Triangle(twice_middle_squared) => {
-                    (ceil_difference(twice_middle_squared, target_squared) - base).div_ceil(a)
-                }
-            }
-        })
-    }
-
-    /// How many steps are made at `nanos`.
-    fn steps_at(&self, nanos: u64) -> u64 {
-        let (base, top) = (self.base, self.top());
-        let rising = base + self.acceleration * u128::from(nanos);
-        if rising <= top && rising.pow(2) <= self.middle_squared() {
-            return saturated((rising.pow(2) - base.pow(2)) / self.step);
-        }
-        match self.shape() {
-            Shape::Trapezoid(intercept) => {
-                let falling = self.falling(intercept, nanos);
-                let way = if falling >= self.speed * top {
-                    self.undisturbed_way(nanos)
-                } else {
-                    let frequency_squared = falling.pow(2).div_ceil(self.speed.pow(2));
-                    self.way - frequency_squared.saturating_sub(base.pow(2))
-                };
-                saturated(way / self.step)
-            }
-            Shape::Triangle(twice_middle_squared) => {
-                // The frequency is A - a·t = √(4p²) - rising, its square 4p² + rising²
-                // - 2·rising·√(4p²), and what is left of the way is that square less f0².
-                let root = twice_middle_squared.isqrt();
-                if rising + base > root {
-                    return self.steps();
-                }
-                let low = self.way + base.pow(2) + 2 * rising * root
-                    - (twice_middle_squared + rising.pow(2));
-                let high = self.way.min(low + 2 * rising);
-                // The fraction of the root that was dropped is worth less than 1/500 of a step.
-                let (low, high) = (saturated(low / self.step), saturated(high / self.step));
-                if low < high && nanos < self.time_of(high) { low } else { high }
-            }
-        }
-    }
-
-    /// The frequency at `nanos`, before the last step, µHz, rounded down.
-    fn speed_at(&self, nanos: u64) -> u64 {
-        let undisturbed = self.undisturbed_frequency(nanos);
-        saturated(match self.shape() {
-            Shape::Trapezoid(intercept) => {
-                undisturbed.min(self.falling(intercept, nanos) / self.speed)
-            }
-            Shape::Triangle(twice_middle_squared) => {
-                let rising = self.base + self.acceleration * u128::from(nanos);
-                undisturbed.min(twice_middle_squared.isqrt().saturating_sub(rising))
-            }
-        })
-    }
-
-    /// v times the frequency of the falling side of a trapezoid at `nanos`, µHz·Hz: more than v
-    /// times the top before it, 0 long after it.
-    fn falling(&self, intercept: u128, nanos: u64) -> u128 {
-        intercept.saturating_sub(self.speed * self.acceleration * u128::from(nanos))
+        ProfileTimes { clock, steps: self.steps(), made: 0, nanos: 0, gap: 1, change: 0 }
     }
 }
 
 /// What does not fit counts as never.
-fn saturated(value: u128) -> u64 {
+pub(crate) fn saturated(value: u128) -> u64 {
     u64::try_from(value).unwrap_or(u64::MAX)
-}
-
-/// The square root rounded up.
-fn ceil_sqrt(square: u128) -> u128 {
-    let root = square.isqrt();
-    root + u128::from(root * root < square)
-}
-
-/// The least integer not below √h - √m, for h ≥ m, both below 2⁸³.
-///
-/// With the integer parts H and M of the roots and the rests eh = h - H², em = m - M², it is
-/// H - M =: c, or one more. It is c if √m + c ≥ √h; squared, 2·c·(√m - M) ≥ eh - em; and
-/// squared again 4·c²·em ≥ y² + 4·c·M·y with y = eh - em, unless y ≤ 0.
-fn ceil_difference(h: u128, m: u128) -> u128 {
-    let (h_root, m_root) = (h.isqrt(), m.isqrt());
-    let (h_rest, m_rest) = (h - h_root.pow(2), m - m_root.pow(2));
-    let c = h_root - m_root;
-    let y = h_rest.saturating_sub(m_rest);
-    c + u128::from(y > 0 && 4 * c * c * m_rest < y * y + 4 * c * m_root * y)
 }
 
 /// Iterator over the times of a profile's steps. See [`Profile::times`].
 ///
-/// From the time of one step it gropes forward to the first nanosecond at which the integral of
-/// the frequency has reached the next. It knows that integral and the mirror, but no formula for
-/// a time and no square root.
+/// From the time of one step it gropes forward to the first nanosecond at which the motion has
+/// reached the next. It knows how far the motion is at a time, but no formula for a time and no
+/// square root.
 #[derive(Clone, Debug)]
 pub struct ProfileTimes {
-    curve: Curve,
-    braking: Option<Braking>,
+    clock: Clock,
     /// The number of the last step.
     steps: u64,
     /// The number of the latest step.
@@ -371,97 +179,40 @@ pub struct ProfileTimes {
     change: i64,
 }
 
-/// Where and how fast the motion was when it began to brake.
+/// What tells whether a step has been made.
 #[derive(Clone, Debug)]
-struct Braking {
-    at: u128,
-    way: u128,
-    frequency: u128,
-}
-
-impl ProfileTimes {
-    /// Whether the integral of the frequency up to `nanos` has reached step `k`.
-    fn reached(&self, k: u64, nanos: u64) -> bool {
-        let Curve { base, speed, acceleration: a, step, .. } = self.curve;
-        let way = u128::from(k) * step;
-        if let Some(braking) = &self.braking
-            && u128::from(nanos) > braking.at
-        {
-            // Along the braking ramp the frequency falls from what it was by a·t.
-            let fall = a * (u128::from(nanos) - braking.at);
-            return fall >= braking.frequency - base
-                || braking.way + (2 * braking.frequency - fall) * fall >= way;
-        }
-        let remaining = self.curve.way.saturating_sub(way);
-        let top = self.curve.top();
-        // By its symmetry the motion runs undisturbed as long as the way left is longer than
-        // what was done, or than the ramp.
-        if self.braking.is_some() || remaining >= way.min(top.pow(2) - base.pow(2)) {
-            return self.curve.undisturbed_way(nanos) >= way;
-        }
-        // In the mirror: the frequency A - a·t is down to the square root of `target`.
-        let target = base.pow(2) + remaining;
-        match self.curve.shape() {
-            Shape::Trapezoid(intercept) => {
-                self.curve.falling(intercept, nanos).pow(2) <= speed.pow(2) * target
-            }
-            Shape::Triangle(twice_middle_squared) => {
-                // √h - c ≤ √m, squared: h - c² - m ≤ 2·c·√m.
-                let c = base + a * u128::from(nanos);
-                let left = if c > 2 * top {
-                    0
-                } else {
-                    twice_middle_squared.saturating_sub(c.pow(2) + target)
-                };
-                left == 0 || wide_square(left) <= wide_product((2 * c).pow(2), target)
-            }
-        }
-    }
+enum Clock {
+    Ramps(RampClock),
+    Course(CourseClock),
 }
 
 impl Iterator for ProfileTimes {
     type Item = u64;
 
+    #[inline]
     fn next(&mut self) -> Option<u64> {
         if self.made == self.steps {
             return None;
         }
         self.made += 1;
-        // The gap changes little from step to step, and its change still less. From that guess
-        // double the way back or forth until the step is within, then halve the interval.
+        let k = self.made;
+        // The gap changes little from step to step, and its change still less.
         let guess = self.nanos.saturating_add(self.gap.saturating_add_signed(self.change));
-        let (mut before, mut after, mut width) = (guess, guess, 1);
-        if self.reached(self.made, guess) {
-            loop {
-                before = after.saturating_sub(width).max(self.nanos);
-                if before == self.nanos || !self.reached(self.made, before) {
-                    break;
+        let nanos = match &self.clock {
+            Clock::Ramps(clock) => first(self.nanos, guess, |nanos| clock.reached(k, nanos)),
+            Clock::Course(clock) => {
+                let place = clock.place(k);
+                // Very short steps can fall in one nanosecond.
+                if clock.reached(place, self.nanos) {
+                    return Some(self.nanos);
                 }
-                after = before;
-                width = width.saturating_mul(2);
+                first(self.nanos, guess, |nanos| clock.reached(place, nanos))
             }
-        } else {
-            loop {
-                after = before.saturating_add(width);
-                if after == u64::MAX || self.reached(self.made, after) {
-                    break;
-                }
-                before = after;
-                width = width.saturating_mul(2);
-            }
-        }
-        while after - before > 1 {
-            let between = u64::midpoint(before, after);
-            if self.reached(self.made, between) {
-                after = between;
-            } else {
-                before = between;
-            }
-        }
-        let gap = (after - self.nanos).max(1);
+        };
+        let gap = (nanos - self.nanos).max(1);
         self.change = gap.wrapping_sub(self.gap).cast_signed();
-        (self.gap, self.nanos) = (gap, after);
-        Some(after)
+        (self.gap, self.nanos) = (gap, nanos);
+        Some(nanos)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
@@ -470,47 +221,37 @@ impl Iterator for ProfileTimes {
     }
 }
 
-/// A product as its high and low 128 bits, which compare in this order.
-fn wide_product(a: u128, b: u128) -> (u128, u128) {
-    const HALF: u128 = u64::MAX as u128;
-    let (a_high, a_low, b_high, b_low) = (a >> 64, a & HALF, b >> 64, b & HALF);
-    let (low, cross, other) = (a_low * b_low, a_high * b_low, a_low * b_high);
-    let middle = (low >> 64) + (cross & HALF) + (other & HALF);
-    let high = a_high * b_high + (cross >> 64) + (other >> 64) + (middle >> 64);
-    (high, (middle << 64) | (low & HALF))
-}
-
-/// A square, likewise.
-fn wide_square(a: u128) -> (u128, u128) {
-    wide_product(a, a)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn differences_of_roots_are_rounded_up_exactly() {
-        for h in 0..900u128 {
-            for m in 0..=h {
-                // c + √m ≥ √h, squared: 2·c·√m ≥ h - m - c².
-                let enough = |c: u128| {
-                    let rest = (h - m).saturating_sub(c * c);
-                    rest * rest <= 4 * c * c * m
-                };
-                let c = ceil_difference(h, m);
-                assert!(enough(c) && (c == 0 || !enough(c - 1)), "√{h} - √{m} gave {c}");
+/// The first nanosecond after `last` at which a step is reached. From a guess double the way back
+/// or forth until the step is within, then halve the interval.
+#[inline]
+fn first(last: u64, guess: u64, reached: impl Fn(u64) -> bool) -> u64 {
+    let (mut before, mut after, mut width) = (guess, guess, 1);
+    if reached(guess) {
+        loop {
+            before = after.saturating_sub(width).max(last);
+            if before == last || !reached(before) {
+                break;
             }
+            after = before;
+            width = width.saturating_mul(2);
+        }
+    } else {
+        loop {
+            after = before.saturating_add(width);
+            if after == u64::MAX || reached(after) {
+                break;
+            }
+            before = after;
+            width = width.saturating_mul(2);
         }
     }
-
-    #[test]
-    fn wide_products() {
-        let (a, b) = (0xfedc_ba98_7654_3210_0f1e_2d3c_4b5a_6978, u128::MAX);
-        // a·(2¹²⁸ - 1) = (a - 1)·2¹²⁸ + (2¹²⁸ - a)
-        assert_eq!(wide_product(a, b), (a - 1, a.wrapping_neg()));
-        assert_eq!(wide_product(b, a), (a - 1, a.wrapping_neg()));
-        assert_eq!(wide_square(u128::MAX), (u128::MAX - 1, 1));
-        assert_eq!(wide_square(1 << 64), (1, 0));
+    while after - before > 1 {
+        let between = u64::midpoint(before, after);
+        if reached(between) {
+            after = between;
+        } else {
+            before = between;
+        }
     }
+    after
 }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use vimc4_motion::{Arc, ArcState, Helix, Path};
 
-use crate::{arcs, cases, closed_forms_match, registers};
+use crate::{arcs, cases, closed_forms_match, point, registers};
 
 /// The loop, written down once more.
 fn engine(state: &mut ArcState) {
@@ -56,7 +56,7 @@ fn a_zero_difference_steps_in_the_second_axis() {
     state.step();
     assert_eq!(state, ArcState { x: 7, y: 4, d: 4, rx: -1, ry: 1 });
     assert_eq!(arc.state_at(1), state);
-    assert_eq!(Path::Arc(arc).at(1), [0, 1, 0, 0]);
+    assert_eq!(Path::Arc(arc).at(1), point([0, 1]));
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn wild_values_are_cut_and_do_no_harm() {
     let wild = ArcState { x: i64::MIN, y: i64::MAX, d: i64::MIN, rx: 0, ry: i8::MIN };
     let helix = Path::Helix(Helix::new(Arc::new(0, 1, 0, wild), 2, i64::MIN));
     assert_eq!(helix.length(), 1 << 40);
-    assert_eq!(helix.at(u64::MAX), [0, 0, -(1 << 40), 0]);
+    assert_eq!(helix.at(u64::MAX), point([0, 0, -(1 << 40)]));
 }
 
 proptest! {
@@ -136,7 +136,7 @@ proptest! {
     fn an_arc_ends_where_its_registers_do(start in registers(), steps in 0..100_000u64) {
         let arc = Arc::new(1, 2, steps, start);
         let end = arc.state_at(steps);
-        prop_assert_eq!(Path::Arc(arc).at(steps), [0, end.x - start.x, end.y - start.y, 0]);
+        prop_assert_eq!(Path::Arc(arc).at(steps), point([0, end.x - start.x, end.y - start.y]));
     }
 
     #[test]
@@ -169,9 +169,9 @@ fn a_helix_spreads_the_shorter_over_the_longer() {
         for (j, place) in (1..).zip(helix.steps()) {
             let circle = arc.state_at((2 * j * b + n) / (2 * n));
             let z = s3.signum() * ((2 * j * third + n) / (2 * n)) as i64;
-            assert_eq!(place, [circle.x - 40, circle.y, z, 0]);
+            assert_eq!(place, point([circle.x - 40, circle.y, z]));
         }
         closed_forms_match(&helix, 123, true);
-        assert_eq!(helix.at(n), [0, 0, s3, 0]);
+        assert_eq!(helix.at(n), point([0, 0, s3]));
     }
 }

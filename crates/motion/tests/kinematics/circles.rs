@@ -2,6 +2,8 @@
 
 use vimc4_motion::{Arc, ArcState, Helix, Path};
 
+use crate::point;
+
 /// `Summe` of the 1999 manual, appendix A.
 fn summe(i: i64) -> i64 {
     if i > 0 { i * (i + 1) } else { -i * (i - 1) }
@@ -20,7 +22,7 @@ fn twice_difference(state: &ArcState, r: i64, counter_clockwise: bool) -> i64 {
 }
 
 /// The directions in which a circle goes on from a place; on an axis, into the next quadrant.
-fn directions(x: i64, y: i64, counter_clockwise: bool) -> (i8, i8) {
+pub(crate) fn directions(x: i64, y: i64, counter_clockwise: bool) -> (i8, i8) {
     let turn = if counter_clockwise { 1 } else { -1 };
     let (dx, dy) = match (x.signum(), y.signum()) {
         // On an axis one coordinate leaves zero across the circle, the other comes in.
@@ -110,7 +112,7 @@ fn the_quarter_circle_of_the_manual() {
     let end = Arc::new(0, 1, 400, start).state_at(400);
     assert_eq!((end.x, end.y, end.d), (-141, -141, -119));
     assert_eq!((end.rx, end.ry), (1, -1));
-    assert_eq!(Path::Arc(Arc::new(0, 1, 400, start)).at(400), [0, -282, 0, 0]);
+    assert_eq!(Path::Arc(Arc::new(0, 1, 400, start)).at(400), point([0, -282]));
 }
 
 #[test]
@@ -129,10 +131,10 @@ fn the_helix_of_the_manual() {
     let start = ArcState { x: -2_000, y: 0, d: -1_000, rx: 1, ry: -1 };
     let helix = Path::Helix(Helix::new(Arc::new(0, 1, 32_000, start), 2, 6_000));
     assert_eq!(helix.length(), 32_000);
-    assert_eq!(helix.at(16_000), [0, 0, 3_000, 0]);
-    assert_eq!(helix.at(32_000), [0, 0, 6_000, 0]);
-    assert_eq!(helix.extent(32_000), ([0, -2_000, 0, 0], [4_000, 2_000, 6_000, 0]));
-    assert_eq!(helix.steps().last(), Some([0, 0, 6_000, 0]));
+    assert_eq!(helix.at(16_000), point([0, 0, 3_000]));
+    assert_eq!(helix.at(32_000), point([0, 0, 6_000]));
+    assert_eq!(helix.extent(32_000), (point([0, -2_000]), point([4_000, 2_000, 6_000])));
+    assert_eq!(helix.steps().last(), Some(point([0, 0, 6_000])));
     // The far side is reached in the middle of the flat part, which is 2·45 steps long.
     assert_eq!(helix.first_at(0, 4_000), Some(8_000 - 45));
     assert_eq!(helix.first_at(2, 3_000), Some(15_998));

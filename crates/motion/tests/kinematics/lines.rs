@@ -3,17 +3,21 @@
 use proptest::prelude::*;
 use vimc4_motion::{AXES, Line, Path, Point};
 
-use crate::{cases, closed_forms_match};
+use crate::{cases, closed_forms_match, point};
 
 fn way() -> impl Strategy<Value = i64> {
     prop_oneof![1 => Just(0), 3 => -9..=9i64, 3 => -4_000..=4_000i64]
+}
+
+fn deltas() -> impl Strategy<Value = Point> {
+    [(); AXES].map(|()| way())
 }
 
 proptest! {
     #![proptest_config(cases(2_000))]
 
     #[test]
-    fn any_line(delta in [way(), way(), way(), way()], split in 0..4_000u64) {
+    fn any_line(delta in deltas(), split in 0..4_000u64) {
         let line = Path::Line(Line::new(delta));
         closed_forms_match(&line, split, true);
         prop_assert_eq!(line.at(line.length()), delta);
@@ -21,7 +25,7 @@ proptest! {
 
     /// Every axis makes the steps of the formula, and mirrored ways make mirrored lines.
     #[test]
-    fn the_formula(delta in [way(), way(), way(), way()]) {
+    fn the_formula(delta in deltas()) {
         let line = Path::Line(Line::new(delta));
         let mirrored = Path::Line(Line::new(delta.map(|way| -way)));
         let n = i128::from(line.length());
@@ -38,7 +42,7 @@ proptest! {
     /// Lines too long to walk: the ends, the inverse, and a walk of a stretch of it.
     #[test]
     fn long_lines(
-        delta in [0..1i64 << 40, -(1i64 << 40)..1 << 40, -(1i64 << 33)..1 << 33, -9..9i64],
+        delta in [0..1i64 << 40, -(1i64 << 40)..1 << 40, -(1i64 << 33)..1 << 33, -9..9i64].prop_map(point),
         at in 0.0..1.0f64,
     ) {
         let line = Path::Line(Line::new(delta));
@@ -61,8 +65,8 @@ proptest! {
 
 #[test]
 fn halves_are_rounded_away_from_the_start() {
-    let places: Vec<Point> = Path::Line(Line::new([4, -2, 1, 0])).steps().collect();
-    assert_eq!(places, [[1, -1, 0, 0], [2, -1, 1, 0], [3, -2, 1, 0], [4, -2, 1, 0]]);
+    let places: Vec<Point> = Path::Line(Line::new(point([4, -2, 1]))).steps().collect();
+    assert_eq!(places, [[1, -1, 0], [2, -1, 1], [3, -2, 1], [4, -2, 1]].map(point));
 }
 
 #[test]
@@ -75,7 +79,7 @@ fn no_way_at_all() {
 
 #[test]
 fn too_long_lines_are_cut() {
-    let line = Path::Line(Line::new([i64::MAX, i64::MIN, 0, 1]));
+    let line = Path::Line(Line::new(point([i64::MAX, i64::MIN, 0, 1])));
     assert_eq!(line.length(), 1 << 40);
-    assert_eq!(line.at(u64::MAX), [1 << 40, -(1 << 40), 0, 1]);
+    assert_eq!(line.at(u64::MAX), point([1 << 40, -(1 << 40), 0, 1]));
 }

@@ -5,11 +5,14 @@
 //! `VIMC4_CASES=100000 cargo test --release -p vimc4-motion`.
 
 mod arcs;
+mod chains;
 mod circles;
+mod courses;
 mod fits;
 mod lines;
 mod profiles;
 mod segments;
+mod sweeps;
 
 use proptest::prelude::*;
 use vimc4_motion::{AXES, Arc, ArcState, Path, Point};
@@ -42,11 +45,24 @@ fn registers() -> impl Strategy<Value = ArcState> {
 
 /// Any arc in any plane, and an axis that is not in the plane.
 fn arcs() -> impl Strategy<Value = (Arc, usize)> {
-    let plane = prop_oneof![Just((0, 1, 2)), Just((0, 2, 1)), Just((1, 2, 3)), Just((3, 1, 0))];
+    let plane = prop_oneof![
+        Just((0, 1, 2)),
+        Just((0, 2, 1)),
+        Just((1, 2, 3)),
+        Just((3, 1, 0)),
+        Just((5, 0, 4))
+    ];
     let steps = prop_oneof![0..=8u64, 0..=500u64, 0..=8_000u64];
     (plane, steps, registers()).prop_map(|((first, second, third), steps, start)| {
         (Arc::new(first, second, steps, start), third)
     })
+}
+
+/// A point whose first coordinates are given and whose others are 0.
+fn point<const N: usize>(given: [i64; N]) -> Point {
+    let mut point = [0; AXES];
+    point[..N].copy_from_slice(&given);
+    point
 }
 
 /// Every place of a path by walking it, the start included.

@@ -1,16 +1,16 @@
 //! Path and profile together: what a controller's motion is.
 
 use proptest::prelude::*;
-use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Ramp, Segment};
+use vimc4_motion::{AXES, Arc, ArcState, Helix, Line, Path, Profile, Ramp, Segment};
 
 use crate::profiles::speeds_and_ramps;
-use crate::{arcs, cases};
+use crate::{arcs, cases, point};
 
 /// A path of any kind, of a few thousand steps at most.
-fn paths() -> impl Strategy<Value = Path> {
+pub(crate) fn paths() -> impl Strategy<Value = Path> {
     let way = || prop_oneof![-40..=40i64, -2_000..=2_000i64];
     prop_oneof![
-        [way(), way(), way(), way()].prop_map(|delta| Path::Line(Line::new(delta))),
+        [(); AXES].map(|()| way()).prop_map(|delta| Path::Line(Line::new(delta))),
         arcs().prop_map(|(arc, _)| Path::Arc(arc)),
         (arcs(), way()).prop_map(|((arc, axis), s3)| Path::Helix(Helix::new(arc, axis, s3))),
     ]
@@ -42,7 +42,7 @@ proptest! {
                 prop_assert_eq!(segment.offset_at(step.nanos), step.offset);
             }
             prop_assert_eq!(segment.profile.steps(), count);
-            for axis in 0..4 {
+            for axis in 0..AXES {
                 let last = segment.path.at(count)[axis];
                 let first = segment.steps().find(|step| step.offset[axis] == last);
                 let expected = if last == 0 { 0 } else { first.map_or(0, |step| step.nanos) };
@@ -57,14 +57,14 @@ proptest! {
 fn what_lies_beyond_the_brakes_is_not_reached() {
     let ramp = Ramp { start_stop: 300, acceleration: 100 };
     let profile = Profile::new(5_000, 10_000, ramp);
-    let segment = Segment { path: Path::Line(Line::new([5_000, 0, -2_500, 0])), profile };
+    let segment = Segment { path: Path::Line(Line::new(point([5_000, 0, -2_500]))), profile };
     assert_eq!(segment.time_at(0, 5_000), Some(594_090_000));
     assert_eq!(segment.time_at(2, -2_500), Some(segment.profile.time_of(4_999)));
     let profile = segment.profile.brake(50_000_000).unwrap();
     let braked = Segment { profile, ..segment };
     assert_eq!(braked.time_at(0, 280), Some(100_000_000));
     assert_eq!(braked.time_at(0, 281), None);
-    assert_eq!(braked.offset_at(u64::MAX), [280, 0, -140, 0]);
+    assert_eq!(braked.offset_at(u64::MAX), point([280, 0, -140]));
     assert_eq!(braked.steps().count(), 280);
 }
 

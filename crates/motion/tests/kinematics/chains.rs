@@ -1,0 +1,65 @@
+//! Paths one after the other.
+
+use proptest::prelude::*;
+use vimc4_motion::{AXES, Chain, Line, Path, Point};
+
+use crate::segments::paths;
+use crate::{cases, closed_forms_match, point, walked};
+
+fn chain(links: impl IntoIterator<Item = Path>) -> Path {
+    Path::Chain(Chain::new(links))
+}
+
+fn line<const N: usize>(delta: [i64; N]) -> Path {
+    Path::Line(Line::new(point(delta)))
+}
+
+proptest! {
+    #![proptest_config(cases(1_000))]
+
+    #[test]
+    fn any_chain(links in prop::collection::vec(paths(), 0..6), split in 0..9_000u64) {
+        closed_forms_match(&chain(links), split, false);
+    }
+
+    /// The walk is that of the links, each from where the one before it ended.
+    #[test]
+    fn its_links_walked(links in prop::collection::vec(paths(), 0..6)) {
+        let mut expected: Vec<Point> = vec![[0; AXES]];
+        for link in &links {
+            let start = expected[expected.len() - 1];
+            let places = link.steps().map(|place| std::array::from_fn(|i| start[i] + place[i]));
+            expected.extend(places);
+        }
+        prop_assert_eq!(walked(&chain(links)), expected);
+    }
+
+    /// However they are put together, the same links are the same chain.
+    #[test]
+    fn chains_of_chains(links in prop::collection::vec(paths(), 0..6), cut in 0..6usize) {
+        let (before, after) = links.split_at(cut.min(links.len()));
+        let nested = chain([chain(before.to_vec()), line([]), chain(after.to_vec())]);
+        prop_assert_eq!(nested, chain(links));
+    }
+}
+
+#[test]
+fn back_and_forth() {
+    let path = chain([line([5, 2]), line([]), line([-8]), line([0, 0, 1])]);
+    closed_forms_match(&path, 7, true);
+    assert_eq!(path.length(), 14);
+    assert_eq!(path.at(14), point([-3, 2, 1]));
+    assert_eq!(path.extent(13), (point([-3]), point([5, 2])));
+    // On the way out, not on the way back; and beyond the start only on the way back.
+    assert_eq!((path.first_at(0, 4), path.first_at(0, -1)), (Some(4), Some(11)));
+}
+
+#[test]
+fn nothing_to_do() {
+    for links in [vec![], vec![line([]), line([])]] {
+        let path = chain(links);
+        closed_forms_match(&path, 0, true);
+        assert_eq!((path.length(), path.first_at(AXES, 1)), (0, None));
+    }
+    assert_eq!(chain([line([1])]).first_at(AXES, 1), None);
+}
