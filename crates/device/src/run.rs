@@ -87,6 +87,14 @@ pub trait Device {
     /// Bits per second of its serial line.
     fn baud(&self) -> u32;
 
+    /// How many bytes it takes now. A sender that heeds the `handshake` lines is asked to wait
+    /// before the receive buffer is full; what another sends beyond it is lost, as the device
+    /// will say. Without a handshake there is always room.
+    fn room(&self, handshake: bool) -> usize {
+        let _ = handshake;
+        usize::MAX
+    }
+
     /// The image of its non-volatile memory.
     fn flash_image(&self) -> Vec<u8>;
 

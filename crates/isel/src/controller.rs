@@ -9,8 +9,9 @@ use vimc4_device::{
     View,
 };
 use vimc4_isel_wire::{Addressed, Mode, parse};
-use vimc4_plant::{Machine, PlantSignal};
+use vimc4_plant::{End, Machine, PlantSignal};
 
+use crate::AXIS_NAMES;
 use crate::flash::{Flash, FlashError};
 use crate::model::Model;
 use crate::ports::Wire;
@@ -196,7 +197,11 @@ impl Device for Controller {
 /// that shows them.
 fn signals_of(model: &Model) -> Vec<Signal> {
     let mut signals: Vec<Signal> =
-        PlantSignal::FIXED.into_iter().map(|signal| signal.describe("")).collect();
+        PlantSignal::PANEL.into_iter().map(|signal| signal.describe("")).collect();
+    for (axis, name) in AXIS_NAMES.iter().enumerate() {
+        let ends = [End::Negative, End::Positive].map(|end| PlantSignal::Limit(axis, end));
+        signals.extend(ends.map(|limit| limit.describe(&name.to_lowercase())));
+    }
     for number in 0..16 {
         let shown = model.ports.read.iter().find_map(|(port, wires)| {
             let bit = wires.iter().position(|wire| *wire == Wire::Input(number))?;

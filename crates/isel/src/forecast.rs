@@ -1,22 +1,17 @@
 //! When a condition will hold, computed from the running segment.
 
-use vimc4_device::{AXES, Condition, Device as _, Time};
-use vimc4_plant::End;
+use vimc4_device::{Condition, Device as _, Time};
+use vimc4_motion::Running;
 
-use crate::Controller;
 use crate::moves::wrap;
+use crate::{AXES, Controller};
 
 impl Controller {
     /// Where the carriage of an axis is now, in motion or not.
     pub(crate) fn carriage_now(&self, axis: usize) -> i64 {
         let standing = self.state.plant.carriage()[axis];
-        match self.running_segment() {
-            Some((segment, began)) => {
-                let offset = segment.offset_at(self.state.now.nanos_since(began));
-                standing + self.state.carriage_sign(axis) * offset[axis]
-            }
-            None => standing,
-        }
+        let offset = self.running().map_or(0, |running| running.offset(axis, self.state.now));
+        standing + self.state.carriage_sign(axis) * offset
     }
 
     /// The first instant before the next cause at which a condition holds.
@@ -57,7 +52,7 @@ impl Controller {
                     return Some(now);
                 }
                 // Between two causes only limit switches change by themselves.
-                let (segment, began) = self.running_segment()?;
+                let Running { segment, began } = self.running()?;
                 let mut times: Vec<Time> = (0..AXES)
                     .flat_map(|axis| self.edge_offsets(axis).map(move |offset| (axis, offset)))
                     .filter_map(|(axis, offset)| segment.time_at(axis, offset))
@@ -76,14 +71,9 @@ impl Controller {
 
     /// The offsets of the counters at which a switch of an axis changes.
     fn edge_offsets(&self, axis: usize) -> impl Iterator<Item = i64> {
-        let profile = self.state.plant.machine().axis(axis);
         let standing = self.state.plant.carriage()[axis];
         let sign = self.state.carriage_sign(axis);
-        [End::Negative, End::Positive]
-            .into_iter()
-            .filter_map(|end| profile.switch(end))
-            .flat_map(|at| [at - 1, at, at + 1])
-            .map(move |place| sign * (place - standing))
+        self.state.plant.edges(axis).map(move |place| sign * (place - standing))
     }
 
     /// The first instant from now to before the next cause at which the offset of an axis from
@@ -96,23 +86,10 @@ impl Controller {
         candidates: impl FnOnce() -> Vec<i64>,
     ) -> Option<Time> {
         let now = self.state.now;
-        let Some((segment, began)) = self.running_segment() else {
+        let Some(running) = self.running() else {
             return holds(0).then_some(now);
         };
-        let step = segment.profile.steps_at(now.nanos_since(began));
-        let done = segment.path.at(step)[axis];
-        if holds(done) {
-            return Some(now);
-        }
-        let rest = segment.path.after(step);
-        candidates()
-            .into_iter()
-            .filter(|&offset| holds(offset))
-            .filter_map(|offset| rest.first_at(axis, offset - done))
-            .map(|k| step + k)
-            .filter(|&k| k <= segment.profile.steps())
-            .map(|k| began.after_nanos(segment.profile.time_of(k)))
-            .filter(|&at| self.wake().is_none_or(|wake| at < wake))
-            .min()
+        let first = running.first_time(axis, now, holds, candidates());
+        first.filter(|&at| at == now || self.wake().is_none_or(|wake| at < wake))
     }
 }

@@ -35,6 +35,11 @@ mod storing;
 mod switches;
 mod view;
 
+/// How many axes these controllers have: X, Y, Z, A.
+pub(crate) const AXES: usize = 4;
+/// What they are called.
+pub(crate) const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
+
 pub use controller::Controller;
 pub use flash::{Flash, FlashError};
 pub use model::{

@@ -1,12 +1,12 @@
 //! Moves: from a command to segments, and from segment to segment.
 
-use vimc4_device::{AXES, Event, Kinds, Motion, Point, Time, Warning};
+use vimc4_device::{Event, Kinds, Motion, Point, Time, Warning};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs, Reply};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
 
-use crate::Controller;
 use crate::admission::moving_axes;
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
+use crate::{AXES, Controller};
 
 impl Moving {
     /// When the segment ends, by itself or at a limit switch.
@@ -32,7 +32,7 @@ impl Controller {
     /// Where a straight move takes each axis first; 0 for an axis that it does not move. An
     /// axis that comes back to where it was has moved.
     pub(crate) fn way_of(&self, command: &Command) -> Point {
-        let mut way = [0; AXES];
+        let mut way = Point::default();
         for (path, _) in self.plan_of(command).parts {
             for (way, part) in way.iter_mut().zip(path.at(path.length())) {
                 *way = if *way == 0 { part } else { *way };
@@ -52,7 +52,7 @@ impl Controller {
                 (vec![(Path::Helix(helix), args.speed)], None)
             }
             Command::MoveUntil { test, speed, steps, .. } => {
-                let mut delta = [0; AXES];
+                let mut delta = Point::default();
                 for (axis, steps) in self.state.axes.iter().zip(steps) {
                     delta[axis] = i64::from(*steps);
                 }
@@ -83,7 +83,7 @@ impl Controller {
         let axes = self.state.axes;
         let pairs = pairs.as_slice();
         let second_z = axes.bits() == 0b0111;
-        let mut delta = [0i64; AXES];
+        let mut delta = Point::default();
         let mut speed = [0u32; AXES];
         for (axis, pair) in axes.iter().zip(pairs) {
             delta[axis] = match absolute {
@@ -92,21 +92,19 @@ impl Controller {
             };
             speed[axis] = pair.speed;
         }
-        let alone = |axis: usize| {
-            let mut one = [0; AXES];
-            one[axis] = delta[axis];
-            (Path::Line(Line::new(one)), speed[axis])
-        };
+        let alone = |axis: usize| (Path::Line(along(axis, delta[axis])), speed[axis]);
         if self.state.three_d {
             let speed = pairs.first().map_or(0, |pair| pair.speed);
             return vec![(Path::Line(Line::new(delta)), speed)];
         }
         let [x, y, ..] = delta;
         let longer = if y.abs() > x.abs() { 1 } else { 0 };
-        let mut parts = vec![(Path::Line(Line::new([x, y, 0, 0])), speed[longer]), alone(2)];
+        let mut both = Point::default();
+        (both[0], both[1]) = (x, y);
+        let mut parts = vec![(Path::Line(Line::new(both)), speed[longer]), alone(2)];
         match pairs.get(3).filter(|_| second_z) {
             Some(pair) if !absolute => {
-                parts.push((Path::Line(Line::new([0, 0, i64::from(pair.steps), 0])), pair.speed));
+                parts.push((Path::Line(along(2, i64::from(pair.steps))), pair.speed));
             }
             _ => parts.push(alone(3)),
         }
@@ -203,12 +201,8 @@ impl Controller {
     /// Moves the carriages by an offset of the counters; returns the steps lost at the ends of
     /// the mechanics, in the direction of the counters.
     fn move_carriages(&mut self, offset: &Point, low: &Point, high: &Point) -> Point {
-        let signs: Point = std::array::from_fn(|axis| self.state.carriage_sign(axis));
-        let signed = |point: &Point| -> Point { std::array::from_fn(|a| signs[a] * point[a]) };
-        let (a, b) = (signed(low), signed(high));
-        let low: Point = std::array::from_fn(|axis| a[axis].min(b[axis]));
-        let high: Point = std::array::from_fn(|axis| a[axis].max(b[axis]));
-        signed(&self.state.plant.travel(&signed(offset), &low, &high))
+        let signs = std::array::from_fn(|axis| self.state.carriage_sign(axis));
+        self.state.plant.follow(&signs, offset, low, high)
     }
 
     /// How many steps the machine runs on when the motor halts at a step without a ramp.
@@ -247,6 +241,13 @@ impl Controller {
             self.emit(Event::Motion(Motion::Begins { origin: self.state.position, segment }));
         }
     }
+}
+
+/// A line of one axis.
+pub(crate) fn along(axis: usize, steps: i64) -> Line {
+    let mut delta = Point::default();
+    delta[axis] = steps;
+    Line::new(delta)
 }
 
 /// A position as the 24-bit counters hold it.

@@ -6,14 +6,15 @@
 
 use std::collections::VecDeque;
 
-use vimc4_device::{AXES, Time};
+use vimc4_device::Time;
 use vimc4_isel_wire::{AxisSet, Reply};
-use vimc4_motion::{Line, Path, Profile, Segment};
+use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference};
 
-use crate::Controller;
 use crate::command::without;
+use crate::moves::along;
 use crate::state::{Activity, Job, Phase, Referencing};
+use crate::{AXES, Controller};
 
 /// The order in which axes look for their reference points (99 2.2.2).
 const ORDER: [usize; AXES] = [2, 1, 0, 3];
@@ -98,9 +99,7 @@ impl Controller {
             Phase::StepOut if whole => self.state.ramp.start_stop,
             _ => self.state.speeds[axis],
         };
-        let mut delta = [0; AXES];
-        delta[axis] = steps;
-        let path = Path::Line(Line::new(delta));
+        let path = Path::Line(along(axis, steps));
         let profile = Profile::constant(path.length(), speed);
         let segment = Segment { path, profile };
         let began = self.state.now;

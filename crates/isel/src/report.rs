@@ -2,16 +2,14 @@
 
 use std::fmt::Write as _;
 
-use vimc4_device::{AXES, Event, Kinds};
+use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{AxisSet, Bit, BitTest, Reply};
 use vimc4_plant::End;
 
-use crate::Controller;
 use crate::command::Answer;
 use crate::model::{CommandSet, Place};
 use crate::ports::{Output, Outputs, Wire};
-
-const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
+use crate::{AXIS_NAMES, Controller};
 
 impl Controller {
     /// `P`: `0` and six hexadecimal digits for each axis; four axes where A is configured,

@@ -1,9 +1,10 @@
 //! The self-test: version, every configured axis out and back, the ASCII characters, and an
 //! echo that only a reset ends (99 2.2.20).
 
-use vimc4_motion::{Line, Path};
+use vimc4_motion::Path;
 
 use crate::Controller;
+use crate::moves::along;
 use crate::state::{Activity, Job, Plan};
 
 /// How far each axis moves out and back: one turn of a motor in half-steps.
@@ -16,9 +17,7 @@ impl Controller {
         let mut parts = std::collections::VecDeque::new();
         for axis in self.state.axes.iter() {
             for way in [STEPS, -STEPS] {
-                let mut delta = [0; 4];
-                delta[axis] = way;
-                parts.push_back((Path::Line(Line::new(delta)), self.state.speeds[axis]));
+                parts.push_back((Path::Line(along(axis, way)), self.state.speeds[axis]));
             }
         }
         self.begin_plan(Job::SelfTest, Plan { parts, until: None });

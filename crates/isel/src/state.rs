@@ -239,9 +239,9 @@ impl State {
             baud: model.line.baud,
             receiver: Receiver::default(),
             axes: AxisSet::NONE,
-            position: [0; 4],
+            position: Point::default(),
             referenced: AxisSet::NONE,
-            zero: [0; 4],
+            zero: Point::default(),
             speeds: settings.reference_speeds,
             ramp: Ramp { start_stop: settings.start_stop, acceleration: settings.acceleration },
             plane: Plane::Xy,
@@ -272,7 +272,7 @@ impl State {
         self.baud = if self.settings.baud_9600 { 9_600 } else { self.model.line.baud };
         self.receiver = Receiver::default();
         self.axes = AxisSet::NONE;
-        self.position = [0; 4];
+        self.position = Point::default();
         self.referenced = AxisSet::NONE;
         self.test_mode = false;
         self.device = 0;
@@ -301,7 +301,7 @@ impl State {
         self.speeds = self.settings.reference_speeds;
         self.ramp =
             Ramp { start_stop: self.settings.start_stop, acceleration: self.settings.acceleration };
-        self.zero = [0; 4];
+        self.zero = Point::default();
         self.latched = AxisSet::NONE;
         self.remainder = None;
     }

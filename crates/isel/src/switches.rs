@@ -1,10 +1,10 @@
 //! Limit switches as the controller sees them, and where on its way a path meets one.
 
-use vimc4_device::{AXES, Point};
+use vimc4_device::Point;
 use vimc4_motion::Path;
 use vimc4_plant::End;
 
-use crate::Controller;
+use crate::{AXES, Controller};
 
 impl Controller {
     /// Whether the limit switch of an end is active with the carriage at a place: the switch
@@ -72,14 +72,10 @@ impl Controller {
         predicate: &impl Fn(i64) -> bool,
         wanted: bool,
     ) -> Option<u64> {
-        let profile = self.state.plant.machine().axis(axis);
         let sign = self.state.carriage_sign(axis);
-        let below = profile.negative_switch.map(|at| [at, at + 1]);
-        let above = profile.positive_switch.map(|at| [at - 1, at]);
-        [below, above]
-            .into_iter()
-            .flatten()
-            .flatten()
+        self.state
+            .plant
+            .edges(axis)
             .filter(|&place| predicate(place) == wanted)
             .filter_map(|place| path.first_at(axis, sign * (place - carriage)))
             .min()

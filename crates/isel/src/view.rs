@@ -1,37 +1,30 @@
 //! A picture of the controller for people.
 
-use vimc4_device::{AXES, AxisView, LoopView, PortView, ProgramView, Time, TimerView, View};
-use vimc4_motion::Segment;
+use vimc4_device::{AxisView, LoopView, PortView, ProgramView, Time, TimerView, View};
+use vimc4_motion::Running;
 
-use crate::Controller;
 use crate::moves::wrap;
 use crate::program::Validity;
 use crate::state::{Activity, Job, Phase, Wait};
-
-const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
+use crate::{AXES, AXIS_NAMES, Controller};
 
 impl Controller {
-    /// The running segment, its start, and how many steps of it will be made at `at`.
-    pub(crate) fn running_segment(&self) -> Option<(&Segment, Time)> {
-        match &self.state.activity {
-            Activity::Moving(moving) => Some((&moving.segment, moving.began)),
-            Activity::Referencing(run) => Some((&run.segment, run.began)),
-            _ => None,
-        }
+    /// The running segment.
+    pub(crate) fn running(&self) -> Option<Running<'_>> {
+        let (segment, began) = match &self.state.activity {
+            Activity::Moving(moving) => (&moving.segment, moving.began),
+            Activity::Referencing(run) => (&run.segment, run.began),
+            _ => return None,
+        };
+        Some(Running { segment, began })
     }
 
     pub(crate) fn picture(&self, at: Time) -> View {
         let state = &self.state;
         let at = at.max(state.now);
-        let segment = self.running_segment();
+        let running = self.running();
         let axes = (0..AXES).map(|axis| {
-            let (offset, speed) = match segment {
-                Some((segment, began)) => {
-                    let nanos = at.nanos_since(began);
-                    (segment.offset_at(nanos)[axis], axis_speed(segment, nanos, axis))
-                }
-                None => (0, 0),
-            };
+            let offset = running.map_or(0, |running| running.offset(axis, at));
             AxisView {
                 name: AXIS_NAMES[axis].to_owned(),
                 configured: state.axes.has(axis),
@@ -39,7 +32,7 @@ impl Controller {
                 carriage: state.plant.carriage()[axis] + state.carriage_sign(axis) * offset,
                 referenced: state.referenced.has(axis),
                 zero: state.zero[axis],
-                speed,
+                speed: running.map_or(0, |running| running.speed(axis, at)),
             }
         });
         let ports = state.model.ports.read.keys().map(|&port| (port, true));
@@ -133,18 +126,4 @@ impl Controller {
             }),
         })
     }
-}
-
-/// An axis's share of the step frequency, µHz with its sign: the way it makes around this
-/// moment, over a hundred steps of the clock.
-fn axis_speed(segment: &Segment, nanos: u64, axis: usize) -> i64 {
-    let frequency = segment.profile.speed_at(nanos);
-    if frequency == 0 {
-        return 0;
-    }
-    let step = segment.profile.steps_at(nanos);
-    let (from, to) = (step.saturating_sub(50), (step + 50).min(segment.path.length()));
-    let way = segment.path.at(to)[axis] - segment.path.at(from)[axis];
-    let span = i128::from((to - from).max(1));
-    i64::try_from(i128::from(frequency) * i128::from(way) / span).unwrap_or(0)
 }

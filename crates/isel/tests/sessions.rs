@@ -3,20 +3,14 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+#[path = "../../plant/tests/support/mod.rs"]
 mod support;
 
-use support::{Random, Record, cases, controller, drain, run_to};
-use vimc4_device::{Device, Input, Kinds, SignalId, Time};
+use support::contract::{Act, hold};
+use support::{Random, try_all};
+use vimc4_device::{Device, SignalId, Time};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::Machine;
-
-/// Something that happens at a time.
-#[derive(Clone, Debug)]
-enum Act {
-    Bytes(Vec<u8>),
-    Signal(SignalId, i32),
-    Power(bool),
-}
 
 const LINES: &[&str] = &[
     "@01",
@@ -129,90 +123,21 @@ fn session(random: &mut Random, controller: &Controller) -> Vec<(Time, Act)> {
     acts
 }
 
-fn perform(controller: &mut Controller, record: &mut Record, at: Time, act: &Act) {
-    run_to(controller, record, at);
-    match act {
-        Act::Bytes(bytes) => controller.handle(Input::Bytes(bytes), at),
-        Act::Signal(id, value) => controller.handle(Input::Signal(*id, *value), at),
-        Act::Power(on) => controller.handle(Input::Power(*on), at),
-    }
-    drain(controller, record);
-}
-
-fn begin(random: &mut Random, kinds: Kinds) -> Controller {
-    let models = Model::names();
-    let machines = Machine::names();
+fn begin(random: &mut Random) -> Controller {
+    let (models, machines) = (Model::names(), Machine::names());
     let machine = Machine::builtin(random.pick::<&str>(&machines)).expect("built in");
-    controller(random.pick::<&str>(&models), machine, kinds)
+    let model = Model::builtin(random.pick::<&str>(&models)).expect("built in");
+    Controller::new(model, machine, b"").expect("an erased flash memory")
 }
 
 fn try_session(seed: u64) {
     let mut random = Random(seed);
-    let blind = begin(&mut random, Kinds::NONE);
+    let blind = begin(&mut random);
     let acts = session(&mut random, &blind);
-    let end = acts.last().map_or(Time::ZERO, |(at, _)| at.after_nanos(3_000_000_000));
-
-    // As it is: nobody watches, woken when it asks.
-    let mut plain = blind.clone();
-    let mut record = Record::default();
-    let mut snapshots = Vec::new();
-    let mut heard = Vec::new();
-    for (at, act) in &acts {
-        perform(&mut plain, &mut record, *at, act);
-        snapshots.push(plain.state().clone());
-        heard.push(record.said.len());
-    }
-    run_to(&mut plain, &mut record, end);
-    plain.handle(Input::Wake, end);
-    drain(&mut plain, &mut record);
-
-    // Everything watched, every step enumerated, woken at random, input in single bytes.
-    let mut watched = blind.clone();
-    watched.watch(Kinds::ALL);
-    let mut again = Record::default();
-    let mut now = Time::ZERO;
-    for (at, act) in &acts {
-        for _ in 0..random.range(0, 3) {
-            let early = now.after_nanos(random.next() % (at.nanos_since(now) + 1));
-            run_to(&mut watched, &mut again, early);
-            watched.handle(Input::Wake, early);
-            let view = watched.view(early);
-            assert!(view.at >= early);
-            now = early;
-        }
-        now = *at;
-        match act {
-            Act::Bytes(bytes) => {
-                for byte in bytes {
-                    perform(&mut watched, &mut again, *at, &Act::Bytes(vec![*byte]));
-                }
-            }
-            other => perform(&mut watched, &mut again, *at, other),
-        }
-    }
-    run_to(&mut watched, &mut again, end);
-    watched.handle(Input::Wake, end);
-    drain(&mut watched, &mut again);
-    assert_eq!(again.said, record.said, "bytes or times differ");
-    assert_eq!(again.flash, record.flash, "flash changes differ");
-    assert!(watched.state() == plain.state(), "states differ");
-
-    // From a snapshot anywhere the rest is the same.
-    let place = random.range(0, acts.len() as i64 - 1) as usize;
-    let mut resumed = blind;
-    resumed.restore(snapshots[place].clone());
-    let mut rest = Record::default();
-    for (at, act) in &acts[place + 1..] {
-        perform(&mut resumed, &mut rest, *at, act);
-    }
-    run_to(&mut resumed, &mut rest, end);
-    resumed.handle(Input::Wake, end);
-    drain(&mut resumed, &mut rest);
-    assert_eq!(rest.said, record.said[heard[place]..], "bytes or times differ after a snapshot");
-    assert!(resumed.state() == plain.state(), "states differ after a snapshot");
+    let resumed = hold(blind, &acts, &mut random);
 
     // What the flash image says is what the controller has.
-    let model = Model::builtin(&resumed.view(end).model).expect("built in");
+    let model = Model::builtin(&resumed.model().name).expect("built in");
     let image = resumed.flash_image();
     let bench = Machine::builtin("bench").expect("built in");
     let reread = Controller::new(model, bench, &image).expect("its own image");
@@ -221,11 +146,5 @@ fn try_session(seed: u64) {
 
 #[test]
 fn watching_waking_and_splitting_change_nothing_and_snapshots_continue() {
-    for seed in 0..cases(1_000) {
-        let outcome = std::panic::catch_unwind(|| try_session(seed));
-        if let Err(reason) = outcome {
-            eprintln!("seed {seed}");
-            std::panic::resume_unwind(reason);
-        }
-    }
+    try_all(1_000, try_session);
 }

@@ -6,19 +6,23 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+#[path = "../../plant/tests/support/mod.rs"]
 mod support;
 
 use std::sync::Arc;
 
-use support::{Random, Record, cases, controller, drain, run_out, run_to};
-use vimc4_device::{Device, Event, Input, Kinds, Motion, Point, Segment, Time};
-use vimc4_plant::{End, Machine, PlantSignal};
+use support::walk::Walk;
+use support::{Random, Record, drain, run_out, run_to, try_all};
+use vimc4_device::{Device, Input, Kinds, Time};
+use vimc4_isel::{Controller, Model};
+use vimc4_plant::{Machine, PlantSignal};
 
 /// A machine with switches around where the carriages stand, and mechanics far beyond.
 fn machine(random: &mut Random) -> Machine {
     let mut machine = Machine::clone(&Machine::builtin("mill-4axis").expect("built in"));
-    for axis in [&mut machine.axes.x, &mut machine.axes.y, &mut machine.axes.z, &mut machine.axes.a]
-    {
+    let axes = &mut machine.axes;
+    let further = [axes.z.as_mut(), axes.a.as_mut()];
+    for axis in [&mut axes.x, &mut axes.y].into_iter().chain(further.into_iter().flatten()) {
         axis.inverted = random.one_in(4);
         axis.start = 0;
         axis.lowest = None;
@@ -27,6 +31,13 @@ fn machine(random: &mut Random) -> Machine {
         axis.positive_switch = (!random.one_in(3)).then(|| random.range(1, 900));
     }
     machine
+}
+
+fn controller(model: &str, machine: Arc<Machine>, watching: Kinds) -> Controller {
+    let model = Model::builtin(model).expect("a built-in model");
+    let mut controller = Controller::new(model, machine, b"").expect("an erased flash memory");
+    controller.watch(watching);
+    controller
 }
 
 fn command(random: &mut Random, axes: u8) -> String {
@@ -77,61 +88,6 @@ fn command(random: &mut Random, axes: u8) -> String {
     }
 }
 
-/// What the walk knows of the running segment.
-struct Walk {
-    machine: Arc<Machine>,
-    counter: Point,
-    carriage: Point,
-    running: Option<(Segment, Time)>,
-}
-
-impl Walk {
-    fn sign(&self, axis: usize) -> i64 {
-        if self.machine.axis(axis).inverted { -1 } else { 1 }
-    }
-
-    fn carriage_after(&self, offset: &Point) -> Point {
-        std::array::from_fn(|axis| self.carriage[axis] + self.sign(axis) * offset[axis])
-    }
-
-    fn presses(&self, axis: usize, carriage: i64) -> bool {
-        let axis = self.machine.axis(axis);
-        axis.presses(End::Negative, carriage) || axis.presses(End::Positive, carriage)
-    }
-
-    /// Walks the segment that ends at `at` after `steps` steps, and checks that it had to end
-    /// there: no switch before, and the end of the profile, a switch, or the time itself.
-    fn ends(&mut self, at: Time, steps: u64, cut_off: bool) {
-        let (segment, began) = self.running.take().expect("a segment that began");
-        let mut offset = [0; 4];
-        let mut last = Time::ZERO;
-        let mut on_switch = false;
-        let mut walked = 0;
-        let total = segment.profile.steps();
-        for step in segment.steps() {
-            let when = began.after_nanos(step.nanos);
-            if walked == steps {
-                assert!(on_switch || (cut_off && when > at), "a step at {when} is missing");
-                break;
-            }
-            assert!(!on_switch, "step {walked} runs onto a switch, but the motion goes on");
-            walked = step.number;
-            let (before, after) = (self.carriage_after(&offset), self.carriage_after(&step.offset));
-            offset = step.offset;
-            on_switch = (0..4).any(|axis| {
-                before[axis] != after[axis]
-                    && self.presses(axis, after[axis])
-                    && !self.presses(axis, before[axis])
-            });
-            last = when;
-        }
-        assert_eq!(walked, steps, "the segment has {total} steps");
-        assert!(last <= at, "the last step was at {last}");
-        self.carriage = self.carriage_after(&offset);
-        self.counter = std::array::from_fn(|axis| self.counter[axis] + offset[axis]);
-    }
-}
-
 fn try_case(seed: u64) {
     let mut random = Random(seed);
     let machine = Arc::new(machine(&mut random));
@@ -177,30 +133,11 @@ fn try_case(seed: u64) {
     }
     run_out(&mut controller, &mut record, 100);
 
-    let mut walk = Walk { machine, counter: [0; 4], carriage: [0; 4], running: None };
-    for (when, event) in &record.events {
-        match event {
-            Event::Motion(Motion::Begins { origin, segment }) => {
-                assert_eq!(*origin, walk.counter, "{command}");
-                walk.running = Some(((**segment).clone(), *when));
-            }
-            Event::Motion(Motion::Changes { segment }) => {
-                let (old, began) = walk.running.take().expect("a segment that began");
-                let made = old.profile.steps_at(when.nanos_since(began));
-                let same =
-                    |segment: &Segment| segment.steps().take(made as usize).collect::<Vec<_>>();
-                assert_eq!(same(&old), same(segment), "{command}: braking changed the past");
-                walk.running = Some(((**segment).clone(), began));
-            }
-            Event::Motion(Motion::Ends { steps }) => walk.ends(*when, *steps, power_lost),
-            _ => {}
-        }
-    }
-    assert!(walk.running.is_none(), "{command}: a segment never ended");
+    let walk = Walk::all(machine, &record.events, power_lost);
     let view = controller.view(controller.now());
     if !power_lost {
         let counters: Vec<i64> = view.axes.iter().map(|axis| axis.position).collect();
-        assert_eq!(counters, walk.counter, "{command}");
+        assert_eq!(counters, walk.counter[..4], "{command}");
     }
     let answer = record.text();
     let expected: &[&str] = match ended_by {
@@ -222,16 +159,15 @@ fn try_case(seed: u64) {
             "{command}: S answered {}",
             rest.text()
         );
-        let end = |c: &vimc4_isel::Controller| {
-            c.view(c.now()).axes.iter().map(|a| a.position).collect::<Vec<_>>()
-        };
+        let end =
+            |c: &Controller| c.view(c.now()).axes.iter().map(|a| a.position).collect::<Vec<_>>();
         assert_eq!(end(&controller), end(&whole), "{command}");
         drain(&mut whole, &mut Record::default());
     }
 }
 
 /// The same motion from start to end without an interruption.
-fn controller_for(machine: &Arc<Machine>, setup: &str, command: &str) -> vimc4_isel::Controller {
+fn controller_for(machine: &Arc<Machine>, setup: &str, command: &str) -> Controller {
     let mut whole = controller("imc-s8", Arc::clone(machine), Kinds::NONE);
     whole.handle(Input::Bytes(format!("{setup}{command}\r").as_bytes()), Time::ZERO);
     run_out(&mut whole, &mut Record::default(), 100);
@@ -240,11 +176,5 @@ fn controller_for(machine: &Arc<Machine>, setup: &str, command: &str) -> vimc4_i
 
 #[test]
 fn motions_end_where_a_walk_of_every_step_ends() {
-    for seed in 0..cases(400) {
-        let outcome = std::panic::catch_unwind(|| try_case(seed));
-        if let Err(reason) = outcome {
-            eprintln!("seed {seed}");
-            std::panic::resume_unwind(reason);
-        }
-    }
+    try_all(400, try_case);
 }

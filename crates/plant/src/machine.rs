@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::AXES;
 
 use crate::profile::{Builtins, ProfileError, parse_profile};
 
 /// The machines that are built in, name and profile.
-static BUILTIN: Builtins<Machine, 5> = Builtins::new([
+static BUILTIN: Builtins<Machine, 7> = Builtins::new([
     ("bench", include_str!("../machines/bench.toml")),
     ("mill", include_str!("../machines/mill.toml")),
     ("mill-4axis", include_str!("../machines/mill-4axis.toml")),
     ("traverse", include_str!("../machines/traverse.toml")),
     ("stage", include_str!("../machines/stage.toml")),
+    ("board-plotter", include_str!("../machines/board-plotter.toml")),
+    ("positioner", include_str!("../machines/positioner.toml")),
 ]);
 
 /// An end of an axis.
@@ -115,7 +116,7 @@ impl Axis {
     }
 }
 
-/// A machine: four axes and how its switches are wired.
+/// A machine: its axes and how its switches are wired.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
@@ -126,11 +127,12 @@ pub struct Machine {
     /// Whether a pressed limit switch reads 0 on the raw port instead of 1.
     #[serde(default)]
     pub switches_low_active: bool,
-    /// The axes.
+    /// The axes that are fitted.
     pub axes: Axes,
 }
 
-/// The axes by name.
+/// The axes by name, in the order in which controllers count them. What isel calls Z and A is
+/// Z0 and Z1 to LPKF, which go on with Z2 and Z3; a profile may use either name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axes {
@@ -138,11 +140,33 @@ pub struct Axes {
     pub x: Axis,
     /// The Y axis.
     pub y: Axis,
-    /// The Z axis.
-    pub z: Axis,
-    /// The A axis.
-    pub a: Axis,
+    /// The Z axis, or Z0.
+    #[serde(default, alias = "z0", skip_serializing_if = "Option::is_none")]
+    pub z: Option<Axis>,
+    /// The A axis, or Z1.
+    #[serde(default, alias = "z1", skip_serializing_if = "Option::is_none")]
+    pub a: Option<Axis>,
+    /// The Z2 axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z2: Option<Axis>,
+    /// The Z3 axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z3: Option<Axis>,
 }
+
+/// Where a motor turns that drives nothing.
+static UNFITTED: Axis = Axis {
+    unit: Unit::Linear,
+    steps_per_turn: 400,
+    lead_um: Some(5_000),
+    inverted: false,
+    reference: Reference::None,
+    negative_switch: None,
+    positive_switch: None,
+    lowest: None,
+    highest: None,
+    start: 0,
+};
 
 impl Machine {
     /// The names of the built-in machines.
@@ -171,26 +195,36 @@ impl Machine {
     /// switches in the wrong order, a carriage that starts outside its travel.
     pub fn from_toml(text: &str) -> Result<Machine, ProfileError> {
         let machine: Machine = parse_profile(text)?;
-        for (name, axis) in ["x", "y", "z", "a"].into_iter().zip(machine.axes()) {
-            check_axis(text, &format!("axes.{name}"), axis)?;
+        let names = [&["x"][..], &["y"], &["z", "z0"], &["a", "z1"], &["z2"], &["z3"]];
+        for (index, names) in names.iter().enumerate().filter(|(axis, _)| machine.fits(*axis)) {
+            let mut tables = names.iter().map(|name| format!("axes.{name}"));
+            let table = tables.find(|table| text.contains(&format!("[{table}]")));
+            check_axis(text, &table.unwrap_or_default(), machine.axis(index))?;
         }
         Ok(machine)
     }
 
-    /// The axes X, Y, Z, A.
+    /// Whether it has the axis with an index, 0 for X.
     #[must_use]
-    pub fn axes(&self) -> [&Axis; AXES] {
-        [&self.axes.x, &self.axes.y, &self.axes.z, &self.axes.a]
+    pub fn fits(&self, index: usize) -> bool {
+        self.fitted(index).is_some()
     }
 
-    /// The axis with an index, 0 for X; beyond A it is A.
+    /// The axis with an index, 0 for X. A motor where none is fitted turns freely.
     #[must_use]
     pub fn axis(&self, index: usize) -> &Axis {
+        self.fitted(index).unwrap_or(&UNFITTED)
+    }
+
+    fn fitted(&self, index: usize) -> Option<&Axis> {
         match index {
-            0 => &self.axes.x,
-            1 => &self.axes.y,
-            2 => &self.axes.z,
-            _ => &self.axes.a,
+            0 => Some(&self.axes.x),
+            1 => Some(&self.axes.y),
+            2 => self.axes.z.as_ref(),
+            3 => self.axes.a.as_ref(),
+            4 => self.axes.z2.as_ref(),
+            5 => self.axes.z3.as_ref(),
+            _ => None,
         }
     }
 }

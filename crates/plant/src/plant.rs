@@ -59,14 +59,14 @@ pub struct Plant {
     /// User inputs, bit n for input n.
     inputs: u64,
     /// Limit switches held by hand, two bits an axis.
-    held: u8,
+    held: u16,
 }
 
 impl Plant {
     /// The machine as it stands at first.
     #[must_use]
     pub fn new(machine: Arc<Machine>) -> Plant {
-        let carriage = machine.axes().map(|axis| axis.start);
+        let carriage = std::array::from_fn(|axis| machine.axis(axis).start);
         Plant { machine, carriage, panel: Panel::default(), inputs: 0, held: 0 }
     }
 
@@ -108,7 +108,7 @@ impl Plant {
             PlantSignal::PowerOk => &mut self.panel.power_ok,
             PlantSignal::Probe => &mut self.panel.probe,
             PlantSignal::Limit(axis, end) => {
-                let bit = 1u8 << (axis * 2 + usize::from(end == End::Positive));
+                let bit = 1u16 << (axis * 2 + usize::from(end == End::Positive));
                 let before = self.held;
                 self.held = if level { before | bit } else { before & !bit };
                 return self.held != before;
@@ -135,10 +135,29 @@ impl Plant {
         self.is_held(axis, end) || self.machine.axis(axis).presses(end, position)
     }
 
+    /// The places of the carriage on either side of where a limit switch of an axis changes.
+    pub fn edges(&self, axis: usize) -> impl Iterator<Item = i64> + use<> {
+        let profile = self.machine.axis(axis);
+        let below = profile.negative_switch.map(|at| [at, at + 1]);
+        let above = profile.positive_switch.map(|at| [at - 1, at]);
+        [below, above].into_iter().flatten().flatten()
+    }
+
     /// The electrical level of a limit switch with the carriage at `position`: 1 is high.
     #[must_use]
     pub fn switch_level_at(&self, axis: usize, end: End, position: i64) -> bool {
         self.pressed_at(axis, end, position) != self.machine.switches_low_active
+    }
+
+    /// Moves the carriages as the counters went: by `offset`, having been as far as `low` and
+    /// `high` on the way, each axis with the sign of its direction. Returns the steps lost, in
+    /// the direction of the counters.
+    pub fn follow(&mut self, signs: &Point, offset: &Point, low: &Point, high: &Point) -> Point {
+        let signed = |point: &Point| -> Point { std::array::from_fn(|a| signs[a] * point[a]) };
+        let (a, b) = (signed(low), signed(high));
+        let low = std::array::from_fn(|axis| a[axis].min(b[axis]));
+        let high = std::array::from_fn(|axis| a[axis].max(b[axis]));
+        signed(&self.travel(&signed(offset), &low, &high))
     }
 
     /// Moves the carriages by `offset`, having been as far as the offsets `low` and `high` on
@@ -172,10 +191,12 @@ mod tests {
         let mut plant = mill();
         let start = plant.carriage()[0];
         let lowest = plant.machine().axes.x.lowest.unwrap();
-        let down = [-(start - lowest) - 100, 0, 0, 0];
-        assert_eq!(plant.travel(&down, &down, &[0; 4]), [-100, 0, 0, 0]);
+        let along_x =
+            |way: i64| -> Point { std::array::from_fn(|axis| if axis == 0 { way } else { 0 }) };
+        let down = along_x(-(start - lowest) - 100);
+        assert_eq!(plant.travel(&down, &down, &along_x(0)), along_x(-100));
         assert_eq!(plant.carriage()[0], lowest);
-        assert_eq!(plant.travel(&[100, 0, 0, 0], &[0; 4], &[100, 0, 0, 0]), [0; 4]);
+        assert_eq!(plant.travel(&along_x(100), &along_x(0), &along_x(100)), along_x(0));
         assert_eq!(plant.carriage()[0], lowest + 100);
     }
 

@@ -1,10 +1,8 @@
 //! The names of the things that can be set from outside.
 
-use vimc4_device::{Signal, SignalId, SignalKind};
+use vimc4_device::{AXES, Signal, SignalId, SignalKind};
 
 use crate::End;
-
-const AXIS_NAMES: [&str; 4] = ["x", "y", "z", "a"];
 
 /// A thing of the outside world that the plant simulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +34,8 @@ pub enum PlantSignal {
 }
 
 impl PlantSignal {
-    /// Every signal but the user inputs, whose number depends on the controller.
-    pub const FIXED: [PlantSignal; 18] = [
+    /// What is at the operating panel and around the power stages.
+    pub const PANEL: [PlantSignal; 10] = [
         PlantSignal::Start,
         PlantSignal::Stop,
         PlantSignal::On,
@@ -48,42 +46,47 @@ impl PlantSignal {
         PlantSignal::Overtemperature,
         PlantSignal::PowerOk,
         PlantSignal::Probe,
-        PlantSignal::Limit(0, End::Negative),
-        PlantSignal::Limit(0, End::Positive),
-        PlantSignal::Limit(1, End::Negative),
-        PlantSignal::Limit(1, End::Positive),
-        PlantSignal::Limit(2, End::Negative),
-        PlantSignal::Limit(2, End::Positive),
-        PlantSignal::Limit(3, End::Negative),
-        PlantSignal::Limit(3, End::Positive),
     ];
 
+    const FIRST_LIMIT: u16 = Self::PANEL.len() as u16;
     const FIRST_INPUT: u16 = 64;
 
-    /// Its number.
+    /// How many user inputs there can be.
+    pub const INPUTS: u8 = 64;
+
+    /// Its number. Those from 128 on are never given to a signal of the plant.
     #[must_use]
     pub fn id(self) -> SignalId {
-        match self {
-            PlantSignal::Input(number) => SignalId(Self::FIRST_INPUT + u16::from(number)),
-            fixed => {
-                let index = Self::FIXED.iter().position(|&s| s == fixed).unwrap_or(0);
-                SignalId(index as u16)
+        SignalId(match self {
+            PlantSignal::Input(number) => Self::FIRST_INPUT + u16::from(number),
+            PlantSignal::Limit(axis, end) => {
+                Self::FIRST_LIMIT + 2 * axis as u16 + u16::from(end == End::Positive)
             }
-        }
+            panel => Self::PANEL.iter().position(|&s| s == panel).unwrap_or(0) as u16,
+        })
     }
 
     /// The signal with a number.
     #[must_use]
     pub fn from_id(id: SignalId) -> Option<PlantSignal> {
-        match id.0.checked_sub(Self::FIRST_INPUT) {
-            Some(number) => u8::try_from(number).ok().filter(|n| *n < 64).map(PlantSignal::Input),
-            None => Self::FIXED.get(usize::from(id.0)).copied(),
+        if let Some(number) = id.0.checked_sub(Self::FIRST_INPUT) {
+            let number = u8::try_from(number).ok().filter(|number| *number < Self::INPUTS);
+            return number.map(PlantSignal::Input);
+        }
+        match id.0.checked_sub(Self::FIRST_LIMIT) {
+            Some(number) => {
+                let end = if number % 2 == 1 { End::Positive } else { End::Negative };
+                let axis = usize::from(number / 2);
+                (axis < AXES).then_some(PlantSignal::Limit(axis, end))
+            }
+            None => Self::PANEL.get(usize::from(id.0)).copied(),
         }
     }
 
-    /// The signal as a person sees it. A user input is called by `input_name`.
+    /// The signal as a person sees it. `place` is what the controller calls the user input or,
+    /// in small letters, the axis that it belongs to.
     #[must_use]
-    pub fn describe(self, input_name: &str) -> Signal {
+    pub fn describe(self, place: &str) -> Signal {
         let button = (SignalKind::Button, None);
         let input = (SignalKind::Input, None);
         let switch = |a: &str, b: &str| (SignalKind::Switch, Some([a.to_owned(), b.to_owned()]));
@@ -106,20 +109,19 @@ impl PlantSignal {
                 ("power-ok".into(), input, "the motor supply voltage is good".into())
             }
             PlantSignal::Probe => ("probe".into(), input, "tool length probe".into()),
-            PlantSignal::Limit(axis, end) => {
-                let axis = AXIS_NAMES.get(axis).copied().unwrap_or("?");
+            PlantSignal::Limit(_, end) => {
                 let (sign, word) = match end {
                     End::Negative => ('-', "negative"),
                     End::Positive => ('+', "positive"),
                 };
                 (
-                    format!("limit {axis}{sign}"),
+                    format!("limit {place}{sign}"),
                     input,
-                    format!("{word} limit switch of {}, held by hand", axis.to_uppercase()),
+                    format!("{word} limit switch of {}, held by hand", place.to_uppercase()),
                 )
             }
             PlantSignal::Input(number) => {
-                (format!("input {input_name}"), input, format!("user input {}", number + 1))
+                (format!("input {place}"), input, format!("user input {}", number + 1))
             }
         };
         Signal { id: self.id(), name, kind, positions, about }
@@ -132,11 +134,15 @@ mod tests {
 
     #[test]
     fn numbers_and_signals_are_one_to_one() {
-        let inputs = (0..64).map(PlantSignal::Input);
-        for signal in PlantSignal::FIXED.into_iter().chain(inputs) {
+        let ends = [End::Negative, End::Positive];
+        let limits = (0..AXES).flat_map(|axis| ends.map(|end| PlantSignal::Limit(axis, end)));
+        let inputs = (0..PlantSignal::INPUTS).map(PlantSignal::Input);
+        for signal in PlantSignal::PANEL.into_iter().chain(limits).chain(inputs) {
             assert_eq!(PlantSignal::from_id(signal.id()), Some(signal));
+            assert!(signal.id() < SignalId(128));
         }
-        assert_eq!(PlantSignal::from_id(SignalId(63)), None);
-        assert_eq!(PlantSignal::from_id(SignalId(u16::MAX)), None);
+        for none in [22, 63, 128, u16::MAX] {
+            assert_eq!(PlantSignal::from_id(SignalId(none)), None);
+        }
     }
 }

@@ -1,12 +1,11 @@
-//! What the tests of random cases share.
+//! What the tests of random cases share, whatever controller they try.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
-use std::sync::Arc;
+pub(crate) mod contract;
+pub(crate) mod walk;
 
-use vimc4_device::{Device, Event, Input, Kinds, Output, Time};
-use vimc4_isel::{Controller, Model};
-use vimc4_plant::Machine;
+use vimc4_device::{Device, Event, Input, Output, Time};
 
 /// How many random cases to try: `VIMC4_CASES`, or `default`.
 #[expect(clippy::disallowed_methods, reason = "a test may be asked for more cases")]
@@ -57,7 +56,7 @@ impl Record {
 }
 
 /// Takes everything that waits, and says when to wake the controller.
-pub(crate) fn drain(controller: &mut Controller, record: &mut Record) -> Option<Time> {
+pub(crate) fn drain(controller: &mut impl Device, record: &mut Record) -> Option<Time> {
     loop {
         match controller.poll_output() {
             Output::Bytes(at, bytes) => record.said.extend(bytes.iter().map(|&b| (at, b))),
@@ -71,14 +70,14 @@ pub(crate) fn drain(controller: &mut Controller, record: &mut Record) -> Option<
 }
 
 /// Runs a controller up to a time, waking it exactly when it asks for it.
-pub(crate) fn run_to(controller: &mut Controller, record: &mut Record, at: Time) {
+pub(crate) fn run_to(controller: &mut impl Device, record: &mut Record, at: Time) {
     while let Some(wake) = drain(controller, record).filter(|&wake| wake <= at) {
         controller.handle(Input::Wake, wake);
     }
 }
 
 /// Runs until nothing is due any more, at most `limit` causes.
-pub(crate) fn run_out(controller: &mut Controller, record: &mut Record, limit: u32) {
+pub(crate) fn run_out(controller: &mut impl Device, record: &mut Record, limit: u32) {
     for _ in 0..limit {
         let Some(wake) = drain(controller, record) else { return };
         controller.handle(Input::Wake, wake);
@@ -86,10 +85,12 @@ pub(crate) fn run_out(controller: &mut Controller, record: &mut Record, limit: u
     drain(controller, record);
 }
 
-pub(crate) fn controller(model: &str, machine: Arc<Machine>, watching: Kinds) -> Controller {
-    let model = Model::builtin(model).expect("a built-in model");
-    let mut controller = Controller::new(model, machine, b"").expect("an erased flash memory");
-    controller.watch(watching);
-    drain(&mut controller, &mut Record::default());
-    controller
+/// Tries the cases one after the other. A failing one names its seed.
+pub(crate) fn try_all(default: u64, try_case: impl Fn(u64) + std::panic::RefUnwindSafe) {
+    for seed in 0..cases(default) {
+        if let Err(reason) = std::panic::catch_unwind(|| try_case(seed)) {
+            eprintln!("seed {seed}");
+            std::panic::resume_unwind(reason);
+        }
+    }
 }
