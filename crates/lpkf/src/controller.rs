@@ -1,0 +1,177 @@
+//! The controller as a device.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use vimc4_device::{
+    Condition, Device, Event, Input, Kinds, Output as Out, Signal, SignalId, Time, View,
+};
+use vimc4_plant::{Machine, PlantSignal};
+
+use crate::language::parse;
+use crate::model::Model;
+use crate::state::State;
+
+/// A virtual LPKF controller with its machine.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    pub(crate) state: State,
+    pub(crate) out: Outbox,
+}
+
+/// What waits to be polled. It is drained after every input and no part of the state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outbox {
+    queue: VecDeque<Out>,
+    wanted: Kinds,
+}
+
+impl Controller {
+    /// A controller of a model on a machine, just switched on.
+    #[must_use]
+    pub fn new(model: Arc<Model>, machine: Arc<Machine>) -> Controller {
+        Controller { state: State::new(model, machine), out: Outbox::default() }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.state.model
+    }
+
+    /// The time of the soonest cause: what the command does, the spindle unit, the trackball.
+    fn deadline(&self) -> Option<Time> {
+        let causes = [self.job_due(), self.state.unit.due, self.state.ball.due];
+        causes.into_iter().flatten().min().filter(|due| *due != Time::NEVER)
+    }
+
+    /// Performs every cause due up to `at`, in order of time.
+    fn catch_up(&mut self, at: Time) {
+        while let Some(due) = self.deadline().filter(|&due| due <= at) {
+            self.state.now = due.max(self.state.now);
+            if self.job_due() == Some(due) {
+                self.activity_ended();
+            } else if self.state.unit.due == Some(due) {
+                self.speed_reached();
+            } else {
+                self.ball_report_due();
+            }
+            self.go_on();
+        }
+        self.state.now = at;
+    }
+
+    /// The mains switch. The carriages know what the counters forget.
+    fn power(&mut self, on: bool) {
+        if on == self.state.powered {
+            return;
+        }
+        if !on {
+            self.abandon_motion();
+        }
+        let outputs = self.outputs();
+        self.state.powered = on;
+        self.state.reader = State::unread(&self.state.model);
+        self.state.initialise();
+        self.state.position = Default::default();
+        self.state.referenced = Default::default();
+        self.state.origin = self.state.plant.carriage();
+        self.outputs_changed(&outputs);
+    }
+
+    // --- outputs ---
+
+    pub(crate) fn wants(&self, kinds: Kinds) -> bool {
+        self.out.wanted.contain(kinds)
+    }
+
+    pub(crate) fn emit(&mut self, event: Event) {
+        self.out.queue.push_back(Out::Event(self.state.now, event));
+    }
+
+    pub(crate) fn send(&mut self, bytes: Bytes) {
+        self.out.queue.push_back(Out::Bytes(self.state.now, bytes));
+    }
+}
+
+impl Device for Controller {
+    type State = State;
+
+    fn handle(&mut self, input: Input<'_>, at: Time) {
+        let at = at.max(self.state.now);
+        self.catch_up(at);
+        match input {
+            Input::Bytes(bytes) => self.receive(bytes),
+            Input::Signal(id, value) => self.signal(id, value),
+            Input::Power(on) => self.power(on),
+            Input::Wake => {}
+        }
+        self.go_on();
+    }
+
+    fn poll_output(&mut self) -> Out {
+        self.out.queue.pop_front().unwrap_or_else(|| Out::Wake(self.deadline()))
+    }
+
+    fn watch(&mut self, kinds: Kinds) {
+        self.out.wanted = kinds;
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn restore(&mut self, state: State) {
+        self.state = state;
+        self.out.queue.clear();
+    }
+
+    fn now(&self) -> Time {
+        self.state.now
+    }
+
+    fn wake(&self) -> Option<Time> {
+        self.deadline()
+    }
+
+    fn view(&self, at: Time) -> View {
+        self.picture(at)
+    }
+
+    fn signals(&self) -> Vec<Signal> {
+        self.list_signals()
+    }
+
+    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
+        self.input_number(port, bit).map(|number| PlantSignal::Input(number).id())
+    }
+
+    fn baud(&self) -> u32 {
+        self.state.model.line.baud
+    }
+
+    fn room(&self, handshake: bool) -> usize {
+        if handshake { self.room_before_high_water() } else { usize::MAX }
+    }
+
+    /// It stores nothing.
+    fn flash_image(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        match parse(command, self.state.model.command_set.dialect()) {
+            Ok(command) => command.describe(),
+            Err(status) => status.meaning().to_owned(),
+        }
+    }
+
+    fn is_idle(&self) -> bool {
+        self.state.job.is_none() && self.state.unit.due.is_none()
+    }
+
+    fn crossing(&self, condition: &Condition) -> Option<Time> {
+        self.forecast(condition)
+    }
+}

@@ -1,0 +1,51 @@
+//! What a command may do to a machine.
+
+use crate::language::Command;
+
+impl Command {
+    /// Whether it may set an axis in motion.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        matches!(
+            self,
+            Command::ArcAbsolute { .. }
+                | Command::ArcRelative { .. }
+                | Command::PlotAbsolute(_)
+                | Command::PlotRelative(_)
+                | Command::MoveAllAbsolute(_)
+                | Command::MoveAllRelative(_)
+                | Command::MoveZAbsolute(_)
+                | Command::MoveZRelative(_)
+                | Command::MoveAxisAbsolute { .. }
+                | Command::MoveAxisRelative { .. }
+                | Command::FollowVectors { .. }
+                | Command::Continue
+                | Command::GoBack
+                | Command::RepeatBroken
+                | Command::Repeat
+                | Command::OpenInterface(_)
+        ) || self.seeks_switches()
+    }
+
+    /// Whether it drives axes to wherever their switches are.
+    #[must_use]
+    pub fn seeks_switches(&self) -> bool {
+        matches!(self, Command::Reference(_) | Command::HardClipLimits(_))
+    }
+
+    /// Whether it switches the spindle, the head, the motor currents or an output.
+    #[must_use]
+    pub fn switches_outputs(&self) -> bool {
+        matches!(
+            self,
+            Command::PenDown
+                | Command::PenUp
+                | Command::Spindle(_)
+                | Command::FullCurrent
+                | Command::HalfCurrent
+                | Command::WritePort { .. }
+                | Command::OpenChannel(_)
+                | Command::Repeat
+        )
+    }
+}

@@ -1,0 +1,368 @@
+//! What each command does, and how it is answered.
+
+use std::collections::VecDeque;
+
+use bytes::Bytes;
+use vimc4_device::{AXES, Event, Kinds, Point, Warning};
+
+use crate::Controller;
+use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits, Status};
+use crate::model::{CommandSet, DecimalSpeed, InitReply, StatusDigits};
+use crate::state::{Activity, Buffer, Job, Pause, Stage, Stop};
+use crate::text::Line;
+
+const NANOS_PER_MS: u64 = 1_000_000;
+
+impl Controller {
+    /// Begins a command whose turn has come.
+    pub(crate) fn execute(&mut self, command: Command) {
+        let mnemonic = command.form().mnemonic;
+        if let Err(status) = command.check(&self.limits()) {
+            return self.answer_status(mnemonic, status);
+        }
+        if matches!(command, Command::Continue | Command::GoBack | Command::RepeatBroken) {
+            return self.resume(command);
+        }
+        match self.stages(&command) {
+            Ok(stages) if stages.is_empty() => self.executed(command),
+            Ok(stages) => self.begin(command, stages),
+            Err(status) => self.answer_status(mnemonic, status),
+        }
+    }
+
+    /// A command has been executed.
+    pub(crate) fn executed(&mut self, command: Command) {
+        self.answer_done(&command);
+        // What goes on with another command is not what `!RP` means.
+        if !matches!(command, Command::Continue | Command::GoBack | Command::RepeatBroken) {
+            self.state.last = Some(command);
+        }
+    }
+
+    /// Lets a command do these things, one after the other.
+    pub(crate) fn begin(&mut self, command: Command, stages: VecDeque<Stage>) {
+        self.state.job = Some(Job {
+            command,
+            start: self.state.position,
+            stages,
+            stage: None,
+            activity: Activity::Between,
+            silent: false,
+            found: [0; AXES],
+        });
+    }
+
+    /// What a command does over time. What it does at once is done here.
+    pub(crate) fn stages(&mut self, command: &Command) -> Result<VecDeque<Stage>, Status> {
+        if command.moves()
+            && let Some(status) = self.standing_fault()
+        {
+            return Err(status);
+        }
+        let here = self.state.position;
+        let at = |axis: Axis, place: i64| {
+            let mut to = here;
+            to[axis.index()] = place;
+            to
+        };
+        let mut stages = VecDeque::new();
+        match command {
+            Command::PlotAbsolute(places) => {
+                for place in places {
+                    stages.push_back(Stage::To(flat(here, place.map(i64::from))));
+                }
+            }
+            Command::PlotRelative(ways) => {
+                let mut place = [here[0], here[1]];
+                for way in ways {
+                    place = [place[0] + i64::from(way[0]), place[1] + i64::from(way[1])];
+                    stages.push_back(Stage::To(flat(here, place)));
+                }
+            }
+            Command::ArcAbsolute { centre, angle } => {
+                stages.push_back(Stage::Arc(centre.map(i64::from), *angle));
+            }
+            Command::ArcRelative { centre: [x, y], angle } => {
+                let centre = [here[0] + i64::from(*x), here[1] + i64::from(*y)];
+                stages.push_back(Stage::Arc(centre, *angle));
+            }
+            Command::FollowVectors { axes, vectors } => {
+                stages.push_back(Stage::Vectors(*axes, vectors.clone()));
+            }
+            Command::MoveAllAbsolute(places) => {
+                let places = places.map(i64::from);
+                stages.push_back(Stage::To(self.where_fitted(|axis| places[axis])));
+            }
+            Command::MoveAllRelative(ways) => {
+                let ways = ways.map(i64::from);
+                stages.push_back(Stage::To(self.where_fitted(|axis| here[axis] + ways[axis])));
+            }
+            Command::MoveZAbsolute(to) => {
+                stages.push_back(Stage::To(at(Axis::Z0, i64::from(*to))));
+            }
+            Command::MoveZRelative(by) => {
+                stages.push_back(Stage::To(at(Axis::Z0, here[2] + i64::from(*by))));
+            }
+            Command::MoveAxisAbsolute { axis, to } => {
+                stages.push_back(Stage::To(at(*axis, i64::from(*to))));
+            }
+            Command::MoveAxisRelative { axis, by } => {
+                let place = here[axis.index()] + i64::from(*by);
+                stages.push_back(Stage::To(at(*axis, place)));
+            }
+            Command::PenDown | Command::PenUp => {
+                let down = *command == Command::PenDown;
+                if down != self.state.head_down {
+                    let [before_down, after_down, before_up, after_up] =
+                        self.state.settings.head_times();
+                    let (before, after) =
+                        if down { (before_down, after_down) } else { (before_up, after_up) };
+                    stages.push_back(wait(Pause::Head, before));
+                    stages.push_back(Stage::Head(down));
+                    stages.push_back(wait(Pause::Head, after));
+                }
+            }
+            Command::Wait(ms) => stages.push_back(wait(Pause::Once, *ms)),
+            Command::Reference(axis) => stages = self.reference_stages(*axis)?,
+            Command::HardClipLimits(axis) => stages = self.hard_clip_stages(*axis),
+            command => self.apply(command)?,
+        }
+        // Everything rests for the settling time after each move.
+        let settling = self.state.settings.settling;
+        if settling > 0 && command.moves() {
+            let moves = std::mem::take(&mut stages).into_iter();
+            stages = moves.flat_map(|stage| settled(stage, settling)).collect();
+        }
+        Ok(stages)
+    }
+
+    /// A place that differs from the present one only where an axis is fitted.
+    fn where_fitted(&self, place: impl Fn(usize) -> i64) -> Point {
+        let mut to = self.state.position;
+        for axis in self.state.fitted() {
+            to[axis.index()] = place(axis.index());
+        }
+        to
+    }
+
+    /// Commands that take no time.
+    pub(crate) fn apply(&mut self, command: &Command) -> Result<(), Status> {
+        let settings = &mut self.state.settings;
+        let of = |axis: &Option<Axis>| match axis {
+            Some(axis) => axis.index()..axis.index() + 1,
+            None => 0..AXES,
+        };
+        match command {
+            Command::Initialize => self.initialise(),
+            Command::Window([[ax, ay], [bx, by]]) => {
+                let low = [ax.min(bx), ay.min(by)].map(|place| i64::from(*place));
+                let high = [ax.max(bx), ay.max(by)].map(|place| i64::from(*place));
+                settings.window = Some([low, high]);
+            }
+            Command::Range { axis, min, max } => {
+                let (min, max) = (i64::from(*min), i64::from(*max));
+                settings.ranges[axis.index()] = Some((min.min(max), min.max(max)));
+            }
+            Command::PenSpeed(speed) => {
+                let metres = self.state.model.quirks.decimal_speed == DecimalSpeed::Metres;
+                settings.speed_down = speed.speed(metres).unsigned_abs();
+            }
+            Command::TravelSpeed(speed) => settings.speed_up = speed.unsigned_abs(),
+            Command::ZSpeed(speed) => settings.axis_speed[2] = speed.unsigned_abs(),
+            Command::AxisSpeed { axis, speed } => {
+                settings.axis_speed[axis.index()] = speed.unsigned_abs();
+            }
+            Command::Acceleration { axis, acceleration } => {
+                settings.acceleration[of(axis)].fill(acceleration.unsigned_abs());
+            }
+            Command::Resolution { axis, resolution } => {
+                settings.resolution[of(axis)].fill(resolution.thousandths());
+            }
+            Command::SetMode(mode) => settings.mode = *mode,
+            Command::DrillingTimes(times) => settings.drill_times = *times,
+            Command::MillingTimes(times) => settings.mill_times = *times,
+            Command::SettlingTime(ms) => settings.settling = *ms,
+            Command::Echo(on) => settings.echo = *on,
+            Command::ExternalStop(on) => settings.external_stop = *on,
+            Command::Spindle(on) => self.switch_spindle(*on),
+            Command::FullCurrent => self.halve_current(false),
+            Command::HalfCurrent => self.halve_current(true),
+            Command::WritePort { port, data } => self.write_port(*port, *data)?,
+            Command::ReadPort(port) => {
+                let value = self.read_module(*port)?;
+                let mut line = Line::new(b'R');
+                line.number(i64::from(value), 4);
+                self.send_line(command, line);
+            }
+            Command::OutputStatus => {
+                let texts = &self.state.model.texts;
+                let mut line = Line::new(b'S');
+                line.number(i64::from(texts.version), 3);
+                line.push(b',');
+                line.numbers(&[i64::from(texts.date), i64::from(texts.identity)]);
+                self.send_line(command, line);
+            }
+            Command::NominalPosition(axis) => {
+                if axis.is_some_and(|axis| axis.index() >= self.places(&self.state.position).len())
+                {
+                    return Err(Status::NoSuchAxis);
+                }
+                let line = self.position_line(b'P', &self.state.position, *axis);
+                self.send_line(command, line);
+            }
+            Command::ActualPosition { axis, triggered } => {
+                let point = match triggered {
+                    true => self.state.triggered.ok_or(Status::NoCounterAxis)?,
+                    false => self.state.actual(),
+                };
+                let line = self.position_line(b'A', &point, *axis);
+                self.send_line(command, line);
+            }
+            Command::OpenInterface(use_of) => self.open_interface(*use_of)?,
+            Command::CloseInterface => self.close_interface(),
+            // The reader has opened the channel already, and `!TA` does nothing.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// `IN`. What waits behind it is lost, as if the power had been off.
+    fn initialise(&mut self) {
+        let lost = self.state.buffer.bytes as u64;
+        if lost > 0 && self.wants(Kinds::WARNING) {
+            self.emit(Event::Warning(Warning::ReceiveOverflow { lost }));
+        }
+        let outputs = self.outputs();
+        self.state.initialise();
+        self.state.settings.echo = self.state.model.quirks.init_reply == InitReply::C;
+        self.outputs_changed(&outputs);
+    }
+
+    /// A command that bypasses the buffer.
+    pub(crate) fn execute_directly(&mut self, command: Command) {
+        match command {
+            Command::ClearBuffer => {
+                self.state.buffer = Buffer::default();
+            }
+            Command::GoOn => {
+                self.state.stopped = None;
+                self.state.stop_requested = false;
+                self.state.broken = None;
+            }
+            Command::Stop => self.state.stop_requested = true,
+            Command::Repeat => {
+                // It is done when the repetition is, which comes before what waits.
+                if let Some(last) = self.state.last.clone() {
+                    return self.put_again(last);
+                }
+            }
+            _ => {}
+        }
+        if self.state.stop_requested && self.state.job.is_none() {
+            self.state.stop_requested = false;
+            self.state.stopped.get_or_insert(Stop::Command);
+        }
+        self.answer_done(&command);
+    }
+
+    /// What values must keep within.
+    fn limits(&self) -> Limits {
+        let limits = &self.state.model.limits;
+        let axes = Axis::ALL.map(|axis| {
+            let rotary = self.is_rotary(axis);
+            self.state.is_fitted(axis).then_some(AxisLimits {
+                kind: if rotary { AxisKind::Rotation } else { AxisKind::Translation },
+                max_speed: if rotary { limits.turn_max as i32 } else { limits.speed_max as i32 },
+            })
+        });
+        let metres = self.state.model.quirks.decimal_speed == DecimalSpeed::Metres;
+        Limits { axes, metres }
+    }
+
+    // --- answers ---
+
+    /// A command has been completed.
+    pub(crate) fn answer_done(&mut self, command: &Command) {
+        let mnemonic = command.form().mnemonic;
+        match command {
+            Command::Initialize if self.state.model.quirks.init_reply == InitReply::Z => {
+                self.answer(mnemonic, Bytes::from_static(b"Z"));
+            }
+            Command::OpenChannel(_) => {}
+            _ if self.state.settings.echo => self.answer(mnemonic, Bytes::from_static(b"C\r")),
+            _ => {}
+        }
+    }
+
+    /// A command has failed.
+    pub(crate) fn answer_status(&mut self, mnemonic: &'static str, status: Status) {
+        if let Some(text) = self.written(status) {
+            self.answer(mnemonic, text.into());
+        }
+    }
+
+    /// Something has happened that no command asked for.
+    pub(crate) fn report(&mut self, status: Status) {
+        self.answer_status("", status);
+    }
+
+    /// A status as this model writes it. One that it has no number for is not sent.
+    fn written(&mut self, status: Status) -> Option<String> {
+        let decimal = self.state.model.quirks.status_digits == StatusDigits::Decimal;
+        let text = status.written(self.state.model.command_set.dialect(), decimal);
+        if text.is_none() && self.wants(Kinds::WARNING) {
+            let what = status.meaning().into();
+            self.emit(Event::Warning(Warning::NoEffect { what }));
+        }
+        text.map(|text| text + "\r")
+    }
+
+    /// A line of data.
+    pub(crate) fn send_line(&mut self, command: &Command, line: Line) {
+        self.answer(command.form().mnemonic, line.finish());
+    }
+
+    fn answer(&mut self, mnemonic: &'static str, bytes: Bytes) {
+        if self.wants(Kinds::ANSWER) {
+            self.emit(Event::Answer { mnemonic, bytes: bytes.clone() });
+        }
+        self.send(bytes);
+    }
+
+    /// A letter and the place of one axis, or those of all that this model has.
+    fn position_line(&self, letter: u8, point: &Point, axis: Option<Axis>) -> Line {
+        let mut line = Line::new(letter);
+        match axis {
+            Some(axis) => line.number(point[axis.index()], 1),
+            None => line.numbers(self.places(point)),
+        }
+        line
+    }
+
+    /// The places of all axes that this model has, whether fitted or not.
+    pub(crate) fn places<'p>(&self, point: &'p Point) -> &'p [i64] {
+        match self.state.model.command_set {
+            CommandSet::Smcu => &point[..3],
+            CommandSet::MotionSystem => point,
+        }
+    }
+}
+
+/// X and Y of a place.
+fn flat(mut point: Point, [x, y]: [i64; 2]) -> Point {
+    (point[0], point[1]) = (x, y);
+    point
+}
+
+pub(crate) fn wait(pause: Pause, ms: u32) -> Stage {
+    Stage::Wait(pause, u64::from(ms) * NANOS_PER_MS)
+}
+
+fn settled(stage: Stage, settling: u32) -> Vec<Stage> {
+    match stage {
+        Stage::To(_) | Stage::Arc(..) | Stage::Vectors(..) => {
+            vec![stage, wait(Pause::Settling, settling)]
+        }
+        other => vec![other],
+    }
+}

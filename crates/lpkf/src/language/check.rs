@@ -1,0 +1,193 @@
+//! What only who knows the machine can check.
+
+use serde::{Deserialize, Serialize};
+
+use super::command::{Axis, Command};
+use super::parameter::{AxisKind, Kind};
+use super::status::Status;
+
+/// The machine, as far as the parameters of a command depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limits {
+    /// The axes in the order X to Z3; `None` where none is fitted.
+    pub axes: [Option<AxisLimits>; 6],
+    /// Whether a small `VS` is in m/s, see [`Number::speed`](super::Number::speed).
+    pub metres: bool,
+}
+
+/// What there is to know about one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AxisLimits {
+    /// How it moves.
+    pub kind: AxisKind,
+    /// The highest speed it can be given, in µm/s or 0.1°/s.
+    pub max_speed: i32,
+}
+
+impl Command {
+    /// Whether the machine has the axes that are named and they allow the values.
+    ///
+    /// A value for all axes must be allowed by each that is fitted; a speed of the head by X and
+    /// Y. Which axes a position can be asked of is not decided here, and neither is what becomes
+    /// of the coordinates of axes that are not fitted.
+    ///
+    /// # Errors
+    ///
+    /// First an axis that is not fitted, in the order of writing, then a value too low or too
+    /// high.
+    pub fn check(&self, limits: &Limits) -> Result<(), Status> {
+        match self {
+            &Self::PenSpeed(speed) => limits.head(speed.speed(limits.metres)),
+            &Self::TravelSpeed(speed) => limits.head(speed),
+            &Self::ZSpeed(speed) => limits.value(Some(Axis::Z0), Kind::Speed, speed),
+            &Self::AxisSpeed { axis, speed } => limits.value(Some(axis), Kind::Speed, speed),
+            &Self::Acceleration { axis, acceleration } => {
+                limits.value(axis, Kind::Acceleration, acceleration)
+            }
+            &Self::Resolution { axis, resolution } => {
+                limits.value(axis, Kind::Resolution, resolution.whole())
+            }
+            Self::MoveZAbsolute(_) | Self::MoveZRelative(_) => limits.fitted(Axis::Z0).map(drop),
+            Self::HardClipLimits(Some(axis))
+            | Self::Reference(Some(axis))
+            | Self::Range { axis, .. }
+            | Self::MoveAxisAbsolute { axis, .. }
+            | Self::MoveAxisRelative { axis, .. } => limits.fitted(*axis).map(drop),
+            Self::FollowVectors { axes, .. } => {
+                axes.iter().try_for_each(|&axis| limits.fitted(axis).map(drop))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Limits {
+    fn fitted(&self, axis: Axis) -> Result<&AxisLimits, Status> {
+        self.axes[axis.index()].as_ref().ok_or(Status::NoSuchAxis)
+    }
+
+    /// Checks a value for one axis, or for all.
+    fn value(&self, axis: Option<Axis>, kind: Kind, value: i32) -> Result<(), Status> {
+        match axis {
+            Some(axis) => self.fitted(axis)?.allow(kind, value),
+            None => self.axes.iter().flatten().try_for_each(|axis| axis.allow(kind, value)),
+        }
+    }
+
+    /// Checks a speed of X and Y together.
+    fn head(&self, speed: i32) -> Result<(), Status> {
+        self.axes[..2].iter().flatten().try_for_each(|axis| axis.allow(Kind::Speed, speed))
+    }
+}
+
+impl AxisLimits {
+    fn allow(&self, kind: Kind, value: i32) -> Result<(), Status> {
+        let (low, high) = kind.limits(self.kind);
+        let (too_low, too_high) = match kind {
+            Kind::Acceleration => (Status::AccelerationTooLow, Status::AccelerationTooHigh),
+            Kind::Resolution => (Status::ResolutionTooSmall, Status::ResolutionTooLarge),
+            _ => (Status::SpeedTooLow, Status::SpeedTooHigh),
+        };
+        let high = high.or(Some(self.max_speed).filter(|_| kind == Kind::Speed));
+        if low.is_some_and(|low| value < low) {
+            Err(too_low)
+        } else if high.is_some_and(|high| value > high) {
+            Err(too_high)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::language::{Dialect, parse};
+
+    /// X and Y linear, Z0 rotary, nothing else.
+    fn limits() -> Limits {
+        let linear = Some(AxisLimits { kind: AxisKind::Translation, max_speed: 40_000 });
+        let rotary = Some(AxisLimits { kind: AxisKind::Rotation, max_speed: 3_600 });
+        Limits { axes: [linear, linear, rotary, None, None, None], metres: true }
+    }
+
+    fn check(text: &str, model: Dialect) -> Result<(), Status> {
+        parse(text.as_bytes(), model).expect(text).check(&limits())
+    }
+
+    #[test]
+    fn every_limit_is_the_manuals() {
+        // What it sets, on the linear X and the rotary Z0: lowest, highest, and the statuses.
+        for (letters, linear, rotary, low, high) in [
+            ("!VZ", 10..=40_000, 1..=3_600, Status::SpeedTooLow, Status::SpeedTooHigh),
+            (
+                "!AS",
+                10..=20_000,
+                1..=800_000,
+                Status::AccelerationTooLow,
+                Status::AccelerationTooHigh,
+            ),
+            (
+                "!RS",
+                100..=1_000_000,
+                100..=3_600_000,
+                Status::ResolutionTooSmall,
+                Status::ResolutionTooLarge,
+            ),
+        ] {
+            for (axis, range) in [(0, linear), (2, rotary)] {
+                let set =
+                    |value: i32| check(&format!("{letters} {value},{axis}"), Dialect::MotionSystem);
+                assert_eq!(set(range.start() - 1), Err(low), "{letters}");
+                assert_eq!(set(*range.start()), Ok(()), "{letters}");
+                assert_eq!(set(*range.end()), Ok(()), "{letters}");
+                assert_eq!(set(range.end() + 1), Err(high), "{letters}");
+                assert_eq!(set(-1), Err(low), "{letters}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_for_all_must_suit_all() {
+        // 5 suits the rotary axis only, 30,000 too; between 10 and 20,000 both.
+        assert_eq!(check("!AS 5", Dialect::Smcu), Err(Status::AccelerationTooLow));
+        assert_eq!(check("!AS 30000", Dialect::Smcu), Err(Status::AccelerationTooHigh));
+        assert_eq!(check("!AS 10", Dialect::Smcu), Ok(()));
+        assert_eq!(check("!RS 2000000", Dialect::Smcu), Err(Status::ResolutionTooLarge));
+        assert_eq!(check("VS 9", Dialect::Smcu), Err(Status::SpeedTooLow));
+        assert_eq!(check("!VU 40001", Dialect::Smcu), Err(Status::SpeedTooHigh));
+        // Z has its own limits.
+        assert_eq!(check("!VZ 9", Dialect::Smcu), Ok(()));
+        assert_eq!(check("!VZ 3601", Dialect::Smcu), Err(Status::SpeedTooHigh));
+    }
+
+    #[test]
+    fn a_small_speed_of_the_head_may_be_in_metres() {
+        let slow = parse(b"VS0.005000", Dialect::Smcu).unwrap();
+        assert_eq!(slow.check(&limits()), Ok(()));
+        let literal = Limits { metres: false, ..limits() };
+        assert_eq!(slow.check(&literal), Err(Status::SpeedTooLow));
+        assert_eq!(check("VS0.5", Dialect::Smcu), Err(Status::SpeedTooHigh));
+    }
+
+    #[test]
+    fn axes_must_be_fitted() {
+        for command in
+            ["OH", "!IS", "!ZA 5,", "!ZR 5,", "!SR 0,5,", "!VZ 50,", "!AS 50,", "!RS 500,"]
+        {
+            assert_eq!(check(&format!("{command} 2"), Dialect::MotionSystem), Ok(()), "{command}");
+            let missing = check(&format!("{command} 3"), Dialect::MotionSystem);
+            assert_eq!(missing, Err(Status::NoSuchAxis), "{command}");
+        }
+        assert_eq!(check("!PH 0,2\rX1", Dialect::MotionSystem), Ok(()));
+        assert_eq!(check("!PH 0,5\rX1", Dialect::MotionSystem), Err(Status::NoSuchAxis));
+        // The axis is looked at before the value.
+        assert_eq!(check("!VZ 0,3", Dialect::MotionSystem), Err(Status::NoSuchAxis));
+        let mut plotter = limits();
+        plotter.axes[2] = None;
+        for command in ["!ZA 5", "!ZR 5", "!VZ 50"] {
+            let command = parse(command.as_bytes(), Dialect::Smcu).unwrap();
+            assert_eq!(command.check(&plotter), Err(Status::NoSuchAxis));
+        }
+    }
+}

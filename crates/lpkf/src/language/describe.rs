@@ -1,0 +1,265 @@
+//! Commands in words, for traces and messages.
+//!
+//! The words are for people and may change; who needs something stable takes the mnemonic of
+//! the table.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::command::{Axis, Command, Mode, Trackball, Turn, Vector};
+use super::number::Number;
+
+/// More positions or records than this are counted instead of told.
+const TOLD: usize = 4;
+
+impl Command {
+    /// What it does, for people: `move to X 1,000 Y 2,000`.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Display for Command {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ArcAbsolute { centre: [x, y], angle } => {
+                write!(f, "arc around X {} Y {}, {}", Plain(*x), Plain(*y), Angle(*angle))
+            }
+            Self::ArcRelative { centre: [x, y], angle } => {
+                let (x, y) = (Signed(*x), Signed(*y));
+                write!(f, "arc around X {x} Y {y} from here, {}", Angle(*angle))
+            }
+            Self::Initialize => f.write_str("initialize"),
+            Self::Window([[x0, y0], [x1, y1]]) => {
+                let (x0, y0, x1, y1) = (Plain(*x0), Plain(*y0), Plain(*x1), Plain(*y1));
+                write!(f, "window from X {x0} Y {y0} to X {x1} Y {y1}")
+            }
+            Self::HardClipLimits(axis) => write!(f, "find limits of {}", Of(*axis)),
+            Self::OutputStatus => f.write_str("read status"),
+            Self::PlotAbsolute(positions) => plot(f, "to", positions, Plain),
+            Self::PlotRelative(ways) => plot(f, "by", ways, Signed),
+            Self::PenDown => f.write_str("lower head"),
+            Self::PenUp => f.write_str("lift head"),
+            Self::PenSpeed(speed) => write!(f, "speed with the pen down {}", PenSpeed(*speed)),
+            Self::Acceleration { axis, acceleration } => {
+                let value = Plain(*acceleration);
+                write!(f, "acceleration of {} {value} (mm/s² or mrad/s²)", Of(*axis))
+            }
+            Self::CloseChannel(None) => f.write_str("close channel"),
+            Self::CloseChannel(Some(channel)) => write!(f, "close channel {channel}"),
+            Self::CloseInterface => f.write_str("close trackball"),
+            Self::SetMode(Mode::Drilling) => f.write_str("drilling mode"),
+            Self::SetMode(Mode::Milling) => f.write_str("milling mode"),
+            Self::Continue => f.write_str("finish the broken-off command"),
+            Self::Echo(on) => write!(f, "echo {}", Switch(*on)),
+            Self::ExternalStop(on) => write!(f, "external stop {}", Switch(*on)),
+            Self::Spindle(on) => write!(f, "spindle {}", Switch(*on)),
+            Self::FullCurrent => f.write_str("full phase current"),
+            Self::HalfCurrent => f.write_str("half phase current"),
+            Self::GoBack => f.write_str("go back to the start of the broken-off command"),
+            Self::Reference(axis) => write!(f, "reference run of {}", Of(*axis)),
+            Self::MoveAllAbsolute(positions) => {
+                f.write_str("move to")?;
+                all_axes(f, positions.map(Plain))
+            }
+            Self::MoveAllRelative(ways) => {
+                f.write_str("move by")?;
+                all_axes(f, ways.map(Signed))
+            }
+            Self::ActualPosition { axis, triggered: false } => {
+                write!(f, "read actual position of {}", Of(*axis))
+            }
+            Self::ActualPosition { axis, triggered: true } => {
+                write!(f, "read actual position of {} at the last trigger", Of(*axis))
+            }
+            Self::OpenChannel(None) => f.write_str("open channel"),
+            Self::OpenChannel(Some(channel)) => write!(f, "open channel {channel}"),
+            Self::OpenInterface(Trackball::MoveAndReport) => {
+                f.write_str("open trackball: move and report")
+            }
+            Self::OpenInterface(Trackball::Move) => f.write_str("open trackball: move"),
+            Self::OpenInterface(Trackball::Report) => f.write_str("open trackball: report"),
+            Self::NominalPosition(axis) => write!(f, "read nominal position of {}", Of(*axis)),
+            Self::FollowVectors { axes, vectors } => follow(f, *axes, vectors),
+            Self::ReadPort(port) => write!(f, "read {}", Port(*port)),
+            Self::RepeatBroken => f.write_str("repeat the broken-off command"),
+            Self::Resolution { axis, resolution } => {
+                write!(f, "resolution of {} {resolution} (nm or 0.001″)", Of(*axis))
+            }
+            Self::Range { axis, min, max } => {
+                write!(f, "range of {} from {} to {}", axis.name(), Plain(*min), Plain(*max))
+            }
+            Self::DrillingTimes(times) => all_times(f, "drilling", *times),
+            Self::MillingTimes(times) => all_times(f, "milling", *times),
+            Self::SettlingTime(time) => write!(f, "settling time {}", Time(*time)),
+            Self::Wait(time) => write!(f, "wait {}", Time(*time)),
+            Self::TravelSpeed(speed) => write!(f, "speed with the pen up {} µm/s", Plain(*speed)),
+            Self::ZSpeed(speed) => axis_speed(f, Axis::Z0, *speed),
+            Self::AxisSpeed { axis, speed } => axis_speed(f, *axis, *speed),
+            Self::WritePort { port, data } => {
+                write!(f, "write {} to {}", Grouped((*data).into()), Port(*port))
+            }
+            Self::MoveZAbsolute(to) => write!(f, "move to Z {}", Plain(*to)),
+            Self::MoveZRelative(by) => write!(f, "move by Z {}", Signed(*by)),
+            Self::MoveAxisAbsolute { axis, to } => {
+                write!(f, "move to {} {}", axis.name(), Plain(*to))
+            }
+            Self::MoveAxisRelative { axis, by } => {
+                write!(f, "move by {} {}", axis.name(), Signed(*by))
+            }
+            Self::ClearBuffer => f.write_str("clear buffer"),
+            Self::GoOn => f.write_str("go on"),
+            Self::Repeat => f.write_str("repeat the last command"),
+            Self::Stop => f.write_str("stop after this command"),
+            Self::NoEffect => f.write_str("no effect"),
+        }
+    }
+}
+
+fn plot<T: Display>(
+    f: &mut Formatter<'_>,
+    how: &str,
+    pairs: &[[i32; 2]],
+    show: impl Fn(i32) -> T,
+) -> fmt::Result {
+    write!(f, "move {how}")?;
+    for (place, [x, y]) in pairs.iter().take(TOLD).enumerate() {
+        write!(f, "{} X {} Y {}", comma(place), show(*x), show(*y))?;
+    }
+    more(f, pairs.len())
+}
+
+fn follow(f: &mut Formatter<'_>, [a, b]: [Axis; 2], vectors: &[Vector]) -> fmt::Result {
+    let (a, b) = (a.name(), b.name());
+    f.write_str("follow")?;
+    for (place, vector) in vectors.iter().take(TOLD).enumerate() {
+        let ([x, y], [i, j]) = (vector.end.map(Signed), vector.centre.map(Signed));
+        write!(f, "{} {a} {x} {b} {y}", comma(place))?;
+        match vector.turn {
+            Turn::Straight => {}
+            Turn::Clockwise => write!(f, " clockwise around {a} {i} {b} {j}")?,
+            Turn::Counterclockwise => write!(f, " counter-clockwise around {a} {i} {b} {j}")?,
+        }
+        if vector.speed_change != 0 {
+            write!(f, " speed {} µm/s", Signed(vector.speed_change))?;
+        }
+    }
+    more(f, vectors.len())
+}
+
+/// How many there are that have not been told.
+fn more(f: &mut Formatter<'_>, count: usize) -> fmt::Result {
+    if count > TOLD { write!(f, " and {} more", count - TOLD) } else { Ok(()) }
+}
+
+fn all_axes<T: Display>(f: &mut Formatter<'_>, values: [T; 6]) -> fmt::Result {
+    for (axis, value) in Axis::ALL.iter().zip(values) {
+        write!(f, " {} {value}", axis.name())?;
+    }
+    Ok(())
+}
+
+fn all_times(f: &mut Formatter<'_>, what: &str, times: [u32; 4]) -> fmt::Result {
+    let [t1, t2, t3, t4] = times.map(Time);
+    write!(f, "times for {what}: {t1} and {t2} around lowering, {t3} and {t4} around lifting")
+}
+
+fn axis_speed(f: &mut Formatter<'_>, axis: Axis, speed: i32) -> fmt::Result {
+    write!(f, "speed of {} {} (µm/s or 0.1°/s)", axis.name(), Plain(speed))
+}
+
+/// What stands before the element in this place of an enumeration.
+const fn comma(place: usize) -> &'static str {
+    if place == 0 { "" } else { "," }
+}
+
+struct Switch(bool);
+
+impl Display for Switch {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0 { "on" } else { "off" })
+    }
+}
+
+/// An axis, or all of them.
+struct Of(Option<Axis>);
+
+impl Display for Of {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0.map_or("all axes", Axis::name))
+    }
+}
+
+/// Bank and port, as the halves of an address.
+struct Port(u8);
+
+impl Display for Port {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "bank {} port {}", self.0 >> 4, self.0 & 15)
+    }
+}
+
+/// A speed of the head. What is below 1 may be in m/s; that is a quirk nobody knows of here.
+struct PenSpeed(Number);
+
+impl Display for PenSpeed {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (literal, metres) = (self.0.speed(false), self.0.speed(true));
+        if literal == metres {
+            write!(f, "{} µm/s", Plain(literal))
+        } else {
+            write!(f, "{} (m/s or µm/s)", self.0)
+        }
+    }
+}
+
+/// With as many decimals as it needs, and its sense.
+struct Angle(i64);
+
+impl Display for Angle {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let degrees = Number { millionths: self.0.saturating_abs() };
+        let sense = if self.0 < 0 { "clockwise" } else { "counter-clockwise" };
+        write!(f, "{degrees}° {sense}")
+    }
+}
+
+struct Time(u32);
+
+impl Display for Time {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ms", Grouped(self.0))
+    }
+}
+
+/// With thousands separators.
+struct Grouped(u32);
+
+impl Display for Grouped {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if self.0 < 1000 {
+            return write!(f, "{}", self.0);
+        }
+        write!(f, "{},{:03}", Self(self.0 / 1000), self.0 % 1000)
+    }
+}
+
+/// With thousands separators; a minus if it is negative.
+struct Plain(i32);
+
+impl Display for Plain {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        write!(f, "{sign}{}", Grouped(self.0.unsigned_abs()))
+    }
+}
+
+/// With thousands separators and a sign; 0 has none.
+struct Signed(i32);
+
+impl Display for Signed {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 > 0 { "+" } else { "" };
+        write!(f, "{sign}{}", Plain(self.0))
+    }
+}

@@ -1,0 +1,263 @@
+//! From bytes to commands, one byte at a time.
+//!
+//! A command is two capital letters, or `!` and two, and then anything that is no capital letter
+//! and no `!`: digits, signs and points are its numbers, and every other byte, lower-case letters
+//! too, separates them. It is complete
+//!
+//! - with its last letter, if no model has a form of it with parameters: `IN`, `PD`, `!ST` act
+//!   at once;
+//! - at `;` or CR, which belong to no command;
+//! - at the next capital letter or `!`, with which the next command begins.
+//!
+//! `!PH` is the exception: its records stand between CRs and are made of letters, so it ends
+//! at `;` only, or at a `!` (assumed: a host that has given up begins anew). That is so on the
+//! SMCU as well, which does not know the command: its records are no commands there either.
+//!
+//! Letters that anything else than a letter breaks off are an unknown command, and so is a `!` on
+//! its own. Numbers outside a command are ignored, unless the quirk of
+//! [`Reader::with_bare_pairs`] makes them moves.
+//!
+//! Once `!OC` has been read every byte is for the unit on the second channel, until `!CC`.
+
+use std::mem;
+
+use serde::{Deserialize, Serialize};
+
+use super::command::Command;
+use super::dialect::Dialect;
+use super::number::numbers;
+use super::parse::{letters, parse};
+use super::status::Status;
+use super::table;
+
+/// The longest command that is kept, in bytes, its end not counted.
+///
+/// Assumed. It has to be enough for a `!PH` with as many records as there can be, each with six
+/// numbers of 32 bits, and some blanks.
+pub const COMMAND_MAX: usize = 8192;
+
+/// Hardly a command is longer than this, in bytes: one allocation for each is enough.
+const COMMAND_USUAL: usize = 64;
+
+/// What closes the second channel.
+const CLOSE_CHANNEL: &[u8] = b"!CC";
+
+/// What the bytes of a line amount to. `R` are the bytes of a command, owned or borrowed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Item<R = Vec<u8>> {
+    /// A command is complete.
+    Command {
+        /// Its bytes, without the end and the blanks before it.
+        raw: R,
+        /// What it means, or the status that refuses it.
+        command: Result<Command, Status>,
+    },
+    /// A command with more than [`COMMAND_MAX`] bytes is complete; they are gone.
+    TooLong,
+    /// A byte for the unit on the second channel.
+    Through(u8),
+}
+
+impl Item<&[u8]> {
+    /// The same with bytes of its own.
+    #[must_use]
+    pub fn into_owned(self) -> Item {
+        match self {
+            Item::Command { raw, command } => Item::Command { raw: raw.to_vec(), command },
+            Item::TooLong => Item::TooLong,
+            Item::Through(byte) => Item::Through(byte),
+        }
+    }
+}
+
+/// Reads what arrives on the line of a controller.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reader {
+    model: Dialect,
+    bare_pairs: bool,
+    /// Whether bare pairs are ways, because the last move was `PR`.
+    relative: bool,
+    /// The command that has been begun.
+    raw: Vec<u8>,
+    /// It has more than [`COMMAND_MAX`] bytes; `raw` has the first of them.
+    too_long: bool,
+    /// While the second channel is open, how much of [`CLOSE_CHANNEL`] has just been read.
+    channel: Option<usize>,
+}
+
+impl Reader {
+    /// A line on which nothing has arrived yet.
+    #[must_use]
+    pub const fn new(model: Dialect) -> Self {
+        Self {
+            model,
+            bare_pairs: false,
+            relative: false,
+            raw: Vec::new(),
+            too_long: false,
+            channel: None,
+        }
+    }
+
+    /// Whether numbers outside a command are a move: relative if the last move was one, absolute
+    /// at first and after `IN`. Such pairs end like a command. Off by default.
+    #[must_use]
+    pub const fn with_bare_pairs(mut self, on: bool) -> Self {
+        self.bare_pairs = on;
+        self
+    }
+
+    /// Takes one byte and hands out what it completes: mostly nothing, and in order if it is
+    /// more than one item.
+    pub fn feed(&mut self, byte: u8, mut emit: impl FnMut(Item)) {
+        self.read(byte, |item| emit(item.into_owned()));
+    }
+
+    /// The same, with the bytes of a command lent for as long as it is looked at.
+    pub fn read(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
+        if self.channel.is_some() {
+            return self.pass(byte, emit);
+        }
+        match byte {
+            b'!' => self.begin(byte, emit),
+            b'A'..=b'Z' if self.in_vectors() || self.takes_letter() => self.push(byte, emit),
+            b'A'..=b'Z' => self.begin(byte, emit),
+            b'\r' if self.in_vectors() => self.push(byte, emit),
+            b';' | b'\r' => self.end(&mut emit),
+            b'0'..=b'9' | b'+' | b'-' | b'.' if self.bare_pairs => self.push(byte, emit),
+            // What comes before the first command, or after the end of one, means nothing.
+            _ if self.raw.is_empty() => {}
+            _ => self.push(byte, emit),
+        }
+    }
+
+    /// Whether nothing of a command has arrived and the second channel is closed.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.raw.is_empty() && self.channel.is_none()
+    }
+
+    /// The command that has been begun, as far as it is kept.
+    #[must_use]
+    pub fn pending(&self) -> &[u8] {
+        &self.raw
+    }
+
+    /// Whether what arrives is for the unit on the second channel.
+    #[must_use]
+    pub const fn channel_open(&self) -> bool {
+        self.channel.is_some()
+    }
+
+    /// Forgets the command that has been begun. An open channel stays open.
+    pub fn clear(&mut self) {
+        self.raw.clear();
+        self.too_long = false;
+    }
+
+    /// Closes the second channel, because the `!OC` that was read is refused.
+    pub fn close_channel(&mut self) {
+        if let Some(held) = self.channel.take() {
+            self.raw.extend_from_slice(&CLOSE_CHANNEL[..held]);
+        }
+    }
+
+    /// Whether a letter that comes now belongs to the letters of the command.
+    fn takes_letter(&self) -> bool {
+        let rest = self.raw.strip_prefix(b"!").unwrap_or(&self.raw);
+        !self.raw.is_empty() && rest.len() < 2 && rest.iter().all(u8::is_ascii_uppercase)
+    }
+
+    /// Whether the command is one with records.
+    fn in_vectors(&self) -> bool {
+        self.raw.starts_with(b"!PH")
+    }
+
+    /// Takes a byte that cannot belong to the command before it.
+    fn begin(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
+        self.end(&mut emit);
+        // The command before it may have been the one that opens the channel.
+        if self.channel.is_some() { self.pass(byte, emit) } else { self.push(byte, emit) }
+    }
+
+    fn push(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
+        if self.raw.len() >= COMMAND_MAX {
+            self.too_long = true;
+            return;
+        }
+        if self.raw.is_empty() {
+            self.raw.reserve(COMMAND_USUAL);
+        }
+        self.raw.push(byte);
+        if byte.is_ascii_uppercase() && table::is_complete(&self.raw) {
+            self.end(&mut emit);
+        }
+    }
+
+    /// Ends the command that has been begun, if one has.
+    fn end(&mut self, emit: &mut impl FnMut(Item<&[u8]>)) {
+        if self.raw.is_empty() {
+            return;
+        }
+        let mut bytes = mem::take(&mut self.raw);
+        self.end_with(bytes.trim_ascii_end(), emit);
+        // The memory is kept for the next command, unless this was a very long one.
+        if bytes.capacity() <= 4 * COMMAND_USUAL {
+            bytes.clear();
+            self.raw = bytes;
+        }
+    }
+
+    fn end_with(&mut self, raw: &[u8], emit: &mut impl FnMut(Item<&[u8]>)) {
+        let too_long = mem::take(&mut self.too_long);
+        // A sign or a point on its own is no pair.
+        if letters(raw).is_empty() && numbers(raw).next().is_none() {
+            return;
+        }
+        if too_long {
+            // A `!PH` that long has more records than there is room for.
+            let too_many = raw.starts_with(b"!PH") && self.model == Dialect::MotionSystem;
+            return emit(if too_many {
+                Item::Command { raw: &raw[..3], command: Err(Status::VectorBufferFull) }
+            } else {
+                Item::TooLong
+            });
+        }
+        let command = self.understand(raw);
+        match &command {
+            Ok(Command::OpenChannel(_)) => self.channel = Some(0),
+            Ok(Command::Initialize | Command::PlotAbsolute(_)) => self.relative = false,
+            Ok(Command::PlotRelative(_)) => self.relative = true,
+            _ => {}
+        }
+        emit(Item::Command { raw, command });
+    }
+
+    fn understand(&self, raw: &[u8]) -> Result<Command, Status> {
+        if !letters(raw).is_empty() {
+            return parse(raw, self.model);
+        }
+        let letters: &[u8] = if self.relative { b"PR" } else { b"PA" };
+        parse(&[letters, raw].concat(), self.model)
+    }
+
+    /// Takes a byte while the second channel is open.
+    fn pass(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
+        let held = self.channel.unwrap_or_default();
+        if CLOSE_CHANNEL.get(held) == Some(&byte) {
+            self.channel = Some(held + 1);
+            if held + 1 == CLOSE_CHANNEL.len() {
+                self.channel = None;
+                self.raw.extend_from_slice(CLOSE_CHANNEL);
+            }
+            return;
+        }
+        // It was not the end after all. Only a `!` can be the beginning of it.
+        CLOSE_CHANNEL.iter().take(held).for_each(|&byte| emit(Item::Through(byte)));
+        self.channel = Some(usize::from(byte == CLOSE_CHANNEL[0]));
+        if byte != CLOSE_CHANNEL[0] {
+            emit(Item::Through(byte));
+        }
+    }
+}

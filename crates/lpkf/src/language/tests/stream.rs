@@ -1,0 +1,174 @@
+//! Where commands begin and end on the line.
+
+use super::{feed, items};
+use crate::language::{COMMAND_MAX, Command, Dialect, Item, Reader, Status};
+
+/// What arrives, in short: commands by their bytes, `?` before those that are refused, and what
+/// goes through between `<` and `>`.
+fn told(items: &[Item]) -> String {
+    let tell = |item: &Item| match item {
+        Item::Command { raw, command: Ok(_) } => raw.escape_ascii().to_string(),
+        Item::Command { raw, command: Err(_) } => format!("?{}", raw.escape_ascii()),
+        Item::TooLong => "too long".to_owned(),
+        Item::Through(byte) => format!("<{}>", byte.escape_ascii()),
+    };
+    items.iter().map(tell).collect::<Vec<_>>().join("|").replace(">|<", "")
+}
+
+fn smcu(bytes: &str) -> String {
+    told(&items(Dialect::Smcu, bytes.as_bytes()))
+}
+
+fn motion(bytes: &str) -> String {
+    told(&items(Dialect::MotionSystem, bytes.as_bytes()))
+}
+
+#[test]
+fn a_command_ends_at_its_end_or_where_the_next_begins() {
+    assert_eq!(smcu("PA 1000,2000;"), "PA 1000,2000");
+    assert_eq!(smcu("PA1000,2000\r"), "PA1000,2000");
+    assert_eq!(smcu("PA1,2PR3,4!TS5VS6;"), "PA1,2|PR3,4|!TS5|VS6");
+    assert_eq!(smcu("PA1,2"), "", "more digits could follow");
+    assert_eq!(smcu("PA1,2P"), "PA1,2");
+    assert_eq!(smcu("OH"), "", "the MotionSystem has an OH with an axis");
+    assert_eq!(smcu("OHPD"), "OH|PD");
+}
+
+#[test]
+fn a_command_that_takes_nothing_acts_at_once() {
+    for command in [
+        "IN", "OS", "PD", "PU", "!CI", "!CS", "!FP", "!GB", "!HP", "!RC", "!CB", "!GO", "!RP",
+        "!ST",
+    ] {
+        for model in Dialect::ALL {
+            let items = items(model, command.as_bytes());
+            assert!(
+                matches!(&items[..], [Item::Command { raw, .. }] if raw == command.as_bytes()),
+                "{command} on {model:?}"
+            );
+        }
+    }
+    assert_eq!(smcu("PA1,2!ST"), "PA1,2|!ST");
+    assert_eq!(smcu("PD;PU\rPDPU"), "PD|PU|PD|PU", "their ends end nothing");
+}
+
+#[test]
+fn lf_nul_and_blanks_only_separate() {
+    assert_eq!(smcu("\0\n PA\n1\0 2 \n;\r\n"), "PA\\n1\\x00 2");
+    assert_eq!(
+        items(Dialect::Smcu, b"PA\n1\0 2;"),
+        [Item::Command {
+            raw: b"PA\n1\0 2".to_vec(),
+            command: Ok(Command::PlotAbsolute(vec![[1, 2]])),
+        }]
+    );
+    assert_eq!(smcu(";;\r\r\n"), "");
+}
+
+#[test]
+fn what_is_no_command_is_unknown_once() {
+    assert_eq!(smcu("XX1,2;PD"), "?XX1,2|PD");
+    assert_eq!(smcu("!XX;"), "?!XX");
+    assert_eq!(smcu("P;PD"), "?P|PD");
+    assert_eq!(smcu("P1,2;"), "?P1,2");
+    assert_eq!(smcu("!5;"), "?!5");
+    assert_eq!(smcu("!!ST"), "?!|!ST");
+    assert_eq!(smcu("P!ST"), "?P|!ST");
+    assert_eq!(smcu("! ST;"), "?!|?ST");
+    // Only capital letters are letters.
+    assert_eq!(smcu("pd;!st;"), "?!st");
+    assert_eq!(smcu("1,2;"), "", "numbers are no command");
+}
+
+#[test]
+fn bare_pairs_are_moves_if_the_quirk_is_on() {
+    let mut reader = Reader::new(Dialect::Smcu).with_bare_pairs(true);
+    let mut moves = |bytes: &str| -> Vec<_> {
+        let command = |item| match item {
+            Item::Command { command, .. } => command,
+            other => panic!("{other:?}"),
+        };
+        feed(&mut reader, bytes.as_bytes()).into_iter().map(command).collect()
+    };
+    assert_eq!(moves("1,2;"), [Ok(Command::PlotAbsolute(vec![[1, 2]]))]);
+    assert_eq!(
+        moves("PD 3,4,5,6\r"),
+        [Ok(Command::PenDown), Ok(Command::PlotAbsolute(vec![[3, 4], [5, 6]])),]
+    );
+    assert_eq!(
+        moves("PR1,1;-2,-2;"),
+        [Ok(Command::PlotRelative(vec![[1, 1]])), Ok(Command::PlotRelative(vec![[-2, -2]])),]
+    );
+    assert_eq!(moves("7;"), [Err(Status::SingleCoordinate)]);
+    assert_eq!(moves("-;.;"), []);
+    assert_eq!(
+        moves("IN1,1;"),
+        [Ok(Command::Initialize), Ok(Command::PlotAbsolute(vec![[1, 1]])),]
+    );
+}
+
+#[test]
+fn between_oc_and_cc_everything_goes_through() {
+    assert_eq!(smcu("!OC;!SV3;PA\r!CC;PD"), "!OC|<!SV3;PA\\r>|!CC|PD");
+    // What is almost the end is not lost.
+    assert_eq!(smcu("!OC;!C!!CX!C"), "!OC|<!C!!CX>");
+    assert_eq!(smcu("!OC;!C!CC;"), "!OC|<!C>|!CC");
+    assert_eq!(smcu("!OC;!!CC\r"), "!OC|<!>|!CC");
+    // The next command ends it as it ends every other, and is already for the unit.
+    assert_eq!(smcu("!OC!RM1;!CC!ST"), "!OC|<!RM1;>|!CC|!ST");
+    assert_eq!(smcu("!OCPD!CCPD"), "!OC|<PD>|!CC|PD");
+    assert_eq!(motion("!OC 2;x!CC 2;"), "!OC 2|<x>|!CC 2");
+}
+
+#[test]
+fn only_a_channel_that_exists_is_opened() {
+    assert_eq!(smcu("!OC 2;PD"), "?!OC 2|PD");
+    let mut reader = Reader::new(Dialect::Smcu);
+    assert_eq!(told(&feed(&mut reader, b"!OC")), "");
+    assert!(!reader.channel_open() && !reader.is_idle());
+    assert_eq!(told(&feed(&mut reader, b";!C")), "!OC");
+    assert!(reader.channel_open() && !reader.is_idle());
+    reader.clear();
+    assert_eq!(told(&feed(&mut reader, b"C\r")), "!CC");
+    assert!(!reader.channel_open() && reader.is_idle());
+}
+
+#[test]
+fn the_records_of_ph_are_no_commands() {
+    let vectors = "!PH0,1\rX1Y2PA3\r\nPDIN!";
+    assert_eq!(motion("!PH0,1\rX1Y1\rX2\r;PD"), "!PH0,1\\rX1Y1\\rX2|?PD");
+    assert_eq!(smcu("!PH0,1\rX1Y1\rX2\r;PD"), "?!PH0,1\\rX1Y1\\rX2|PD");
+    for model in Dialect::ALL {
+        // They go on to the `;`, or to a `!`.
+        assert_eq!(told(&items(model, vectors.as_bytes())), "?!PH0,1\\rX1Y2PA3\\r\\nPDIN");
+    }
+}
+
+#[test]
+fn what_is_too_long_is_told_at_its_end() {
+    let digits = "1".repeat(COMMAND_MAX - 2);
+    assert_eq!(smcu(&format!("PA{digits};")), format!("?PA{digits}"));
+    assert_eq!(smcu(&format!("PA{digits}1;PD")), "too long|PD");
+    assert_eq!(smcu(&format!("PA{digits}1PD")), "too long|PD");
+    assert_eq!(smcu(&format!("XX{digits}1\rPD")), "too long|PD");
+    let blanks = " ".repeat(COMMAND_MAX);
+    for (model, status) in
+        [(Dialect::Smcu, None), (Dialect::MotionSystem, Some(Status::VectorBufferFull))]
+    {
+        let expected = match status {
+            Some(status) => Item::Command { raw: b"!PH".to_vec(), command: Err(status) },
+            None => Item::TooLong,
+        };
+        assert_eq!(items(model, format!("!PH0,1\r{blanks}X1\r;").as_bytes()), [expected]);
+    }
+}
+
+#[test]
+fn a_begun_command_can_be_forgotten() {
+    let mut reader = Reader::new(Dialect::Smcu);
+    feed(&mut reader, b"PA1,");
+    assert_eq!(reader.pending(), b"PA1,");
+    reader.clear();
+    assert_eq!(reader, Reader::new(Dialect::Smcu));
+    assert_eq!(told(&feed(&mut reader, b"2;PD")), "PD");
+}

@@ -1,0 +1,191 @@
+//! Reference runs and the search for the hard clip limits: axes drive to their switches.
+
+use std::collections::VecDeque;
+
+use vimc4_motion::{Profile, Segment};
+use vimc4_plant::{End, Reference};
+
+use crate::Controller;
+use crate::language::{Axis, Command, Status};
+use crate::model::CommandSet;
+use crate::moves::along;
+use crate::state::{Link, Meeting, Stage};
+use crate::text::Line;
+
+/// So many steps stand for "on and on": half a year at the highest speed.
+const ON_AND_ON: i64 = 1 << 40;
+
+impl Controller {
+    /// `!IS`: all axes one after the other, or one.
+    pub(crate) fn reference_stages(&self, only: Option<Axis>) -> Result<VecDeque<Stage>, Status> {
+        let machine = self.state.plant.machine();
+        let kind = |axis: Axis| machine.axis(axis.index()).reference;
+        let mut stages = VecDeque::new();
+        if only.is_some_and(|axis| kind(axis) == Reference::None) {
+            return Err(Status::ReferenceNotAllowed);
+        }
+        let axes: Vec<Axis> = match only {
+            Some(axis) => vec![axis],
+            None => self.state.fitted().filter(|axis| kind(*axis) != Reference::None).collect(),
+        };
+        let profile = &self.state.model.reference;
+        for axis in axes {
+            let speed = self.reference_speed(axis, profile.speed);
+            let leave = self.reference_speed(axis, profile.leave_speed);
+            let end = match kind(axis) {
+                Reference::Home => {
+                    let home = -self.state.plant.carriage()[axis.index()];
+                    let way = home * self.state.carriage_sign(axis.index());
+                    stages.extend([Stage::Free(axis, way, speed), Stage::Zero(axis)]);
+                    continue;
+                }
+                Reference::Positive => End::Positive,
+                _ => End::Negative,
+            };
+            let inwards = if end == End::Negative { 1 } else { -1 };
+            let free =
+                inwards * self.state.carriage_sign(axis.index()) * i64::from(profile.free_steps);
+            stages.extend([
+                Stage::Onto(axis, end, speed),
+                Stage::Off(axis, end, leave),
+                Stage::Free(axis, free, leave),
+                Stage::Zero(axis),
+            ]);
+        }
+        Ok(stages)
+    }
+
+    /// `OH`: each axis to its positive switch and back to 0 at the speed set last. An axis
+    /// without a switch is not moved: its limit is what the machine's profile says.
+    pub(crate) fn hard_clip_stages(&self, only: Option<Axis>) -> VecDeque<Stage> {
+        let mut stages = VecDeque::new();
+        let axes: Vec<Axis> = match only {
+            Some(axis) => vec![axis],
+            None => self.state.fitted().collect(),
+        };
+        let mut home = self.state.position;
+        for axis in axes {
+            let index = axis.index();
+            let end = self.outer_end(axis);
+            if self.state.plant.machine().axis(index).switch(end).is_some() {
+                let speed = match self.state.model.command_set {
+                    CommandSet::Smcu if index < 2 => self.plane_speed(),
+                    _ => self.axis_speed(axis),
+                };
+                let speed = self.steps_per_second(axis, speed);
+                home[index] = 0;
+                stages.push_back(Stage::Onto(axis, end, speed));
+                stages.push_back(Stage::Found(axis));
+                stages.push_back(Stage::To(home));
+            } else {
+                stages.push_back(Stage::Found(axis));
+            }
+        }
+        stages.push_back(Stage::HardClipLimits(only));
+        stages
+    }
+
+    /// The end of the carriage's travel where the counters are largest.
+    fn outer_end(&self, axis: Axis) -> End {
+        match self.state.carriage_sign(axis.index()) {
+            1 => End::Positive,
+            _ => End::Negative,
+        }
+    }
+
+    /// A reference speed in steps a second, from µm/s or hundredths of a degree a second.
+    fn reference_speed(&self, axis: Axis, speed: u32) -> u32 {
+        let unit = if self.is_rotary(axis) { 36_000 } else { 1_000 };
+        self.steps_per_second(axis, u64::from(speed) * unit)
+    }
+
+    /// Drives onto a limit switch, or off it; nothing if that is so already.
+    pub(crate) fn begin_drive(&mut self, axis: Axis, end: End, speed: u32, onto: bool) {
+        let index = axis.index();
+        let plant = &self.state.plant;
+        let place = plant.carriage()[index];
+        if plant.pressed_at(index, end, place) == onto {
+            return;
+        }
+        let sign = self.state.carriage_sign(index);
+        let towards = if (end == End::Positive) == onto { 1 } else { -1 };
+        let path = along(axis, sign * towards * ON_AND_ON);
+        // Where the switch is held by hand there is no edge, and the axis goes on and on.
+        let edge = plant.machine().axis(index).switch(end).filter(|_| !plant.is_held(index, end));
+        let goal = match (edge, onto) {
+            (Some(edge), true) => path.first_at(index, sign * (edge - place)),
+            (Some(edge), false) => path.first_at(index, sign * (edge + towards - place)),
+            (None, _) => None,
+        };
+        // On its way off one switch it can run onto the other.
+        let other = self.switch_ahead(&path, 0).filter(|(_, _, met)| *met != end);
+        let event = match (goal, other) {
+            (Some(goal), Some((step, axis, met))) if step < goal => {
+                Some((step, Meeting::Limit(axis, met)))
+            }
+            (Some(goal), _) => Some((goal, Meeting::Edge)),
+            (None, Some((step, axis, met))) => Some((step, Meeting::Limit(axis, met))),
+            (None, None) => None,
+        };
+        let profile = Profile::constant(path.length(), speed);
+        self.start(Segment { path, profile }, Vec::new(), (0, 0), event, None);
+    }
+
+    /// Goes by some steps.
+    pub(crate) fn begin_free(&mut self, axis: Axis, way: i64, speed: u32) {
+        if way == 0 {
+            return;
+        }
+        let path = along(axis, way);
+        let mut delta = vimc4_device::Point::default();
+        delta[axis.index()] = way;
+        let links = vec![Link::line(&delta, &self.state.settings.resolution)];
+        let event = self.switch_ahead(&path, 0);
+        let event = event.map(|(step, axis, end)| (step, Meeting::Limit(axis, end)));
+        let profile = Profile::constant(path.length(), speed);
+        self.start(Segment { path, profile }, links, (0, 0), event, None);
+    }
+
+    /// Here is the reference point.
+    pub(crate) fn set_zero(&mut self, axis: Axis) {
+        let index = axis.index();
+        self.state.position[index] = 0;
+        self.state.origin[index] = self.state.plant.carriage()[index];
+        self.state.referenced[index] = true;
+    }
+
+    /// `OH` notes the last place before the switch, or the one that the profile gives.
+    pub(crate) fn end_found(&mut self, axis: Axis) {
+        let index = axis.index();
+        let end = self.outer_end(axis);
+        let profile = self.state.plant.machine().axis(index);
+        let last = match end {
+            End::Positive => profile.highest,
+            End::Negative => profile.lowest,
+        };
+        let found = match (profile.switch(end), last) {
+            (Some(_), _) => self.state.position[index] - 1,
+            (None, Some(last)) => {
+                self.state.carriage_sign(index) * (last - self.state.origin[index])
+            }
+            (None, None) => 0,
+        };
+        if let Some(job) = &mut self.state.job {
+            job.found[index] = found;
+        }
+    }
+
+    /// `W` and what was found.
+    pub(crate) fn send_hard_clip_limits(&mut self, only: Option<Axis>) {
+        let Some(job) = &self.state.job else { return };
+        let mut line = Line::new(b'W');
+        if self.state.model.quirks.hard_clip_blank {
+            line.push(b' ');
+        }
+        match only {
+            Some(axis) => line.number(job.found[axis.index()], 1),
+            None => line.numbers(self.places(&job.found)),
+        }
+        self.send_line(&Command::HardClipLimits(only), line);
+    }
+}

@@ -1,0 +1,229 @@
+//! What a test or a person can set from outside.
+
+use vimc4_device::{Signal, SignalId, SignalKind};
+use vimc4_plant::{End, PlantSignal};
+
+use crate::Controller;
+use crate::language::{Axis, Status};
+use crate::model::CommandSet;
+use crate::state::Stop;
+
+/// The first number that is no signal of the plant.
+const FIRST: u16 = 128;
+/// The first number of a fault.
+const FIRST_FAULT: u16 = 256;
+
+/// A thing outside that only these controllers know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Own {
+    /// A message interrupt, 0 or 1.
+    Message(u8),
+    /// Takes the measured positions.
+    Trigger,
+    /// Which axis the trackball moves.
+    BallAxis,
+    /// Turns the trackball by so many steps, in X or in Y.
+    Ball(u8),
+    /// The spindle unit fails: 1 or 2.
+    SpindleFault,
+    /// A status that nothing else in the emulated world causes.
+    Fault(Status),
+}
+
+impl Own {
+    const PLAIN: [Own; 7] = [
+        Own::Message(0),
+        Own::Message(1),
+        Own::Trigger,
+        Own::BallAxis,
+        Own::Ball(0),
+        Own::Ball(1),
+        Own::SpindleFault,
+    ];
+
+    fn id(self) -> SignalId {
+        SignalId(match self {
+            Own::Fault(status) => FIRST_FAULT + u16::from(status.code()),
+            plain => FIRST + Self::PLAIN.iter().position(|own| *own == plain).unwrap_or(0) as u16,
+        })
+    }
+
+    fn from_id(id: SignalId) -> Option<Own> {
+        match id.0.checked_sub(FIRST_FAULT) {
+            Some(code) => u8::try_from(code).ok().and_then(Status::from_code).map(Own::Fault),
+            None => Self::PLAIN.get(usize::from(id.0.checked_sub(FIRST)?)).copied(),
+        }
+    }
+
+    fn describe(self, axes: usize) -> Signal {
+        let way = SignalKind::Analogue { low: -1_000_000, high: 1_000_000 };
+        let (name, kind, about) = match self {
+            Own::Message(number) => (
+                format!("message {number}"),
+                SignalKind::Button,
+                format!("message interrupt {number}"),
+            ),
+            Own::Trigger => {
+                let about = "takes the measured positions".to_owned();
+                ("trigger".to_owned(), SignalKind::Button, about)
+            }
+            Own::BallAxis => {
+                let kind = SignalKind::Analogue { low: 0, high: axes as i32 - 1 };
+                ("ball axis".to_owned(), kind, "the axis that the trackball moves".to_owned())
+            }
+            Own::Ball(way_of) => {
+                let letter = if way_of == 0 { 'x' } else { 'y' };
+                let about = "turns the trackball by so many steps".to_owned();
+                (format!("ball {letter}"), way, about)
+            }
+            Own::SpindleFault => (
+                "spindle-fault".to_owned(),
+                SignalKind::Analogue { low: 0, high: 2 },
+                "the spindle unit does not reach its speed, and says 1 or 2".to_owned(),
+            ),
+            Own::Fault(status) => {
+                (format!("fault {}", status.name()), SignalKind::Input, status.meaning().to_owned())
+            }
+        };
+        Signal { id: self.id(), name, kind, positions: None, about }
+    }
+}
+
+impl Controller {
+    /// Everything that can be set.
+    pub(crate) fn list_signals(&self) -> Vec<Signal> {
+        let mut signals = vec![PlantSignal::Stop.describe("")];
+        for axis in self.state.fitted() {
+            let ends = [End::Negative, End::Positive];
+            let limits = ends.map(|end| PlantSignal::Limit(axis.index(), end));
+            let name = self.axis_name(axis).to_lowercase();
+            signals.extend(limits.map(|limit| limit.describe(&name)));
+        }
+        for (number, port) in (0u8..).zip(&self.state.model.io.read) {
+            for bit in 0..8 {
+                let input = PlantSignal::Input(number * 8 + bit);
+                signals.push(input.describe(&format!("{port}.{bit}")));
+            }
+        }
+        let own = Own::PLAIN.into_iter().filter(|own| self.has(*own));
+        signals.extend(own.map(|own| own.describe(self.state.model.axes)));
+        let faults = Status::ALL.iter().map(|status| Own::Fault(*status));
+        let faults = faults.filter(|own| self.has(*own));
+        signals.extend(faults.map(|own| own.describe(self.state.model.axes)));
+        signals
+    }
+
+    fn has(&self, own: Own) -> bool {
+        let of_motion_system = self.state.model.command_set == CommandSet::MotionSystem;
+        match own {
+            Own::Message(_) | Own::Trigger => of_motion_system,
+            Own::BallAxis | Own::Ball(_) => self.state.model.interface.trackball,
+            Own::SpindleFault => true,
+            Own::Fault(status) => {
+                status.known_to(self.state.model.command_set.dialect()) && !self.is_caused(status)
+            }
+        }
+    }
+
+    /// Whether something in the emulated world causes a status.
+    fn is_caused(&self, status: Status) -> bool {
+        use Status as S;
+        match status {
+            // A MotionSystem says which axis it was.
+            S::WorkAreaLeft | S::LimitSwitch => self.state.model.command_set == CommandSet::Smcu,
+            S::SingleCoordinate
+            | S::MissingParameter
+            | S::FastStop
+            | S::SpeedTooHigh
+            | S::SpeedTooLow
+            | S::UnknownCommand
+            | S::ReceiverOverflow
+            | S::AccelerationTooHigh
+            | S::AccelerationTooLow
+            | S::ResolutionTooLarge
+            | S::ResolutionTooSmall
+            | S::NoSuchAxis
+            | S::NoSuchInterface
+            | S::NoSuchIoModule
+            | S::MessageInterrupt0
+            | S::MessageInterrupt1
+            | S::NoCounterAxis
+            | S::WrongAfterStop
+            | S::WrongAfterLimit
+            | S::WrongAfterSoftFrame
+            | S::WrongAfterMessage
+            | S::WrongAfterOpenInterface
+            | S::TooManyVectorParameters
+            | S::VectorBufferFull
+            | S::ReferenceNotAllowed
+            | S::CommandBufferFull => true,
+            // Ranges and limit switches of the six axes.
+            status => (25..=48).contains(&status.code()),
+        }
+    }
+
+    /// A signal takes a value.
+    pub(crate) fn signal(&mut self, id: SignalId, value: i32) {
+        if let Some(signal) = PlantSignal::from_id(id) {
+            let level = value != 0;
+            if self.state.plant.set(signal, level) && self.state.powered {
+                match signal {
+                    PlantSignal::Stop if level && self.state.settings.external_stop => {
+                        self.interrupt(Stop::External, Status::FastStop);
+                    }
+                    PlantSignal::Limit(axis, end) => {
+                        if let Some(axis) = Axis::from_index(axis) {
+                            self.switch_changed(axis, end, level);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            return;
+        }
+        let Some(own) = Own::from_id(id).filter(|own| self.has(*own)) else { return };
+        match own {
+            Own::BallAxis => {
+                let most = self.state.model.axes as i32 - 1;
+                self.state.ball.axis = value.clamp(0, most) as u8;
+            }
+            Own::SpindleFault => self.state.unit.fault = value.clamp(0, 2) as u8,
+            Own::Fault(status) => self.fault(status, value != 0),
+            _ if !self.state.powered || value == 0 => {}
+            Own::Message(0) => self.interrupt(Stop::Message, Status::MessageInterrupt0),
+            Own::Message(_) => self.interrupt(Stop::Message, Status::MessageInterrupt1),
+            Own::Trigger => self.state.triggered = Some(self.all_actual_now()),
+            Own::Ball(0) => self.ball_turned(i64::from(value), 0),
+            Own::Ball(_) => self.ball_turned(0, i64::from(value)),
+        }
+    }
+
+    /// A fault comes or goes. What takes the motors' ability to move halts them.
+    fn fault(&mut self, status: Status, active: bool) {
+        let changed = match active {
+            true => self.state.faults.insert(status.code()),
+            false => self.state.faults.remove(&status.code()),
+        };
+        if !changed || !active || !self.state.powered {
+            return;
+        }
+        match status {
+            // It is said when somebody opens the interface.
+            Status::JoystickNotConnected if self.state.ball.open.is_none() => {}
+            status if forbids_motion(status) => self.halt(status),
+            status => self.report(status),
+        }
+    }
+
+    /// The fault because of which nothing can move, if there is one.
+    pub(crate) fn standing_fault(&self) -> Option<Status> {
+        let mut faults = self.state.faults.iter().filter_map(|code| Status::from_code(*code));
+        faults.find(|status| forbids_motion(*status))
+    }
+}
+
+/// Whether nothing can move with this fault: the sum of all errors, power stages, limit
+/// switches, air.
+fn forbids_motion(status: Status) -> bool {
+    status == Status::SumError || (49..=63).contains(&status.code())
+}

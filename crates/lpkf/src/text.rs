@@ -1,0 +1,82 @@
+//! Lines of data, put together without asking for memory.
+
+use bytes::Bytes;
+
+/// The longest line: a letter, a blank, six positions of ten digits with signs and commas.
+const LONGEST: usize = 80;
+
+/// A line that is being written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    bytes: [u8; LONGEST],
+    length: usize,
+}
+
+impl Line {
+    /// A line that begins with a letter.
+    pub(crate) fn new(letter: u8) -> Line {
+        let mut line = Line { bytes: [0; LONGEST], length: 0 };
+        line.push(letter);
+        line
+    }
+
+    /// Adds a character; what is beyond the longest line is left out.
+    pub(crate) fn push(&mut self, byte: u8) {
+        if let Some(place) = self.bytes.get_mut(self.length) {
+            *place = byte;
+            self.length += 1;
+        }
+    }
+
+    /// Adds a number in decimal digits, with zeros in front up to `least` digits.
+    pub(crate) fn number(&mut self, number: i64, least: usize) {
+        let mut digits = [b'0'; 20];
+        let (mut rest, mut first) = (number.unsigned_abs(), digits.len());
+        while rest > 0 || digits.len() - first < least.clamp(1, digits.len()) {
+            first -= 1;
+            digits[first] = b'0' + (rest % 10) as u8;
+            rest /= 10;
+        }
+        if number < 0 {
+            self.push(b'-');
+        }
+        digits[first..].iter().for_each(|digit| self.push(*digit));
+    }
+
+    /// Adds numbers with commas between them.
+    pub(crate) fn numbers(&mut self, numbers: &[i64]) {
+        for (index, number) in numbers.iter().enumerate() {
+            if index > 0 {
+                self.push(b',');
+            }
+            self.number(*number, 1);
+        }
+    }
+
+    /// The whole line with its CR.
+    pub(crate) fn finish(mut self) -> Bytes {
+        self.push(b'\r');
+        Bytes::copy_from_slice(&self.bytes[..self.length])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_as_people_do() {
+        let mut line = Line::new(b'P');
+        line.numbers(&[0, -5, 19_100, i64::from(i32::MIN)]);
+        assert_eq!(&line.finish()[..], b"P0,-5,19100,-2147483648\r");
+        let mut line = Line::new(b'R');
+        line.number(7, 4);
+        assert_eq!(&line.finish()[..], b"R0007\r");
+        let mut line = Line::new(b'P');
+        line.numbers(&[i64::from(i32::MIN); 6]);
+        assert_eq!(line.finish().len(), 1 + 6 * 11 + 5 + 1);
+        let mut line = Line::new(b'P');
+        line.number(i64::MIN, 0);
+        assert_eq!(&line.finish()[..], b"P-9223372036854775808\r");
+    }
+}
