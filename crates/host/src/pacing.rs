@@ -114,18 +114,6 @@ impl<D: Device> Line<D> {
         &self.device
     }
 
-    /// How many more bytes the line takes now without losing any. A host reads no more than
-    /// this from its clients; the rest waits where they wrote it. Nothing is taken while the
-    /// answers are far behind: most are longer than what asked for them.
-    pub fn room(&self) -> usize {
-        if self.wires.paced {
-            let Wires { to_device, from_device, .. } = &self.wires;
-            LANE.saturating_sub(to_device.queue.len().max(from_device.queue.len()))
-        } else {
-            usize::MAX
-        }
-    }
-
     /// Hands an input to the device and collects what comes out.
     fn pass(&mut self, input: Input<'_>, at: Time) {
         self.device.handle(input, at);
@@ -236,6 +224,18 @@ impl<D: Device> Device for Line<D> {
 
     fn baud(&self) -> u32 {
         self.device.baud()
+    }
+
+    /// A paced line takes no more than its lane holds, and nothing while the answers are far
+    /// behind: most are longer than what asked for them.
+    fn room(&self, handshake: bool) -> usize {
+        let room = self.device.room(handshake);
+        if !self.wires.paced {
+            return room;
+        }
+        let Wires { to_device, from_device, .. } = &self.wires;
+        let (coming, leaving) = (to_device.queue.len(), from_device.queue.len());
+        LANE.saturating_sub(coming.max(leaving)).min(room.saturating_sub(coming))
     }
 
     fn flash_image(&self) -> Vec<u8> {

@@ -55,7 +55,6 @@ const CHUNK: usize = 1_024;
 /// ```
 pub struct Runner<D: Device> {
     device: D,
-    room: fn(&D) -> usize,
     clock: Clock,
     ticking: Option<Ticking>,
     /// Since when the device has been behind its clock without a pause.
@@ -67,6 +66,8 @@ pub struct Runner<D: Device> {
     sinks: Vec<(Wants, Box<dyn Sink>)>,
     wants: Wants,
     baud: u32,
+    /// Whether clients may send, as the handshake lines say.
+    ready: bool,
     jobs: mpsc::UnboundedReceiver<Job<D>>,
     stop: oneshot::Receiver<()>,
     journey: Option<(Time, TimeReply)>,
@@ -105,6 +106,39 @@ struct Waiter {
     reply: TimeReply,
 }
 
+/// What leaves the device at one time, so that it costs one write.
+#[derive(Default)]
+struct Leaving {
+    first: Option<(Time, Bytes)>,
+    /// All of it, if it is more than the first.
+    all: Vec<u8>,
+}
+
+impl Leaving {
+    /// Whether something that is said at a time belongs to it, and there is room.
+    fn is_at(&self, at: Time) -> bool {
+        self.all.len() < CHUNK && self.first.as_ref().is_none_or(|(first, _)| *first == at)
+    }
+
+    fn add(&mut self, at: Time, bytes: Bytes) {
+        match &self.first {
+            None => self.first = Some((at, bytes)),
+            Some((_, first)) => {
+                if self.all.is_empty() {
+                    self.all.extend_from_slice(first);
+                }
+                self.all.extend_from_slice(&bytes);
+            }
+        }
+    }
+
+    fn take(&mut self) -> Option<(Time, Bytes)> {
+        let (at, first) = self.first.take()?;
+        let all = std::mem::take(&mut self.all);
+        Some((at, if all.is_empty() { first } else { all.into() }))
+    }
+}
+
 /// Why the task looked up.
 enum Woken<D: Device> {
     /// Something has arrived on the line, and was passed on.
@@ -123,7 +157,6 @@ impl<D: Device + Clone + 'static> Runner<D> {
         let baud = device.baud();
         let mut runner = Runner {
             device,
-            room: |_| usize::MAX,
             clock,
             ticking: None,
             behind: None,
@@ -133,6 +166,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             sinks: Vec::new(),
             wants: Wants::default(),
             baud,
+            ready: true,
             jobs: job_queue,
             stop: stop_signal,
             journey: None,
@@ -141,14 +175,6 @@ impl<D: Device + Clone + 'static> Runner<D> {
         };
         runner.watch_kinds();
         (runner, Handle::new(jobs, stop))
-    }
-
-    /// Says how many bytes the device takes now. What it does not take stays with the client,
-    /// whose operating system holds it back.
-    #[must_use]
-    pub fn with_room(mut self, room: fn(&D) -> usize) -> Runner<D> {
-        self.room = room;
-        self
     }
 
     /// Keeps the device's flash memory in a file. `image` is what the file held when it was
@@ -259,16 +285,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// takes it in. What is read lies on the stack: a controller that waits keeps no buffer.
     fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<()> {
         let mut buffer = [0; CHUNK];
-        let room = (self.room)(&self.device).min(buffer.len());
-        if room == 0 {
-            return Poll::Pending;
-        }
         let count = self.transports.len();
         for offset in 0..count {
             let index = (self.first + offset) % count;
-            if let Poll::Ready(received) =
-                self.transports[index].poll_receive(cx, &mut buffer[..room])
-            {
+            let transport = &mut self.transports[index];
+            // What the device does not take now stays with the client, whose operating system
+            // holds it back.
+            let room = self.device.room(transport.has_handshake()).min(buffer.len());
+            if let Poll::Ready(received) = transport.poll_receive(cx, &mut buffer[..room]) {
                 self.first = index + 1;
                 self.receive(index, received, &buffer);
                 return Poll::Ready(());
@@ -493,19 +517,24 @@ impl<D: Device + Clone + 'static> Runner<D> {
     // --- outputs ---
 
     /// Passes on what the device has to say, in order: what is stored is on disk before the
-    /// answer that confirms it is sent.
+    /// answer that confirms it is sent. What is said at one and the same time leaves in one
+    /// piece.
     fn drain(&mut self) {
+        let mut leaving = Leaving::default();
         loop {
             match self.device.poll_output() {
-                Output::Flash(_, change) => self.store(&change),
-                Output::Bytes(at, bytes) => {
-                    self.secure();
-                    self.send(at, bytes);
+                Output::Bytes(at, bytes) if leaving.is_at(at) => leaving.add(at, bytes),
+                output => {
+                    self.send_all(&mut leaving);
+                    match output {
+                        Output::Bytes(at, bytes) => leaving.add(at, bytes),
+                        Output::Flash(_, change) => self.store(&change),
+                        Output::Event(at, event) => {
+                            self.report(kind_of(&event), false, || Report::Event(at, event));
+                        }
+                        Output::Wake(_) => break,
+                    }
                 }
-                Output::Event(at, event) => {
-                    self.report(kind_of(&event), false, || Report::Event(at, event));
-                }
-                Output::Wake(_) => break,
             }
         }
         self.secure();
@@ -515,6 +544,20 @@ impl<D: Device + Clone + 'static> Runner<D> {
             for transport in &mut self.transports {
                 transport.set_baud(baud);
             }
+        }
+        let ready = self.device.room(true) > 0;
+        if ready != self.ready {
+            self.ready = ready;
+            for transport in &mut self.transports {
+                transport.set_ready(ready);
+            }
+        }
+    }
+
+    fn send_all(&mut self, leaving: &mut Leaving) {
+        if let Some((at, bytes)) = leaving.take() {
+            self.secure();
+            self.send(at, bytes);
         }
     }
 

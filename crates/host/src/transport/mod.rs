@@ -43,7 +43,8 @@ pub trait Transport: Send {
     /// What it is called in messages: `pty`, `tcp 127.0.0.1:4004`.
     fn label(&self) -> &Arc<str>;
 
-    /// Takes what has arrived, or arranges to be woken when something does.
+    /// Takes what has arrived, or arranges to be woken when something does. With an empty buffer
+    /// nothing is read: who sends has to wait.
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received>;
 
     /// Somebody wants to know what has happened up to now: what has arrived is to be received
@@ -58,6 +59,15 @@ pub trait Transport: Send {
 
     /// The device's line now runs at this speed.
     fn set_baud(&mut self, _baud: u32) {}
+
+    /// Whether a client can be told to wait, so that nothing that it sends is lost.
+    fn has_handshake(&self) -> bool {
+        true
+    }
+
+    /// Tells the client whether it may send, where there is a line for that. Where there is none
+    /// it learns it from what is no longer taken.
+    fn set_ready(&mut self, _ready: bool) {}
 
     /// Whether a client has said all it will say and may still wait for answers.
     fn has_listener(&self) -> bool {

@@ -171,6 +171,9 @@ impl Transport for Pty {
         if let Some(news) = self.news.pop_front() {
             return Poll::Ready(Received::News(news));
         }
+        if buffer.is_empty() {
+            return Poll::Pending;
+        }
         if !self.early.is_empty() {
             return Poll::Ready(Received::Bytes(take(&mut self.early, buffer)));
         }
@@ -195,6 +198,11 @@ impl Transport for Pty {
             // for the next wake-up is all there is to do.
             Poll::Ready(_) => Poll::Pending,
         }
+    }
+
+    /// A pseudo terminal has no handshake lines: a client writes whether or not it may.
+    fn has_handshake(&self) -> bool {
+        false
     }
 
     fn poll_send(&mut self, cx: &mut Context<'_>) {

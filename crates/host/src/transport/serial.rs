@@ -66,7 +66,7 @@ impl Transport for Serial {
     }
 
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
-        if let Some(port) = &mut self.port {
+        if let Some(port) = self.port.as_mut().filter(|_| !buffer.is_empty()) {
             let mut read = ReadBuf::new(buffer);
             match Pin::new(port).poll_read(cx, &mut read) {
                 Poll::Pending => return Poll::Pending,
@@ -111,6 +111,13 @@ impl Transport for Serial {
 
     fn set_baud(&mut self, baud: u32) {
         if let Some(Err(error)) = self.port.as_mut().map(|port| port.set_baud_rate(baud)) {
+            self.fail(&error);
+        }
+    }
+
+    /// What is the request to send here is the clear to send at the other end of the cable.
+    fn set_ready(&mut self, ready: bool) {
+        if let Some(Err(error)) = self.port.as_mut().map(|port| port.write_request_to_send(ready)) {
             self.fail(&error);
         }
     }

@@ -306,6 +306,9 @@ impl Transport for Tcp {
                 self.release();
                 continue;
             }
+            if buffer.is_empty() {
+                break;
+            }
             match holder.poll_read(cx, buffer) {
                 Poll::Pending => break,
                 Poll::Ready(Ok(n)) if n > 0 => return Poll::Ready(Received::Bytes(n)),

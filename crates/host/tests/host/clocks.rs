@@ -168,8 +168,7 @@ fn a_state_is_returned_to_with_its_time() {
 #[test]
 fn a_paced_client_is_held_back_and_loses_nothing() {
     let (running, mut port) =
-        Running::start(Line::paced(Fake::new(b"")), Clock::Instant, |runner: Runner<_>| {
-            let mut runner = runner.with_room(Line::room);
+        Running::start(Line::paced(Fake::new(b"")), Clock::Instant, |mut runner: Runner<_>| {
             let (memory, port) = vimc4_host::Memory::pair();
             runner.attach(Box::new(memory));
             (runner, port)

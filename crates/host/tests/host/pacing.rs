@@ -98,7 +98,7 @@ fn a_line_without_pacing_takes_no_time() {
     let mut line = Line::ideal(Fake::new(b""));
     line.handle(Input::Bytes(b"eab\r"), Time::from_millis(3));
     assert_eq!(run(&mut line), [(Time::from_millis(3), b'a'), (Time::from_millis(3), b'b')]);
-    assert_eq!(line.room(), usize::MAX);
+    assert_eq!(line.room(true), usize::MAX);
 }
 
 #[test]
@@ -146,11 +146,11 @@ fn a_line_continues_from_its_state() {
 #[test]
 fn a_full_line_takes_no_more() {
     let mut line = Line::paced(Fake::new(b""));
-    let room = line.room();
+    let room = line.room(true);
     line.handle(Input::Bytes(&vec![b'e'; room]), Time::ZERO);
-    assert_eq!(line.room(), 0);
+    assert_eq!(line.room(true), 0);
     line.handle(Input::Wake, Time::from_millis(1));
-    assert_eq!(line.room(), 1);
+    assert_eq!(line.room(true), 1);
 }
 
 proptest! {
