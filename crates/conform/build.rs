@@ -9,12 +9,15 @@ fn main() -> io::Result<()> {
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").canonicalize()?;
     let mut text = String::from("&[\n");
     for path in files(&fixtures.join("sessions"))? {
-        let topic = path.parent().and_then(Path::file_name).unwrap_or_default();
-        let topic = topic.to_string_lossy();
+        let folder = |path: &Path| -> String {
+            path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        };
+        let topic = path.parent().unwrap_or(&path);
+        let (family, topic) = (topic.parent().map(folder).unwrap_or_default(), folder(topic));
         let shown = path.strip_prefix(&fixtures).unwrap_or(&path).display();
         let _ = writeln!(
             text,
-            "    ({topic:?}, {:?}, include_str!({path:?})),",
+            "    ({family:?}, {topic:?}, {:?}, include_str!({path:?})),",
             format!("fixtures/{shown}").replace('\\', "/")
         );
     }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread;
 
-use vimc4::Handling;
+use vimc4::{AXES, Handling};
 use vimc4_conform::choice::{Allowed, Chooser, Plan, Reason};
 use vimc4_conform::explain;
 use vimc4_conform::format::Session;
@@ -34,7 +34,7 @@ Each session is a conversation: what is sent, and what a controller must answer,
 or from the field. PORT is a serial port (/dev/ttyUSB0, COM3), the link of a pseudo-terminal
 (./vimc4.pty) or TCP (127.0.0.1:4004, tcp:HOST:PORT). Nobody else may use it meanwhile.
 
-The controller is reset (254) before each session: it forgets its axes and reference points, and
+The controller is reset before each session: it forgets its settings and reference points, and
 a program that runs ends. Without --allow nothing moves, no output is switched, and nothing is
 written to the flash memory. What differs is reported with the quirk or value of the profile that
 would explain it.",
@@ -57,16 +57,17 @@ pub(crate) struct Arguments {
     /// The model of controller: a name from `vimc4 models`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
     model: String,
-    /// The speed of a serial port; if nothing answers, 19200, 9600 and 38400 are tried
-    #[arg(long, value_name = "RATE", default_value_t = 19_200)]
-    baud: u32,
+    /// The speed of a serial port, the model's if nothing is said; if nothing answers, other
+    /// speeds that such controllers are set to are tried
+    #[arg(long, value_name = "RATE")]
+    baud: Option<u32>,
     /// What may happen at the machine: moves (within --envelope), reference (runs to the
     /// reference switches, however far), outputs (spindle, brake, motor currents, what is
     /// connected), flash (the stored program is erased, saved settings become the factory's)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     allow: Vec<Allow>,
-    /// How far the axes may go from where they are, in steps: X,Y,Z or X,Y,Z,A, each a number
-    /// for both directions or LOWEST..HIGHEST
+    /// How far the axes may go from where they are, in steps: X,Y,Z and more axes in their
+    /// order, each a number for both directions or LOWEST..HIGHEST
     #[arg(long, value_name = "X,Y,Z", value_parser = envelope, allow_hyphen_values = true)]
     envelope: Option<Envelope>,
     /// Do not ask before anything that was allowed
@@ -104,7 +105,7 @@ enum Allow {
 
 /// Lowest and highest place of each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Envelope([(i64, i64); 4]);
+struct Envelope([(i64, i64); AXES]);
 
 /// A session, and how it is played or why not.
 struct Choice<'s> {
@@ -119,8 +120,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let timing = Timing { tolerance: arguments.tolerance, ..Timing::default() };
     let chooser = Chooser::new(&model, timing).map_err(Failure::usage)?;
     let choices = choose(&arguments, &sessions, &chooser, &allowed)?;
+    let (handling, axes) = (Handling::of(&model), model.axis_names());
     if arguments.list {
-        announce::list(&choices, &arguments);
+        announce::list(&choices, axes, &arguments);
         return Ok(ExitCode::SUCCESS);
     }
     let Some(name) = &arguments.port else {
@@ -129,27 +131,27 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         ));
     };
     if !choices.iter().any(|choice| choice.plan.is_ok()) {
-        announce::list(&choices, &arguments);
+        announce::list(&choices, axes, &arguments);
         return Err(Failure::usage(
             "none of these sessions can be played; the list says why, and what would allow them",
         ));
     }
     if !arguments.allow.is_empty() {
-        announce::dangers(name, &choices, &arguments);
+        announce::dangers(name, &choices, &handling, &arguments);
         if !arguments.yes {
             announce::confirm()?;
         }
     }
-    let port = Port::open(name, arguments.baud).map_err(Failure::usage)?;
+    let port = Port::open(name, arguments.baud.unwrap_or(model.baud())).map_err(Failure::usage)?;
     listen(&port)?;
     let candidates = explain::candidates(&model).map_err(Failure::usage)?;
     let mut report = Report::new(&arguments, name, choices.len());
-    let client = Client::new(port, Handling::of(&model), timing, arguments.verbose);
+    let client = Client::new(port, handling, timing, arguments.verbose);
     let mut conductor = Conductor::new(client, &chooser, candidates, timing, allowed);
     let played = conductor.play(&choices, &mut report);
     let failure = played.err().map(|(trouble, last)| {
         conductor.halt();
-        trouble.failure(conductor.port(), last.as_deref())
+        trouble.failure(conductor.client(), last.as_deref())
     });
     let passed = report.finish(conductor.port(), failure.as_ref());
     match failure {
@@ -206,7 +208,7 @@ fn allowed(arguments: &Arguments) -> Result<Allowed, Failure> {
         reference: has(Allow::Reference),
         outputs: has(Allow::Outputs),
         flash: has(Allow::Flash),
-        envelope: arguments.envelope.map_or([(0, 0); 4], |Envelope(ways)| ways),
+        envelope: arguments.envelope.map_or([(0, 0); AXES], |Envelope(ways)| ways),
         longest: arguments.longest,
     })
 }
@@ -235,10 +237,10 @@ fn duration(text: &str) -> Result<u64, String> {
 }
 
 fn envelope(text: &str) -> Result<Envelope, String> {
-    let help = "three or four axes are needed, as in 5000,5000,0..2000";
-    let mut ways = [(0, 0); 4];
+    let help = "two to six axes are needed, as in 5000,5000,0..2000";
+    let mut ways = [(0, 0); AXES];
     let parts: Vec<&str> = text.split(',').collect();
-    if !matches!(parts.len(), 3 | 4) {
+    if !(2..=AXES).contains(&parts.len()) {
         return Err(help.to_owned());
     }
     for (way, part) in ways.iter_mut().zip(parts) {
@@ -269,10 +271,16 @@ mod tests {
 
     #[test]
     fn envelopes() {
-        let ways = |text| envelope(text).map(|Envelope(ways)| ways);
-        assert_eq!(ways("5,10,0..7"), Ok([(-5, 5), (-10, 10), (0, 7), (0, 0)]));
-        assert_eq!(ways("0,0,-300..0,20"), Ok([(0, 0), (0, 0), (-300, 0), (-20, 20)]));
-        for wrong in ["5", "5,5", "x,5,5", "5,5,3..7", "-5,5,5", "1,2,3,4,5", "5,5,7..-7"] {
+        let ways = |text| {
+            envelope(text).map(|Envelope(ways)| ways.map(|(low, high)| format!("{low}..{high}")))
+        };
+        let all = |ways: [&str; AXES]| Ok(ways.map(str::to_owned));
+        let still = "0..0";
+        assert_eq!(ways("5,10"), all(["-5..5", "-10..10", still, still, still, still]));
+        assert_eq!(ways("5,10,0..7"), all(["-5..5", "-10..10", "0..7", still, still, still]));
+        let six = all([still, still, "-300..0", "-20..20", "-1..1", "-2..2"]);
+        assert_eq!(ways("0,0,-300..0,20,1,2"), six);
+        for wrong in ["5", "x,5,5", "5,5,3..7", "-5,5,5", "1,2,3,4,5,6,7", "5,5,7..-7"] {
             assert!(envelope(wrong).is_err(), "{wrong}");
         }
     }

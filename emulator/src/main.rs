@@ -20,7 +20,7 @@ use clap::{Parser, Subcommand};
 
 use failure::Failure;
 
-/// Virtual isel stepper controllers: firmware-equivalent, behind real ports.
+/// Virtual stepper controllers of isel and LPKF: firmware-equivalent, behind real ports.
 #[derive(Parser)]
 #[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true)]
 struct Arguments {
@@ -34,11 +34,11 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 enum Command {
     /// Run controllers behind pseudo terminals, TCP and real serial ports
     Serve(serve::Arguments),
-    /// Run a command list or a stored program in virtual time
+    /// Run a file of commands or a stored program in virtual time
     Run(run::Arguments),
     /// Play the fixture sessions against any port, also real hardware, and report what differs
     Conform(conform::Arguments),
-    /// Print the commands for a circle, a part of one, or a helix
+    /// Print isel's commands for a circle, a part of one, or a helix
     Circle(circle::Arguments),
     /// List the built-in models, or show the profile of one
     Models(profiles::Arguments),

@@ -22,7 +22,7 @@ enum Show {
 }
 
 pub(crate) fn models(arguments: Arguments) -> Result<(), Failure> {
-    let title = |name: &str| Ok(vimc4::model(name)?.title.clone());
+    let title = |name: &str| Ok(vimc4::model(name)?.title().to_owned());
     list_or_show(arguments, &vimc4::models(), title, vimc4::model_profile)
 }
 
@@ -40,7 +40,7 @@ fn list_or_show(
     let text = match arguments.show {
         Some(Show::Show { name }) => profile(&name)?.to_owned(),
         None => {
-            let line = |name: &&str| Ok(format!("{name:<12}{}\n", title(name)?));
+            let line = |name: &&str| Ok(format!("{name:<15}{}\n", title(name)?));
             names.iter().map(line).collect::<Result<String, Error>>()?
         }
     };

@@ -5,6 +5,7 @@ mod meter;
 mod report;
 mod rounds;
 mod script;
+mod stream;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4::device::{Controller, Device, SignalId};
-use vimc4::{Machine, Order, Signal, Time, Warning, escape};
+use vimc4::{Family, Handling, Machine, Order, Signal, Time, Warning};
 
 use crate::failure::Failure;
 use driver::{Driver, Halt, News};
@@ -26,16 +27,18 @@ const PRESS: Duration = Duration::from_millis(100);
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Run a command list or a stored program in virtual time, as fast as it goes
+Run a file of commands or a stored program in virtual time, as fast as it goes
 
-A file whose first command begins with @ is a command list: its lines are sent one after the other,
+isel: a file whose first command begins with @ is a command list: its lines are sent one after the other,
 each when the one before was answered. Any other is a data field, the lines of a program as they
 stand between @0i and 9: it is stored; the final 9 may be left out.
 
 What was stored and not started is then started with the START button, which is pressed for 0.1 s.
-With --press start@TIME it is pressed then, and not before.
+With --press start@TIME it is pressed then, and not before. Blank lines, and lines that begin with
+; or #, mean nothing. Lines may end with LF, CR LF or CR.
 
-Blank lines, and lines that begin with ; or #, mean nothing. Lines may end with LF, CR LF or CR.
+LPKF: a file is a stream of commands, as it goes over the line. Each command is sent when the one
+before was completed; in the mode without echo, as long as the buffer has room.
 
 It ends with the last command or with the program; then the exit code is 0. An error reply ends it
 with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.",
@@ -43,6 +46,7 @@ with 1. It ends with 3 after --for, after --loops, or at once when nothing will 
 Examples:
   vimc4 run job.txt --machine mill
   vimc4 run program.txt --model imc4-m --loops 3
+  vimc4 run board.plt --model smcu --machine board-plotter
   vimc4 run program.txt --input 0.3=1@2s --input 0.3=0@2.5s --press stop@5s --press start@8s
   vimc4 circle --radius 200 | cat axes.txt - | vimc4 run -"
 )]
@@ -80,27 +84,23 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
-    let script = Script::read(&arguments.file)?;
-    let (controller, machine) = device(&arguments)?;
+    let model = vimc4::model(&arguments.model)?;
+    let machine = vimc4::machine(&arguments.machine)?;
+    let handling = Handling::of(&model);
+    let script = Script::read(&arguments.file, &handling)?;
+    let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = signals(&arguments, &controller)?;
     let driver = Driver::new(controller, Meter::new(&machine), arguments.loops);
-    let report = Report::new(&arguments, &script);
-    let mut session = Session { driver, report, stored: Vec::new() };
+    let report = Report::new(&arguments, &script, model.axis_names());
+    let mut session = Session { family: model.family(), driver, report, stored: Vec::new() };
     let starts = arguments.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, time: arguments.time };
     let end = match script.kind {
         Kind::Commands => session.command_list(&script.lines, &outside),
         Kind::DataField => session.data_field(&script.lines, arguments.axes, &outside),
+        Kind::Stream => session.stream(&script.lines, &outside),
     };
     session.finish(end.unwrap_or_else(|end| end), &machine)
-}
-
-/// A controller of a model on a machine.
-fn device(arguments: &Arguments) -> Result<(Controller, Arc<Machine>), Failure> {
-    let model = vimc4::model(&arguments.model)?;
-    let machine = vimc4::machine(&arguments.machine)?;
-    let controller = Controller::new(model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
-    Ok((controller, machine))
 }
 
 /// What the world around the controller does.
@@ -202,6 +202,7 @@ fn timed_input(text: &str) -> Result<(Order, Duration), String> {
 
 /// A run of one script.
 struct Session<D> {
+    family: Family,
     driver: Driver<D>,
     report: Report,
     /// The lines of the file that the controller has stored, in order.
@@ -277,9 +278,7 @@ impl<D: Device> Session<D> {
     fn command(&mut self, line: &Line) -> Result<Option<Vec<u8>>, End> {
         let at = self.driver.now();
         let meaning = self.driver.device().explain(&line.bytes);
-        let mut bytes = line.bytes.clone();
-        bytes.push(b'\r');
-        self.driver.send(&bytes);
+        self.driver.send(&line.whole());
         loop {
             while let Some((now, news)) = self.driver.news.pop_front() {
                 let News::Answer(answer) = news else {
@@ -352,22 +351,21 @@ impl<D: Device> Session<D> {
                 };
                 self.report.warning(at, &warning, text);
             }
-            News::Answer(_) => {}
+            News::Begun(_) | News::Answer(_) => {}
         }
     }
 
     fn program_error(&self, code: char, line: u32) -> String {
-        format!("{} ended the program with {}", self.place(line), named(code))
+        let what = self.family.refusal(&[code as u8]).unwrap_or_else(|| code.to_string());
+        format!("{} ended the program with {what}", self.place(line))
     }
 
     /// An error reply ends the run.
     fn check(&self, line: &Line, answer: Option<&[u8]>) -> Result<(), End> {
-        let code = match answer {
-            Some(&[code @ b'F', ..] | &[code]) if code != b'0' => char::from(code),
-            _ => return Ok(()),
-        };
+        let refusal = answer.and_then(|answer| self.family.refusal(answer));
+        let Some(refusal) = refusal else { return Ok(()) };
         let at = self.report.place(line);
-        let text = format!("{at} was answered {}", named(code));
+        let text = format!("{at} was answered {refusal}");
         Err(End { line: line.number, ..End::of(Why::Error, text) })
     }
 
@@ -438,26 +436,4 @@ fn resumes(line: &Line) -> bool {
         (bytes.next(), bytes.next(), bytes.next(), bytes.next()),
         (Some(b'@'), Some(b'0'..=b'9'), Some(b'S' | b's'), None)
     )
-}
-
-/// An answer's code and what it says.
-fn named(code: char) -> String {
-    let meaning = match code {
-        '1' => "a number that is unreadable or out of range",
-        '2' => "limit switch",
-        '3' => "an axis that is not configured, or not possible",
-        '4' => "no axes configured",
-        '5' => "unknown or malformed command",
-        '6' => "program memory full",
-        '7' => "wrong number of parameters",
-        '8' => "not a command that can be stored",
-        '9' => "the plant is not ready",
-        'D' => "a speed out of range",
-        'F' => "stopped by the user",
-        'G' => "invalid data field",
-        'H' => "the cover is open",
-        'R' => "a reference run is needed",
-        _ => return escape(code.to_string().as_bytes()),
-    };
-    format!("{code}: {meaning}")
 }

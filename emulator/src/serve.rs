@@ -145,7 +145,7 @@ fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
         let verbosity =
             if arguments.verbose { Verbosity::Conversation } else { Verbosity::Warnings };
         let mut builder = Emulator::builder()
-            .with_model(Arc::clone(&model))
+            .with_model(model.clone())
             .with_machine(Arc::clone(&machine))
             .time(arguments.time)
             .on(worker)
@@ -236,7 +236,7 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
     let mut text = String::new();
     if arguments.json {
         let controllers = emulators.iter().map(|emulator| ControllerPlaces {
-            model: &emulator.model().name,
+            model: emulator.model().name(),
             pty: pty(emulator),
             tcp: tcp(emulator),
             rfc2217: None,
@@ -258,6 +258,15 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
             }
         }
         text.push_str("ready\n");
+    }
+    let waits =
+        |emulator: &&Emulator| emulator.port().is_some() && emulator.model().has_handshake_lines();
+    if let Some(emulator) = emulators.iter().find(waits) {
+        eprintln!(
+            "a pseudo terminal has no modem lines: a host of the {} that waits for CTS needs TCP \
+             or a serial port",
+            emulator.model().name()
+        );
     }
     let mut out = io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());

@@ -161,7 +161,7 @@ fn a_quirk_that_differs_is_found_and_named() {
             "\"F0\"",
             "imc4",
             vec!["stop/software-stop/quirk-f", "stop/software-stop/at-rest", "straight/parameters"],
-            "stop/software-stop/quirk-f",
+            "isel/stop/software-stop/quirk-f",
         ),
         (
             "version_handshake",
@@ -169,7 +169,7 @@ fn a_quirk_that_differs_is_found_and_named() {
             "\"last\"",
             "imc-s8",
             vec!["line/texts/version", "line/texts/user-info", "line/framing/blanks"],
-            "line/texts/version-of-the-imc-xx",
+            "isel/line/texts/version-of-the-imc-xx",
         ),
     ] {
         let shown =
@@ -214,7 +214,7 @@ fn dangers_are_shown_and_need_consent() {
     for (arguments, words) in [
         (vec!["--allow", "moves"], "add --envelope X,Y,Z in steps"),
         (vec!["--allow", "reference"], "--allow moves,reference"),
-        (vec!["--allow", "moves", "--envelope", "5,5"], "three or four axes are needed"),
+        (vec!["--allow", "moves", "--envelope", "5"], "two to six axes are needed"),
         (vec!["--allow", "everything"], "moves, reference, outputs, flash"),
         (vec!["nonsense/"], "no session of this model has nonsense/"),
         (vec!["--model", "imc5"], "built in are imc4"),
@@ -229,13 +229,13 @@ fn dangers_are_shown_and_need_consent() {
     }
     let (code, out, _) = conform(folder.path(), &["--list", "stop/software-stop"]);
     assert_eq!(code, 0);
-    assert!(out.contains("- stop/software-stop/quirk-f needs --allow moves"), "{out}");
+    assert!(out.contains("- isel/stop/software-stop/quirk-f needs --allow moves"), "{out}");
     let list =
         ["--list", "--json", "--allow", "moves", "--envelope", "5000,0,0", "software-stop/quirk-f"];
     let (_, out, _) = conform(folder.path(), &list);
     let list: Value = serde_json::from_str(&out).unwrap();
     let mut listed = list["sessions"].as_array().unwrap().iter();
-    let listed = listed.find(|s| s["id"] == "stop/software-stop/quirk-f").unwrap();
+    let listed = listed.find(|s| s["id"] == "isel/stop/software-stop/quirk-f").unwrap();
     assert_eq!((&listed["played"], &listed["high"][0]), (&Value::from(true), &Value::from(5_000)));
 }
 
@@ -251,7 +251,10 @@ fn sessions_of_ones_own_are_played() {
     let arguments = [serve.tcp.as_str(), "--sessions", "own", "-v"];
     let (code, out, errors) = conform(folder.path(), &arguments);
     assert_eq!(code, 0, "{out}{errors}");
-    assert!(out.contains("passed  mine/first/hello\n1 passed, 0 failed, 0 not played"), "{out}");
+    assert!(
+        out.contains("passed  isel/mine/first/hello\n1 passed, 0 failed, 0 not played"),
+        "{out}"
+    );
     assert!(errors.contains("> @0P\\r") && errors.contains("< 0000000000000000000"), "{errors}");
     fs::write(folder.path().join("own/mine/first.toml"), text.replace("> @0P", "@0P")).unwrap();
     let (code, _, errors) = conform(folder.path(), &arguments);
@@ -343,20 +346,80 @@ fn a_port_that_is_unplugged_is_named_with_the_session() {
         let mut running = command(folder.path(), &[name, "--json", "-v"]).spawn().unwrap();
         let mut lines = BufReader::new(running.stderr.take().unwrap());
         let mut errors = String::new();
-        while !errors.contains("passed  line/") {
+        while !errors.contains("passed  isel/line/") {
             assert_ne!(lines.read_line(&mut errors).unwrap(), 0, "{errors}");
         }
         serve.child.kill().unwrap();
         lines.read_to_string(&mut errors).unwrap();
         let (code, out, _) = said(running.wait_with_output().unwrap());
         assert_eq!(code, 2, "{out}{errors}");
-        assert!(errors.contains("is gone, during line/"), "{errors}");
+        assert!(errors.contains("is gone, during isel/line/"), "{errors}");
         assert!(errors.contains("plug it in"), "{errors}");
         // What was found out before is not lost.
         let report: Value = serde_json::from_str(&out).unwrap();
         assert!(report["ended_early"].as_str().unwrap().contains("is gone"), "{out}");
         assert!(!with(&report, "passed").is_empty(), "{out}");
     }
+}
+
+/// A folder with a session of one's own for LPKF's models.
+fn own_sessions_of_lpkf(folder: &Path) {
+    let text = "models = \"lpkf\"\nevidence = \"F\"\nsource = \"field\"\n[[session]]\n\
+                name = \"there\"\ntitle = \"It goes there\"\n\
+                script = '''\n> PA300,200; -> C\\r\n> PR-10,5; -> C\\r\nposition 290 205\n'''\n\
+                [[session]]\nname = \"long\"\ntitle = \"A long way\"\n\
+                script = '''\n> PA30000,0; -> C\\r\n'''\n";
+    fs::create_dir(folder.join("own")).unwrap();
+    fs::write(folder.join("own/ways.toml"), text).unwrap();
+}
+
+#[test]
+fn another_family_is_reset_moved_and_brought_back_in_its_own_language() {
+    for model in ["smcu", "motionsystem"] {
+        let folder = tempfile::tempdir().unwrap();
+        own_sessions_of_lpkf(folder.path());
+        let serve = Serve::start(folder.path(), &["--model", model, "--pty", "none"]);
+        let mut arguments = vec![serve.tcp.as_str(), "--model", model, "--sessions", "own"];
+        arguments.extend(["--allow", "moves", "--envelope", "300,205", "--yes"]);
+        let (code, report, errors) = report(folder.path(), &arguments);
+        assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
+        assert_eq!(with(&report, "passed"), ["lpkf/own/ways/there"]);
+        assert_eq!(report["sessions"][1]["detail"], "leaves the envelope: X 0…30000");
+        assert!(errors.contains("X 0…300  Y 0…205"), "{errors}");
+        assert!(errors.contains("only a stop at the machine"), "{errors}");
+        // The axes are where they were.
+        let mut client = TcpStream::connect(&serve.tcp).unwrap();
+        client.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        client.write_all(b"!ON0;PR0,7;").unwrap();
+        let mut answer = [0; 7];
+        client.read_exact(&mut answer).unwrap();
+        assert!(answer.starts_with(b"P0,0,0"), "{}", answer.escape_ascii());
+        drop(client);
+        // Who stands elsewhere counts from elsewhere.
+        thread::sleep(Duration::from_millis(300));
+        let (code, _, errors) = conform(folder.path(), &arguments);
+        assert_eq!(code, 2, "{errors}");
+        assert!(errors.contains("are at X 0, Y 7"), "{errors}");
+        assert!(errors.contains("`PA0,0;`"), "{errors}");
+    }
+}
+
+#[test]
+fn an_interrupt_takes_away_what_waits_where_nothing_halts_what_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    own_sessions_of_lpkf(folder.path());
+    let serve = Serve::start(folder.path(), &["--model", "smcu", "--pty", "none"]);
+    let (address, sent) = between(serve.tcp.parse().unwrap());
+    let mut arguments = vec![address.as_str(), "--model", "smcu", "--sessions", "own", "long"];
+    arguments.extend(["--yes", "--allow", "moves", "--envelope", "30000,0"]);
+    let running = command(folder.path(), &arguments).spawn().unwrap();
+    while sent.recv_timeout(Duration::from_secs(20)).unwrap() != b"PA30000,0;\r" {}
+    kill_process(Pid::from_child(&running), Signal::INT).unwrap();
+    assert_eq!(sent.recv_timeout(Duration::from_secs(20)).unwrap(), b"!CC;!CB;");
+    let (code, _, errors) = said(running.wait_with_output().unwrap());
+    assert_eq!(code, 2);
+    assert!(errors.contains("interrupted, during lpkf/own/ways/long"), "{errors}");
+    assert!(errors.contains("goes on to its end"), "{errors}");
 }
 
 #[test]
@@ -380,7 +443,7 @@ fn an_interrupt_halts_what_moves() {
     let (code, _, errors) = said(running.wait_with_output().unwrap());
     assert!(began.elapsed() < Duration::from_secs(2), "{:?}", began.elapsed());
     assert_eq!(code, 2);
-    assert!(errors.contains("interrupted, during own/long/long"), "{errors}");
+    assert!(errors.contains("interrupted, during isel/own/long/long"), "{errors}");
     assert!(errors.contains("253 was sent"), "{errors}");
     // Nothing more was sent.
     assert!(sent.recv_timeout(Duration::from_millis(200)).is_err());

@@ -315,6 +315,65 @@ fn more_is_said_when_asked() {
 }
 
 #[test]
+fn a_stream_is_fed_as_the_controller_completes_it() {
+    let arguments = "--model smcu --machine board-plotter";
+    let (code, text) = run("board.plt", arguments);
+    assert_eq!(code, 0, "{text}");
+    let answers: Vec<(&str, &str)> = text
+        .lines()
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| Some((line.get(8..40)?.trim_end(), line.get(42..)?)))
+        .map(|(command, rest)| (command, rest.split("  after").next().unwrap()))
+        .collect();
+    assert_eq!(answers[..3], [("IN", "Z"), ("!CT1", "C"), ("!EM1", "C")]);
+    assert!(answers.contains(&("!ON0", "P1000,1000,0  C")), "{text}");
+    assert!(answers.contains(&("!OC", "(no answer)")), "{text}");
+    assert_eq!(ended(&text), "every command was carried out");
+    // 1,000 steps of 7.9375 µm and a quarter of a circle with that radius.
+    assert!(text.contains("20.405 mm of it with the head down, in "), "{text}");
+
+    let (code, json) = summary("board.plt", arguments);
+    assert_eq!((code, &json["ended"]), (0, &json!("done")));
+    assert_eq!(json["axes"]["X"]["position"], 1_000);
+    let down = json["head_down"]["path_mm"].as_f64().unwrap();
+    assert!((20.39..20.42).contains(&down), "{down}");
+    assert!(json["head_down"]["time_ns"].as_u64().unwrap() < json["time_ns"].as_u64().unwrap());
+}
+
+#[test]
+fn without_echo_a_stream_goes_as_fast_as_there_is_room() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.plt");
+    let ways: String = (1..=400).map(|n| format!("PA{n}00,{n}00;\n")).collect();
+    let run = |text: String| {
+        fs::write(&file, text).unwrap();
+        let output = vimc4(&file, "--model smcu --json");
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code().unwrap(), json)
+    };
+    let (_, with_echo) = run(ways.clone());
+    let (code, without) = run(format!("!CT0;{ways}"));
+    assert_eq!((code, &without["ended"]), (0, &json!("done")));
+    assert_eq!(without["axes"]["X"]["position"], 40_000);
+    assert_eq!(without["time_ns"], with_echo["time_ns"], "waiting costs nothing");
+    assert_eq!(without["warnings"], json!([]), "nothing is lost");
+    // A stop overtakes what waits, and so does what lifts it.
+    let (code, stopped) = run("!CT0;PA9000,0;PA0,0;!ST;PA5,5;".to_owned());
+    assert_eq!((code, &stopped["ended"]), (3, &json!("waits")));
+    assert_eq!(stopped["axes"]["X"]["position"], 9_000);
+    assert_eq!(run("!CT0;PA9000,0;PA0,0;!ST;PA5,5;!GO;".to_owned()).0, 0);
+}
+
+#[test]
+fn a_status_ends_a_stream_with_its_line() {
+    let (code, text) = run("board-typo.plt", "--model smcu");
+    assert_eq!(code, 1, "{text}");
+    assert!(ended(&text).contains("board-typo.plt, line 4 (`PA200`) was answered E06: "), "{text}");
+    let (_, json) = summary("board-typo.plt", "--model motionsystem");
+    assert_eq!((&json["ended"], &json["line"]), (&json!("error"), &json!(2)), "it has no head");
+}
+
+#[test]
 fn circles_can_be_piped_into_it() {
     let circle = Command::new(env!("CARGO_BIN_EXE_vimc4"))
         .args(["circle", "--radius", "333", "--from", "20", "--to", "275", "--speed", "2500"])

@@ -202,6 +202,25 @@ fn people_type_orders() {
 }
 
 #[test]
+fn another_family_is_served_with_its_own_axes_and_a_hint() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--model", "smcu", "--machine", "board-plotter", "--tcp", "127.0.0.1:0"];
+    let mut serve = Serve::start(folder.path(), &[&arguments[..], &["--json", "-v"]].concat());
+    let places = ready(&serve.line());
+    assert_eq!(places["controllers"][0]["model"], "smcu");
+    let mut client = connect(&places["controllers"][0]);
+    assert_eq!(ask(&mut client, "PR20,10;!ON0;", 13), "C\rP20,10,0\rC\r");
+    assert_eq!(serve.order("position"), "X 20 Y 10");
+    assert!(serve.order("erase").contains("no memory that could be erased"));
+    assert!(serve.order("run until z9 5").contains("as in `run until x 2500`"));
+    assert_eq!(serve.order("quit"), "");
+    let (code, errors) = serve.end();
+    assert_eq!(code, 0, "{errors}");
+    assert!(errors.contains("waits for CTS needs TCP or a serial port"), "{errors}");
+    assert!(errors.contains("PR20,10  move by X +20 Y +10"), "{errors}");
+}
+
+#[test]
 fn several_controllers_are_numbered() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =

@@ -7,11 +7,10 @@ use std::panic::{RefUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 
 use vimc4_device::Device;
-use vimc4_isel::Controller;
-use vimc4_isel::Model;
 use vimc4_isel_wire::{Mode, Op, Reply, table};
+use vimc4_lpkf::language::{Answer, Status, forms};
 use vimc4_plant::Machine;
-use vimc4_tests::fuzzing::{Reached, TARGETS, controller, corpus};
+use vimc4_tests::fuzzing::{Reached, TARGETS, controller, corpus, lpkf};
 
 /// Checks every file of a target, and says which ones did not hold.
 fn replay(target: &str, check: impl Fn(&[u8]) + RefUnwindSafe) {
@@ -22,42 +21,67 @@ fn replay(target: &str, check: impl Fn(&[u8]) + RefUnwindSafe) {
     assert!(failed.is_empty(), "fixtures/corpus/{target}: {}", failed.join(", "));
 }
 
+/// Replays a target in which controllers are twins, and says what that has reached.
+fn replay_twins(target: &str, twins: fn(&[u8], &mut Reached)) -> Reached {
+    let reached = Mutex::new(Reached::default());
+    replay(target, |data| {
+        let mut one = Reached::default();
+        twins(data, &mut one);
+        reached.lock().unwrap().add(one);
+    });
+    reached.into_inner().unwrap()
+}
+
+/// Checks every file of a target that only looks at what it is given.
+fn replay_target(name: &str) {
+    let (_, check) = TARGETS.iter().find(|(target, _)| *target == name).unwrap();
+    replay(name, check);
+}
+
+/// The signals that a controller lists and that were not set and cleared.
+fn missing_signals(name: &'static str, controller: &impl Device, reached: &Reached) -> Vec<String> {
+    let mut missing = Vec::new();
+    for signal in controller.signals() {
+        for on in [true, false] {
+            if !reached.signals.contains(&(name, signal.name.clone(), on)) {
+                missing.push(format!("{name}: {} never becomes {on}", signal.name));
+            }
+        }
+    }
+    missing
+}
+
 #[test]
 fn lines_are_found_in_every_input() {
-    replay("lexer", TARGETS[0].1);
+    replay_target("lexer");
 }
 
 #[test]
 fn commands_print_as_what_they_are_read_from() {
-    replay("parser", TARGETS[1].1);
+    replay_target("parser");
+}
+
+#[test]
+fn commands_of_both_dialects_print_as_what_they_are_read_from() {
+    replay_target("language");
 }
 
 #[test]
 fn profiles_are_refused_or_work() {
-    replay("profiles", TARGETS[2].1);
+    replay_target("profiles");
 }
 
 #[test]
 fn flash_images_are_refused_or_work() {
-    replay("flash", TARGETS[3].1);
+    replay_target("flash");
 }
 
 #[test]
 fn controllers_do_everything_and_nothing_that_they_must_not() {
-    let reached = Mutex::new(Reached::default());
-    replay("controller", |data| {
-        let mut one = Reached::default();
-        controller(data, &mut one);
-        let mut all = reached.lock().unwrap();
-        all.commands.extend(one.commands);
-        all.lines.extend(one.lines);
-        all.replies.extend(one.replies);
-        all.signals.extend(one.signals);
-    });
-    let reached = reached.into_inner().unwrap();
+    let reached = replay_twins("controller", controller);
     let mut missing = BTreeSet::new();
-    for name in Model::names() {
-        let model = Model::builtin(name).unwrap();
+    for name in vimc4_isel::Model::names() {
+        let model = vimc4_isel::Model::builtin(name).unwrap();
         let dialect = model.command_set.dialect();
         for mode in Mode::ALL {
             for spec in table(dialect, mode) {
@@ -86,16 +110,48 @@ fn controllers_do_everything_and_nothing_that_they_must_not() {
             }
         }
         let machine = Machine::builtin("bench").unwrap();
-        for signal in Controller::new(model, machine, b"").unwrap().signals() {
-            for on in [true, false] {
-                if !reached.signals.contains(&(name, signal.name.clone(), on)) {
-                    missing.insert(format!("{name}: {} never becomes {on}", signal.name));
-                }
-            }
-        }
+        let controller = vimc4_isel::Controller::new(model, machine, b"").unwrap();
+        missing.extend(missing_signals(name, &controller, &reached));
     }
     let codes: BTreeSet<Reply> = reached.replies.iter().map(|(_, _, reply)| *reply).collect();
     assert!(Reply::ALL.iter().all(|reply| codes.contains(reply)), "replies: {codes:?}");
+    let missing: Vec<String> = missing.into_iter().collect();
+    assert!(missing.is_empty(), "the corpus does not reach:\n{}", missing.join("\n"));
+}
+
+#[test]
+fn lpkf_controllers_do_everything_and_nothing_that_they_must_not() {
+    let reached = replay_twins("lpkf", lpkf);
+    let mut missing = BTreeSet::new();
+    for name in vimc4_lpkf::Model::names() {
+        let model = vimc4_lpkf::Model::builtin(name).unwrap();
+        let dialect = model.command_set.dialect();
+        for form in forms().iter().filter(|form| form.known_to(dialect)) {
+            let about = format!("{name}: {} ({})", form.mnemonic, form.title);
+            if !reached.commands.contains(&(name, form.mnemonic)) {
+                missing.insert(format!("{about} is never received"));
+            }
+            // What goes on with another command is answered as that one; with nothing to go on
+            // with it is done by itself.
+            let says_so = form.answer != Answer::Silence;
+            if says_so && !reached.done.contains(&(name, form.mnemonic)) {
+                missing.insert(format!("{about} is never done"));
+            }
+            if form.answer.letter().is_some() && !reached.data.contains(&(name, form.mnemonic)) {
+                missing.insert(format!("{about} never sends its data"));
+            }
+        }
+        for status in Status::ALL.iter().filter(|status| status.known_to(dialect)) {
+            if !reached.statuses.contains(&(name, *status)) {
+                missing.insert(format!("{name}: {} is never said", status.name()));
+            }
+        }
+        for machine in Machine::names() {
+            let machine = Machine::builtin(machine).unwrap();
+            let controller = vimc4_lpkf::Controller::new(model.clone(), machine);
+            missing.extend(missing_signals(name, &controller, &reached));
+        }
+    }
     let missing: Vec<String> = missing.into_iter().collect();
     assert!(missing.is_empty(), "the corpus does not reach:\n{}", missing.join("\n"));
 }

@@ -4,8 +4,9 @@
 use std::path::Path;
 use std::{env, fs};
 
+use vimc4::Family;
 use vimc4_conform::fixtures;
-use vimc4_conform::format::{self, MODELS};
+use vimc4_conform::format;
 use vimc4_conform::play::{Drive, play};
 use vimc4_conform::script;
 use vimc4_conform::workshop::Workshop;
@@ -13,7 +14,7 @@ use vimc4_conform::workshop::Workshop;
 /// A session around the program: every line is stored with a `0`; in the middle of its delays
 /// the machine is where the pseudo-code of the manual has it; and it goes round for an hour.
 const SESSION: &str = "\
-models = \"all\"
+models = \"isel\"
 evidence = \"D\"
 source = \"99 D2.2\"
 
@@ -49,7 +50,7 @@ fn the_sample_of_the_manual_is_stored_and_runs() {
     let stored = script::store(&program).expect("lines of a program");
     let stored = stored.into_iter().map(|(text, action)| script::Step { line: 0, text, action });
     session.steps.splice(0..0, stored);
-    for model in MODELS {
+    for model in Family::Isel.models() {
         let workshop = Workshop::new(session, model).expect("profiles that can be");
         for drive in [Drive::Smooth, Drive::Rough] {
             play(session, drive, |flash| workshop.build(flash))

@@ -1,5 +1,5 @@
 //! Plays every session on every model it is about, each as a test of its own, named
-//! `topic/file/name::model`. `cargo test -p vimc4-tests --test sessions stop/` plays some.
+//! `family/topic/file/name::model`. `cargo test -p vimc4-tests --test sessions stop/` plays some.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;

@@ -14,6 +14,12 @@ pub(crate) fn controller(machine: Machine) -> Outcome<Controller> {
     Controller::new(model, Arc::new(machine), &[]).doing("make a controller")
 }
 
+/// An SMCU on a machine, with nobody watching.
+pub(crate) fn board(machine: Machine) -> Outcome<vimc4_lpkf::Controller> {
+    let model = vimc4_lpkf::Model::builtin("smcu").doing("find the model smcu")?;
+    Ok(vimc4_lpkf::Controller::new(model, Arc::new(machine)))
+}
+
 /// The machine without ends.
 pub(crate) fn bench() -> Outcome<Machine> {
     let machine = Machine::builtin("bench").doing("find the machine bench")?;
@@ -31,7 +37,7 @@ pub(crate) struct Answer {
 }
 
 /// Takes what has come out, and says when the controller wants to be woken.
-pub(crate) fn drain(controller: &mut Controller, answer: &mut Answer) -> Option<Time> {
+pub(crate) fn drain(controller: &mut impl Device, answer: &mut Answer) -> Option<Time> {
     loop {
         match controller.poll_output() {
             Output::Bytes(_, bytes) => {
@@ -45,7 +51,7 @@ pub(crate) fn drain(controller: &mut Controller, answer: &mut Answer) -> Option<
 }
 
 /// Sends bytes at the controller's present time and lets it run until it waits for more.
-pub(crate) fn play(controller: &mut Controller, bytes: &[u8]) -> Answer {
+pub(crate) fn play(controller: &mut impl Device, bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     controller.handle(Input::Bytes(bytes), controller.now());
     while let Some(due) = drain(controller, &mut answer) {
@@ -55,7 +61,7 @@ pub(crate) fn play(controller: &mut Controller, bytes: &[u8]) -> Answer {
 }
 
 /// Sends a line that has to be answered with this code.
-pub(crate) fn expect(controller: &mut Controller, line: &str, code: u8) -> Outcome<()> {
+pub(crate) fn expect(controller: &mut impl Device, line: &str, code: u8) -> Outcome<()> {
     let answer = play(controller, format!("{line}\r").as_bytes());
     if answer.code == code && answer.bytes > 0 {
         return Ok(());

@@ -14,11 +14,23 @@ use super::failure::{Doing, Failure, Outcome};
 /// How long an answer may take before the measurement is given up.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Reads where a controller is: the shortest question, 4 bytes, that is asked over and over.
+/// Reads where an isel controller is: the shortest question, 4 bytes, that is asked over and over.
 pub(crate) const QUESTION: &[u8] = b"@0P\r";
 
-/// The length of a controller's answer to [`QUESTION`]: `0` and three axes.
+/// The length of its answer to [`QUESTION`]: `0` and three axes.
 pub(crate) const ANSWER: usize = 19;
+
+/// Something that is asked, and how many bytes answer it.
+pub(crate) type Question = (&'static [u8], usize);
+
+/// Where an isel controller is.
+pub(crate) const ISEL: Question = (QUESTION, ANSWER);
+
+/// Where an LPKF controller at 0 is: `P0,0,0` and `C`, each with a CR.
+pub(crate) const LPKF: Question = (b"!ON0;", 9);
+
+/// What an echo says to [`QUESTION`].
+pub(crate) const ECHO: Question = (QUESTION, QUESTION.len());
 
 /// A TCP connection.
 pub(crate) type Wire = Port<TcpStream>;
@@ -92,14 +104,14 @@ impl<T: Read + Write> Port<T> {
         Ok(())
     }
 
-    /// Asks [`QUESTION`] over and over, and says how often in a second.
-    pub(crate) fn ping(&mut self, answer: usize, span: Duration) -> Outcome<f64> {
+    /// Asks a question over and over, and says how often in a second.
+    pub(crate) fn ping(&mut self, (question, answer): Question, span: Duration) -> Outcome<f64> {
         let began = Instant::now();
         let mut rounds = 0.0;
         while began.elapsed() < span {
             // Looking at the clock less often costs the measurement less.
             for _ in 0..16 {
-                self.ask(QUESTION, answer)?;
+                self.ask(question, answer)?;
             }
             rounds += 16.0;
         }

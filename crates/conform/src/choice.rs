@@ -6,17 +6,16 @@
 //! time more exact than a port can be, and whether it depends on what the memory holds.
 
 use std::fmt;
-use std::sync::Arc;
 
 use toml::{Table, Value};
 use vimc4::device::Controller;
 use vimc4::{Handling, Model};
-use vimc4_device::{Device, Point};
+use vimc4_device::{AXES, Device, Point};
 
 use crate::format::Session;
 use crate::play::{Drive, play_watched};
 use crate::player::{Act, PortStep, Timing};
-use crate::rehearsal::{converse, counters, rehearse};
+use crate::rehearsal::{converse, counters, rehearse, rehearse_with_handshake, send};
 use crate::script::{Action, Expected, show_nanos};
 use crate::travel::Travel;
 use crate::workshop::{self, Workshop};
@@ -37,7 +36,7 @@ pub struct Allowed {
     /// Erasing the stored program, and saved settings that become the factory's.
     pub flash: bool,
     /// How far each axis may go from where it is, lowest and highest, steps.
-    pub envelope: [(i64, i64); 4],
+    pub envelope: [(i64, i64); AXES],
     /// How long a session may take, ns.
     pub longest: u64,
 }
@@ -71,6 +70,8 @@ pub enum Reason {
     Pacing,
     /// It needs times more exact than a port's.
     ExactTime,
+    /// It sends more than there is room for, which a port with a handshake does not.
+    Handshake,
     /// It leaves the axes where a port cannot know: a reset during a motion.
     Place,
     /// It changes the speed of the line.
@@ -81,8 +82,8 @@ pub enum Reason {
     Long(u64),
     /// It needs an erased memory, which this model erases at its panel only.
     Panel,
-    /// It leaves the envelope.
-    Envelope(Travel),
+    /// It leaves the envelope: the ways of the axes.
+    Envelope(String),
     /// It may do these things, which are not allowed.
     NotAllowed(Vec<&'static str>),
 }
@@ -120,6 +121,11 @@ impl Reason {
                 "exact-time",
                 "needs times more exact than a port's",
                 "need times more exact than a port's",
+            ),
+            Reason::Handshake => (
+                "handshake",
+                "sends more than a port with a handshake does",
+                "send more than a port with a handshake does",
             ),
             Reason::Place => (
                 "place",
@@ -170,16 +176,16 @@ impl fmt::Display for Reason {
             Reason::Profile(value) => write!(f, " {value}"),
             Reason::NotAllowed(what) => write!(f, " {}", what.join(",")),
             Reason::Long(nanos) => write!(f, " {}", show_nanos(*nanos)),
-            Reason::Envelope(travel) => write!(f, " {}", show_ways(travel)),
+            Reason::Envelope(ways) => write!(f, " {ways}"),
             _ => Ok(()),
         }
     }
 }
 
-/// The ways of the axes that move: `X -30…300  Y 0…12`.
+/// The ways of the axes that move, by their names: `X -30…300  Y 0…12`.
 #[must_use]
-pub fn show_ways(travel: &Travel) -> String {
-    let ways = "XYZA".chars().zip(travel.low.iter().zip(&travel.high));
+pub fn show_ways(travel: &Travel, axes: &[&str]) -> String {
+    let ways = axes.iter().zip(travel.low.iter().zip(&travel.high));
     let moved = ways.filter(|(_, (low, high))| (**low, **high) != (0, 0));
     let ways: Vec<String> =
         moved.map(|(axis, (low, high))| format!("{axis} {low}…{high}")).collect();
@@ -226,7 +232,7 @@ pub struct Row {
 /// Chooses sessions for one controller.
 #[derive(Debug)]
 pub struct Chooser {
-    model: Arc<Model>,
+    model: Model,
     profile: Table,
     kin: Vec<&'static str>,
     timing: Timing,
@@ -247,7 +253,7 @@ impl Chooser {
     /// # Errors
     ///
     /// If no controller can be made of the profile.
-    pub fn new(model: &Arc<Model>, timing: Timing) -> Result<Chooser, String> {
+    pub fn new(model: &Model, timing: Timing) -> Result<Chooser, String> {
         let handling = Handling::of(model);
         let bench = Workshop::bench(model)?;
         let mut device = bench.build(&[])?;
@@ -255,14 +261,15 @@ impl Chooser {
         let filled = device.flash_image();
         let mut device = bench.build(&filled)?;
         let answers = converse(&mut device, handling.erase);
-        let erase = handling.erase.iter().zip(answers).filter(|(_, answer)| answer == b"0");
+        let erase =
+            handling.erase.iter().zip(answers).filter(|(_, answer)| answer == handling.done);
         let erase: Vec<&str> = erase.map(|(line, _)| *line).collect();
         let erased = device.flash_image();
         let mut device = bench.build(&filled)?;
-        converse(&mut device, &["@07", handling.start]);
-        let starts = counters(&device) != [0; 4];
+        converse(&mut device, handling.start);
+        let starts = counters(&device) != [0; AXES];
         Ok(Chooser {
-            model: Arc::clone(model),
+            model: model.clone(),
             profile: workshop::profile(model)?,
             kin: vimc4::kin(model),
             timing,
@@ -295,7 +302,7 @@ impl Chooser {
         for row in &mut plan.rows {
             plan.unchecked += self.rehearse(session, row)?;
         }
-        let needs = session.needs();
+        let needs = session.needs().effects;
         let flash = needs.writes_flash || plan.rows.iter().any(|row| row.fresh || row.writes);
         let lacking: Vec<&'static str> = [
             ("moves", needs.moves && !allowed.moves),
@@ -310,7 +317,8 @@ impl Chooser {
             return Err(Reason::NotAllowed(lacking));
         }
         if !allowed.contains(&plan.travel) {
-            return Err(Reason::Envelope(plan.travel));
+            let axes = self.model.axis_names();
+            return Err(Reason::Envelope(show_ways(&plan.travel, axes)));
         }
         Ok(plan)
     }
@@ -335,7 +343,7 @@ impl Chooser {
         if session.line_pacing {
             return Err(Reason::Pacing);
         }
-        if needs.switches && needs.moves {
+        if needs.effects.switches && needs.effects.moves {
             return Err(Reason::Switches);
         }
         Ok(())
@@ -345,7 +353,7 @@ impl Chooser {
     fn play(&self, session: &Session) -> Result<Plan, Reason> {
         let mut plan = Plan {
             rows: Vec::new(),
-            moves: session.needs().moves,
+            moves: session.needs().effects.moves,
             travel: Travel::default(),
             takes: 0,
             unchecked: 0,
@@ -364,7 +372,7 @@ impl Chooser {
                     plan.rows.push(std::mem::replace(&mut row, Row::new()));
                     return;
                 }
-                if glance.device.baud() != self.model.line.baud {
+                if glance.device.baud() != self.model.baud() {
                     hindered.get_or_insert(Reason::Baud);
                 }
                 row.travel = glance.travel.clone();
@@ -388,7 +396,7 @@ impl Chooser {
             return Err(reason);
         }
         played.map_err(|_| Reason::OwnProfile)?;
-        let writes = session.needs().writes_flash;
+        let writes = session.needs().effects.writes_flash;
         for row in &mut plan.rows {
             plan.travel.include(&row.travel);
             row.writes = writes || row.wrote;
@@ -443,6 +451,12 @@ impl Chooser {
             if *offset.get_or_insert(seen.offset) != seen.offset {
                 return Err(Reason::Place);
             }
+            if self.model.has_handshake_lines() {
+                // Nobody knows whether the port heeds them.
+                let seen =
+                    rehearse_with_handshake(self.build(&[])?, &row.steps, self.timing, delay);
+                seen.map_err(|_| Reason::Handshake)?;
+            }
             let expects = row.steps.iter().zip(&exactly).zip(&mut off);
             let expects = expects.filter(|((step, _), _)| matches!(step.act, Act::Expect(_)));
             for (((_, exact), off), (_, at)) in expects.zip(seen.times) {
@@ -467,7 +481,7 @@ impl Chooser {
         let passes = |image: &[u8]| -> Result<bool, Reason> {
             Ok(rehearse(self.build(image)?, &row.steps, self.timing, 0).is_ok())
         };
-        row.fresh = (self.starts && session.needs().starts) || !passes(&self.filled)?;
+        row.fresh = (self.starts && session.needs().effects.starts) || !passes(&self.filled)?;
         let erasable = !self.erase.is_empty() && passes(&self.erased)?;
         if (row.fresh || row.wrote) && !erasable {
             return Err(Reason::Panel);
@@ -475,8 +489,14 @@ impl Chooser {
         Ok(unchecked)
     }
 
+    /// A controller as a client finds it when it has reset it.
     fn build(&self, image: &[u8]) -> Result<Controller, Reason> {
-        self.bench.build(image).map_err(|_| Reason::OwnProfile)
+        let mut device = self.bench.build(image).map_err(|_| Reason::OwnProfile)?;
+        if self.handling.homing.is_some() {
+            send(&mut device, self.handling.reset);
+            converse(&mut device, self.handling.ready);
+        }
+        Ok(device)
     }
 }
 
@@ -489,7 +509,7 @@ impl Row {
             wrote: false,
             asked: false,
             travel: Travel::default(),
-            end: [0; 4],
+            end: [0; AXES],
             offsets: Vec::new(),
         }
     }

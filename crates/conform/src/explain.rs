@@ -2,7 +2,6 @@
 //! as another model, or with something set differently at the machine.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use serde::Serialize;
 use toml::Table;
@@ -68,15 +67,17 @@ impl std::fmt::Display for Cause {
 /// # Errors
 ///
 /// If no controller can be made of the profile.
-pub fn candidates(model: &Arc<Model>) -> Result<Vec<Candidate>, String> {
+pub fn candidates(model: &Model) -> Result<Vec<Candidate>, String> {
     let profile = workshop::profile(model)?;
     let mut candidates = Vec::new();
     let mut values = Vec::new();
     for (quirk, texts) in vimc4::quirks(model) {
         values.extend(texts.iter().map(|text| (format!("quirks.{quirk}"), (*text).to_owned())));
     }
+    // What another family does is no explanation.
+    let kindred = model.family().models();
     let mut others = BTreeSet::new();
-    for name in vimc4::models() {
+    for name in &kindred {
         let other = vimc4::model(name).map_err(|error| error.to_string())?;
         for (key, value) in leaves(&workshop::profile(&other)?) {
             let simple = !value.is_array() && key.contains('.') && !key.starts_with("quirks.");
@@ -100,7 +101,7 @@ pub fn candidates(model: &Arc<Model>) -> Result<Vec<Candidate>, String> {
         let workshop = Workshop::bench(&model)?;
         candidates.push(Candidate { cause: Cause::Profile { key, value }, workshop, signal: None });
     }
-    for name in vimc4::models().into_iter().filter(|name| *name != model.name) {
+    for name in kindred.into_iter().filter(|name| *name != model.name()) {
         let other = vimc4::model(name).map_err(|error| error.to_string())?;
         let workshop = Workshop::bench(&other)?;
         let cause = Cause::Model { name: name.to_owned() };

@@ -7,33 +7,59 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::{Spanned, Table};
+use vimc4::Family;
 
 use crate::script::{self, Action, Needs, Step};
 
-/// The models that sessions can be about.
-pub const MODELS: [&str; 5] = ["imc4", "imc4-m", "imc-m", "imc-mp", "imc-s8"];
+/// Names that stand for several models, besides those of the families, which stand for all of
+/// theirs.
+const GROUPS: [(&str, &[&str]); 2] =
+    [("classic", &["imc4", "imc4-m"]), ("imc-xx", &["imc-m", "imc-mp", "imc-s8"])];
 
-/// The topics, which are the folders below `fixtures/sessions`, in the order of the behaviour
-/// document, and their headings there.
-pub const TOPICS: [(&str, &str); 11] = [
-    ("line", "The line"),
-    ("errors", "Errors, and which one wins"),
-    ("axes", "Axes, reference, zero"),
-    ("straight", "Straight lines"),
-    ("time", "Ramps and time"),
-    ("circles", "Circles and helices"),
-    ("stop", "Stop, break, reset, limit switches"),
-    ("ports", "Ports and diagnosis"),
-    ("program", "Data field and program"),
-    ("settings", "Settings of the iMC-xx"),
-    ("panel", "Panel and plant"),
-];
+/// The topics of a family, which are the folders below `fixtures/sessions` and its name, in the
+/// order of the behaviour document, and their headings there.
+#[must_use]
+pub const fn topics(family: Family) -> &'static [(&'static str, &'static str)] {
+    match family {
+        Family::Isel => &[
+            ("line", "The line"),
+            ("errors", "Errors, and which one wins"),
+            ("axes", "Axes, reference, zero"),
+            ("straight", "Straight lines"),
+            ("time", "Ramps and time"),
+            ("circles", "Circles and helices"),
+            ("stop", "Stop, break, reset, limit switches"),
+            ("ports", "Ports and diagnosis"),
+            ("program", "Data field and program"),
+            ("settings", "Settings of the iMC-xx"),
+            ("panel", "Panel and plant"),
+        ],
+        Family::Lpkf => &[
+            ("line", "The line and its grammar"),
+            ("answers", "Answers"),
+            ("settings", "Settings"),
+            ("straight", "Straight lines"),
+            ("arcs", "Arcs"),
+            ("vectors", "Following vectors"),
+            ("head", "The head"),
+            ("reference", "Reference runs and hard clip limits"),
+            ("limits", "Windows, ranges, limit switches"),
+            ("stop", "Stop, and what goes on after it"),
+            ("ports", "Ports, spindle, phase current"),
+            ("channel", "The second channel"),
+            ("interface", "The trackball"),
+            ("status", "Status messages"),
+        ],
+    }
+}
 
 /// One behaviour: what is sent, what happens, what must come.
 #[derive(Clone, Debug)]
 pub struct Session {
-    /// Topic, file and name: `stop/software-stop/keeps-the-remainder`.
+    /// Family, topic, file and name: `isel/stop/software-stop/keeps-the-remainder`.
     pub id: String,
+    /// The family that its models are of.
+    pub family: Family,
     /// Its file.
     pub path: PathBuf,
     /// The behaviour as one sentence.
@@ -42,7 +68,7 @@ pub struct Session {
     pub evidence: Evidence,
     /// The sections of the manuals, or what kind of knowledge it is.
     pub source: String,
-    /// The models it applies to, in the order of [`MODELS`].
+    /// The models it applies to, all of its family, in the order of [`vimc4::models`].
     pub models: Vec<&'static str>,
     /// Values of the model's profile that differ from the built-in one.
     pub profile: Table,
@@ -101,13 +127,13 @@ impl Session {
     /// What it needs of whatever plays it.
     #[must_use]
     pub fn needs(&self) -> Needs {
-        script::needs(self.steps.iter().map(|step| &step.action))
+        script::needs(self.family, self.steps.iter().map(|step| &step.action))
     }
 
     /// The folder it is in.
     #[must_use]
     pub fn topic(&self) -> &str {
-        self.id.split('/').next().unwrap_or_default()
+        self.id.split('/').nth(1).unwrap_or_default()
     }
 }
 
@@ -194,15 +220,16 @@ pub fn parse(
             let message = format!("{name:?} is no name; small letters, digits and - make one");
             return Err(file.error(at, message));
         }
-        let id = format!("{topic}/{stem}/{name}");
-        if sessions.iter().any(|earlier| earlier.id == id) {
-            return Err(file.error(at, format!("a second {name:?}; give it a name of its own")));
-        }
         let missing = |key: &str| {
             let message = format!("{name:?} has no {key}; add it there or at the top of the file");
             file.error(at.clone(), message)
         };
         let models = session.models.as_ref().or(raw.models.as_ref());
+        let (family, models) = file.models(models.ok_or_else(|| missing("models"))?)?;
+        let id = format!("{}/{topic}/{stem}/{name}", family.name());
+        if sessions.iter().any(|earlier| earlier.id == id) {
+            return Err(file.error(at, format!("a second {name:?}; give it a name of its own")));
+        }
         let evidence = session.evidence.as_ref().or(raw.evidence.as_ref());
         let evidence = evidence.ok_or_else(|| missing("evidence"))?;
         let mut profile = session.profile.clone();
@@ -239,7 +266,8 @@ pub fn parse(
                 .or(raw.source.as_ref())
                 .ok_or_else(|| missing("source"))?
                 .clone(),
-            models: file.models(models.ok_or_else(|| missing("models"))?)?,
+            family,
+            models,
             profile,
             machine: match session.machine.as_ref().or(raw.machine.as_ref()) {
                 None => MachineChoice { name: "bench".to_owned(), differs: Table::new() },
@@ -360,26 +388,49 @@ impl File<'_> {
             .collect()
     }
 
-    fn models(&self, models: &Spanned<RawModels>) -> Result<Vec<&'static str>, FormatError> {
+    /// The models that are named, one by one or in groups, and the family of all of them.
+    fn models(
+        &self,
+        models: &Spanned<RawModels>,
+    ) -> Result<(Family, Vec<&'static str>), FormatError> {
         let names = match models.as_ref() {
             RawModels::One(name) => std::slice::from_ref(name),
             RawModels::Many(names) => names.as_slice(),
         };
-        let mut chosen = [false; MODELS.len()];
+        let groups = || {
+            let families = Family::ALL.into_iter().map(|family| (family.name(), family.models()));
+            families.chain(GROUPS.map(|(group, members)| (group, members.to_vec())))
+        };
+        let all = vimc4::models();
         for name in names {
-            for (model, chosen) in MODELS.iter().zip(&mut chosen) {
-                let group = if model.starts_with("imc4") { "classic" } else { "imc-xx" };
-                *chosen |= [model, "all", group].contains(&name.as_str());
-            }
-            if !MODELS.contains(&name.as_str())
-                && !["all", "classic", "imc-xx"].contains(&name.as_str())
-            {
+            if !all.contains(&name.as_str()) && !groups().any(|(group, _)| group == name) {
+                let groups: Vec<&str> = groups().map(|(group, _)| group).collect();
                 let message =
-                    format!("no model {name:?}; all, classic, imc-xx, {} are", MODELS.join(", "));
+                    format!("no model {name:?}; {}, {} are", groups.join(", "), all.join(", "));
                 return Err(self.error(models.span(), message));
             }
         }
-        Ok(MODELS.into_iter().zip(chosen).filter(|(_, chosen)| *chosen).map(|(m, _)| m).collect())
+        let named = |model: &str| {
+            names.iter().any(|name| {
+                let mut groups = groups().filter(|(group, _)| group == name);
+                name == model || groups.any(|(_, members)| members.contains(&model))
+            })
+        };
+        let of = Family::ALL.into_iter().map(|family| {
+            let models = family.models().into_iter().filter(|model| named(model));
+            (family, models.collect::<Vec<_>>())
+        });
+        let mut of = of.filter(|(_, models)| !models.is_empty());
+        match (of.next(), of.next()) {
+            (Some(one), None) => Ok(one),
+            (None, _) => {
+                Err(self.error(models.span(), "no model is named; \"isel\" is one way".into()))
+            }
+            (Some(_), Some(_)) => {
+                let message = "models of two families; a session is about one, so write two";
+                Err(self.error(models.span(), message.to_owned()))
+            }
+        }
     }
 }
 
@@ -411,7 +462,8 @@ mod tests {
     #[test]
     fn every_row_of_a_table_has_its_own_controller() {
         let sessions = parse("line", Path::new("x.toml"), GOOD, &BTreeMap::new()).unwrap();
-        assert_eq!(sessions[0].id, "line/x/two-rows");
+        assert_eq!(sessions[0].id, "isel/line/x/two-rows");
+        assert_eq!((sessions[0].family, sessions[0].topic()), (Family::Isel, "line"));
         assert_eq!(sessions[0].models, ["imc-m", "imc-mp", "imc-s8"]);
         let steps: Vec<_> = sessions[0].steps.iter().map(|s| (s.line, s.text.as_str())).collect();
         let (first, second, setup) = ("> @0b1 -> 003", "> @0b2 -> 0E2", "> @07 -> 0");
@@ -427,7 +479,9 @@ mod tests {
         let error = message(&GOOD.replace("2 | E2", "2 | E2 | 3"));
         assert!(error.starts_with("x.toml:14: 3 values in a row"), "{error}");
         let error = message(&GOOD.replace("imc-xx", "imc5"));
-        assert!(error.starts_with("x.toml:1: no model \"imc5\"; all, classic"), "{error}");
+        assert!(error.starts_with("x.toml:1: no model \"imc5\"; isel, lpkf, classic"), "{error}");
+        let error = message(&GOOD.replace("\"imc-xx\"", "[\"imc4\", \"lpkf\"]"));
+        assert!(error.starts_with("x.toml:1: models of two families"), "{error}");
         let error = message(&GOOD.replace("title", "titel"));
         assert!(error.starts_with("x.toml:10: "), "{error}");
         let error = message(&GOOD.replace("source = \"12 2.2.3\"", ""));

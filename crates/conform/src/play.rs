@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt::{self, Write as _};
 
+use vimc4::Family;
 use vimc4_device::{Device, Event, FlashChange, Input, Kinds, Motion, Output, Time, View};
 
 use crate::format::Session;
@@ -27,8 +28,11 @@ pub enum Drive {
 /// What was seen while a session ran.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Record {
-    /// Commands that were answered: mnemonic and first byte of the answer.
-    pub answers: BTreeSet<(&'static str, u8)>,
+    /// Commands that were executed.
+    pub commands: BTreeSet<&'static str>,
+    /// Commands that were answered: mnemonic and kind of the answer, as
+    /// [`Family::kind_of`](vimc4::Family::kind_of) names it.
+    pub answers: BTreeSet<(&'static str, String)>,
     /// Lines of stored programs that were executed.
     pub lines: BTreeSet<&'static str>,
     /// Signals that were set, by name.
@@ -125,6 +129,7 @@ pub fn play_watched<D: Device>(
         })
     })?;
     let mut player = Player {
+        family: session.family,
         device,
         drive,
         now: Time::ZERO,
@@ -169,6 +174,7 @@ fn mismatch<T>(expected: impl Into<String>, got: impl Into<String>) -> Result<T,
 }
 
 struct Player<D> {
+    family: Family,
     device: D,
     drive: Drive,
     now: Time,
@@ -276,10 +282,12 @@ impl<D: Device> Player<D> {
 
     fn watch(&mut self, at: Time, event: Event) {
         match event {
+            Event::Command { mnemonic, .. } => {
+                self.record.commands.insert(mnemonic);
+            }
             Event::Answer { mnemonic, bytes } => {
-                // A text reply ends with its code, every other begins with it.
-                let code = if bytes.ends_with(b"\r\n0") { Some(&b'0') } else { bytes.first() };
-                self.record.answers.extend(code.map(|code| (mnemonic, *code)));
+                let kind = self.family.kind_of(&bytes);
+                self.record.answers.extend(kind.map(|kind| (mnemonic, kind)));
             }
             Event::Line { mnemonic, .. } => {
                 self.record.lines.insert(mnemonic);
@@ -443,13 +451,14 @@ impl<D: Device> Player<D> {
     ) -> Result<(), Mismatch> {
         self.nothing_more()?;
         let needs = session.needs();
-        if self.record.moved && !needs.moves {
+        let may = needs.effects;
+        if self.record.moved && !may.moves {
             return mismatch("a script that shows that it moves", "a motion");
         }
-        if self.record.wrote_flash && !needs.writes_flash {
+        if self.record.wrote_flash && !may.writes_flash {
             return mismatch("a script that shows that it writes the flash", "a write");
         }
-        if self.record.switched && !needs.outputs && !needs.operator {
+        if self.record.switched && !may.outputs && !needs.operator {
             return mismatch("a script that shows that it switches outputs", "an output switched");
         }
         // The host's image grew change by change, the device's own may be shorter; what they say

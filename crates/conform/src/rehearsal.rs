@@ -27,22 +27,48 @@ pub struct Rehearsed {
 ///
 /// What a player at a port would see instead of what must come.
 pub fn rehearse<D: Device>(
+    device: D,
+    steps: &[PortStep],
+    timing: Timing,
+    delay: u64,
+) -> Result<Rehearsed, Miss> {
+    play(device, steps, timing, delay, false)
+}
+
+/// Like [`rehearse`], with a port that keeps back what the device has no room for.
+///
+/// # Errors
+///
+/// What a player at a port would see instead of what must come.
+pub fn rehearse_with_handshake<D: Device>(
+    device: D,
+    steps: &[PortStep],
+    timing: Timing,
+    delay: u64,
+) -> Result<Rehearsed, Miss> {
+    play(device, steps, timing, delay, true)
+}
+
+fn play<D: Device>(
     mut device: D,
     steps: &[PortStep],
     timing: Timing,
     delay: u64,
+    handshake: bool,
 ) -> Result<Rehearsed, Miss> {
     device.watch(Kinds::MOTION);
     let mut travel = Travel::default();
     let mut player = Player::new(steps, timing);
     let mut now = device.now();
     let mut wakes = 0;
+    let mut kept_back = Vec::new();
     handle(&mut device, &mut player, &mut travel, Input::Wake, now);
     loop {
         match player.next(now) {
             Next::Send(bytes) => {
                 now = now.after_nanos(delay);
-                handle(&mut device, &mut player, &mut travel, Input::Bytes(bytes), now);
+                kept_back.extend_from_slice(bytes);
+                pass(&mut device, &mut player, &mut travel, &mut kept_back, handshake, now);
                 player.sent(now);
                 now = now.after_nanos(delay);
                 handle(&mut device, &mut player, &mut travel, Input::Wake, now);
@@ -53,6 +79,7 @@ pub fn rehearse<D: Device>(
                 let due = device.wake().filter(|due| *due <= until && wakes <= MOST_WAKES);
                 now = due.unwrap_or(until);
                 handle(&mut device, &mut player, &mut travel, Input::Wake, now);
+                pass(&mut device, &mut player, &mut travel, &mut kept_back, handshake, now);
             }
             Next::Over => {
                 let place = travel.place(now);
@@ -61,6 +88,25 @@ pub fn rehearse<D: Device>(
                 return player.outcome().map(|times| Rehearsed { times, offset });
             }
         }
+    }
+}
+
+/// Hands the device what is kept back for it, as far as it has room.
+fn pass<D: Device>(
+    device: &mut D,
+    player: &mut Player<'_>,
+    travel: &mut Travel,
+    kept_back: &mut Vec<u8>,
+    handshake: bool,
+    now: Time,
+) {
+    while !kept_back.is_empty() {
+        let room = if handshake { device.room(true) } else { usize::MAX };
+        let taken: Vec<u8> = kept_back.drain(..room.min(kept_back.len())).collect();
+        if taken.is_empty() {
+            return;
+        }
+        handle(device, player, travel, Input::Bytes(&taken), now);
     }
 }
 
@@ -84,34 +130,40 @@ fn handle<D: Device>(
 
 /// The step counters.
 pub fn counters(device: &impl Device) -> Point {
-    let view = device.view(device.now());
-    std::array::from_fn(|axis| view.axes.get(axis).map_or(0, |axis| axis.position))
+    let mut counters = Point::default();
+    for axis in device.view(device.now()).axes {
+        let place = vimc4::axis(&axis.name).and_then(|n| counters.get_mut(usize::from(n)));
+        place.into_iter().for_each(|place| *place = axis.position);
+    }
+    counters
 }
 
 /// Sends lines to a device one after the other, each when it has come to rest, and says what
 /// each answered.
 pub fn converse<D: Device>(device: &mut D, lines: &[&str]) -> Vec<Vec<u8>> {
+    lines.iter().map(|line| send(device, format!("{line}\r").as_bytes())).collect()
+}
+
+/// Sends bytes to a device and says what it answers until it has come to rest.
+pub fn send<D: Device>(device: &mut D, bytes: &[u8]) -> Vec<u8> {
     device.watch(Kinds::NONE);
-    let mut answers = Vec::new();
-    for line in lines {
-        let mut answer = Vec::new();
-        let mut input = format!("{line}\r").into_bytes();
-        let mut now = device.now();
-        for _ in 0..MOST_WAKES {
-            device.handle(Input::Bytes(&std::mem::take(&mut input)), now);
-            let wake = loop {
-                match device.poll_output() {
-                    Output::Bytes(_, bytes) => answer.extend_from_slice(&bytes),
-                    Output::Flash(..) | Output::Event(..) => {}
-                    Output::Wake(wake) => break wake,
-                }
-            };
-            match wake {
-                Some(due) => now = due,
-                None => break,
+    let mut answer = Vec::new();
+    let mut input = Input::Bytes(bytes);
+    let mut now = device.now();
+    for _ in 0..MOST_WAKES {
+        device.handle(input, now);
+        input = Input::Wake;
+        let wake = loop {
+            match device.poll_output() {
+                Output::Bytes(_, bytes) => answer.extend_from_slice(&bytes),
+                Output::Flash(..) | Output::Event(..) => {}
+                Output::Wake(wake) => break wake,
             }
+        };
+        match wake {
+            Some(due) => now = due,
+            None => break,
         }
-        answers.push(answer);
     }
-    answers
+    answer
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use vimc4::{Effects, Family};
 use vimc4_device::Time;
 
 /// One line of a script.
@@ -32,8 +33,8 @@ pub enum Action {
     Wait(u64),
     /// `mark`: starts the stopwatch.
     Mark,
-    /// `set`, `press`, `release`, `key`, `cover`, `input 0.3 1`: a signal takes values, one
-    /// after the other at the same instant.
+    /// `set`, `press`, `hold`, `release`, `key`, `cover`, `input 0.3 1`: a signal takes values,
+    /// one after the other at the same instant.
     Signal(SignalName, Vec<i32>),
     /// `power off`, `power on`.
     Power(bool),
@@ -94,18 +95,8 @@ pub struct Needs {
     pub view: bool,
     /// Hands at the panel, at the inputs and at the mains switch.
     pub operator: bool,
-    /// It may set the machine in motion.
-    pub moves: bool,
-    /// It may write the controller's flash memory.
-    pub writes_flash: bool,
-    /// It may switch outputs: the spindle, the brake, the motor currents, whatever is connected.
-    pub outputs: bool,
-    /// It may drive axes to their reference switches, wherever those are.
-    pub reference: bool,
-    /// It may start whatever program is stored.
-    pub starts: bool,
-    /// It changes where the controller expects its switches.
-    pub switches: bool,
+    /// What it may do to the machine and to the controller's memory.
+    pub effects: Effects,
 }
 
 /// Why a line is not a script's.
@@ -123,8 +114,8 @@ impl ScriptError {
 }
 
 const WORDS: &str = "a line begins with >, >>, <, ! or one of silent, wait, mark, set, press, \
-                     release, key, cover, input, power, restart, store, position, carriage, port, baud, \
-                     warning";
+                     hold, release, key, cover, input, power, restart, store, position, carriage, \
+                     port, baud, warning";
 
 /// Reads one line of a script; nothing for an empty line or a comment. `> LINE -> REPLY` is two
 /// actions.
@@ -175,6 +166,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         }
         "press" if rest == "estop" => Action::Signal(named(rest), vec![1]),
         "press" => Action::Signal(named(rest), vec![1, 0]),
+        "hold" => Action::Signal(named(rest), vec![1]),
         "release" => Action::Signal(named(rest), vec![0]),
         "key" => Action::Signal(named("key"), vec![choice(rest, "test", "auto")?]),
         "cover" => Action::Signal(named("cover"), vec![choice(rest, "open", "closed")?]),
@@ -232,29 +224,22 @@ pub fn store(program: &str) -> Result<Vec<(String, Action)>, ScriptError> {
     Ok(steps.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// What these actions need of whatever plays them.
+/// What these actions need of whatever plays them on a controller of this family.
 #[must_use]
-pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
+pub fn needs<'a>(family: Family, actions: impl IntoIterator<Item = &'a Action>) -> Needs {
     let mut needs = Needs::default();
-    let mut line = Vec::new();
-    let mut storing = false;
+    let mut sent = Vec::new();
+    let mut effects = Effects::default();
     for action in actions {
         match action {
-            Action::Send(bytes) => {
-                for &byte in bytes {
-                    match byte {
-                        b'\r' => needs.of_line(&std::mem::take(&mut line), &mut storing),
-                        b' ' | b'\n' | 253..=255 => {}
-                        _ => line.push(byte),
-                    }
-                }
-            }
+            Action::Send(bytes) => sent.extend_from_slice(bytes),
             Action::Expect(expected) => needs.clock |= expected.at.is_some(),
             Action::Wait(_) | Action::Mark => needs.clock = true,
             Action::Signal(name, _) => {
                 needs.operator = true;
-                needs.moves |= *name == named("start");
-                needs.writes_flash |= *name == named("erase") || *name == named("on");
+                if let SignalName::Named(name) = name {
+                    effects = effects.and(family.effects_of_signal(name));
+                }
             }
             Action::Power(_) => needs.operator = true,
             Action::Position(_)
@@ -270,33 +255,8 @@ pub fn needs<'a>(actions: impl IntoIterator<Item = &'a Action>) -> Needs {
             | Action::New => {}
         }
     }
-    needs.of_line(&line, &mut storing);
+    needs.effects = effects.and(family.effects_of(&sent));
     needs
-}
-
-impl Needs {
-    /// Adds what one line needs, which is given without its blanks. Whatever its parameters are
-    /// and whether or not the controller should refuse it: a real one may not.
-    fn of_line(&mut self, line: &[u8], storing: &mut bool) {
-        match line {
-            [b'@', _, letter, rest @ ..] => {
-                let setting = (*letter == b'I').then(|| rest.first().copied()).flatten();
-                self.moves |= b"AaMmRrSsywZF?".contains(letter);
-                self.reference |= b"RrF".contains(letter);
-                self.starts |= b"Ss".contains(letter);
-                self.outputs |= b"Bg".contains(letter) || matches!(setting, Some(b'a' | b'S'));
-                self.writes_flash |= b"ik".contains(letter) || setting == Some(b'W');
-                self.switches |= setting.is_some_and(|code| b"EeDR".contains(&code));
-                *storing |= *letter == b'i';
-            }
-            // A stored line does nothing before the program is started.
-            [code, ..] if *storing => {
-                self.reference |= *code == b'7';
-                self.outputs |= matches!(code, b'p' | b'g');
-            }
-            _ => {}
-        }
-    }
 }
 
 /// Bytes as a script writes them.
@@ -451,7 +411,7 @@ fn number<T: std::str::FromStr>(text: &str) -> Result<T, ScriptError> {
 
 fn numbers(values: &[&str]) -> Result<Vec<i64>, ScriptError> {
     if values.is_empty() || values.len() > vimc4_device::AXES {
-        return Err(ScriptError::new("one to four axes have values", "position 280 0 0"));
+        return Err(ScriptError::new("one to six axes have values", "position 280 0 0"));
     }
     values.iter().map(|value| number(value)).collect()
 }
@@ -505,20 +465,20 @@ mod tests {
 
     #[test]
     fn needs_follow_from_the_script() {
-        let of = |text: &str| needs(&parse_line(text).unwrap());
-        assert!(of("> @0 A5,900").moves);
-        assert!(!of("> @0P -> 0000000").moves);
-        assert!(of("> @0i").writes_flash);
-        assert!(of(">> @0\\x20I\\n\\xFDW").writes_flash);
-        assert!(of("> @0B0,8").outputs && !of("> @0b0").outputs);
-        assert!(of("> @0r1").reference && of("> @0r1").moves);
-        assert!(!of("> 77").reference);
-        let lines = ["> @0i", "> 7 7", "> p0,1,1", ">> @", ">> 0Ie1"];
-        let actions: Vec<_> = lines.iter().flat_map(|line| parse_line(line).unwrap()).collect();
-        let stored = needs(&actions);
+        let of = |family, text: &str| {
+            let actions: Vec<_> = text.lines().flat_map(|line| parse_line(line).unwrap()).collect();
+            needs(family, &actions)
+        };
+        let isel = |text| of(Family::Isel, text);
+        assert!(isel("> @0 A5,900").effects.moves && !isel("> @0P -> 0000000").effects.moves);
+        assert!(isel(">> @0\\x20I\\n\\xFDW").effects.writes_flash);
+        let stored = isel("> @0i\n> 7 7\n> p0,1,1\n>> @\n>> 0Ie1").effects;
         assert!(stored.reference && stored.outputs && stored.switches && !stored.moves);
-        assert!(of("press start").operator);
-        assert!(of("< 0 at 5ms").clock);
-        assert!(of("position 3").view);
+        assert!(isel("press start").operator && isel("press start").effects.moves);
+        assert!(isel("< 0 at 5ms").clock);
+        assert!(isel("position 3").view);
+        let lpkf = |text| of(Family::Lpkf, text);
+        assert!(lpkf(">> P\n>> A5,9;").effects.moves && !lpkf("> !ON0").effects.moves);
+        assert!(!lpkf("hold start").effects.moves && lpkf("hold start").operator);
     }
 }

@@ -1,6 +1,6 @@
 //! How far the axes go from where they were.
 
-use vimc4_device::{Motion, Point, Time};
+use vimc4_device::{AXES, Motion, Point, Time};
 
 /// The way of the axes since the beginning, in steps, as the motor windings see it: setting a
 /// counter changes nothing.
@@ -58,7 +58,7 @@ impl Travel {
     /// Whether anything moves at all.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
-        self.low == [0; 4] && self.high == [0; 4]
+        self.low == [0; AXES] && self.high == [0; AXES]
     }
 
     /// Takes in another travel from the same beginning.

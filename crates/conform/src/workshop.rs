@@ -11,7 +11,7 @@ use crate::format::{Session, merge};
 /// What a session needs of the profiles, read once for all its controllers.
 #[derive(Clone, Debug)]
 pub struct Workshop {
-    model: Arc<Model>,
+    model: Model,
     machine: Arc<Machine>,
 }
 
@@ -33,9 +33,9 @@ impl Workshop {
     /// # Errors
     ///
     /// If there is no such machine.
-    pub fn bench(model: &Arc<Model>) -> Result<Workshop, String> {
+    pub fn bench(model: &Model) -> Result<Workshop, String> {
         let machine = vimc4::machine("bench").map_err(|error| error.to_string())?;
-        Ok(Workshop { model: Arc::clone(model), machine })
+        Ok(Workshop { model: model.clone(), machine })
     }
 
     /// A controller that has just been switched on with this image in its flash memory.
@@ -53,9 +53,9 @@ impl Workshop {
 /// # Errors
 ///
 /// If a value cannot be.
-pub fn model(profile: &Table) -> Result<Arc<Model>, String> {
+pub fn model(profile: &Table) -> Result<Model, String> {
     let text = toml::to_string(profile).map_err(|error| error.to_string())?;
-    Model::from_toml(&text).map(Arc::new).map_err(|error| error.to_string())
+    Model::from_toml(&text).map_err(|error| error.to_string())
 }
 
 /// The profile of a model.

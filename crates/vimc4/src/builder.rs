@@ -11,10 +11,9 @@ use vimc4_host::{
 };
 #[cfg(unix)]
 use vimc4_host::{Link, Pty};
-use vimc4_isel::{Controller, Model};
 use vimc4_plant::Machine;
 
-use crate::catalogue;
+use crate::catalogue::{self, Controller, Model};
 use crate::control::Control;
 use crate::emulator::{Emulator, Places};
 use crate::error::Error;
@@ -24,7 +23,7 @@ use crate::record::Record;
 #[must_use = "an emulator runs when it is started"]
 pub struct Builder {
     model: Profile<Model>,
-    machine: Profile<Machine>,
+    machine: Profile<Arc<Machine>>,
     time: Clock,
     pty: Terminal,
     tcp: Option<String>,
@@ -40,7 +39,7 @@ pub struct Builder {
 /// A profile by name or file, or the thing itself.
 enum Profile<T> {
     Named(String),
-    Given(Arc<T>),
+    Given(T),
 }
 
 /// Whether an emulator has a pseudo terminal, and under which name. See [`Builder::pty`].
@@ -111,7 +110,7 @@ impl Builder {
     }
 
     /// A model that was made or changed in the program.
-    pub fn with_model(mut self, model: Arc<Model>) -> Builder {
+    pub fn with_model(mut self, model: Model) -> Builder {
         self.model = Profile::Given(model);
         self
     }
@@ -193,7 +192,7 @@ impl Builder {
     pub fn start(self) -> Result<Emulator, Error> {
         let model = match &self.model {
             Profile::Named(name) => catalogue::model(name)?,
-            Profile::Given(model) => Arc::clone(model),
+            Profile::Given(model) => model.clone(),
         };
         let machine = match &self.machine {
             Profile::Named(name) => catalogue::machine(name)?,
@@ -214,11 +213,11 @@ impl Builder {
 
         let worker = match &self.worker {
             Some(worker) => worker.clone(),
-            None => Worker::start(&format!("vimc4 {}", model.name)).map_err(Error::Start)?,
+            None => Worker::start(&format!("vimc4 {}", model.name())).map_err(Error::Start)?,
         };
         let (runner, handle, places) = {
             let _inside = worker.enter();
-            self.assemble(Arc::clone(&model), machine, &addresses, record.clone())?
+            self.assemble(&model, machine, &addresses, record.clone())?
         };
         let (over, ended) = watch::channel(None);
         // Boxed, because a task is made room for as what it begins with and as what it becomes.
@@ -239,12 +238,12 @@ impl Builder {
     /// behind: what others could miss first, what creates files last.
     fn assemble(
         self,
-        model: Arc<Model>,
+        model: &Model,
         machine: Arc<Machine>,
         addresses: &[SocketAddr],
         record: Option<Record>,
     ) -> Result<Made, Error> {
-        let baud = model.line.baud;
+        let baud = model.baud();
         let mut places = Places::default();
         let tcp = listen(addresses, self.clients)?;
         places.tcp = tcp.as_ref().map(Tcp::address);
@@ -266,8 +265,7 @@ impl Builder {
             Error::Flash { path: path.unwrap_or_default(), source }
         })?;
         let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
-        let (runner, handle) = Runner::new(line, self.time);
-        let mut runner = runner.with_room(Line::room);
+        let (mut runner, handle) = Runner::new(line, self.time);
         if let Some((file, image)) = flash {
             runner = runner.with_flash(file, &image)?;
         }

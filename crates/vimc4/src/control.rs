@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use vimc4_device::{Condition, Device, Event, Point, Signal, Time, View};
+use vimc4_device::{Condition, Device, Event, Signal, Time, View};
 use vimc4_host::{ControlError, Handle, Line, LineState, MemoryPort, Reply, Sink};
-use vimc4_isel::{Controller, Model};
 
+use crate::catalogue::{Controller, Family, Model, State};
 use crate::record::{Command, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of
@@ -41,7 +41,7 @@ use crate::record::{Command, Memory, Record};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Control {
-    model: Arc<Model>,
+    model: Model,
     handle: Handle<Line<Controller>>,
     record: Option<Record>,
     /// Where the key was last turned to, so that erasing can turn it back.
@@ -52,7 +52,10 @@ pub struct Control {
 /// line at one instant. Taking one is cheap, and keeping many is too: programs and profiles
 /// are shared.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot(LineState<<Controller as Device>::State>);
+pub struct Snapshot {
+    family: Family,
+    state: LineState<State>,
+}
 
 /// The buttons of the panel by name. Any method that takes a name takes these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -80,7 +83,7 @@ impl AsRef<str> for Button {
 
 impl Control {
     pub(crate) fn new(
-        model: Arc<Model>,
+        model: Model,
         handle: Handle<Line<Controller>>,
         record: Option<Record>,
     ) -> Control {
@@ -126,15 +129,12 @@ impl Control {
 
     // --- what it sees ---
 
-    /// The step counters of X, Y, Z and A.
-    pub fn position(&self) -> Reply<Point> {
+    /// The step counters of the axes that the controller has, X first.
+    pub fn position(&self) -> Reply<Vec<i64>> {
         self.handle.with(|runner| {
             let device = runner.device();
-            let mut position = Point::default();
-            for (value, axis) in position.iter_mut().zip(device.view(device.now()).axes) {
-                *value = axis.position;
-            }
-            Ok(position)
+            let axes = device.view(device.now()).axes;
+            Ok(axes.iter().map(|axis| axis.position).collect())
         })
     }
 
@@ -234,12 +234,8 @@ impl Control {
 
     /// Erases the stored program as a person does at the panel: key on test, STOP held, ON.
     pub fn erase(&self) -> Reply<()> {
-        if self.model.timing.panel_erase_ms.is_none() {
-            return self.handle.with(|_| {
-                Err(ControlError::Unsupported(
-                    "the panel of this model does not erase; send the command @0k instead",
-                ))
-            });
+        if let Some(why) = self.model.refuses_to_erase() {
+            return self.handle.with(move |_| Err(ControlError::Unsupported(why)));
         }
         let key = i32::from(self.key_on_auto.load(Ordering::Relaxed));
         let hands = [("key", 0), ("stop", 1), ("on", 1), ("on", 0), ("stop", 0), ("key", key)];
@@ -253,12 +249,21 @@ impl Control {
 
     /// The present state.
     pub fn snapshot(&self) -> Reply<Snapshot> {
-        self.handle.with(|runner| Ok(Snapshot(runner.device().state().clone())))
+        let family = self.model.family();
+        self.handle
+            .with(move |runner| Ok(Snapshot { family, state: runner.device().state().clone() }))
     }
 
     /// Goes back to a state taken earlier, of this or another emulator of the same model.
     pub fn restore(&self, snapshot: &Snapshot) -> Reply<()> {
-        self.handle.restore(snapshot.0.clone())
+        if snapshot.family != self.model.family() {
+            return self.handle.with(|_| {
+                Err(ControlError::Unsupported(
+                    "this is a state of another family of controllers; restore it in one of its own",
+                ))
+            });
+        }
+        self.handle.restore(snapshot.state.clone())
     }
 
     /// Tells the emulator to end.

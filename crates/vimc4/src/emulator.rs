@@ -7,15 +7,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::sync::watch;
-use vimc4_device::{Condition, Event, Point, Signal, Time, View};
+use vimc4_device::{Condition, Event, Signal, Time, View};
 #[cfg(unix)]
 use vimc4_host::Link;
 use vimc4_host::{ControlError, MemoryPort, Worker, block_on};
-use vimc4_isel::Model;
 
 #[cfg(unix)]
 use crate::Terminal;
 use crate::builder::{Builder, End};
+use crate::catalogue::Model;
 use crate::control::{Control, Snapshot};
 use crate::error::Error;
 use crate::record::Command;
@@ -178,8 +178,8 @@ impl Emulator {
 
     // --- what it sees ---
 
-    /// The step counters of X, Y, Z and A.
-    pub fn position(&self) -> Result<Point, Error> {
+    /// The step counters of the axes that the controller has, X first.
+    pub fn position(&self) -> Result<Vec<i64>, Error> {
         Ok(self.control.position().wait()?)
     }
 

@@ -82,8 +82,8 @@ pub enum Error {
     Flash {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and in which line.
-        source: FlashError,
+        /// What is wrong.
+        source: MemoryError,
     },
     /// A running controller refused.
     #[error(transparent)]
@@ -94,6 +94,18 @@ pub enum Error {
     /// The system gives us no thread or no event queue.
     #[error("cannot start a controller: {0}; the limit of threads or open files may be too low")]
     Start(io::Error),
+}
+
+/// Why an image is none of a model's memory.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum MemoryError {
+    /// This is wrong, in this line.
+    #[error(transparent)]
+    Line(#[from] FlashError),
+    /// The model forgets everything when it is switched off.
+    #[error("it holds something, and this model has no memory that lasts")]
+    None,
 }
 
 /// What is wrong with a profile, and where.

@@ -1,4 +1,4 @@
-//! Virtual isel stepper controllers for tests.
+//! Virtual stepper controllers for tests: those of isel, and LPKF's SMCU and MotionSystem.
 //!
 //! An [`Emulator`] behaves like the real controller, byte for byte, behind a serial port, a TCP
 //! socket or a port within the process. Its machine, its operating panel and, if wanted, its
@@ -53,27 +53,27 @@ mod record;
 
 pub use builder::{Builder, Terminal};
 pub use catalogue::{
-    bare, kin, machine, machine_profile, machines, model, model_profile, models, quirks,
+    Family, Model, axis, bare, kin, machine, machine_profile, machines, model, model_profile,
+    models, quirks,
 };
 pub use control::{Button, Control, Snapshot};
 pub use emulator::Emulator;
-pub use error::{Error, ProfileFileError};
-pub use handling::Handling;
+pub use error::{Error, MemoryError, ProfileFileError};
+pub use handling::{Effects, Handling, Piece};
 pub use order::{HELP, Order, OrderError, Outcome};
 pub use record::Command;
 pub use vimc4_device::{
-    Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,
+    AXES, Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, MemoryPort, News, Rate, Reply, Report, Sink, Traffic, Verbosity,
     Wants, Worker, escape,
 };
-pub use vimc4_isel::Model;
 pub use vimc4_plant::Machine;
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.
 pub mod device {
+    pub use crate::catalogue::{Controller, State};
     pub use vimc4_device::{Device, Input, Output, SignalId};
-    pub use vimc4_isel::Controller;
 }

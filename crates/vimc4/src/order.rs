@@ -8,6 +8,7 @@ use thiserror::Error;
 use vimc4_device::{Condition, Signal, SignalKind, View};
 use vimc4_host::ControlError;
 
+use crate::catalogue;
 use crate::control::Control;
 use crate::error::Error;
 
@@ -129,7 +130,7 @@ impl Order {
                 None => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
             },
             ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
-            ["run", "until", axis, position] => match (axis_number(axis), position.parse()) {
+            ["run", "until", axis, position] => match (catalogue::axis(axis), position.parse()) {
                 (Some(axis), Ok(position)) => Ok(Some(Order::RunUntilAt(axis, position))),
                 _ => wrong("run until idle, or an axis and a position, as in `run until x 2500`"),
             },
@@ -223,13 +224,6 @@ fn list(signals: &[Signal]) -> String {
     lines.join("\n")
 }
 
-fn axis_number(name: &str) -> Option<u8> {
-    (0..)
-        .zip(["x", "y", "z", "a"])
-        .find(|(_, axis)| name.eq_ignore_ascii_case(axis))
-        .map(|(n, _)| n)
-}
-
 fn parse_input(words: &[&str]) -> Option<Order> {
     let [place, level @ ("0" | "1")] = words else { return None };
     let (port, bit) = place.split_once('.')?;
@@ -313,6 +307,7 @@ mod tests {
             ("run until idle", Order::RunUntilIdle),
             ("run until x 2500", Order::RunUntilAt(0, 2_500)),
             ("run until A -5", Order::RunUntilAt(3, -5)),
+            ("run until z3 0", Order::RunUntilAt(5, 0)),
             ("position", Order::Position),
             ("signals", Order::Signals),
             ("help", Order::Help),

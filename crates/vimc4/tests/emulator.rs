@@ -251,10 +251,44 @@ fn profiles_of_ones_own_are_read_from_files() {
     fs::write(&model, vimc4::model_profile("imc4").unwrap()).unwrap();
     fs::write(&machine, vimc4::machine_profile("mill").unwrap()).unwrap();
     let emu = manual(model.to_str().unwrap()).machine(machine.to_str().unwrap()).start().unwrap();
-    assert_eq!(emu.model().name, "imc4");
+    assert_eq!(emu.model().name(), "imc4");
     let mut port = emu.connect().unwrap();
     // A machine with ends: the reference run ends at a switch.
     send(&mut port, "@07\r@0R7\r");
     emu.run_until_idle().unwrap();
     assert_eq!(answers(&emu, &mut port), "00");
+}
+
+#[test]
+fn every_family_is_in_the_hands_of_the_test() {
+    let emu = manual("smcu").machine("board-plotter").start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "PA5000,0;");
+    emu.run_until(&Condition::AxisAt { axis: 0, position: 2_500 }).unwrap();
+    assert_eq!(emu.position().unwrap(), [2_500, 0]);
+    let underway = emu.snapshot().unwrap();
+    emu.run_until_idle().unwrap();
+    assert_eq!((emu.position().unwrap(), answers(&emu, &mut port)), (vec![5_000, 0], "C\r".into()));
+    emu.restore(&underway).unwrap();
+    assert_eq!(emu.position().unwrap(), [2_500, 0]);
+    assert_eq!(emu.commands().unwrap()[0].text, "move to X 5,000 Y 0");
+    // What one family remembers means nothing to another.
+    let other = manual("imc4").start().unwrap();
+    let error = other.restore(&underway).unwrap_err();
+    assert!(error.to_string().contains("another family"), "{error}");
+    assert_eq!(other.position().unwrap(), [0; 4]);
+}
+
+#[test]
+fn a_memory_is_for_models_that_have_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let flash = folder.path().join("flash");
+    drop(manual("smcu").flash(&flash).start().unwrap());
+    let emu = manual("imc-s8").flash(&flash).start().unwrap();
+    let mut port = emu.connect().unwrap();
+    send(&mut port, "@07\r@0i\r71\r9\r");
+    assert_eq!(answers(&emu, &mut port), "0000");
+    drop((emu, port));
+    let error = manual("smcu").flash(&flash).start().unwrap_err();
+    assert!(error.to_string().contains("no memory that lasts"), "{error}");
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{self, BufRead, IsTerminal, Write};
 
 use serde_json::json;
+use vimc4::Handling;
 use vimc4_conform::choice::show_ways;
 use vimc4_conform::travel::Travel;
 
@@ -12,17 +13,17 @@ use super::{Allow, Arguments, Choice};
 use crate::failure::Failure;
 
 /// Says which sessions would be played, and why the others not.
-pub(super) fn list(choices: &[Choice<'_>], arguments: &Arguments) {
+pub(super) fn list(choices: &[Choice<'_>], axes: &[&str], arguments: &Arguments) {
     let mut out = io::stdout().lock();
     // Whoever reads may have read enough, which is no reason to complain.
     let _ = if arguments.json {
-        let sessions: Vec<_> = choices.iter().map(as_json).collect();
+        let sessions: Vec<_> = choices.iter().map(|choice| as_json(choice, axes.len())).collect();
         writeln!(out, "{}", json!({ "sessions": sessions }))
     } else {
         choices.iter().try_for_each(|choice| match &choice.plan {
             Ok(plan) if plan.travel.is_nothing() => writeln!(out, "{}", choice.session.id),
             Ok(plan) => {
-                let (ways, top) = (show_ways(&plan.travel), plan.travel.top);
+                let (ways, top) = (show_ways(&plan.travel, axes), plan.travel.top);
                 writeln!(out, "{}  {ways}  {top} Hz", choice.session.id)
             }
             Err(reason) => writeln!(out, "- {} {reason}", choice.session.id),
@@ -35,13 +36,13 @@ pub(super) fn list(choices: &[Choice<'_>], arguments: &Arguments) {
     }
 }
 
-fn as_json(choice: &Choice<'_>) -> serde_json::Value {
+fn as_json(choice: &Choice<'_>, axes: usize) -> serde_json::Value {
     match &choice.plan {
         Ok(plan) => json!({
             "id": choice.session.id,
             "played": true,
-            "low": plan.travel.low,
-            "high": plan.travel.high,
+            "low": plan.travel.low[..axes],
+            "high": plan.travel.high[..axes],
             "hz": plan.travel.top,
             "takes_ns": plan.takes,
         }),
@@ -71,7 +72,13 @@ pub(super) fn tally(counts: &BTreeMap<String, usize>) -> String {
 }
 
 /// Says what is going to happen at the machine.
-pub(super) fn dangers(port: &str, choices: &[Choice<'_>], arguments: &Arguments) {
+pub(super) fn dangers(
+    port: &str,
+    choices: &[Choice<'_>],
+    handling: &Handling,
+    arguments: &Arguments,
+) {
+    let axes = handling.model().axis_names();
     let plans: Vec<_> =
         choices.iter().filter_map(|c| Some((c.session, c.plan.as_ref().ok()?))).collect();
     let mut text = format!("What is at {port} will do this:\n");
@@ -79,18 +86,18 @@ pub(super) fn dangers(port: &str, choices: &[Choice<'_>], arguments: &Arguments)
     for (session, plan) in &plans {
         if !plan.travel.is_nothing() {
             all.include(&plan.travel);
-            let (ways, top) = (show_ways(&plan.travel), plan.travel.top);
+            let (ways, top) = (show_ways(&plan.travel, axes), plan.travel.top);
             text += &format!("  {}  {ways}  {top} Hz\n", session.id);
         }
     }
     if !all.is_nothing() {
-        let (ways, top) = (show_ways(&all), all.top);
+        let (ways, top) = (show_ways(&all, axes), all.top);
         text += &format!(
             "All moves together, in steps from where the axes are now: {ways}, up to {top} Hz.\n\
              After each session the axes go back to where they were.\n"
         );
     }
-    let needs: Vec<_> = plans.iter().map(|(session, _)| session.needs()).collect();
+    let needs: Vec<_> = plans.iter().map(|(session, _)| session.needs().effects).collect();
     if needs.iter().any(|needs| needs.reference) {
         text += "Reference runs go to the reference switches, however far they are; from then on \
                  the ways above count from there.\n";
@@ -102,7 +109,7 @@ pub(super) fn dangers(port: &str, choices: &[Choice<'_>], arguments: &Arguments)
         text += "The stored program is erased, and saved settings become the factory's, also \
                  those of the limit switches.\n";
     }
-    text += "Ctrl-C halts a motion along its ramp and ends this.\n";
+    text += &format!("{}\n", handling.warning);
     // What is said to a person must not disturb what is printed for a program.
     let _ = match arguments.json {
         true => io::stderr().lock().write_all(text.as_bytes()),

@@ -17,8 +17,6 @@ const ANSWER: Duration = Duration::from_millis(400);
 const PAUSE: Duration = Duration::from_millis(60);
 /// How long a line is waited for to become quiet.
 const NOISE: Duration = Duration::from_secs(2);
-/// The speeds that are tried where the one that was given does not work.
-const SPEEDS: [u32; 3] = [19_200, 9_600, 38_400];
 
 /// Why nothing more can be played.
 #[derive(Debug)]
@@ -29,6 +27,8 @@ pub(super) enum Trouble {
     Garbage(Vec<u8>),
     /// What is sent comes back.
     Echo,
+    /// It counts from somewhere else than where it is: the axes are here.
+    Elsewhere(Vec<i64>),
     /// The port is gone, or somebody has asked for an end.
     Port(PortError),
 }
@@ -59,14 +59,25 @@ impl Client {
 
     /// Finds the controller, if need be at another speed of the line. Says at which, if so.
     pub(super) fn find(&mut self) -> Result<Option<u32>, Trouble> {
-        let first = match self.reset() {
+        let found = self.find_speed()?;
+        if self.handling.homing.is_some()
+            && let Some(places) = self.places()?
+            && places.iter().any(|place| *place != 0)
+        {
+            return Err(Trouble::Elsewhere(places));
+        }
+        Ok(found)
+    }
+
+    fn find_speed(&mut self) -> Result<Option<u32>, Trouble> {
+        let first = match self.reset_within(Duration::ZERO) {
             Err(first @ (Trouble::Silent | Trouble::Garbage(_))) => first,
             other => return other.map(|()| None),
         };
         let Some(given) = self.port.baud() else { return Err(first) };
-        for speed in SPEEDS.into_iter().filter(|speed| *speed != given) {
+        for speed in self.handling.speeds.iter().copied().filter(|speed| *speed != given) {
             self.port.set_baud(speed)?;
-            match self.reset() {
+            match self.reset_within(Duration::ZERO) {
                 Ok(()) => return Ok(Some(speed)),
                 Err(Trouble::Silent | Trouble::Garbage(_)) => {}
                 Err(other) => return Err(other),
@@ -75,16 +86,25 @@ impl Client {
         Err(first)
     }
 
-    /// Makes the controller as it is after power-on, and waits until it answers again.
+    /// Makes the controller as it is after power-on, as far as a reset does, and waits until it
+    /// answers again.
     pub(super) fn reset(&mut self) -> Result<(), Trouble> {
-        self.send(&[self.handling.reset])?;
-        let deaf = Instant::now() + self.handling.boot + DEAF;
+        self.reset_within(self.handling.running)
+    }
+
+    /// Resets a controller that goes on with what it does for at most this time.
+    fn reset_within(&mut self, running: Duration) -> Result<(), Trouble> {
+        self.send(self.handling.reset)?;
+        let deaf = Instant::now() + running + self.handling.boot + DEAF;
         self.quiet()?;
         let question = format!("{}\r", self.handling.position).into_bytes();
         let mut garbage = Vec::new();
         loop {
             let answer = self.ask(self.handling.position)?;
             if self.handling.read_position(&answer).is_some() {
+                for line in self.handling.ready {
+                    self.ask(line)?;
+                }
                 return Ok(());
             }
             if answer.starts_with(&question) {
@@ -109,26 +129,26 @@ impl Client {
         Ok(self.handling.read_position(&answer))
     }
 
-    /// Sends lines that must each be answered `0`, within `patience`; says whether they were.
+    /// Sends lines that must each be carried out within `patience`; says whether they were.
     pub(super) fn obeys(&mut self, lines: &[&str], patience: Duration) -> Result<bool, Trouble> {
         for line in lines {
             self.send(format!("{line}\r").as_bytes())?;
-            if self.answer(patience)? != b"0" {
+            if self.answer(patience)? != self.handling.done {
                 return Ok(false);
             }
         }
         Ok(true)
     }
 
-    /// Ends whatever still moves, along its ramp.
+    /// Ends whatever still moves, as far as the line can.
     pub(super) fn abandon(&mut self, patience: Duration) -> Result<(), Trouble> {
-        self.send(&[self.handling.abandon])?;
+        self.send(self.handling.abandon)?;
         self.answer(patience).map(drop)
     }
 
     /// Halts whatever moves, as the last thing that is done. What cannot be sent cannot be.
     pub(super) fn halt(&mut self) {
-        let _ = self.port.send(&[self.handling.halt]);
+        let _ = self.port.send(self.handling.halt);
     }
 
     /// Moves the axes of a controller that has just been reset; says whether it did.
@@ -215,12 +235,14 @@ impl Client {
 
 impl Trouble {
     /// What a person can do about it. `last` is the session that was being played.
-    pub(super) fn failure(self, port: &Port, last: Option<&str>) -> Failure {
-        let name = port.name();
+    pub(super) fn failure(self, client: &Client, last: Option<&str>) -> Failure {
+        let Client { port, handling, .. } = client;
+        let (name, maker) = (port.name(), handling.model().family());
+
         let during = last.map_or_else(String::new, |last| format!(", during {last}"));
         let speed = port.baud().map_or_else(String::new, |_| {
-            let speeds = SPEEDS.map(|speed| speed.to_string()).join(", ");
-            format!(" at {speeds} baud")
+            let speeds: Vec<String> = handling.speeds.iter().map(u32::to_string).collect();
+            format!(" at {} baud", speeds.join(", "))
         });
         Failure::usage(match self {
             Trouble::Silent if last.is_some() => format!(
@@ -238,13 +260,14 @@ impl Trouble {
                     Some(_) => format!(
                         "what answers at {name} makes no sense{during}: `{bytes}`; tried were \
                          {}: set the rate of the controller's jumper with --baud, and check that \
-                         it is an isel controller",
+                         it is an {maker} controller",
                         speed.trim_start_matches(" at ")
                     ),
                     None => format!(
-                        "what answers at {name} makes no sense{during}: `{bytes}`; it is no isel \
-                         controller, or a serial line behind it has the wrong baud rate: try the \
-                         other rate (9600, 19200) where that line is opened"
+                        "what answers at {name} makes no sense{during}: `{bytes}`; it is no \
+                         {maker} controller, or a serial line behind it has the wrong baud rate: \
+                         try another rate ({}) where that line is opened",
+                        handling.speeds.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
                     ),
                 }
             }
@@ -260,10 +283,20 @@ impl Trouble {
                 "{name} is gone{during}: {why}; plug it in or start it again, and go on with that \
                  session's name as filter"
             ),
-            Trouble::Port(PortError::Interrupted) => format!(
-                "interrupted{during}; 253 was sent, so that a motion brakes along its ramp: 254 \
-                 or switching off makes the controller forget the rest of it"
-            ),
+            Trouble::Elsewhere(places) => {
+                let axes = handling.model().axis_names().iter().zip(&places);
+                let places: Vec<String> =
+                    axes.map(|(axis, place)| format!("{axis} {place}")).collect();
+                format!(
+                    "the axes of the controller at {name} are at {}, and the sessions count from \
+                     0; bring them there with {}, and begin again",
+                    places.join(", "),
+                    handling.homing.unwrap_or_default()
+                )
+            }
+            Trouble::Port(PortError::Interrupted) => {
+                format!("interrupted{during}; {}", handling.halting)
+            }
         })
     }
 }

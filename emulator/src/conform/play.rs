@@ -61,7 +61,11 @@ impl<'a> Conductor<'a> {
         self.client.port()
     }
 
-    /// Halts whatever moves.
+    pub(super) fn client(&self) -> &Client {
+        &self.client
+    }
+
+    /// Halts whatever moves, as far as the line can make it.
     pub(super) fn halt(&mut self) {
         self.client.halt();
     }
@@ -133,14 +137,15 @@ impl<'a> Conductor<'a> {
     /// Where the axes are after a step of a session, seen from where they were before the row;
     /// `None` if the controller does not say.
     fn place(&mut self, row: &Row, step: usize) -> Result<Option<Point>, Trouble> {
-        let moves_a = row.travel.low[3] != 0 || row.travel.high[3] != 0;
+        let mut ways = row.travel.low.iter().zip(&row.travel.high);
+        let axes = ways.rposition(|way| way != (&0, &0)).map_or(0, |last| last + 1);
         for _ in 0..TRIES {
             let Some(places) = self.client.places()? else { continue };
-            if moves_a && places.len() < 4 {
+            if places.len() < axes {
                 return Ok(None);
             }
             let offset = row.offsets.iter().rev().find(|(at, _)| *at <= step);
-            let offset = offset.map_or([0; 4], |(_, offset)| *offset);
+            let offset = offset.map_or(Point::default(), |(_, offset)| *offset);
             let place = |axis: usize| places.get(axis).copied().unwrap_or_default() + offset[axis];
             return Ok(Some(std::array::from_fn(place)));
         }

@@ -20,17 +20,22 @@ pub(super) fn sessions(folder: Option<&Path>) -> Result<Vec<Session>, Failure> {
         }
     }
     let mut sessions = Vec::new();
-    for path in entries(folder)?.into_iter().filter(|path| *path != own) {
-        let topic = if path.is_dir() { name(&path) } else { name(folder) };
-        let files = if path.is_dir() { entries(&path)? } else { vec![path] };
-        for path in files.iter().filter(|path| path.extension().is_some_and(|e| e == "toml")) {
-            let more = format::parse(&topic, path, &read(path)?, &programs);
-            sessions.extend(more.map_err(Failure::usage)?);
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let topic = name(&folder);
+        for path in entries(&folder)?.into_iter().filter(|path| *path != own) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "toml") {
+                let more = format::parse(&topic, &path, &read(&path)?, &programs);
+                sessions.extend(more.map_err(Failure::usage)?);
+            }
         }
     }
+    sessions.sort_by(|one: &Session, other| one.path.cmp(&other.path));
     if sessions.is_empty() {
         return Err(Failure::usage(format!(
-            "{} holds no sessions; they are TOML files in it or in folders in it",
+            "{} holds no sessions; they are TOML files in it or in folders below it",
             folder.display()
         )));
     }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use vimc4::{Event, Kinds, Time, Warning};
+use vimc4::{Event, Kinds, Motion, Time, Warning};
 
 use super::meter::Meter;
 use super::rounds::Rounds;
@@ -20,6 +20,8 @@ pub(super) struct Driver<D> {
     end: Time,
     /// After how many rounds of a program to stop.
     most_rounds: Option<u64>,
+    /// Whether a head goes down and up.
+    has_head: bool,
     /// How many of the next bytes belong to answers that are known already.
     answered: usize,
     pub(super) meter: Meter,
@@ -31,6 +33,8 @@ pub(super) struct Driver<D> {
 /// Something to be told.
 #[derive(Debug)]
 pub(super) enum News {
+    /// A command begins, which was sent like this.
+    Begun(Vec<u8>),
     /// A command was answered.
     Answer(Vec<u8>),
     /// Something was sent that is no answer.
@@ -70,12 +74,14 @@ impl<D: Device> Driver<D> {
             signals: VecDeque::new(),
             end: Time::NEVER,
             most_rounds,
+            has_head: false,
             answered: 0,
             meter,
             rounds: Rounds::default(),
             news: VecDeque::new(),
         };
         driver.drain();
+        driver.has_head = driver.head().is_some();
         driver
     }
 
@@ -85,6 +91,12 @@ impl<D: Device> Driver<D> {
 
     pub(super) fn now(&self) -> Time {
         self.now
+    }
+
+    /// Whether the head is down, if there is one.
+    pub(super) fn head(&self) -> Option<bool> {
+        let settings = self.device.view(self.now).settings.into_iter();
+        settings.filter(|(name, _)| name == "head").map(|(_, place)| place == "down").next()
     }
 
     /// Stops at a time.
@@ -170,6 +182,9 @@ impl<D: Device> Driver<D> {
 
     fn take(&mut self, at: Time, event: Event) {
         match event {
+            Event::Command { bytes, .. } => {
+                self.news.push_back((at, News::Begun(bytes.to_vec())));
+            }
             Event::Answer { bytes, .. } => {
                 self.answered += bytes.len();
                 self.news.push_back((at, News::Answer(bytes.to_vec())));
@@ -180,7 +195,10 @@ impl<D: Device> Driver<D> {
             }
             Event::Motion(motion) => {
                 self.rounds.something_happened();
-                self.meter.watch(at, motion);
+                let down = self.has_head
+                    && matches!(motion, Motion::Begins { .. })
+                    && self.head() == Some(true);
+                self.meter.watch(at, motion, down);
             }
             Event::Port { .. } => self.rounds.something_happened(),
             Event::Warning(warning) => self.news.push_back((at, News::Warning(warning))),

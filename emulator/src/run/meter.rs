@@ -1,6 +1,8 @@
 //! How far the axes travel.
 
-use vimc4::{Machine, Motion, Point, Time};
+use std::time::Duration;
+
+use vimc4::{AXES, Machine, Motion, Point, Time};
 use vimc4_motion::{Path, Segment};
 
 /// A stretch of this many steps is not looked at more closely.
@@ -10,11 +12,22 @@ const SHORT: u64 = 16;
 #[derive(Debug, Default)]
 pub(super) struct Meter {
     /// Steps per axis, forth and back alike.
-    pub(super) steps: [u64; 4],
+    pub(super) steps: [u64; AXES],
     /// The length of the path of the linear axes in mm.
     pub(super) path_mm: f64,
-    scale: [f64; 4],
-    running: Option<(Time, Box<Segment>)>,
+    /// How much of that was made with the head down, and how long it took.
+    pub(super) down: (f64, Duration),
+    scale: [f64; AXES],
+    running: Option<Running>,
+}
+
+/// A motion that has begun.
+#[derive(Debug)]
+struct Running {
+    began: Time,
+    segment: Box<Segment>,
+    /// Whether the head is down.
+    down: bool,
 }
 
 /// What a step of an axis is.
@@ -26,8 +39,9 @@ pub(super) struct Unit {
 }
 
 /// What a step of each axis of a machine is.
-pub(super) fn units(machine: &Machine) -> [Unit; 4] {
-    machine.axes().map(|axis| {
+pub(super) fn units(machine: &Machine) -> [Unit; AXES] {
+    std::array::from_fn(|axis| {
+        let axis = machine.axis(axis);
         let turn = f64::from(axis.steps_per_turn);
         match axis.lead_um {
             Some(lead) => Unit { name: "mm", per_step: f64::from(lead) / 1_000.0 / turn },
@@ -43,27 +57,34 @@ impl Meter {
         Meter { scale, ..Meter::default() }
     }
 
-    /// Takes note of a motion.
-    pub(super) fn watch(&mut self, at: Time, motion: Motion) {
+    /// Takes note of a motion, and of whether it begins with the head down.
+    pub(super) fn watch(&mut self, at: Time, motion: Motion, down: bool) {
         match motion {
-            Motion::Begins { segment, .. } => self.running = Some((at, segment)),
+            Motion::Begins { segment, .. } => {
+                self.running = Some(Running { began: at, segment, down });
+            }
             Motion::Changes { segment } => {
-                if let Some((_, running)) = &mut self.running {
-                    *running = segment;
+                if let Some(running) = &mut self.running {
+                    running.segment = segment;
                 }
             }
-            Motion::Ends { steps } => {
-                if let Some((_, segment)) = self.running.take() {
-                    self.add(&segment.path, steps);
-                }
-            }
+            Motion::Ends { steps } => self.end(at, |_| steps),
         }
     }
 
     /// Takes note of what the running motion has done up to now.
     pub(super) fn stop(&mut self, now: Time) {
-        if let Some((began, segment)) = self.running.take() {
-            self.add(&segment.path, segment.profile.steps_at(now.nanos_since(began)));
+        self.end(now, |running| running.segment.profile.steps_at(now.nanos_since(running.began)));
+    }
+
+    /// The running motion has made so many steps.
+    fn end(&mut self, now: Time, steps: impl FnOnce(&Running) -> u64) {
+        let Some(running) = self.running.take() else { return };
+        let before = self.path_mm;
+        self.add(&running.segment.path, steps(&running));
+        if running.down {
+            let (path, time) = self.down;
+            self.down = (path + self.path_mm - before, time + (now - running.began));
         }
     }
 
@@ -81,11 +102,11 @@ impl Meter {
 }
 
 /// Steps per axis in the first clock steps of a path, counted one by one.
-fn travelled(path: &Path, steps: u64) -> [u64; 4] {
-    let mut sums = [0; 4];
-    let mut last = [0; 4];
+fn travelled(path: &Path, steps: u64) -> [u64; AXES] {
+    let mut sums = [0; AXES];
+    let mut last = Point::default();
     for place in path.steps().take(usize::try_from(steps).unwrap_or(usize::MAX)) {
-        for axis in 0..4 {
+        for axis in 0..AXES {
             sums[axis] += place[axis].abs_diff(last[axis]);
         }
         last = place;
@@ -98,7 +119,7 @@ fn travelled(path: &Path, steps: u64) -> [u64; 4] {
 /// The steps zigzag around the curve, so they cannot be added up. Two chords over a stretch are
 /// longer than one by three quarters of what still lacks (Huygens), if the stretch turns little;
 /// if it turns much it is divided.
-fn length(path: &Path, scale: &[f64; 4], from: u64, to: u64) -> f64 {
+fn length(path: &Path, scale: &[f64; AXES], from: u64, to: u64) -> f64 {
     let middle = u64::midpoint(from, to);
     let [start, half, end] = [from, middle, to].map(|step| path.at(step));
     let chords = |scale| {
@@ -107,7 +128,7 @@ fn length(path: &Path, scale: &[f64; 4], from: u64, to: u64) -> f64 {
             distance(&start, &half, scale) + distance(&half, &end, scale),
         )
     };
-    let (one, two) = chords(&[1.0; 4]);
+    let (one, two) = chords(&[1.0; AXES]);
     // The places of whole turns coincide, which looks straight, but is no way at all.
     let straight = two - one < 0.005 * two && two > 0.6 * (to - from) as f64;
     if straight || to - from <= SHORT {
@@ -117,8 +138,8 @@ fn length(path: &Path, scale: &[f64; 4], from: u64, to: u64) -> f64 {
     length(path, scale, from, middle) + length(path, scale, middle, to)
 }
 
-fn distance(a: &Point, b: &Point, scale: &[f64; 4]) -> f64 {
-    let squares = (0..4).map(|axis| ((b[axis] - a[axis]) as f64 * scale[axis]).powi(2));
+fn distance(a: &Point, b: &Point, scale: &[f64; AXES]) -> f64 {
+    let squares = (0..AXES).map(|axis| ((b[axis] - a[axis]) as f64 * scale[axis]).powi(2));
     squares.sum::<f64>().sqrt()
 }
 
@@ -131,8 +152,8 @@ mod tests {
     use super::*;
 
     /// What a path of whole steps measures with a hundredth of a mm a step.
-    fn measured(path: &Path) -> ([u64; 4], f64) {
-        let mut meter = Meter { scale: [0.01, 0.01, 0.01, 0.0], ..Meter::default() };
+    fn measured(path: &Path) -> ([u64; AXES], f64) {
+        let mut meter = Meter { scale: [0.01, 0.01, 0.01, 0.0, 0.0, 0.0], ..Meter::default() };
         meter.add(path, path.length());
         (meter.steps, meter.path_mm)
     }
@@ -144,11 +165,14 @@ mod tests {
 
     #[test]
     fn a_line_is_as_long_as_its_axes_say() {
-        let (steps, length) = measured(&Path::Line(Line::new([300, -400, 1_200, 7])));
-        assert_eq!(steps, [300, 400, 1_200, 7]);
+        let (steps, length) = measured(&Path::Line(Line::new([300, -400, 1_200, 7, 0, 0])));
+        assert_eq!(steps, [300, 400, 1_200, 7, 0, 0]);
         assert!((length - 13.0).abs() < 1e-9, "{length}");
-        assert_eq!(measured(&Path::Line(Line::new([0, 0, 0, 500]))), ([0, 0, 0, 500], 0.0));
-        assert_eq!(measured(&Path::Line(Line::new([0; 4]))), ([0; 4], 0.0));
+        assert_eq!(
+            measured(&Path::Line(Line::new([0, 0, 0, 500, 0, 0]))),
+            ([0, 0, 0, 500, 0, 0], 0.0)
+        );
+        assert_eq!(measured(&Path::Line(Line::new([0; AXES]))), ([0; AXES], 0.0));
     }
 
     #[test]
@@ -159,7 +183,7 @@ mod tests {
         {
             let (steps, length) =
                 measured(&Path::Arc(circle(radius, 2 * radius as u64 * quarters)));
-            assert_eq!(steps, [radius as u64 * quarters, radius as u64 * quarters, 0, 0]);
+            assert_eq!(steps[..3], [radius as u64 * quarters, radius as u64 * quarters, 0]);
             let curve = 0.01 * TAU * radius as f64 * quarters as f64 / 4.0;
             assert!((length / curve - 1.0).abs() < exact, "{length} for {curve}");
         }
@@ -168,7 +192,7 @@ mod tests {
     #[test]
     fn a_helix_is_longer_than_its_circle() {
         let (steps, length) = measured(&Path::Helix(Helix::new(circle(2_000, 32_000), 2, -6_000)));
-        assert_eq!(steps, [16_000, 16_000, 6_000, 0]);
+        assert_eq!(steps[..4], [16_000, 16_000, 6_000, 0]);
         let curve = (2.0 * TAU * 20.0).hypot(60.0);
         assert!((length / curve - 1.0).abs() < 1e-3, "{length} for {curve}");
     }

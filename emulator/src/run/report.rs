@@ -79,6 +79,8 @@ pub(super) struct Answer<'a> {
 /// Tells a person, or collects for a script.
 pub(super) struct Report {
     file: String,
+    /// The names of the axes.
+    axes: &'static [&'static str],
     kind: Kind,
     json: bool,
     verbose: bool,
@@ -95,11 +97,16 @@ pub(super) struct Report {
 }
 
 impl Report {
-    pub(super) fn new(arguments: &Arguments, script: &Script) -> Report {
+    pub(super) fn new(
+        arguments: &Arguments,
+        script: &Script,
+        axes: &'static [&'static str],
+    ) -> Report {
         // Lines that run by are progress enough.
         let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
         Report {
             file: arguments.file.display().to_string(),
+            axes,
             kind: script.kind,
             json: arguments.json,
             verbose: arguments.verbose,
@@ -130,7 +137,7 @@ impl Report {
     /// A command was answered, or was not.
     pub(super) fn answer(&mut self, answer: Answer<'_>) {
         let Answer { line, answer, at, took, meaning } = answer;
-        let sent = line.bytes.len() + 1 + answer.map_or(0, <[u8]>::len);
+        let sent = line.length() + answer.map_or(0, <[u8]>::len);
         self.characters += sent as u64;
         if self.json {
             self.answers.push(json!({
@@ -146,7 +153,14 @@ impl Report {
             return;
         }
         let number = line.number.map(|number| number.to_string()).unwrap_or_default();
-        let text = answer.map_or_else(|| "(no answer)".to_owned(), escape);
+        let text = match (answer, self.kind) {
+            (None, _) => "(no answer)".to_owned(),
+            (Some(answer), Kind::Stream) => {
+                let lines = answer.split(|&byte| byte == b'\r').filter(|line| !line.is_empty());
+                lines.map(escape).collect::<Vec<_>>().join("  ")
+            }
+            (Some(answer), _) => escape(answer),
+        };
         let mut said = format!("{number:>6}  {:<32}  {text}", line.text());
         if !took.is_zero() {
             said += &format!("  after {}", seconds(took));
@@ -195,7 +209,7 @@ impl Report {
         let text = match warning {
             Warning::NoEffect { what } => format!("no effect: {what}"),
             Warning::StepsLost { axis, steps } => {
-                let axis = ["X", "Y", "Z", "A"].get(usize::from(*axis)).copied().unwrap_or("?");
+                let axis = self.axes.get(usize::from(*axis)).copied().unwrap_or("?");
                 format!("the {axis} carriage lost {} steps", grouped(*steps))
             }
             other => text.unwrap_or_else(|| format!("{other:?}")),
@@ -220,10 +234,16 @@ impl Report {
     ) -> Result<(), Failure> {
         self.progress.clear();
         let time = view.at - self.began;
+        let units = units(machine);
         let axes = || {
-            let all = view.axes.iter().zip(&meter.steps).zip(units(machine));
+            let all = view.axes.iter().filter_map(|axis| {
+                let number = usize::from(vimc4::axis(&axis.name)?);
+                Some(((axis, meter.steps.get(number)?), *units.get(number)?))
+            });
             all.filter(|((axis, steps), _)| axis.configured || axis.position != 0 || **steps != 0)
         };
+        let has_head = view.settings.iter().any(|(name, _)| name == "head");
+        let (down_mm, down_time) = meter.down;
         if self.json {
             let mut shown = Map::new();
             for ((axis, steps), unit) in axes() {
@@ -235,7 +255,7 @@ impl Report {
                 });
                 shown.insert(axis.name.clone(), value);
             }
-            let summary = json!({
+            let mut summary = json!({
                 "ended": end.why.word(),
                 "text": end.text,
                 "line": end.line,
@@ -246,6 +266,10 @@ impl Report {
                 "answers": self.answers,
                 "warnings": self.warnings,
             });
+            if let (true, Some(summary)) = (has_head, summary.as_object_mut()) {
+                let down = json!({ "path_mm": down_mm, "time_ns": nanos(down_time) });
+                summary.insert("head_down".to_owned(), down);
+            }
             self.say(&summary.to_string());
         } else {
             let mut table = format!("\n{:<10}{:>14}{:>32}\n", "axis", "position", "travelled");
@@ -262,11 +286,15 @@ impl Report {
             }
             self.say(table.trim_end_matches('\n'));
             self.say(&format!("path      {:.3} mm", meter.path_mm));
+            if has_head {
+                let time = seconds(down_time);
+                self.say(&format!("          {down_mm:.3} mm of it with the head down, in {time}"));
+            }
             if rounds > 0 {
                 self.say(&format!("rounds    {rounds}"));
             }
             let mut line = format!("time      {}", seconds(time));
-            if self.kind == Kind::Commands {
+            if self.kind != Kind::DataField {
                 let characters = self.characters;
                 let nanos = characters.saturating_mul(10_000_000_000) / u64::from(baud.max(1));
                 line += &format!(

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use vimc4::escape;
+use vimc4::{Handling, escape};
 
 use crate::failure::Failure;
 
@@ -23,6 +23,8 @@ pub(super) enum Kind {
     Commands,
     /// A data field: the lines of a program, without what stores it.
     DataField,
+    /// A stream of commands, as it goes over the line.
+    Stream,
 }
 
 /// One line.
@@ -31,14 +33,32 @@ pub(super) struct Line {
     /// Its number in the file, from 1. What the file does not say but was sent nevertheless has
     /// none.
     pub(super) number: Option<usize>,
-    /// What is sent, without the CR.
+    /// What is sent, without its end.
     pub(super) bytes: Vec<u8>,
+    /// The end.
+    pub(super) end: u8,
+    /// Whether it is a command; else it passes through the controller to what is behind it.
+    pub(super) command: bool,
 }
 
 impl Line {
     /// A line that is in no file.
     pub(super) fn added(text: &str) -> Line {
-        Line { number: None, bytes: text.as_bytes().to_vec() }
+        Line::read(None, text.as_bytes())
+    }
+
+    fn read(number: Option<usize>, text: &[u8]) -> Line {
+        Line { number, bytes: text.to_vec(), end: b'\r', command: true }
+    }
+
+    /// All that is sent.
+    pub(super) fn whole(&self) -> Vec<u8> {
+        [self.bytes.as_slice(), &[self.end]].concat()
+    }
+
+    /// How many bytes that is.
+    pub(super) fn length(&self) -> usize {
+        self.bytes.len() + 1
     }
 
     /// Whether it has this text, blanks left out.
@@ -53,8 +73,8 @@ impl Line {
 }
 
 impl Script {
-    /// Reads a file; `-` is standard input.
-    pub(super) fn read(path: &Path) -> Result<Script, Failure> {
+    /// Reads a file for a controller that is handled so; `-` is standard input.
+    pub(super) fn read(path: &Path, handling: &Handling) -> Result<Script, Failure> {
         let mut bytes = Vec::new();
         let read = if path == Path::new("-") {
             io::stdin().lock().read_to_end(&mut bytes).map(drop)
@@ -73,12 +93,31 @@ impl Script {
                  UTF-8"
             )));
         }
-        Script::parse(&bytes).ok_or_else(|| {
-            Failure::usage(format!(
-                "{name} holds no command; a command list begins with a line such as @07, a data \
-                 field with one such as 71"
-            ))
-        })
+        let script = match Script::stream(&bytes, handling) {
+            Some(script) if script.lines.is_empty() => {
+                Err("a stream of commands has some such as PA1000,2000;")
+            }
+            Some(script) => Ok(script),
+            None => Script::parse(&bytes).ok_or(
+                "a command list begins with a line such as @07, a data field with one such as 71",
+            ),
+        };
+        script.map_err(|right| Failure::usage(format!("{name} holds no command; {right}")))
+    }
+
+    /// Takes a stream of commands apart, if files are streams.
+    fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
+        let (mut number, mut counted) = (1, 0);
+        let pieces = handling.stream(bytes)?.into_iter().map(|piece| {
+            number += breaks(bytes.get(counted..piece.bytes.start).unwrap_or_default());
+            counted = piece.bytes.start;
+            let (text, end) = match bytes.get(piece.bytes).unwrap_or_default() {
+                [text @ .., end @ (b';' | b'\r')] => (text, *end),
+                text => (text, b';'),
+            };
+            Line { end, command: piece.command, ..Line::read(Some(number), text) }
+        });
+        Some(Script { lines: pieces.collect(), kind: Kind::Stream })
     }
 
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
@@ -89,7 +128,7 @@ impl Script {
         for (number, line) in (1..).zip(split(bytes)) {
             match line.iter().find(|byte| !matches!(byte, b' ' | b'\t')) {
                 None | Some(b';' | b'#') => {}
-                Some(_) => lines.push(Line { number: Some(number), bytes: line.to_vec() }),
+                Some(_) => lines.push(Line::read(Some(number), line)),
             }
         }
         let first = lines.first()?;
@@ -102,6 +141,13 @@ impl Script {
         }
         Some(Script { kind, lines })
     }
+}
+
+/// How many lines end in a text, however they do.
+fn breaks(text: &[u8]) -> usize {
+    let next = text.iter().skip(1).map(Some).chain([None]);
+    let ends = text.iter().zip(next);
+    ends.filter(|(byte, next)| **byte == b'\n' || **byte == b'\r' && *next != Some(&b'\n')).count()
 }
 
 /// The lines of a text, however they end.
@@ -143,6 +189,31 @@ mod tests {
         ] {
             assert_eq!(parse(text.as_bytes()), expected, "{text:?}");
         }
+    }
+
+    #[test]
+    fn a_stream_is_its_commands_wherever_they_stand() {
+        let handling = Handling::of(&vimc4::model("smcu").unwrap());
+        let stream = |text: &[u8]| {
+            let script = Script::stream(text, &handling).unwrap();
+            let whole = |line: &Line| String::from_utf8(line.whole()).unwrap();
+            script.lines.iter().map(|l| (l.number.unwrap(), whole(l))).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            stream(b"IN;PA1,2PD\r\n\r\nPU;\n!OC;!SV5\r!CC;"),
+            lines([
+                (1, "IN;"),
+                (1, "PA1,2;"),
+                (1, "PD;"),
+                (3, "PU;"),
+                (4, "!OC;"),
+                (4, "!SV5\r"),
+                (5, "!CC;"),
+            ])
+        );
+        assert_eq!(stream(b"\n ; \n"), []);
+        let isel = Handling::of(&vimc4::model("imc4").unwrap());
+        assert_eq!(Script::stream(b"@07\n", &isel), None);
     }
 
     #[test]

@@ -8,12 +8,9 @@
 
 use std::sync::Arc;
 
-use vimc4_isel::{
-    BranchBase, FractionalNumbers, LeaveSwitch, LimitLatch, LoopCount, Model, StopReply,
-};
 use vimc4_plant::Machine;
 
-/// Which controller an input is for.
+/// Which controller of a family an input is for.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Setup {
     model: u8,
@@ -28,7 +25,8 @@ impl Setup {
         Setup { model: model as u8, machine: machine as u8, quirks: 0 }
     }
 
-    /// The same with the model's quirks turned over, a bit for each, see [`Setup::model`].
+    /// The same with the model's quirks turned over, a bit for each; the highest makes memories so
+    /// small that they fill up.
     #[must_use]
     pub fn with_quirks(self, quirks: u8) -> Setup {
         Setup { quirks, ..self }
@@ -49,59 +47,19 @@ impl Setup {
         [self.model, self.machine, self.quirks].map(|value| value.wrapping_add(b'0')).into()
     }
 
-    /// The name of its model.
-    #[must_use]
-    pub fn model_name(self) -> &'static str {
-        let names = Model::names();
+    /// One of some names, as the digit of the model says.
+    pub(super) fn model_of(self, names: &[&'static str]) -> &'static str {
         names[usize::from(self.model) % names.len()]
     }
 
-    /// Its model. Every bit of the quirks turns one of them over; the highest makes the
-    /// memories so small that they fill up.
-    ///
-    /// # Panics
-    ///
-    /// If there is no built-in model.
-    #[must_use]
-    pub fn model(self) -> Arc<Model> {
-        let mut model = Model::builtin(self.model_name()).unwrap_or_else(|| unreachable!());
-        let bit = |number: u8| self.quirks >> number & 1 == 1;
-        if self.quirks != 0 {
-            let other = Arc::make_mut(&mut model);
-            let quirks = &mut other.quirks;
-            if bit(0) {
-                quirks.stop_reply = StopReply::F0;
-                quirks.cond_bit_base ^= 1;
-            }
-            if bit(1) {
-                quirks.limit_latch = LimitLatch::Off;
-            }
-            if bit(2) {
-                quirks.leave_switch = LeaveSwitch::Away;
-            }
-            if bit(3) {
-                quirks.loop_count = LoopCount::Extra;
-                quirks.cond_branch_base = BranchBase::Own;
-            }
-            if bit(4) {
-                quirks.start_resumes_dnc = true;
-                quirks.fractional_numbers = match quirks.fractional_numbers {
-                    FractionalNumbers::Reject => FractionalNumbers::Truncate,
-                    FractionalNumbers::Truncate => FractionalNumbers::Reject,
-                };
-            }
-            if bit(5) {
-                quirks.lost_steps = false;
-            }
-            if bit(6) {
-                other.timing.boot_ms = 1_500;
-            }
-            if bit(7) {
-                other.flash.size = 200;
-                other.line.receive_buffer = 40;
-            }
-        }
-        model
+    /// Whether the model is as it is built in.
+    pub(super) fn is_plain(self) -> bool {
+        self.quirks == 0
+    }
+
+    /// Whether a bit of the quirks is set.
+    pub(super) fn quirk(self, number: u8) -> bool {
+        self.quirks >> number & 1 == 1
     }
 
     /// Its machine.

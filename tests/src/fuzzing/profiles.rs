@@ -1,10 +1,12 @@
 //! The profiles of models and machines, as anybody may write them.
 
+use std::sync::Arc;
+
 use serde::Serialize;
-use vimc4_isel::{Controller, Model};
+use vimc4_device::AXES;
 use vimc4_plant::{Machine, ProfileError};
 
-use super::exercise;
+use super::{exercise, isel, lpkf};
 
 /// A profile is refused with an error that points into its text, or it is written and read as
 /// the same, and a controller works with it.
@@ -14,27 +16,43 @@ use super::exercise;
 pub fn profiles(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let text = filled(text);
-    let model = Model::from_toml(&text);
+    let isel = vimc4_isel::Model::from_toml(&text);
+    let lpkf = vimc4_lpkf::Model::from_toml(&text);
     let machine = Machine::from_toml(&text);
-    check(&text, &model, Model::from_toml);
+    check(&text, &isel, vimc4_isel::Model::from_toml);
+    check(&text, &lpkf, vimc4_lpkf::Model::from_toml);
     check(&text, &machine, Machine::from_toml);
-    let (model, machine) = match (model, machine) {
-        (Ok(model), _) => (Some(model.into()), Machine::builtin("bench")),
+    let bench = || Machine::builtin("bench").unwrap_or_else(|| unreachable!());
+    match (isel, lpkf, machine) {
+        (Ok(model), ..) => try_isel(Arc::new(model), bench()),
+        (_, Ok(model), _) => try_lpkf(Arc::new(model), bench()),
         // Known: nothing refuses places so far away that the arithmetic of 64 bits ends.
-        (_, Ok(machine)) if !is_near(&machine) => return,
-        (_, Ok(machine)) => (Model::builtin("imc-s8"), Some(machine.into())),
-        (Err(_), Err(_)) => return,
-    };
-    if let (Some(model), Some(machine)) = (model, machine)
-        && let Ok(mut controller) = Controller::new(model, machine, b"")
-    {
-        exercise(&mut controller);
+        (.., Ok(machine)) if is_near(&machine) => {
+            let machine = Arc::new(machine);
+            if let Some(model) = vimc4_isel::Model::builtin("imc-s8") {
+                try_isel(model, Arc::clone(&machine));
+            }
+            if let Some(model) = vimc4_lpkf::Model::builtin("motionsystem") {
+                try_lpkf(model, machine);
+            }
+        }
+        _ => {}
     }
+}
+
+fn try_isel(model: Arc<vimc4_isel::Model>, machine: Arc<Machine>) {
+    if let Ok(mut controller) = vimc4_isel::Controller::new(model, machine, b"") {
+        exercise(&mut controller, &isel::inputs());
+    }
+}
+
+fn try_lpkf(model: Arc<vimc4_lpkf::Model>, machine: Arc<Machine>) {
+    exercise(&mut vimc4_lpkf::Controller::new(model, machine), &lpkf::inputs());
 }
 
 /// Whether everything on a machine is within a trillion steps.
 fn is_near(machine: &Machine) -> bool {
-    machine.axes().into_iter().all(|axis| {
+    (0..AXES).map(|axis| machine.axis(axis)).all(|axis| {
         let ends = [axis.negative_switch, axis.positive_switch, axis.lowest, axis.highest];
         let mut places = ends.into_iter().flatten().chain([axis.start]);
         places.all(|place| place.unsigned_abs() < 1 << 40)
@@ -63,7 +81,10 @@ fn check<T: Serialize + PartialEq>(
 fn filled(text: &str) -> String {
     let (first, lines) = text.split_once('\n').unwrap_or((text, ""));
     let like = first.strip_prefix("like ").map(str::trim);
-    let builtin = like.and_then(|name| Model::builtin_toml(name).or(Machine::builtin_toml(name)));
+    let builtin = like.and_then(|name| {
+        let model = vimc4_isel::Model::builtin_toml(name);
+        model.or(vimc4_lpkf::Model::builtin_toml(name)).or(Machine::builtin_toml(name))
+    });
     let Some(builtin) = builtin else { return text.to_owned() };
     let key = |line: &str| line.split('=').next().unwrap_or_default().trim().to_owned();
     let there = |line: &&str| builtin.lines().any(|known| key(known) == key(line));

@@ -5,6 +5,8 @@
 
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+mod lpkf;
+
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -128,8 +130,7 @@ fn runs(mut command: Command) {
     );
 }
 
-fn pyserial(script: &str, clock: Clock, over_tcp: bool) {
-    let emulator = emulator(clock);
+fn pyserial(script: &str, emulator: &Emulator, over_tcp: bool) {
     let port = match over_tcp {
         true => format!("socket://{}", emulator.tcp_addr().unwrap()),
         false => emulator.port().unwrap().display().to_string(),
@@ -191,14 +192,34 @@ fn main() -> ExitCode {
         }),
         test("every clock gives the same bytes", clocks_agree),
         with(with_pyserial, needs_pyserial, "pyserial over a pseudo-terminal", || {
-            pyserial("position.py", Clock::Instant, false);
+            pyserial("position.py", &emulator(Clock::Instant), false);
         }),
         with(with_pyserial, needs_pyserial, "pyserial over TCP", || {
-            pyserial("position.py", Clock::Instant, true);
+            pyserial("position.py", &emulator(Clock::Instant), true);
         }),
         with(with_pyserial, needs_pyserial, "pyserial stops and goes on in real time", || {
-            pyserial("stop_and_go.py", Clock::Real, false);
+            pyserial("stop_and_go.py", &emulator(Clock::Real), false);
         }),
+        with(
+            with_pyserial,
+            needs_pyserial,
+            "pyserial drives a board plotter over a pseudo-terminal",
+            || {
+                pyserial("board.py", &lpkf::emulator(Clock::Instant), false);
+            },
+        ),
+        with(with_pyserial, needs_pyserial, "pyserial drives a board plotter over TCP", || {
+            pyserial("board.py", &lpkf::emulator(Clock::Instant), true);
+        }),
+        test("100,000 commands over a pseudo-terminal are acknowledged once, in order", || {
+            lpkf::stream(terminal);
+        }),
+        test("100,000 commands over TCP are acknowledged once, in order", || lpkf::stream(tcp)),
+        test(
+            "a full command buffer on a pseudo-terminal says so once",
+            lpkf::overrun_on_a_terminal,
+        ),
+        test("a host on TCP is held back and loses nothing", lpkf::held_back_on_tcp),
         with(with_socat, "needs socat", "socat on a pseudo-terminal", || socat(Clock::Instant)),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()

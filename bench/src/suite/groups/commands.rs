@@ -4,15 +4,15 @@ use std::io::{Read, Write};
 use std::time::Instant;
 
 use vimc4::Emulator;
-use vimc4_isel::Controller;
+use vimc4_device::Device;
 
 use crate::suite::Bench;
 use crate::suite::failure::{Doing, Outcome};
 use crate::suite::numbers::{nanos, rate};
-use crate::suite::play::{bench as machine, controller, expect, play};
+use crate::suite::play::{bench as machine, board, controller, expect, play};
 use crate::suite::port::{ANSWER, QUESTION};
 use crate::suite::report::{Figure, Section};
-use crate::suite::stats::{ROUNDS, Sample};
+use crate::suite::stats::{ROUNDS, alternate};
 use crate::suite::usage::processor_time;
 
 /// The least number of commands in a second.
@@ -34,21 +34,51 @@ const MIX: [&str; 12] = [
     "@0n7",
 ];
 
+/// The same for an SMCU: settings, queries, outputs, moves, an arc, the head.
+const BOARD_MIX: [&str; 12] = [
+    "VS20000;",
+    "!VU40000;",
+    "PR400,-300;",
+    "!ON0;",
+    "OS;",
+    "!WR1,5;",
+    "PR-400,300;",
+    "!EM1;",
+    "!TD0,1,0,1;",
+    "AR100,0,90;AR0,100,-90;",
+    "PD;PU;",
+    "!CT1;",
+];
+
 pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     let mut section = Section::default();
     let mut device = controller(machine()?)?;
     for line in MIX {
         expect(&mut device, line, b'0')?;
     }
-    for (what, lines) in [("`@0P`", &["@0P"][..]), ("a mix of twelve commands", &MIX)] {
-        let lines: Vec<Vec<u8>> =
-            lines.iter().map(|line| format!("{line}\r").into_bytes()).collect();
-        let total = bench.either(1_000_000, 100_000);
-        let rounds = (0..ROUNDS).map(|_| commands(&mut device, &lines, total));
-        let median = rounds.collect::<Sample>().median();
+    let mut board = board(machine()?)?;
+    for line in BOARD_MIX {
+        expect(&mut board, line, b'C')?;
+    }
+    let total = bench.either(1_000_000, 100_000);
+    for (what, lines, ours, our_lines) in [
+        ("`@0P`", &["@0P"][..], "`!ON0;` of an SMCU", &["!ON0;"][..]),
+        ("a mix of twelve commands", &MIX, "a mix of twelve lines of an SMCU", &BOARD_MIX),
+    ] {
+        let (lines, our_lines) = (with_end(lines), with_end(our_lines));
+        let pair = alternate(
+            ROUNDS,
+            || Ok(commands(&mut device, &lines, total)),
+            || Ok(commands(&mut board, &our_lines, total)),
+        )?;
         section.add(
-            Figure::new(format!("{what}, called directly"), rate(median))
-                .target("≥ 1,000,000 /s", median >= LEAST),
+            Figure::new(format!("{what}, called directly"), rate(pair.baseline))
+                .target("≥ 1,000,000 /s", pair.baseline >= LEAST),
+        );
+        section.add(
+            Figure::new(format!("{ours}, called directly"), rate(pair.ours))
+                .baseline(rate(pair.baseline))
+                .target("≥ 0.9 ×", pair.ratio() >= 0.9),
         );
     }
     let span = memory_port(bench.either(100_000, 10_000))?;
@@ -61,8 +91,13 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     Ok(section)
 }
 
-/// Commands in a second of processor time.
-fn commands(device: &mut Controller, lines: &[Vec<u8>], total: usize) -> f64 {
+/// Lines with their ends.
+fn with_end(lines: &[&str]) -> Vec<Vec<u8>> {
+    lines.iter().map(|line| format!("{line}\r").into_bytes()).collect()
+}
+
+/// Lines of commands in a second of processor time.
+fn commands(device: &mut impl Device, lines: &[Vec<u8>], total: usize) -> f64 {
     let spent = processor_time(|| {
         for line in lines.iter().cycle().take(total) {
             play(device, line);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::suite::Bench;
 use crate::suite::failure::Outcome;
 use crate::suite::numbers::{count, nanos};
-use crate::suite::port::{ANSWER, QUESTION};
+use crate::suite::port::{ANSWER, LPKF, QUESTION};
 use crate::suite::report::{Figure, Section};
 use crate::suite::server::Server;
 
@@ -34,11 +34,16 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     for _ in 0..100 {
         visit(&after)?;
     }
+    let board = bench.launcher.emulator(&["--model", "smcu"])?;
+    let (question, answer) = LPKF;
+    board.connect()?.ask(question, answer)?;
+    board.open()?.ask(question, answer)?;
     let servers = [
         ("before the first client", &before),
         ("with silent clients on both lines", &holding),
         ("between clients", &between),
         ("after a hundred clients", &after),
+        ("of an SMCU after a client", &board),
     ];
 
     thread::sleep(SETTLED);

@@ -3,7 +3,7 @@
 use crate::suite::Bench;
 use crate::suite::failure::Outcome;
 use crate::suite::numbers::{bytes, kibibytes};
-use crate::suite::port::{ANSWER, QUESTION, Wire};
+use crate::suite::port::{ANSWER, LPKF, QUESTION, Wire};
 use crate::suite::report::{Figure, Section};
 use crate::suite::server::Server;
 use crate::suite::usage::Memory;
@@ -34,6 +34,15 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
             format!("{} VmRSS, {} RssAnon", bytes(resident), bytes(anonymous)),
         )
         .target("≤ 5 MB VmRSS", resident <= PROCESS),
+    );
+    let board = bench.launcher.emulator(&["--model", "smcu"])?;
+    let (question, answer) = LPKF;
+    board.connect()?.ask(question, answer)?;
+    let memory = board.memory()?.resident;
+    section.add(
+        Figure::new("one idle SMCU after a client", format!("{} VmRSS", bytes(memory)))
+            .baseline(bytes(resident))
+            .target("≤ 1.1 ×", memory <= 1.1 * resident),
     );
     for (when, [one, many]) in [("just started", fresh), ("after a client at each", visited)] {
         let each = |of: fn(&Memory) -> f64| (of(&many) - of(&one)) / f64::from(MORE);

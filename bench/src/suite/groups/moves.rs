@@ -1,12 +1,12 @@
 //! What moves cost in virtual time, whatever their length.
 
-use vimc4_isel::Controller;
+use vimc4_device::Device;
 use vimc4_plant::Machine;
 
 use crate::suite::Bench;
 use crate::suite::failure::{Failure, Outcome};
 use crate::suite::numbers::{nanos, times};
-use crate::suite::play::{bench as machine, controller, expect, play};
+use crate::suite::play::{bench as machine, board, controller, expect, play};
 use crate::suite::report::{Figure, Section};
 use crate::suite::stats::alternate;
 use crate::suite::usage::processor_time;
@@ -29,6 +29,9 @@ const SMALL_ARC: &str = "@0y8000000,10000,-5,10,0,-1,-1";
 /// 8,000,000 steps around a circle of radius 1,000,000: one turn.
 const HUGE_ARC: &str = "@0y8000000,10000,-500000,1000000,0,-1,-1";
 
+/// A line of 8,000,000 steps of an SMCU.
+const LONG_MOVE: &str = "PR-8000000,5000000;";
+
 pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     let rounds = bench.either(51, 11);
     let mut section = Section::default();
@@ -37,8 +40,8 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     let mut barred = machine()?;
     barred.axes.x.negative_switch = Some(-1_500_000);
 
-    let mut compare = |what: &str, than: Case<'_>, case: Case<'_>, most: f64| {
-        let pair = alternate(rounds, || than.cost(), || case.cost())?;
+    let mut compare = |what: &str, than: Cost<'_>, case: Cost<'_>, most: f64| {
+        let pair = alternate(rounds, than, case)?;
         let ratio = pair.ratio();
         section.add(
             Figure::new(what, format!("{}, {}", nanos(pair.ours), times(ratio)))
@@ -47,18 +50,30 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         );
         Outcome::Ok(())
     };
-    let open = |line| Case { machine: &free, line, answer: b'0' };
-    let shut = |line| Case { machine: &barred, line, answer: b'2' };
-    compare("a line of 8,000,000 steps, and of one", open(SHORT_LINE), open(LONG_LINE), 2.0)?;
-    compare("an arc of 8,000,000 steps, and of one", open(SHORT_ARC), open(HUGE_ARC), 2.0)?;
-    compare(
-        "an arc of 8,000,000 steps, of radius 1,000,000 and of 10",
-        open(SMALL_ARC),
-        open(HUGE_ARC),
-        2.0,
-    )?;
-    compare("the line into a limit switch, and free", open(LONG_LINE), shut(LONG_LINE), 3.0)?;
-    compare("the arc into a limit switch, and free", open(HUGE_ARC), shut(HUGE_ARC), 3.0)?;
+    let open = |line| isel(&free, line, b'0');
+    let shut = |line| isel(&barred, line, b'2');
+    let mut short = || open(SHORT_LINE);
+    let mut long = || open(LONG_LINE);
+    compare("a line of 8,000,000 steps, and of one", &mut short, &mut long, 2.0)?;
+    let (mut short, mut huge) = (|| open(SHORT_ARC), || open(HUGE_ARC));
+    compare("an arc of 8,000,000 steps, and of one", &mut short, &mut huge, 2.0)?;
+    let mut small = || open(SMALL_ARC);
+    let what = "an arc of 8,000,000 steps, of radius 1,000,000 and of 10";
+    compare(what, &mut small, &mut huge, 2.0)?;
+    let mut barred_line = || shut(LONG_LINE);
+    compare("the line into a limit switch, and free", &mut long, &mut barred_line, 3.0)?;
+    let mut barred_arc = || shut(HUGE_ARC);
+    compare("the arc into a limit switch, and free", &mut huge, &mut barred_arc, 3.0)?;
+
+    let open = |line| lpkf(&free, line, b'C');
+    let mut short = || open("PR1,1;");
+    let mut long = || open(LONG_MOVE);
+    compare("an SMCU: a line of 8,000,000 steps, and of one", &mut short, &mut long, 2.0)?;
+    let mut quarter = || open("AR-1000000,0,90;");
+    let mut turn = || open("AR-1000000,0,360;");
+    compare("an SMCU: a turn of radius 1,000,000, and a quarter", &mut quarter, &mut turn, 4.0)?;
+    let mut barred_line = || lpkf(&barred, LONG_MOVE, b'E');
+    compare("an SMCU: the line into a limit switch, and free", &mut long, &mut barred_line, 3.0)?;
     section.note(
         "Processor time from the command to its answer, wake-ups included; nobody watches. The \
          baseline is the second of the two.",
@@ -66,31 +81,34 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     Ok(section)
 }
 
-/// A move that is timed.
-#[derive(Clone, Copy)]
-struct Case<'a> {
-    machine: &'a Machine,
-    line: &'a str,
-    answer: u8,
+/// What measures one move.
+type Cost<'a> = &'a mut dyn FnMut() -> Outcome<f64>;
+
+/// Nanoseconds of processor time for a move of an IMC4, each time from the same state.
+fn isel(machine: &Machine, line: &str, answer: u8) -> Outcome<f64> {
+    let mut first = controller(machine.clone())?;
+    expect(&mut first, "@07", b'0')?;
+    cost(&first, line, answer)
 }
 
-impl Case<'_> {
-    /// Nanoseconds of processor time for the move, each time from the same state.
-    fn cost(self) -> Outcome<f64> {
-        let mut first = controller(self.machine.clone())?;
-        expect(&mut first, "@07", b'0')?;
-        let mut controllers: Vec<Controller> = vec![first; BATCH];
-        let line = format!("{}\r", self.line).into_bytes();
-        let mut right = true;
-        let spent = processor_time(|| {
-            for controller in &mut controllers {
-                right &= play(controller, &line).code == self.answer;
-            }
-        });
-        if !right {
-            let answer = char::from(self.answer);
-            return Err(Failure::new(format!("`{}` is not answered {answer:?}", self.line)));
+/// The same for an SMCU.
+fn lpkf(machine: &Machine, line: &str, answer: u8) -> Outcome<f64> {
+    cost(&board(machine.clone())?, line, answer)
+}
+
+/// Nanoseconds of processor time for a line, in a batch of copies of one controller.
+fn cost<D: Device + Clone>(first: &D, line: &str, answer: u8) -> Outcome<f64> {
+    let mut controllers: Vec<D> = vec![first.clone(); BATCH];
+    let bytes = format!("{line}\r").into_bytes();
+    let mut right = true;
+    let spent = processor_time(|| {
+        for controller in &mut controllers {
+            right &= play(controller, &bytes).code == answer;
         }
-        Ok(spent / BATCH as f64)
+    });
+    if !right {
+        let answer = char::from(answer);
+        return Err(Failure::new(format!("`{line}` is not answered {answer:?}")));
     }
+    Ok(spent / BATCH as f64)
 }

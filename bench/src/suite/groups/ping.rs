@@ -1,4 +1,5 @@
-//! How fast `@0P` is answered, compared with an echo on the same core.
+//! How fast a controller says where it is, compared with an echo on the same core, and one
+//! family of controllers with the other.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +7,7 @@ use crate::suite::Bench;
 use crate::suite::crowd::Crowd;
 use crate::suite::failure::Outcome;
 use crate::suite::numbers::{nanos, rate, times};
-use crate::suite::port::{ANSWER, QUESTION};
+use crate::suite::port::{ECHO, ISEL, LPKF, QUESTION, Question};
 use crate::suite::report::{Figure, Section};
 use crate::suite::server::Server;
 use crate::suite::stats::{Pair, ROUNDS, alternate};
@@ -21,28 +22,51 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         bench,
         &mut section,
         ("one client over TCP", 0.9),
+        (ECHO, ISEL),
         || bench.launcher.baseline("tcp"),
         || bench.launcher.emulator(&[]),
-        |server, answer| server.connect()?.ping(answer, span),
+        |server, question| server.connect()?.ping(question, span),
     )?;
     compare(
         bench,
         &mut section,
         ("50 clients over TCP, a controller each", 0.8),
+        (ECHO, ISEL),
         || bench.launcher.baseline("tcp"),
         || bench.launcher.emulator(&["--count", &MANY.to_string()]),
-        |server, answer| ping_together(server, answer, span),
+        |server, (_, answer)| ping_together(server, answer, span),
     )?;
     compare(
         bench,
         &mut section,
         ("one client over a pseudo terminal", 0.9),
+        (ECHO, ISEL),
         || bench.launcher.baseline("pty"),
         || bench.launcher.emulator(&[]),
-        |server, answer| server.open()?.ping(answer, span),
+        |server, question| server.open()?.ping(question, span),
+    )?;
+    let board = &["--model", "smcu"][..];
+    compare(
+        bench,
+        &mut section,
+        ("one client over TCP, an SMCU beside an IMC4", 0.9),
+        (ISEL, LPKF),
+        || bench.launcher.emulator(&[]),
+        || bench.launcher.emulator(board),
+        |server, question| server.connect()?.ping(question, span),
+    )?;
+    compare(
+        bench,
+        &mut section,
+        ("one client over a pseudo terminal, an SMCU beside an IMC4", 0.9),
+        (ISEL, LPKF),
+        || bench.launcher.emulator(&[]),
+        || bench.launcher.emulator(board),
+        |server, question| server.open()?.ping(question, span),
     )?;
     section.note(
-        "The emulator answers 19 bytes to `@0P`, the echo the 4 it was asked with. The processor \
+        "An IMC4 answers 19 bytes to `@0P`, an SMCU 9 to `!ON0;`, the echo the 4 it was asked \
+         with. The processor \
          time is the server's; where the client is the slower one, it shows what the rate hides.",
     );
     Ok(section)
@@ -53,17 +77,18 @@ fn compare(
     bench: &Bench,
     section: &mut Section,
     (what, least): (&str, f64),
+    (asked, ours_asked): (Question, Question),
     baseline: impl FnOnce() -> Outcome<Server>,
     ours: impl FnOnce() -> Outcome<Server>,
-    ping: impl Fn(&Server, usize) -> Outcome<f64>,
+    ping: impl Fn(&Server, Question) -> Outcome<f64>,
 ) -> Outcome<()> {
     let servers = bench.cores.server.run(|| Ok(Pair { baseline: baseline()?, ours: ours()? }))?;
     let mut spent = Pair { baseline: Spent::default(), ours: Spent::default() };
     let rates = bench.cores.client.run(|| {
         alternate(
             ROUNDS,
-            || spent.baseline.during(&servers.baseline, || ping(&servers.baseline, QUESTION.len())),
-            || spent.ours.during(&servers.ours, || ping(&servers.ours, ANSWER)),
+            || spent.baseline.during(&servers.baseline, || ping(&servers.baseline, asked)),
+            || spent.ours.during(&servers.ours, || ping(&servers.ours, ours_asked)),
         )
     })?;
     let ratio = rates.ratio();

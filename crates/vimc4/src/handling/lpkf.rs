@@ -1,0 +1,251 @@
+//! What a client knows of LPKF's controllers.
+
+use std::time::Duration;
+
+use vimc4_device::Point;
+use vimc4_lpkf::CommandSet;
+use vimc4_lpkf::language::{Dialect, Item, Op, Reader, Status};
+
+use super::{Effects, Handling, Piece};
+use crate::catalogue::Model;
+
+pub(super) fn handling(model: Model) -> Handling {
+    Handling {
+        model,
+        // The `!` also completes whatever has been begun.
+        halt: b"!CC;!CB;",
+        halting: "the commands that wait were taken away, but nothing on the line stops a command \
+                  that runs: it goes on to its end, unless somebody presses the stop at the machine",
+        warning: "Ctrl-C ends this and takes away the commands that wait; one that runs goes on to \
+                  its end: only a stop at the machine ends it before.",
+        abandon: b"!CC;!CI;!CB;!GO;",
+        // Whatever is open is closed, whatever waits is forgotten, a stop is lifted; then `IN`
+        // is obeyed. What comes with it may be lost.
+        reset: b"!CC;!CI;!CB;!GO;IN;",
+        // `IN` ends the echo mode of an SMCU, which is on after power-on. And it blocks the external
+        // stop, which is all that stops a machine that moves.
+        ready: &["!CT1", "!ES1"],
+        homing: Some("`PA0,0;`, or `!IS;` for a reference run"),
+        boot: Duration::ZERO,
+        running: Duration::from_secs(60),
+        position: "!ON0",
+        done: b"C\r",
+        speeds: &[9_600, 4_800, 57_600],
+        erase: &[],
+        fill: &[],
+        start: &[],
+    }
+}
+
+/// `P19100,9000,0`, a line of its own, and in the echo mode another with `C`.
+pub(super) fn read_position(answer: &[u8]) -> Option<Vec<i64>> {
+    let text = std::str::from_utf8(answer).ok()?;
+    let line = text.strip_suffix("\rC\r").or_else(|| text.strip_suffix('\r'))?;
+    let places = line.strip_prefix('P')?.split(',').map(|place| place.trim().parse().ok());
+    places.collect()
+}
+
+/// Only the speed of an SMCU's X and Y is set, which is always one of linear axes; all others go
+/// at the speed of after power-on.
+pub(super) fn moving(model: &vimc4_lpkf::Model, by: Point, speed: u64) -> Vec<String> {
+    let [x, y, rest @ ..] = by;
+    let along = (2..).zip(rest).filter(|(_, way)| *way != 0);
+    let plane = format!("PR{x},{y}");
+    match model.command_set {
+        CommandSet::Smcu => {
+            // Steps a second become µm a second with the resolution after power-on.
+            let speed = u128::from(speed) * u128::from(model.defaults.resolution_pm) / 1_000_000;
+            let speed = speed.clamp(10, u128::from(model.limits.speed_max));
+            let z = along.map(|(_, way)| format!("!ZR{way}"));
+            [format!("!VU{speed}"), plane].into_iter().chain(z).collect()
+        }
+        CommandSet::MotionSystem => {
+            let others = along.map(|(axis, way)| format!("!ZR{way},{axis}"));
+            [plane].into_iter().chain(others).collect()
+        }
+    }
+}
+
+pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
+    let mut reader = Reader::new(model.command_set.dialect());
+    let mut pieces = Vec::new();
+    let piece = |command, bytes| Piece { bytes, command };
+    // Where what has not been completed yet begins.
+    let mut begun = None;
+    for (at, &byte) in file.iter().enumerate() {
+        let mut complete = false;
+        let mut through = false;
+        let was_open = reader.channel_open();
+        reader.feed(byte, |item| match item {
+            Item::Through(_) => through = true,
+            Item::Command { .. } | Item::TooLong => complete = true,
+        });
+        let pending = !reader.pending().is_empty();
+        if was_open {
+            // A line for the unit on the second channel, until the channel is closed.
+            let start = *begun.get_or_insert(at);
+            if !reader.channel_open() {
+                let close = at + 1 - reader.pending().len();
+                pieces.extend((start < close).then(|| piece(false, start..close)));
+                begun = Some(close);
+            } else if through && matches!(byte, b'\r' | b';') {
+                pieces.push(piece(false, start..at + 1));
+                begun = None;
+            }
+        } else if complete {
+            // The byte is its last one, or the first of the next.
+            let end = if pending { at } else { at + 1 };
+            pieces.extend(begun.map(|start| piece(true, start..end)));
+            begun = pending.then_some(at);
+        } else if pending {
+            begun.get_or_insert(at);
+        }
+    }
+    let command = !reader.channel_open();
+    pieces.extend(begun.map(|start| piece(command, start..file.len())));
+    pieces
+}
+
+pub(super) fn effects_of(sent: &[u8]) -> Effects {
+    let mut effects = Effects::default();
+    let mut passed = Vec::new();
+    for dialect in Dialect::ALL {
+        // Bare pairs after a command may be taken for moves.
+        let mut reader = Reader::new(dialect).with_bare_pairs(true);
+        passed.clear();
+        for byte in sent.iter().chain(b";") {
+            reader.feed(*byte, |item| match item {
+                Item::Command { command: Ok(command), .. } => effects.of_command(command.op()),
+                Item::Command { .. } | Item::TooLong => {}
+                Item::Through(byte) => passed.push(byte),
+            });
+        }
+    }
+    if passed.is_empty() {
+        return effects;
+    }
+    // Nobody knows what is connected there. And a channel that was not opened after all, or that
+    // is closed by a loss of power, passes nothing: then these are commands.
+    effects.outputs = true;
+    effects.and(effects_of(&passed))
+}
+
+impl Effects {
+    /// Adds those of one command. What a controller refuses has none.
+    fn of_command(&mut self, op: Op) {
+        match op {
+            Op::PlotAbsolute
+            | Op::PlotRelative
+            | Op::ArcAbsolute
+            | Op::ArcRelative
+            | Op::MoveAllAbsolute
+            | Op::MoveAllRelative
+            | Op::MoveAxisAbsolute
+            | Op::MoveAxisRelative
+            | Op::MoveZAbsolute
+            | Op::MoveZRelative
+            | Op::FollowVectors
+            | Op::GoBack
+            | Op::RepeatBroken
+            | Op::Continue
+            | Op::Repeat
+            | Op::OpenInterface => self.moves = true,
+            Op::Reference | Op::ReferenceOf | Op::HardClipLimits | Op::HardClipLimitsOf => {
+                (self.moves, self.reference) = (true, true);
+            }
+            Op::PenDown | Op::PenUp => (self.moves, self.outputs) = (true, true),
+            Op::Spindle | Op::WritePort | Op::HalfCurrent | Op::FullCurrent => self.outputs = true,
+            _ => {}
+        }
+    }
+}
+
+/// An answer begins with its kind; of a status the whole code is one.
+pub(super) fn kind_of(answer: &[u8]) -> Option<String> {
+    let answer = answer.strip_suffix(b"\r").unwrap_or(answer);
+    let code = if answer.starts_with(b"E") { answer } else { answer.get(..1)? };
+    Some(String::from_utf8_lossy(code).into_owned())
+}
+
+pub(super) fn refusal(answer: &[u8]) -> Option<String> {
+    let code = kind_of(answer).filter(|code| code.starts_with('E'))?;
+    let written = |status: &Status| {
+        Dialect::ALL.into_iter().any(|dialect| {
+            [false, true]
+                .into_iter()
+                .any(|decimal| status.written(dialect, decimal).is_some_and(|text| text == code))
+        })
+    };
+    Some(match Status::ALL.iter().find(|status| written(status)) {
+        Some(status) => format!("{code}: {}", status.meaning()),
+        None => code,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn builtin(name: &str) -> std::sync::Arc<vimc4_lpkf::Model> {
+        vimc4_lpkf::Model::builtin(name).unwrap()
+    }
+
+    #[test]
+    fn positions_are_read_as_they_are_answered() {
+        assert_eq!(read_position(b"P19100,-9000,0\rC\r"), Some(vec![19_100, -9_000, 0]));
+        assert_eq!(read_position(b"P1,2,3,4,5,6\r"), Some(vec![1, 2, 3, 4, 5, 6]));
+        for wrong in [&b"C\r"[..], b"P1,2", b"P1,2\rC\rP1,2\rC\r", b"E0D\r", b"", b"Z"] {
+            assert_eq!(read_position(wrong), None, "{}", wrong.escape_ascii());
+        }
+    }
+
+    #[test]
+    fn effects_follow_from_the_commands() {
+        let of = |text: &str| effects_of(text.as_bytes());
+        assert_eq!(of("!ON0;OS;VS5000;!ST;IN;"), Effects::default());
+        assert!(of("PA1,2").moves && of("PU").outputs && of("OH;").reference);
+        assert!(of("!PH0,1\rX5\r;").moves && of("!MR1,1,1,1,1,1;").moves);
+        assert!(of("!OC;!SV5\r!CC;").outputs && !of("!OC;!CC;").outputs);
+        assert!(of("!OC;!SV5\rPA5,5").moves && !of("!OC;!SV5\r").moves);
+        assert!(of("!EM1;!ZR5;").outputs && of("!ZR5;").moves);
+        assert!(!of("!EM1;!WR1,2;").writes_flash);
+    }
+
+    #[test]
+    fn a_stream_is_taken_apart_at_its_commands() {
+        let pieces = |text: &str, command| {
+            let pieces = stream(&builtin("smcu"), text.as_bytes()).into_iter();
+            let pieces = pieces.filter(|piece| piece.command == command);
+            pieces.map(|piece| text[piece.bytes].to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            pieces("\nIN;PA 1,2PD;\r\n PA3,4\rPU", true),
+            ["IN", "PA 1,2", "PD", "PA3,4\r", "PU"]
+        );
+        let channel = "!OC;!SV5\r!RM1\r!CC;PA1,2";
+        assert_eq!(pieces(channel, true), ["!OC;", "!CC;", "PA1,2"]);
+        assert_eq!(pieces(channel, false), ["!SV5\r", "!RM1\r"]);
+        assert_eq!(pieces(" ; \r\n", true), Vec::<String>::new());
+    }
+
+    #[test]
+    fn the_way_back_is_made_of_relative_moves() {
+        let smcu = builtin("smcu");
+        assert_eq!(moving(&smcu, [5, -3, 0, 0, 0, 0], 1_000), ["!VU7937", "PR5,-3"]);
+        assert_eq!(moving(&smcu, [0, 0, -9, 0, 0, 0], 1_000), ["!VU7937", "PR0,0", "!ZR-9"]);
+        assert_eq!(
+            moving(&builtin("motionsystem"), [0, 0, 7, 0, -2, 0], 1),
+            ["PR0,0", "!ZR7,2", "!ZR-2,4"]
+        );
+    }
+
+    #[test]
+    fn an_answer_says_what_is_wrong() {
+        assert_eq!(refusal(b"C\r"), None);
+        assert_eq!(refusal(b"P1,2,3\r"), None);
+        assert!(refusal(b"E0D\r").unwrap().starts_with("E0D: "));
+        assert!(refusal(b"E185\r").unwrap().starts_with("E185: "));
+        assert_eq!(kind_of(b"E0D\r").unwrap(), "E0D");
+        assert_eq!(kind_of(b"W1,2,3\r").unwrap(), "W");
+    }
+}

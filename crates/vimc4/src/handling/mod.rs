@@ -1,0 +1,188 @@
+//! How a client handles a controller besides sending it commands, and what it knows of the
+//! language without speaking it.
+
+mod isel;
+mod lpkf;
+
+use std::ops::Range;
+use std::time::Duration;
+
+use vimc4_device::Point;
+
+use crate::catalogue::{Family, Model};
+
+/// What a client of a controller knows to send when it must stop, reset, erase or find one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Handling {
+    model: Model,
+    /// Lets nothing more happen than must: what moves halts, as far as the line can make it.
+    pub halt: &'static [u8],
+    /// What `halt` does, for people: a clause after "interrupted".
+    pub halting: &'static str,
+    /// What Ctrl-C does, for people: a sentence.
+    pub warning: &'static str,
+    /// Ends a motion, as far as the line can, and forgets the rest of it.
+    pub abandon: &'static [u8],
+    /// Makes the controller as it is after power-on, without an answer that counts.
+    pub reset: &'static [u8],
+    /// These lines make up for what the reset does not bring back.
+    pub ready: &'static [&'static str],
+    /// If the reset does not make everything as after power-on, and the counters above all go on
+    /// from where they were: what brings those to 0, for people.
+    pub homing: Option<&'static str>,
+    /// How long it may be deaf after that.
+    pub boot: Duration,
+    /// How long what runs may go on before the reset takes effect.
+    pub running: Duration,
+    /// Asks where the axes are; it is never refused at rest and changes nothing.
+    pub position: &'static str,
+    /// Answers a command that was carried out and says nothing else.
+    pub done: &'static [u8],
+    /// The speeds that such controllers are set to, baud, the commonest first.
+    pub speeds: &'static [u32],
+    /// These lines erase the stored program and bring the saved settings back to the factory's.
+    /// A model answers [`done`](Handling::done) to those that it has; one that has none erases
+    /// at its panel only, or has nothing to erase.
+    pub erase: &'static [&'static str],
+    /// These lines, as far as a model has them, leave a program and saved settings that differ
+    /// from the factory's in what they do.
+    pub fill: &'static [&'static str],
+    /// These lines start the stored program on models that can do so by a command.
+    pub start: &'static [&'static str],
+}
+
+/// What sending something may do to the machine, whatever its parameters are and whether or not
+/// the controller should refuse it: a real one may not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effects {
+    /// It may set axes or the head in motion.
+    pub moves: bool,
+    /// It may drive axes to their switches, wherever those are.
+    pub reference: bool,
+    /// It may switch outputs: the spindle, the brake, the motor currents, whatever is connected.
+    pub outputs: bool,
+    /// It may write the controller's flash memory.
+    pub writes_flash: bool,
+    /// It may start whatever program is stored.
+    pub starts: bool,
+    /// It changes where the controller expects its switches.
+    pub switches: bool,
+}
+
+/// A piece of a stream of commands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Which bytes of the file, with its end if it has one.
+    pub bytes: Range<usize>,
+    /// Whether it is a command; else it passes through the controller to what is behind it.
+    pub command: bool,
+}
+
+impl Effects {
+    /// These and those.
+    #[must_use]
+    pub fn and(self, other: Effects) -> Effects {
+        Effects {
+            moves: self.moves | other.moves,
+            reference: self.reference | other.reference,
+            outputs: self.outputs | other.outputs,
+            writes_flash: self.writes_flash | other.writes_flash,
+            starts: self.starts | other.starts,
+            switches: self.switches | other.switches,
+        }
+    }
+}
+
+impl Handling {
+    /// How this model is handled.
+    #[must_use]
+    pub fn of(model: &Model) -> Handling {
+        match model {
+            Model::Isel(inner) => isel::handling(model.clone(), inner),
+            Model::Lpkf(_) => lpkf::handling(model.clone()),
+        }
+    }
+
+    /// The model that is handled so.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The places in an answer to [`position`](Handling::position), X first; `None` if it is no
+    /// such answer.
+    #[must_use]
+    pub fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {
+        match self.model.family() {
+            Family::Isel => isel::read_position(answer),
+            Family::Lpkf => lpkf::read_position(answer),
+        }
+    }
+
+    /// The lines, each to be answered [`done`](Handling::done), with which a controller that has
+    /// just been reset moves its axes by so many steps, the fastest of them at `speed` Hz.
+    #[must_use]
+    pub fn moving(&self, by: Point, speed: u64) -> Vec<String> {
+        match &self.model {
+            Model::Isel(_) => isel::moving(by, speed),
+            Model::Lpkf(model) => lpkf::moving(model, by, speed),
+        }
+    }
+
+    /// The pieces of a file, in order, if it is a stream of commands and not a list of lines.
+    #[must_use]
+    pub fn stream(&self, file: &[u8]) -> Option<Vec<Piece>> {
+        match &self.model {
+            Model::Isel(_) => None,
+            Model::Lpkf(model) => Some(lpkf::stream(model, file)),
+        }
+    }
+}
+
+impl Family {
+    /// What sending these bytes to a controller that has just been switched on may do.
+    #[must_use]
+    pub fn effects_of(self, sent: &[u8]) -> Effects {
+        match self {
+            Family::Isel => isel::effects_of(sent),
+            Family::Lpkf => lpkf::effects_of(sent),
+        }
+    }
+
+    /// What setting the signal of that name may do.
+    #[must_use]
+    pub fn effects_of_signal(self, name: &str) -> Effects {
+        match self {
+            Family::Isel => isel::effects_of_signal(name),
+            // What the trackball moves it moves because a command has opened it.
+            Family::Lpkf => Effects::default(),
+        }
+    }
+
+    /// What kind of answer it is: `0`, `C`, `E0D`, as the tables of the commands name them.
+    #[must_use]
+    pub fn kind_of(self, answer: &[u8]) -> Option<String> {
+        match self {
+            Family::Isel => isel::kind_of(answer),
+            Family::Lpkf => lpkf::kind_of(answer),
+        }
+    }
+
+    /// Whether a command that has answered this has nothing more to answer.
+    #[must_use]
+    pub fn completes(self, answer: &[u8]) -> bool {
+        match self {
+            Family::Isel => true,
+            Family::Lpkf => matches!(answer.first(), Some(b'C' | b'E' | b'Z')),
+        }
+    }
+
+    /// What is wrong, if the answer says that something is: `5: unknown or malformed command`.
+    #[must_use]
+    pub fn refusal(self, answer: &[u8]) -> Option<String> {
+        match self {
+            Family::Isel => isel::refusal(answer),
+            Family::Lpkf => lpkf::refusal(answer),
+        }
+    }
+}

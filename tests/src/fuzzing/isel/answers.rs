@@ -1,0 +1,168 @@
+//! What a controller may say, and when.
+
+use vimc4_device::{Device, Event};
+use vimc4_isel::Controller;
+use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
+
+use crate::fuzzing::motions::Motions;
+use crate::fuzzing::operations::Setup;
+use crate::fuzzing::{Reached, twins};
+
+use super::model_name;
+
+/// The byte that resets a controller.
+const RESET: u8 = 254;
+
+/// The longest text answer.
+const TEXT_MAX: usize = 512;
+
+/// Replies that the tables should list and do not: erasing that an emergency stop ends.
+const UNLISTED: [(&str, Reply); 1] = [("@k", Reply::Plant)];
+
+/// Follows what a watched controller says and holds it against the tables.
+#[derive(Clone, Debug)]
+pub(in crate::fuzzing) struct Conversation {
+    model: &'static str,
+    dialect: Dialect,
+    /// The command that is being executed.
+    pending: Option<&'static str>,
+    /// An answer that was announced and must be the next bytes.
+    announced: Option<Vec<u8>>,
+    /// A line of a program sends a character: it must be the next byte.
+    character: bool,
+    /// The flash memory has changed since the last command.
+    flashed: bool,
+    motions: Motions,
+    /// START goes on with motions that were stopped.
+    start_resumes: bool,
+    /// Bytes that were no answer to anything.
+    unasked: usize,
+    /// The self-test was at work.
+    tests_itself: bool,
+}
+
+impl twins::Conversation<Controller> for Conversation {
+    fn new(setup: Setup, controller: &Controller) -> Conversation {
+        let model = controller.model();
+        Conversation {
+            model: model_name(setup),
+            dialect: model.command_set.dialect(),
+            start_resumes: model.quirks.start_resumes_dnc,
+            pending: None,
+            announced: None,
+            character: false,
+            flashed: false,
+            motions: Motions::default(),
+            unasked: 0,
+            tests_itself: false,
+        }
+    }
+
+    fn received(&mut self, byte: u8) {
+        if byte == RESET {
+            twins::Conversation::reset(self);
+        }
+    }
+
+    fn reset(&mut self) {
+        assert!(self.announced.is_none() && !self.character, "announced and not sent");
+        self.pending = None;
+        self.tests_itself = false;
+    }
+
+    fn flash(&mut self) {
+        self.flashed = true;
+    }
+
+    fn event(&mut self, event: &Event, reached: &mut Reached) {
+        match event {
+            Event::Command { mnemonic, .. } => {
+                if let Some(pending) = self.pending {
+                    unreachable!("{mnemonic} is executed, but {pending} is not answered");
+                }
+                assert!(*mnemonic == "?" || self.spec(mnemonic).is_some(), "no command {mnemonic}");
+                self.pending = Some(mnemonic);
+                self.flashed = false;
+                reached.commands.insert((self.model, mnemonic));
+            }
+            Event::Line { mnemonic, .. } => {
+                assert!(self.spec(mnemonic).is_some(), "no command {mnemonic}");
+                self.character = *mnemonic == "1";
+                reached.lines.insert((self.model, mnemonic));
+            }
+            Event::Answer { mnemonic, bytes } => {
+                let pending = self.pending.take();
+                // Known: a motion that START goes on with (a quirk) is answered like an `S`.
+                let resumed = pending.is_none() && *mnemonic == "@S" && self.start_resumes;
+                assert!(resumed || pending == Some(*mnemonic), "{mnemonic} was not asked");
+                self.check_answer(mnemonic, bytes, reached);
+                self.announced = Some(bytes.to_vec());
+            }
+            Event::Motion(motion) => self.motions.follow(motion),
+            _ => {}
+        }
+    }
+
+    /// Bytes on the line are the answer that was announced, or the character that a line of a
+    /// program sends; who else sends something is counted.
+    fn sent(&mut self, bytes: &[u8]) {
+        if let Some(announced) = self.announced.take() {
+            assert_eq!(bytes, announced, "sends something else than it announced");
+        } else if self.character {
+            assert!(matches!(bytes, [33..=126]), "{bytes:?} is no character");
+            self.character = false;
+        } else {
+            // The self-test is the one command that talks instead of answering.
+            self.unasked += bytes.len();
+            self.pending = self.pending.filter(|pending| *pending != "@?");
+        }
+    }
+
+    fn drained(&mut self, controller: &Controller) {
+        if std::mem::take(&mut self.unasked) > 0 {
+            // The characters of a self-test come also when it ends in a reset.
+            let activity = controller.view(controller.now()).activity;
+            let tests_itself = activity.starts_with("self-test");
+            assert!(tests_itself || self.tests_itself, "{activity}: talks unasked");
+            self.tests_itself = tests_itself;
+        }
+    }
+}
+
+impl Conversation {
+    fn check_answer(&self, mnemonic: &'static str, bytes: &[u8], reached: &mut Reached) {
+        let reply = bytes.first().copied().and_then(Reply::from_code);
+        let hex = |digits: &[u8]| digits.iter().all(|d| matches!(d, b'0'..=b'9' | b'A'..=b'F'));
+        let well_formed = match (mnemonic, bytes) {
+            (_, [_]) => {
+                let reply = reply.unwrap_or_else(|| unreachable!("{mnemonic} answers {bytes:?}"));
+                reached.replies.insert((self.model, mnemonic, reply));
+                match self.spec(mnemonic) {
+                    Some(spec) => {
+                        spec.replies.contains(&reply) || UNLISTED.contains(&(mnemonic, reply))
+                    }
+                    None => matches!(reply, Reply::Syntax | Reply::NotStorable),
+                }
+            }
+            ("@P", [b'0', digits @ ..]) => matches!(digits.len(), 18 | 24) && hex(digits),
+            ("@b" | "@D", [b'0', digits @ ..]) => digits.len() == 2 && hex(digits),
+            ("@V" | "@U" | "@H" | "@h", text) => {
+                text.len() <= TEXT_MAX && (text.starts_with(b"0") || text.ends_with(b"0"))
+            }
+            (_, b"F0") => self.spec(mnemonic).is_some_and(|s| s.replies.contains(&Reply::Stopped)),
+            _ => false,
+        };
+        assert!(well_formed, "{mnemonic} answers {}", bytes.escape_ascii());
+        if bytes.len() > 1 && bytes != b"F0" {
+            reached.replies.insert((self.model, mnemonic, Reply::Done));
+        }
+        // What is answered `0` is in the flash memory.
+        let keeps = !mnemonic.starts_with('@') || ["@i", "@k", "@IW"].contains(&mnemonic);
+        assert!(self.flashed || !keeps || bytes != b"0", "{mnemonic} confirms what is not kept");
+    }
+
+    fn spec(&self, mnemonic: &str) -> Option<&'static CommandSpec> {
+        let mode = if mnemonic.starts_with('@') { Mode::Direct } else { Mode::Stored };
+        table(self.dialect, mode).iter().find(|spec| spec.mnemonic == mnemonic)
+    }
+}

@@ -1,0 +1,148 @@
+//! The isel controllers.
+
+mod answers;
+mod flash;
+mod lexer;
+mod parser;
+pub(super) mod seeds;
+
+pub use flash::flash;
+pub use lexer::lexer;
+pub use parser::parser;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use serde_json::Value;
+use vimc4_device::Input;
+use vimc4_isel::{
+    BranchBase, Controller, FractionalNumbers, LeaveSwitch, LimitLatch, LoopCount, Model, StopReply,
+};
+use vimc4_isel_wire::{LINE_MAX, control};
+use vimc4_plant::PlantSignal;
+
+use super::Reached;
+use super::operations::Setup;
+use super::twins::{Family, twins};
+
+/// An isel controller and its twin get the operations that some bytes stand for.
+///
+/// # Panics
+///
+/// If something does not hold.
+pub fn controller(data: &[u8], reached: &mut Reached) {
+    twins::<Controller>(data, reached);
+}
+
+impl Family for Controller {
+    type Conversation = answers::Conversation;
+
+    const COUNTERS: Range<i64> = -(1 << 23)..1 << 23;
+
+    fn model_name(setup: Setup) -> &'static str {
+        model_name(setup)
+    }
+
+    fn open(setup: Setup, image: &[u8]) -> Controller {
+        Controller::new(model(setup), setup.machine(), image)
+            .unwrap_or_else(|error| unreachable!("{error}: {}", image.escape_ascii()))
+    }
+
+    fn acts_at_once(byte: u8) -> bool {
+        control(byte).is_some()
+    }
+
+    fn counted(position: i64) -> i64 {
+        (position << 40) >> 40
+    }
+
+    fn check_memory(&self, state: &Value) {
+        let number = |path: &str| state.pointer(path).and_then(Value::as_u64);
+        let length = |path: &str| state.pointer(path).and_then(Value::as_array).map_or(0, Vec::len);
+        let model = self.model();
+        assert!(length("/receiver/waiting") <= model.line.receive_buffer, "waiting bytes");
+        assert!(length("/receiver/line/bytes") <= LINE_MAX, "a line");
+        assert!(length("/run/loops") <= model.limits.loop_depth, "loops");
+        let size = number("/flash/program/size").unwrap_or(0);
+        assert!(size <= u64::from(model.flash.size), "a program of {size} bytes");
+        let lines = length("/flash/program/lines") as u64;
+        assert!(
+            lines * u64::from(model.flash.command_bytes) <= size,
+            "{lines} lines, {size} bytes"
+        );
+    }
+}
+
+/// The name of the model that a setup is about.
+fn model_name(setup: Setup) -> &'static str {
+    setup.model_of(&Model::names())
+}
+
+/// The model that a setup is about. Every bit of the quirks turns one of them over, or two; the
+/// highest makes the memories so small that they fill up.
+fn model(setup: Setup) -> Arc<Model> {
+    let mut model = Model::builtin(model_name(setup)).unwrap_or_else(|| unreachable!());
+    if setup.is_plain() {
+        return model;
+    }
+    let other = Arc::make_mut(&mut model);
+    let quirks = &mut other.quirks;
+    if setup.quirk(0) {
+        quirks.stop_reply = StopReply::F0;
+        quirks.cond_bit_base ^= 1;
+    }
+    if setup.quirk(1) {
+        quirks.limit_latch = LimitLatch::Off;
+    }
+    if setup.quirk(2) {
+        quirks.leave_switch = LeaveSwitch::Away;
+    }
+    if setup.quirk(3) {
+        quirks.loop_count = LoopCount::Extra;
+        quirks.cond_branch_base = BranchBase::Own;
+    }
+    if setup.quirk(4) {
+        quirks.start_resumes_dnc = true;
+        quirks.fractional_numbers = match quirks.fractional_numbers {
+            FractionalNumbers::Reject => FractionalNumbers::Truncate,
+            FractionalNumbers::Truncate => FractionalNumbers::Reject,
+        };
+    }
+    if setup.quirk(5) {
+        quirks.lost_steps = false;
+    }
+    if setup.quirk(6) {
+        other.timing.boot_ms = 1_500;
+    }
+    if setup.quirk(7) {
+        other.flash.size = 200;
+        other.line.receive_buffer = 40;
+    }
+    model
+}
+
+/// A little of everything.
+pub(super) fn inputs() -> [Input<'static>; 16] {
+    let (start, stop) = (PlantSignal::Start.id(), PlantSignal::Stop.id());
+    let (on, key) = (PlantSignal::On.id(), PlantSignal::Key.id());
+    [
+        Input::Bytes(
+            b"@07\r@0P\r@0V\r@0A100,900,-50,900,20,900,-20,900\r@0M1,900,2,900,3,900,0,0\r",
+        ),
+        Input::Bytes(b"@0R7\r@08\r@0R8\r@0F1\r@0y80,900,-5,10,0,-1,1\r@0H\r@0h\r@0U\r@0DS0\r"),
+        Input::Bytes(&[253]),
+        Input::Bytes(b"@0S\r@0b0\r@0b3\r@0B0,255\r@0i\r0100,900,100,900,0,900,0,900\r3 2,-1\r9\r"),
+        Input::Signal(start, 1),
+        Input::Signal(start, 0),
+        Input::Bytes(b"@0S\r@0k\r@0IW\r@0IL\r"),
+        Input::Signal(key, 0),
+        Input::Signal(stop, 1),
+        Input::Signal(on, 1),
+        Input::Signal(key, 1),
+        Input::Power(false),
+        Input::Power(true),
+        Input::Signal(start, 1),
+        Input::Bytes(&[254]),
+        Input::Bytes(b"@07\r@0d900,900,900\r@0P\r"),
+    ]
+}

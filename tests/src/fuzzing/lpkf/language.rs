@@ -1,0 +1,133 @@
+//! Commands from bytes and back.
+
+use vimc4_lpkf::language::{
+    AxisKind, AxisLimits, COMMAND_MAX, Command, Dialect, Item, Limits, Reader, Status, parse,
+};
+
+use crate::fuzzing::Chance;
+
+/// Bytes as they come over the line become commands that print as what is read as the same
+/// command, or statuses that the dialect has. A reader that is copied, or written down and read
+/// back, in the middle goes on as if nothing had been.
+///
+/// Of the first byte, the lowest bit says which dialect, the next whether bare pairs are moves,
+/// the third whether what costs most is done, writing down; what remains comes over the line.
+pub fn language(data: &[u8]) {
+    let [habits, line @ ..] = data else { return };
+    let dialect = Dialect::ALL[usize::from(habits & 1)];
+    let bare_pairs = habits & 2 != 0;
+    let write_down = habits & 4 != 0;
+    let new = || Reader::new(dialect).with_bare_pairs(bare_pairs);
+    let (mut reader, mut other) = (new(), new());
+    let (mut items, mut others) = (Vec::new(), Vec::new());
+    let copied = Chance::of(data).below(line.len() as u64 + 1) as usize;
+    let mut through = 0;
+    for (at, &byte) in line.iter().enumerate() {
+        if at == copied {
+            assert_eq!(other, reader, "other bytes have been read");
+            other = if write_down { written_and_read(&reader) } else { reader.clone() };
+        }
+        let was_open = reader.channel_open();
+        reader.feed(byte, |item| items.push(item));
+        other.feed(byte, |item| others.push(item));
+        assert!(reader.pending().len() <= COMMAND_MAX, "more is kept than there is room for");
+        assert!(!(reader.is_idle() && reader.channel_open()));
+        assert_eq!(items, others, "a copy reads something else");
+        let opens = items.iter().any(opens_channel);
+        others.clear();
+        for item in items.drain(..) {
+            match item {
+                Item::Command { raw, command } => {
+                    let so_far = &line[..=at];
+                    // What is for the unit and what is for the controller may alternate.
+                    check_command(&raw, &command, so_far, dialect, bare_pairs, write_down);
+                }
+                Item::TooLong => assert!(at >= COMMAND_MAX, "{at} bytes are no long command"),
+                Item::Through(_) => {
+                    assert!(was_open || opens, "the channel is closed");
+                    through += 1;
+                }
+            }
+        }
+        assert!(through <= at + 1, "more goes through than has come");
+    }
+    assert_eq!(other, reader, "a copy is in another state");
+    reader.clear();
+    assert!(reader.pending().is_empty() && (reader.channel_open() || reader.is_idle()));
+}
+
+fn opens_channel(item: &Item) -> bool {
+    matches!(item, Item::Command { command: Ok(Command::OpenChannel(_)), .. })
+}
+
+fn written_and_read(reader: &Reader) -> Reader {
+    let kept = serde_json::to_string(reader).unwrap_or_default();
+    serde_json::from_str(&kept).unwrap_or_else(|error| unreachable!("{error}: {kept}"))
+}
+
+fn check_command(
+    raw: &[u8],
+    command: &Result<Command, Status>,
+    so_far: &[u8],
+    dialect: Dialect,
+    bare_pairs: bool,
+    write_down: bool,
+) {
+    let text = raw.escape_ascii();
+    assert!(!raw.is_empty() && raw.len() <= COMMAND_MAX);
+    let came = raw == b"!PH" || so_far.windows(raw.len()).any(|window| window == raw);
+    assert!(came, "{text} has not been received");
+    let is_bare = !matches!(raw[0], b'A'..=b'Z' | b'!');
+    assert!(bare_pairs || !is_bare, "{text} is no command");
+    let parsed = match is_bare {
+        false => parse(raw, dialect),
+        // A move to these places, or by these ways.
+        true => {
+            let move_by = |letters: &[u8]| parse(&[letters, raw].concat(), dialect);
+            let relative = matches!(command, Ok(Command::PlotRelative(_)));
+            move_by(if relative { b"PR" } else { b"PA" })
+        }
+    };
+    let is_long_vectors = raw == b"!PH" && *command == Err(Status::VectorBufferFull);
+    assert!(is_long_vectors || parsed == *command, "{text} by itself is {parsed:?}");
+    match command {
+        Err(status) => assert!(status.known_to(dialect), "{status:?} is unknown"),
+        Ok(command) => check_meaning(command, dialect, write_down),
+    }
+}
+
+/// What is printed means the same, and so is what is written down.
+fn check_meaning(command: &Command, dialect: Dialect, write_down: bool) {
+    assert!(command.form().known_to(dialect), "{command:?} is unknown");
+    assert!(!command.describe().is_empty());
+    let mut printed = Vec::new();
+    command.print(&mut printed);
+    let text = printed.escape_ascii();
+    let mut reader = Reader::new(dialect);
+    let mut items = Vec::new();
+    for &byte in &printed {
+        reader.feed(byte, |item| items.push(item));
+    }
+    let read: Vec<_> = items
+        .iter()
+        .map(|item| match item {
+            Item::Command { command, .. } => command.as_ref().ok(),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(read, [Some(command)], "printed as {text}");
+    if let Err(status) = command.check(&LIMITS) {
+        assert!(status.known_to(dialect), "{status:?} is unknown");
+    }
+    if write_down {
+        let kept = serde_json::to_string(command).unwrap_or_default();
+        assert_eq!(serde_json::from_str(&kept).ok().as_ref(), Some(command), "{kept}");
+    }
+}
+
+/// Some machine: X and Y linear, Z0 rotary, nothing else.
+const LIMITS: Limits = {
+    let linear = Some(AxisLimits { kind: AxisKind::Translation, max_speed: 40_000 });
+    let rotary = Some(AxisLimits { kind: AxisKind::Rotation, max_speed: 3_600 });
+    Limits { axes: [linear, linear, rotary, None, None, None], metres: true }
+};

@@ -1,0 +1,144 @@
+//! The LPKF controllers.
+
+mod answers;
+mod language;
+pub(super) mod seeds;
+
+pub use language::language;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use serde_json::Value;
+use vimc4_device::{Device, Input};
+use vimc4_lpkf::language::{COMMAND_MAX, Dialect};
+use vimc4_lpkf::{
+    BarePairs, Controller, DecimalSpeed, InitReply, Model, StatusDigits, Ta, UnknownCommand,
+};
+use vimc4_plant::PlantSignal;
+
+use super::Reached;
+use super::operations::Setup;
+use super::twins::{Family, twins};
+
+/// The longest command that the unit on the second channel reads.
+const UNIT_COMMAND_MAX: usize = 64;
+
+/// An LPKF controller and its twin get the operations that some bytes stand for.
+///
+/// # Panics
+///
+/// If something does not hold.
+pub fn lpkf(data: &[u8], reached: &mut Reached) {
+    twins::<Controller>(data, reached);
+}
+
+impl Family for Controller {
+    type Conversation = answers::Conversation;
+
+    const COUNTERS: Range<i64> = -(1 << 31)..1 << 31;
+
+    fn model_name(setup: Setup) -> &'static str {
+        model_name(setup)
+    }
+
+    /// It stores nothing, so that there is nothing in the image.
+    fn open(setup: Setup, image: &[u8]) -> Controller {
+        assert!(image.is_empty(), "something was stored");
+        Controller::new(model(setup), setup.machine())
+    }
+
+    fn check_memory(&self, state: &Value) {
+        let list = |path: &str| state.pointer(path).and_then(Value::as_array);
+        let length = |path: &str| list(path).map_or(0, Vec::len);
+        let most = self.model().buffer.bytes;
+        let bytes = state.pointer("/buffer/bytes").and_then(Value::as_u64).unwrap_or(0);
+        assert!(bytes <= most as u64, "{bytes} bytes wait");
+        let sizes = list("/buffer/waiting").into_iter().flatten().map(size);
+        assert_eq!(sizes.clone().sum::<usize>() as u64, bytes, "what waits is counted wrongly");
+        assert!(sizes.min() != Some(0), "something waits that takes no room");
+        assert!(length("/reader/raw") <= COMMAND_MAX, "a command");
+        assert!(length("/unit/line") <= UNIT_COMMAND_MAX, "a command for the unit");
+        // A pair takes four bytes at least, and every move may have a rest behind it.
+        assert!(length("/job/stages") <= COMMAND_MAX / 2, "stages");
+        assert!(length("/broken/stages") <= COMMAND_MAX / 2, "stages that are left");
+        assert!(self.room(true) <= self.model().buffer.high_water);
+    }
+}
+
+/// How many bytes of the buffer something takes that waits.
+fn size(entry: &Value) -> usize {
+    let bytes = entry.pointer("/Command/raw").or(entry.pointer("/Through"));
+    bytes.and_then(Value::as_array).map_or(0, Vec::len)
+}
+
+/// The name of the model that a setup is about.
+fn model_name(setup: Setup) -> &'static str {
+    setup.model_of(&Model::names())
+}
+
+/// The model that a setup is about. Every bit of the quirks turns one of them over; the highest
+/// makes the buffer so small that it fills up, and has the spindle turn at once.
+fn model(setup: Setup) -> Arc<Model> {
+    let mut model = Model::builtin(model_name(setup)).unwrap_or_else(|| unreachable!());
+    if setup.is_plain() {
+        return model;
+    }
+    let other = Arc::make_mut(&mut model);
+    let quirks = &mut other.quirks;
+    if setup.quirk(0) {
+        quirks.unknown_command = match other.command_set.dialect() {
+            Dialect::Smcu => UnknownCommand::Never,
+            Dialect::MotionSystem => UnknownCommand::Always,
+        };
+    }
+    if setup.quirk(1) {
+        quirks.init_reply = match quirks.init_reply {
+            InitReply::Z => InitReply::C,
+            InitReply::C => InitReply::Z,
+        };
+    }
+    if setup.quirk(2) {
+        quirks.hard_clip_blank = true;
+    }
+    if setup.quirk(3) {
+        quirks.status_digits = StatusDigits::Decimal;
+    }
+    if setup.quirk(4) {
+        quirks.decimal_speed = DecimalSpeed::Micrometres;
+    }
+    if setup.quirk(5) {
+        quirks.bare_pairs = BarePairs::Repeat;
+    }
+    if setup.quirk(6) {
+        quirks.ta = Ta::Unknown;
+    }
+    if setup.quirk(7) {
+        other.buffer.bytes = 64;
+        other.buffer.high_water = 40;
+        other.spindle_unit.start_ms = 0;
+    }
+    model
+}
+
+/// A little of everything.
+pub(super) fn inputs() -> [Input<'static>; 13] {
+    let stop = PlantSignal::Stop.id();
+    [
+        Input::Bytes(b"PA100,-50;PR20,20,-20,3;AA50,50,90;AR10,0,-45.5;!ZA 5;!ZR -5;!ON0;OS;"),
+        Input::Bytes(b"!ZA 5,2;!ZR -5,3;!MA1,2,3,4,5,6;!MR1,-1,1,-1,1,-1;!OA 100;!OA 0;!RD 0;"),
+        Input::Bytes(b"!PH0,1\rX50F900\rX5Y5I0J5O1\rX50F-900\r;!IS;OH;!IS0;OH1;"),
+        Input::Bytes(b"!ES1;PA9000,9000;!ST"),
+        Input::Signal(stop, 1),
+        Input::Signal(stop, 0),
+        Input::Bytes(b"!CS!GB!RC!GO!RP"),
+        Input::Bytes(
+            b"PDPU!EM1;!WR 1,255;!TW5;!TS3;PR1,1;!HP!FP!CM1;!TM1,2,3,4;PD;IW0,0,9,9;PA99,99;",
+        ),
+        Input::Bytes(b"!GO!OC;!SV7\r!RM 9000\r!CC;!OI2;!CI;!VZ 99;!VZ 99,2;!AS 50;!RS 7937.5,1;"),
+        Input::Power(false),
+        Input::Power(true),
+        Input::Bytes(b"VS0.005;VU 10;!CT0;QQ;!CT1;QQ;!TA1;IN;"),
+        Input::Bytes(b"OS;"),
+    ]
+}
