@@ -44,7 +44,6 @@ impl Command {
                 | Command::FullCurrent
                 | Command::HalfCurrent
                 | Command::WritePort { .. }
-                | Command::OpenChannel(_)
                 | Command::Repeat
         )
     }

@@ -22,6 +22,10 @@ impl Controller {
                 self.take(item);
                 self.go_on();
             });
+            if reader.take_stray() && self.wants(Kinds::WARNING) {
+                let what = "numbers without a command mean nothing".into();
+                self.emit(Event::Warning(Warning::NoEffect { what }));
+            }
             // A `!OC` that is refused opens nothing.
             if !was_open && reader.channel_open() && self.refusal(None).is_some() {
                 reader.close_channel();
@@ -30,10 +34,16 @@ impl Controller {
         self.state.reader = reader;
     }
 
-    /// How many bytes the buffer takes before CTS would tell the host to wait.
+    /// How many bytes are taken before CTS tells the host to wait. While nothing is executed
+    /// until the host says so, it may write into what is left beyond the high-water mark; and a
+    /// single command may be longer than all that, as long as nothing else is to be done.
     pub(crate) fn room_before_high_water(&self) -> usize {
+        let buffer = &self.state.model.buffer;
         let used = self.state.buffer.bytes + self.state.reader.pending().len();
-        self.state.model.buffer.high_water.saturating_sub(used)
+        let waits = self.state.stopped.is_some() || self.state.ball.open.is_some();
+        let mark = if waits { buffer.bytes } else { buffer.high_water };
+        let alone = self.is_free() && self.state.buffer.waiting.is_empty();
+        mark.saturating_sub(used).max(usize::from(alone))
     }
 
     fn take(&mut self, item: Item<&[u8]>) {

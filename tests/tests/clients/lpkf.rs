@@ -90,6 +90,18 @@ pub(crate) fn held_back_on_tcp() {
     }
     writer.join().unwrap();
     assert_eq!(emulator.position().unwrap()[0], COMMANDS as i64);
+    // A command that is longer than what may wait is taken as long as nothing else is to be done.
+    port.get_mut().write_all(&[b"PA", &b"1,2,"[..].repeat(500)[..], b"3,4;"].concat()).unwrap();
+    assert_eq!(answer(&mut port), "C");
+    assert_eq!(emulator.position().unwrap()[..2], [3, 4]);
+    // While the controller is stopped, what lets it go on gets past what waits.
+    port.get_mut().write_all(b"!ST;").unwrap();
+    assert_eq!(answer(&mut port), "C");
+    port.get_mut().write_all(&b"PR1,0;".repeat(140)).unwrap();
+    port.get_mut().write_all(b"!GO;").unwrap();
+    for _ in 0..141 {
+        assert_eq!(answer(&mut port), "C");
+    }
     // The same while time stands still: nothing is executed, so hardly anything is taken.
     let emulator = self::emulator(Clock::Manual);
     let mut port = BufReader::new(tcp(&emulator));

@@ -84,6 +84,10 @@ pub struct Reader {
     too_long: bool,
     /// While the second channel is open, how much of [`CLOSE_CHANNEL`] has just been read.
     channel: Option<usize>,
+    /// Numbers outside a command are being ignored.
+    ignores: bool,
+    /// That has not been told yet.
+    stray: bool,
 }
 
 impl Reader {
@@ -97,6 +101,8 @@ impl Reader {
             raw: Vec::new(),
             too_long: false,
             channel: None,
+            ignores: false,
+            stray: false,
         }
     }
 
@@ -124,10 +130,16 @@ impl Reader {
             b'A'..=b'Z' if self.in_vectors() || self.takes_letter() => self.push(byte, emit),
             b'A'..=b'Z' => self.begin(byte, emit),
             b'\r' if self.in_vectors() => self.push(byte, emit),
-            b';' | b'\r' => self.end(&mut emit),
+            b';' | b'\r' => {
+                self.ignores = false;
+                self.end(&mut emit);
+            }
             b'0'..=b'9' | b'+' | b'-' | b'.' if self.bare_pairs => self.push(byte, emit),
             // What comes before the first command, or after the end of one, means nothing.
-            _ if self.raw.is_empty() => {}
+            _ if self.raw.is_empty() => {
+                self.stray |= byte.is_ascii_digit() && !self.ignores;
+                self.ignores |= self.stray;
+            }
             _ => self.push(byte, emit),
         }
     }
@@ -144,6 +156,11 @@ impl Reader {
         &self.raw
     }
 
+    /// Whether numbers outside a command have been ignored that this has not been asked for.
+    pub fn take_stray(&mut self) -> bool {
+        mem::take(&mut self.stray)
+    }
+
     /// Whether what arrives is for the unit on the second channel.
     #[must_use]
     pub const fn channel_open(&self) -> bool {
@@ -158,6 +175,7 @@ impl Reader {
 
     /// Closes the second channel, because the `!OC` that was read is refused.
     pub fn close_channel(&mut self) {
+        // What may have been the beginning of `!CC` is that of a command.
         if let Some(held) = self.channel.take() {
             self.raw.extend_from_slice(&CLOSE_CHANNEL[..held]);
         }
@@ -176,6 +194,7 @@ impl Reader {
 
     /// Takes a byte that cannot belong to the command before it.
     fn begin(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
+        self.ignores = false;
         self.end(&mut emit);
         // The command before it may have been the one that opens the channel.
         if self.channel.is_some() { self.pass(byte, emit) } else { self.push(byte, emit) }

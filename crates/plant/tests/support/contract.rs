@@ -99,5 +99,5 @@ fn same_said(one: &[(Time, u8)], other: &[(Time, u8)]) {
         let bytes: Vec<u8> = around.iter().map(|(_, byte)| *byte).collect();
         format!("{:?} at {:?}", bytes.escape_ascii().to_string(), said.get(at).map(|(at, _)| *at))
     };
-    panic!("byte {at} differs: {} and {}", show(one), show(other));
+    assert_eq!(show(one), show(other), "byte {at} differs");
 }

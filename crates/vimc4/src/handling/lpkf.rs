@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use vimc4_device::Point;
-use vimc4_lpkf::CommandSet;
-use vimc4_lpkf::language::{Dialect, Item, Op, Reader, Status};
+use vimc4_lpkf::language::{Command, Dialect, Item, Reader, Status};
+use vimc4_lpkf::{BarePairs, CommandSet};
 
 use super::{Effects, Handling, Piece};
 use crate::catalogue::Model;
@@ -67,11 +67,14 @@ pub(super) fn moving(model: &vimc4_lpkf::Model, by: Point, speed: u64) -> Vec<St
 }
 
 pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
-    let mut reader = Reader::new(model.command_set.dialect());
+    let repeats = model.quirks.bare_pairs == BarePairs::Repeat;
+    let mut reader = Reader::new(model.command_set.dialect()).with_bare_pairs(repeats);
     let mut pieces = Vec::new();
     let piece = |command, bytes| Piece { bytes, command };
     // Where what has not been completed yet begins.
     let mut begun = None;
+    // Where numbers without a command begin. They are sent, so that the controller can say so.
+    let mut stray = None;
     for (at, &byte) in file.iter().enumerate() {
         let mut complete = false;
         let mut through = false;
@@ -81,6 +84,12 @@ pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
             Item::Command { .. } | Item::TooLong => complete = true,
         });
         let pending = !reader.pending().is_empty();
+        if reader.take_stray() {
+            stray = Some(at);
+        }
+        if pending || matches!(byte, b'\r' | b';') {
+            pieces.extend(stray.take().map(|start| piece(false, start..at)));
+        }
         if was_open {
             // A line for the unit on the second channel, until the channel is closed.
             let start = *begun.get_or_insert(at);
@@ -101,6 +110,7 @@ pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
             begun.get_or_insert(at);
         }
     }
+    pieces.extend(stray.map(|start| piece(false, start..file.len())));
     let command = !reader.channel_open();
     pieces.extend(begun.map(|start| piece(command, start..file.len())));
     pieces
@@ -115,7 +125,7 @@ pub(super) fn effects_of(sent: &[u8]) -> Effects {
         passed.clear();
         for byte in sent.iter().chain(b";") {
             reader.feed(*byte, |item| match item {
-                Item::Command { command: Ok(command), .. } => effects.of_command(command.op()),
+                Item::Command { command: Ok(command), .. } => effects.of_command(&command),
                 Item::Command { .. } | Item::TooLong => {}
                 Item::Through(byte) => passed.push(byte),
             });
@@ -132,31 +142,11 @@ pub(super) fn effects_of(sent: &[u8]) -> Effects {
 
 impl Effects {
     /// Adds those of one command. What a controller refuses has none.
-    fn of_command(&mut self, op: Op) {
-        match op {
-            Op::PlotAbsolute
-            | Op::PlotRelative
-            | Op::ArcAbsolute
-            | Op::ArcRelative
-            | Op::MoveAllAbsolute
-            | Op::MoveAllRelative
-            | Op::MoveAxisAbsolute
-            | Op::MoveAxisRelative
-            | Op::MoveZAbsolute
-            | Op::MoveZRelative
-            | Op::FollowVectors
-            | Op::GoBack
-            | Op::RepeatBroken
-            | Op::Continue
-            | Op::Repeat
-            | Op::OpenInterface => self.moves = true,
-            Op::Reference | Op::ReferenceOf | Op::HardClipLimits | Op::HardClipLimitsOf => {
-                (self.moves, self.reference) = (true, true);
-            }
-            Op::PenDown | Op::PenUp => (self.moves, self.outputs) = (true, true),
-            Op::Spindle | Op::WritePort | Op::HalfCurrent | Op::FullCurrent => self.outputs = true,
-            _ => {}
-        }
+    fn of_command(&mut self, command: &Command) {
+        let head = matches!(command, Command::PenDown | Command::PenUp);
+        self.moves |= head || command.moves();
+        self.reference |= command.seeks_switches();
+        self.outputs |= command.switches_outputs();
     }
 }
 
@@ -226,6 +216,9 @@ mod tests {
         assert_eq!(pieces(channel, true), ["!OC;", "!CC;", "PA1,2"]);
         assert_eq!(pieces(channel, false), ["!SV5\r", "!RM1\r"]);
         assert_eq!(pieces(" ; \r\n", true), Vec::<String>::new());
+        let stray = "PU 10,20;PD 30PA1,1;5";
+        assert_eq!(pieces(stray, true), ["PU", "PD", "PA1,1;"]);
+        assert_eq!(pieces(stray, false), ["10,20", "30", "5"]);
     }
 
     #[test]

@@ -311,7 +311,34 @@ impl Scripts {
         script = script.then(Operation::Restore).ask("IN;OS;").then(Operation::Restore);
         script = script.then(Operation::Power(false)).ask("OS;").then(Operation::Power(true));
         script = script.ask("OS;!ON0;").then(Operation::Restore).then(Operation::Restart);
-        add("power", script.ask("OS;!ON0;").ask("PA2147483647,-2147483648;PR1,1;!ON0;"));
+        add("power", script.ask("OS;!ON0;"));
+
+        // To the ends of the counters, and a little further.
+        let mut script = self.start(self.bench);
+        for text in [
+            "PA2147483647,-2147483648;PR1,0;",
+            "!GO;PR0,-1;",
+            "!GO;!MR9,-9,2147483647,2147483647,-2147483648,-2147483648;",
+            "!GO;!MR1,1,9,9,-9,-9;",
+            "!GO;!ZR2147483647;!ZR1;",
+            "!GO;AR0,100,90;",
+            "!GO;!IS;",
+        ] {
+            script = script.send(text);
+            for _ in 0..5 {
+                script = script.then(Operation::Next);
+            }
+        }
+        add("far", script.ask("!GO;!ON0;OH;"));
+        let mut script = self.ready(self.bench, "PA-100,50;");
+        for (place, long) in self.long().chain(["PR-9000,-700;", "PR-300,9000;"]).enumerate() {
+            script = script.send(long).wait();
+            for way in [1, -1, 40, -40, 300, -300] {
+                script = script.then(Operation::Look(place as u8, way)).wait();
+            }
+            script = script.then(Operation::Restore);
+        }
+        add("looks", script);
 
         for bit in 0..7 {
             let script = self.start(self.usual.with_quirks(1 << bit));

@@ -134,6 +134,17 @@ fn only_a_channel_that_exists_is_opened() {
 }
 
 #[test]
+fn a_channel_can_be_closed_from_outside() {
+    let mut reader = Reader::new(Dialect::Smcu);
+    assert_eq!(told(&feed(&mut reader, b"!OC!")), "!OC");
+    reader.close_channel();
+    assert!(!reader.channel_open());
+    assert_eq!(told(&feed(&mut reader, b"GO")), "!GO");
+    reader.close_channel();
+    assert!(reader.is_idle());
+}
+
+#[test]
 fn the_records_of_ph_are_no_commands() {
     let vectors = "!PH0,1\rX1Y2PA3\r\nPDIN!";
     assert_eq!(motion("!PH0,1\rX1Y1\rX2\r;PD"), "!PH0,1\\rX1Y1\\rX2|?PD");
