@@ -46,8 +46,8 @@ use std::sync::Arc as Shared;
 
 use serde::{Deserialize, Serialize};
 
-use crate::profile::saturated;
 use crate::wide;
+use crate::wide::saturated;
 use crate::{AXES, Line, Path, Point};
 
 /// The largest number of steps of a stretch.

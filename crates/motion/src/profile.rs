@@ -154,11 +154,6 @@ impl Profile {
     }
 }
 
-/// What does not fit counts as never.
-pub(crate) fn saturated(value: u128) -> u64 {
-    u64::try_from(value).unwrap_or(u64::MAX)
-}
-
 /// Iterator over the times of a profile's steps. See [`Profile::times`].
 ///
 /// From the time of one step it gropes forward to the first nanosecond at which the motion has

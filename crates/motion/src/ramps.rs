@@ -37,8 +37,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::profile::saturated;
 use crate::wide;
+use crate::wide::saturated;
 
 /// The largest number of steps.
 const MOST_STEPS: u64 = 1 << 40;

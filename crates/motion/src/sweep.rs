@@ -52,8 +52,8 @@
 use std::ops::Neg;
 
 use crate::fit::Turn;
-use crate::profile::saturated;
 use crate::trig::{self, HALF_PI, QUARTER, RADIAN_BITS, SINE_BITS};
+use crate::wide::saturated;
 use crate::{AXES, Arc, ArcState, Chain, Line, Path, Point, Stretch, chord, wide};
 
 /// Largest radius, steps: the longest quadrant that an [`Arc`] can be.

@@ -1,4 +1,4 @@
-//! Numbers of 256 bits, for products and squares that 128 bits do not hold.
+//! Numbers of 256 bits, for products and squares that 128 bits do not hold, and the way back.
 //!
 //! A number is its high and its low 128 bits, which compare in this order. Where the high ones are
 //! zero everything is as fast as plain arithmetic.
@@ -7,6 +7,11 @@
 pub(crate) type Wide = (u128, u128);
 
 const HALF: u128 = u64::MAX as u128;
+
+/// As 64 bits; what does not fit is the largest there is, as a time: never.
+pub(crate) fn saturated(value: u128) -> u64 {
+    u64::try_from(value).unwrap_or(u64::MAX)
+}
 
 /// The product of two numbers.
 pub(crate) fn product(a: u128, b: u128) -> Wide {
