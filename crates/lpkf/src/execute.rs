@@ -17,7 +17,9 @@ impl Controller {
     /// Begins a command whose turn has come.
     pub(crate) fn execute(&mut self, command: Command) {
         let mnemonic = command.form().mnemonic;
-        if let Err(status) = command.check(&self.limits()) {
+        if command.depends_on_machine()
+            && let Err(status) = command.check(&self.limits())
+        {
             return self.answer_status(mnemonic, status);
         }
         if matches!(command, Command::Continue | Command::GoBack | Command::RepeatBroken) {

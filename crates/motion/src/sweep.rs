@@ -50,6 +50,7 @@
 //! away from the centre.
 
 use std::ops::Neg;
+use std::sync::OnceLock;
 
 use crate::fit::Turn;
 use crate::trig::{self, HALF_PI, QUARTER, RADIAN_BITS, SINE_BITS};
@@ -256,10 +257,14 @@ impl Sweep {
     pub fn stretches(&self, scale: &[u64; AXES]) -> Vec<Stretch> {
         let line = Stretch::line(&self.rest, scale);
         let steps = self.path.length() - line.steps;
+        let whole = self.arc_length(self.angle, scale);
+        // Angles in 2⁻⁴⁰ radians, so that a product with a length fits.
+        let coarse = |angle: i128| (angle >> (RADIAN_BITS - 40)) as u128;
+        let turned = coarse(self.angle).max(1);
         let mut stretches = Vec::new();
         let (mut step, mut way) = (0, 0);
         for (to_step, angle) in self.sectors(steps).chain([(steps, self.angle)]) {
-            let to_way = self.arc_length(angle, scale);
+            let to_way = saturated(u128::from(whole) * coarse(angle) / turned);
             // A sector in which there is no step makes the next one longer.
             if to_step > step {
                 stretches.push(Stretch { steps: to_step - step, length: to_way - way });
@@ -267,7 +272,7 @@ impl Sweep {
             }
         }
         if let Some(last) = stretches.last_mut() {
-            last.length += self.arc_length(self.angle, scale) - way;
+            last.length += whole - way;
         }
         if line.steps > 0 {
             stretches.push(line);
@@ -290,7 +295,7 @@ impl Sweep {
         (1..most)
             .map(move |number| {
                 let (quarter, sector) = (number / SECTORS, number % SECTORS);
-                let (sine, cosine) = trig::sine_and_cosine(sector * (QUARTER / SECTORS));
+                let (sine, cosine) = (sine(sector), sine(SECTORS - sector));
                 let place = 2 * whole * quarter as i64 + whole - at(cosine) + at(sine);
                 let angle = i128::from(number) * HALF_PI / i128::from(SECTORS);
                 ((place - here).clamp(0, steps as i64) as u64, angle - begin)
@@ -298,6 +303,17 @@ impl Sweep {
             .skip_while(|(_, angle)| *angle <= 0)
             .take_while(move |(_, angle)| *angle < end - begin)
     }
+}
+
+/// The sine of so many sectors, 0 to a whole quadrant.
+fn sine(sectors: u64) -> i64 {
+    static SINES: OnceLock<[i64; SECTORS as usize + 1]> = OnceLock::new();
+    let sine = |sectors: usize| match sectors as u64 {
+        SECTORS => 1 << SINE_BITS,
+        sectors => trig::sine_and_cosine(sectors * (QUARTER / SECTORS)).0,
+    };
+    let sines = SINES.get_or_init(|| std::array::from_fn(sine));
+    sines.get(sectors as usize).copied().unwrap_or(0)
 }
 
 /// Two different axes, or `None`.

@@ -25,6 +25,29 @@ pub struct AxisLimits {
 }
 
 impl Command {
+    /// Whether there is anything about it that depends on the machine: [`check`](Self::check)
+    /// lets everything else pass.
+    #[must_use]
+    pub const fn depends_on_machine(&self) -> bool {
+        matches!(
+            self,
+            Self::PenSpeed(_)
+                | Self::TravelSpeed(_)
+                | Self::ZSpeed(_)
+                | Self::AxisSpeed { .. }
+                | Self::Acceleration { .. }
+                | Self::Resolution { .. }
+                | Self::MoveZAbsolute(_)
+                | Self::MoveZRelative(_)
+                | Self::HardClipLimits(Some(_))
+                | Self::Reference(Some(_))
+                | Self::Range { .. }
+                | Self::MoveAxisAbsolute { .. }
+                | Self::MoveAxisRelative { .. }
+                | Self::FollowVectors { .. }
+        )
+    }
+
     /// Whether the machine has the axes that are named and they allow the values.
     ///
     /// A value for all axes must be allowed by each that is fitted; a speed of the head by X and

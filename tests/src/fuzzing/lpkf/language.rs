@@ -39,7 +39,6 @@ pub fn language(data: &[u8]) {
             match item {
                 Item::Command { raw, command } => {
                     let so_far = &line[..=at];
-                    // What is for the unit and what is for the controller may alternate.
                     check_command(&raw, &command, so_far, dialect, bare_pairs, write_down);
                 }
                 Item::TooLong => assert!(at >= COMMAND_MAX, "{at} bytes are no long command"),
@@ -88,12 +87,25 @@ fn check_command(
             move_by(if relative { b"PR" } else { b"PA" })
         }
     };
+    // What was read is a whole command, which reads the same by itself.
+    let again = read(&[raw, b";"].concat(), Reader::new(dialect));
+    let alone = Item::Command { raw: raw.to_vec(), command: command.clone() };
     let is_long_vectors = raw == b"!PH" && *command == Err(Status::VectorBufferFull);
     assert!(is_long_vectors || parsed == *command, "{text} by itself is {parsed:?}");
+    assert!(is_long_vectors || is_bare || again == [alone], "{text} by itself is {again:?}");
     match command {
         Err(status) => assert!(status.known_to(dialect), "{status:?} is unknown"),
         Ok(command) => check_meaning(command, dialect, write_down),
     }
+}
+
+/// What a reader finds in some bytes.
+fn read(bytes: &[u8], mut reader: Reader) -> Vec<Item> {
+    let mut items = Vec::new();
+    for &byte in bytes {
+        reader.feed(byte, |item| items.push(item));
+    }
+    items
 }
 
 /// What is printed means the same, and so is what is written down.
@@ -103,19 +115,9 @@ fn check_meaning(command: &Command, dialect: Dialect, write_down: bool) {
     let mut printed = Vec::new();
     command.print(&mut printed);
     let text = printed.escape_ascii();
-    let mut reader = Reader::new(dialect);
-    let mut items = Vec::new();
-    for &byte in &printed {
-        reader.feed(byte, |item| items.push(item));
-    }
-    let read: Vec<_> = items
-        .iter()
-        .map(|item| match item {
-            Item::Command { command, .. } => command.as_ref().ok(),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(read, [Some(command)], "printed as {text}");
+    let again = read(&printed, Reader::new(dialect));
+    let same = matches!(&again[..], [Item::Command { command: Ok(again), .. }] if again == command);
+    assert!(same, "printed as {text}, which is {again:?}");
     if let Err(status) = command.check(&LIMITS) {
         assert!(status.known_to(dialect), "{status:?} is unknown");
     }

@@ -176,9 +176,9 @@ impl Scripts {
         add("unknown", each(self.ready(self.usual, ""), &unknown.map(str::to_owned)));
 
         // Every form in every state.
-        let moving = self.start(self.usual).ask("!IS;").send("PA9000,9000;").wait();
+        let moving = Script::new(self.usual).ask("!IS;").send("PA9000,9000;").wait();
         add("forms-while-moving", each(moving.then(Operation::Snapshot), &rights()));
-        let stopped = self.start(self.usual).ask("!ST");
+        let stopped = Script::new(self.usual).ask("!ST");
         let going_on: Vec<String> = rights().iter().map(|line| format!("{line}!GO")).collect();
         add("forms-after-stop", each(stopped.then(Operation::Snapshot), &going_on));
         for (place, (signal, prepare)) in BREAKS.into_iter().enumerate() {
@@ -188,15 +188,15 @@ impl Scripts {
             let about = format!("forms-when-broken-off-{place}");
             add(&about, each(broken.then(Operation::Snapshot), &going_on));
         }
-        let frame = self.start(self.usual).ask("!IS;IW5,5,90,90;").ask("PA50,50;PA500,50;");
+        let frame = Script::new(self.usual).ask("!IS;IW5,5,90,90;").ask("PA50,50;PA500,50;");
         add("forms-at-the-border", each(frame.then(Operation::Snapshot), &going_on));
-        let open = self.start(self.usual).ask("!IS;!OI1;").then(Operation::Snapshot);
+        let open = Script::new(self.usual).ask("!IS;!OI1;").then(Operation::Snapshot);
         let closing: Vec<String> = rights().iter().map(|line| format!("{line}!CI;OS;")).collect();
         add("forms-while-open", each(open, &closing));
 
         // Everything that breaks something off, and every way to go on.
         for (place, long) in self.long().enumerate() {
-            let mut script = self.start(self.usual).ask("!IS;").then(Operation::Snapshot);
+            let mut script = Script::new(self.usual).ask("!IS;").then(Operation::Snapshot);
             for (signal, prepare) in BREAKS {
                 let Some(signal) = self.place(self.usual, signal) else { continue };
                 for on in GOING_ON {
@@ -236,47 +236,83 @@ impl Scripts {
 
     /// What belongs to no list.
     fn others(&self) -> Vec<(String, Script)> {
-        let mut scripts = Vec::new();
-        let mut add = |about: &str, script: Script| scripts.push((about.to_owned(), script));
-        let signal = |script: Script, name: &str, value: i8| match self.place(self.usual, name) {
-            Some(place) => script.then(Operation::Signal(place, value)),
-            None => script,
-        };
-
-        let mut script = self.start(self.usual).send("!OC;!SV1\r!SM1;!RM9000\r!WR1,1\r");
-        script = script.wait().send("!CCOS;").wait().ask("!OC;!RM9000\r!RM0\r!CC");
-        script = signal(script, "spindle-fault", 1).ask("!OC 2;!RM1\r!CC 2;IN");
-        add("channel", signal(script, "spindle-fault", 2).ask("!OC;!RM-1;!R!CC"));
-
-        let mut script = self.start(self.usual).ask("!IS;").ask("!OI1;").then(Operation::Snapshot);
-        for (axis, way) in [(0, 100), (1, -100), (2, 50), (5, 9)] {
-            script = signal(script, "ball axis", axis);
-            script = signal(script, "ball x", way).wait();
-            script = signal(signal(script, "ball x", way), "ball y", way);
-            script = script.then(Operation::Next).then(Operation::Next).ask("!CI;!OI3;");
-            script = signal(signal(script, "ball x", way), "ball y", way).ask("!CI;!OI2;");
-            script = signal(script, "ball x", way).ask("!CI;!ON0;").then(Operation::Restore);
+        let mut scripts = vec![
+            ("channel".to_owned(), self.channel()),
+            ("trackball".to_owned(), self.trackball()),
+            ("no-joystick".to_owned(), self.no_joystick()),
+            ("full-buffer".to_owned(), self.full_buffer()),
+            ("long-commands".to_owned(), self.long_commands()),
+            ("values".to_owned(), self.values()),
+            ("ends".to_owned(), self.ends()),
+            ("far".to_owned(), self.far()),
+            ("looks".to_owned(), self.looks()),
+            ("power".to_owned(), self.power()),
+        ];
+        for bit in 0..7 {
+            let script = Script::new(self.usual.with_quirks(1 << bit));
+            let script = script.ask("QQ;!TA1;PA1,1;2,2;PR1,1;2,2;VS0.005;OH;PA1;!IS9;");
+            let script = script.ask("!CT0;QQ;OH;IN;PA1,1;QQ;!CT1;QQ;");
+            scripts.push((format!("quirk-{bit}"), script));
         }
-        add("trackball", script);
+        scripts
+    }
 
-        let small = self.usual.with_quirks(128);
-        let mut script = self.start(small).ask("OS;").send("!TW3000;PA1,1;PA2,2;PR1,1;").wait();
-        script = script.then(Operation::Again(9)).send("!RP!RP!RP").then(Operation::Again(30));
-        script = script
-            .then(Operation::Snapshot)
-            .ask("OS;")
-            .ask("!OC;")
-            .send("!RM5\r")
-            .then(Operation::Again(20))
-            .ask("!CC");
-        add(
-            "full-buffer",
-            script.ask("PA1,1,2,2,3,3,4,4,5,5,6,6,7,7,8,8,9,9,1,1,2,2,3,3,4,4,5,5;"),
-        );
-        let script = self.start(self.bench).ask("PA").send("1,23 ".repeat(25));
-        let script = script.then(Operation::Again(90)).ask(";OS;!PH0,1").send("\rX1Y1\rX1F1Y1");
-        add("long-commands", script.then(Operation::Again(40)).ask(";OS;"));
+    /// The spindle unit on the second channel, in order and not.
+    fn channel(&self) -> Script {
+        let script = Script::new(self.usual).send("!OC;!SV1\r!SM1;!RM9000\r!WR1,1\r");
+        let script = script.wait().send("!CCOS;").wait().ask("!OC;!RM9000\r!RM0\r!CC");
+        let script = self.signal(script, "spindle-fault", 1).ask("!OC 2;!RM1\r!CC 2;IN");
+        self.signal(script, "spindle-fault", 2).ask("!OC;!RM-1;!R!CC")
+    }
 
+    fn trackball(&self) -> Script {
+        let mut script = self.ready(self.usual, "!IS;!OI1;");
+        for (axis, way) in [(0, 100), (1, -100), (2, 50), (5, 9)] {
+            let turned = |script| {
+                let script = self.signal(script, "ball x", way);
+                self.signal(script, "ball y", way)
+            };
+            script = self.signal(script, "ball axis", axis);
+            script = turned(self.signal(script, "ball x", way).wait());
+            script = script.then(Operation::Next).then(Operation::Next).ask("!CI;!OI3;");
+            script = turned(script).ask("!CI;!OI2;");
+            script = self.signal(script, "ball x", way).ask("!CI;!ON0;").then(Operation::Restore);
+        }
+        script
+    }
+
+    fn no_joystick(&self) -> Script {
+        let missing = "fault joystick-not-connected";
+        let script = self.signal(Script::new(self.usual), missing, 1).ask("!OI1;");
+        let script = self.signal(script, missing, 0).ask("!OI1;");
+        self.signal(script, missing, 1).ask("!CI;")
+    }
+
+    /// More commands, repetitions and bytes for the channel than there is room for.
+    fn full_buffer(&self) -> Script {
+        let script = Script::new(self.usual.with_quirks(128)).ask("OS;");
+        let script = script.send("!TW3000;PA1,1;PA2,2;PR1,1;").wait().then(Operation::Again(9));
+        let script = script.send("!RP!RP!RP").then(Operation::Again(30)).then(Operation::Snapshot);
+        let script = script.ask("OS;").ask("!OC;").send("!RM5\r").then(Operation::Again(20));
+        script.ask("!CC").ask("PA1,1,2,2,3,3,4,4,5,5,6,6,7,7,8,8,9,9,1,1,2,2,3,3,4,4,5,5;")
+    }
+
+    fn long_commands(&self) -> Script {
+        let script = Script::new(self.bench).ask("PA").send("1,23 ".repeat(25));
+        let script = script.then(Operation::Again(90)).ask(";OS;!PH0,1");
+        script.send("\rX1Y1\rX1F1Y1").then(Operation::Again(40)).ask(";OS;")
+    }
+
+    /// Values too low and too high.
+    fn values(&self) -> Script {
+        Script::new(self.usual)
+            .ask("!AS99999,1;!AS99999;!AS0,1;!AS0;!RS9999999,1;!RS9999999;!RS0,1;!RS0;")
+            .ask("VS9999999;VS0;!VZ9999999,1;!VZ9999999;!VZ0,1;!VZ0;!IS3;")
+            .ask("!PH0,1\rX1X1\r;!PH0,1\rX1F-1\r;!PH0,1\rX1;")
+    }
+
+    /// Every range and every limit switch on either side.
+    fn ends(&self) -> Script {
         let mut script = self.ready(self.bench, "");
         for axis in 0..AXES {
             for way in [-900, 900] {
@@ -284,37 +320,24 @@ impl Scripts {
                 script = script.ask(range).ask("!CS!GO").then(Operation::Restore);
             }
         }
+        let along_all_axes = match self.dialect {
+            Dialect::Smcu => "PR+9000,+9000;!ZR+9000;",
+            Dialect::MotionSystem => "!MR+9000,+9000,+9000,+9000,+9000,+9000;",
+        };
         for (place, listed) in Controller::open(self.bench, b"").signals().iter().enumerate() {
             let limit = listed.name.starts_with("limit");
             for way in ["", "-"].into_iter().filter(|_| limit) {
-                script = script.send(self.far().replace('+', way)).wait();
+                script = script.send(along_all_axes.replace('+', way)).wait();
                 script = script.then(Operation::Signal(place as u8, 1)).ask("!CS").ask("!GO");
                 script = script.then(Operation::Restore);
             }
         }
-        add("ends", script);
-        let values = [
-            "!AS99999,1;!AS99999;!AS0,1;!AS0;!RS9999999,1;!RS9999999;!RS0,1;!RS0;VS9999999;VS0;",
-            "!VZ9999999,1;!VZ9999999;!VZ0,1;!VZ0;!IS3;!PH0,1\rX1X1\r;!PH0,1\rX1F-1\r;!PH0,1\rX1;",
-        ];
-        add("values", values.into_iter().fold(self.start(self.usual), Script::ask));
-        let missing = "fault joystick-not-connected";
-        let script = signal(self.start(self.usual), missing, 1).ask("!OI1;");
-        let script = signal(script, missing, 0).ask("!OI1;");
-        add("no-joystick", signal(script, missing, 1).ask("!CI;"));
+        script
+    }
 
-        let mut script =
-            self.start(self.usual).ask("!IS;").send("PR9000,900;PR1,1;!TW9;OS;").wait();
-        script = script.then(Operation::Look(0, 1_000)).then(Operation::Look(1, -3));
-        script = script.wait().then(Operation::Look(0, -100)).then(Operation::Snapshot);
-        script = script.then(Operation::Before(1)).then(Operation::Next).then(Operation::Next);
-        script = script.then(Operation::Restore).ask("IN;OS;").then(Operation::Restore);
-        script = script.then(Operation::Power(false)).ask("OS;").then(Operation::Power(true));
-        script = script.ask("OS;!ON0;").then(Operation::Restore).then(Operation::Restart);
-        add("power", script.ask("OS;!ON0;"));
-
-        // To the ends of the counters, and a little further.
-        let mut script = self.start(self.bench);
+    /// To the ends of the counters, and a little further.
+    fn far(&self) -> Script {
+        let mut script = Script::new(self.bench);
         for text in [
             "PA2147483647,-2147483648;PR1,0;",
             "!GO;PR0,-1;",
@@ -329,7 +352,11 @@ impl Scripts {
                 script = script.then(Operation::Next);
             }
         }
-        add("far", script.ask("!GO;!ON0;OH;"));
+        script.ask("!GO;!ON0;OH;")
+    }
+
+    /// What is forecast while everything that takes long is done.
+    fn looks(&self) -> Script {
         let mut script = self.ready(self.bench, "PA-100,50;");
         for (place, long) in self.long().chain(["PR-9000,-700;", "PR-300,9000;"]).enumerate() {
             script = script.send(long).wait();
@@ -338,41 +365,43 @@ impl Scripts {
             }
             script = script.then(Operation::Restore);
         }
-        add("looks", script);
+        script
+    }
 
-        for bit in 0..7 {
-            let script = self.start(self.usual.with_quirks(1 << bit));
-            let script = script.ask("QQ;!TA1;PA1,1;2,2;PR1,1;2,2;VS0.005;OH;PA1;!IS9;");
-            add(&format!("quirk-{bit}"), script.ask("!CT0;QQ;OH;IN;PA1,1;QQ;!CT1;QQ;"));
-        }
-        scripts
+    /// The power fails and comes back while something moves and more waits; likewise `IN`, and
+    /// another process.
+    fn power(&self) -> Script {
+        let script = Script::new(self.usual).ask("!IS;").send("PR9000,900;PR1,1;!TW9;OS;").wait();
+        let script = script.then(Operation::Look(0, 1_000)).then(Operation::Look(1, -3));
+        let script = script.wait().then(Operation::Look(0, -100)).then(Operation::Snapshot);
+        let script = script.then(Operation::Before(1)).then(Operation::Next).then(Operation::Next);
+        let script = script.then(Operation::Restore).ask("IN;OS;").then(Operation::Restore);
+        let script = script.then(Operation::Power(false)).ask("OS;").then(Operation::Power(true));
+        let script = script.ask("OS;!ON0;").then(Operation::Restore).then(Operation::Restart);
+        script.ask("OS;!ON0;")
     }
 
     // --- parts ---
 
-    /// A long move of every axis, with a `+` before each way.
-    fn far(&self) -> &'static str {
-        match self.dialect {
-            Dialect::Smcu => "PR+9000,+9000;!ZR+9000;",
-            Dialect::MotionSystem => "!MR+9000,+9000,+9000,+9000,+9000,+9000;",
-        }
-    }
-
-    fn start(&self, setup: Setup) -> Script {
-        Script::new(setup)
-    }
-
     /// A controller to which something is sent, and whose state is kept then.
     fn ready(&self, setup: Setup, text: &str) -> Script {
-        self.start(setup).ask(text).then(Operation::Snapshot)
+        Script::new(setup).ask(text).then(Operation::Snapshot)
     }
 
     /// A controller in which a signal breaks off what was sent; `None` without such a signal.
     fn broken(&self, setup: Setup, text: &str, signal: &str, prepare: &str) -> Option<Script> {
         let signal = self.place(setup, signal)?;
-        let script = self.start(setup).ask("!IS;").ask(prepare).send(text).wait().wait();
+        let script = Script::new(setup).ask("!IS;").ask(prepare).send(text).wait().wait();
         let script = script.then(Operation::Signal(signal, 1)).then(Operation::Rest);
         Some(script.then(Operation::Signal(signal, 0)).send("PR1,1;"))
+    }
+
+    /// Sets a signal, if there is such a one.
+    fn signal(&self, script: Script, name: &str, value: i8) -> Script {
+        match self.place(self.usual, name) {
+            Some(place) => script.then(Operation::Signal(place, value)),
+            None => script,
+        }
     }
 
     /// The place of a signal in the list.
