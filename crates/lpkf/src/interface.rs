@@ -67,19 +67,17 @@ impl Controller {
         match self.state.ball.open {
             None => {}
             Some(Trackball::Report) => self.send(format!("B{x},{y}\r").into()),
-            Some(_) => {
-                self.state.ball.waiting += x;
-                self.follow_ball();
-            }
+            Some(_) => self.state.ball.waiting += x,
         }
     }
 
-    /// Moves the axis by what the ball was turned, once it has come to rest.
-    pub(crate) fn follow_ball(&mut self) {
+    /// Moves the axis by what the ball was turned, once it has come to rest. Returns whether it
+    /// begins to.
+    pub(crate) fn follow_ball(&mut self) -> bool {
         let axis = usize::from(self.state.ball.axis);
         let fitted = Axis::from_index(axis).is_some_and(|axis| self.state.is_fitted(axis));
         if self.state.job.is_some() || self.state.ball.waiting == 0 || !fitted {
-            return;
+            return false;
         }
         let mut to = self.state.position;
         to[axis] += std::mem::take(&mut self.state.ball.waiting);
@@ -92,5 +90,6 @@ impl Controller {
             silent: true,
             found: [0; AXES],
         });
+        true
     }
 }

@@ -220,8 +220,10 @@ impl Controller {
     /// Begins whatever waits, one after the other, as long as nothing is in the way.
     pub(crate) fn go_on(&mut self) {
         loop {
-            self.follow_ball();
             self.work();
+            if self.follow_ball() {
+                continue;
+            }
             if self.state.job.is_none() && std::mem::take(&mut self.state.stop_requested) {
                 self.state.stopped.get_or_insert(Stop::Command);
             }
