@@ -34,7 +34,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 enum Command {
     /// Run controllers behind pseudo terminals, TCP and real serial ports
     Serve(serve::Arguments),
-    /// Run a file of commands or a stored program in virtual time
+    /// Run a command list, a stored program or a plot file in virtual time
     Run(run::Arguments),
     /// Play the fixture sessions against any port, also real hardware, and report what differs
     Conform(conform::Arguments),

@@ -27,7 +27,7 @@ const PRESS: Duration = Duration::from_millis(100);
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Run a file of commands or a stored program in virtual time, as fast as it goes
+Run a command list, a stored program or a plot file in virtual time, as fast as it goes
 
 isel: a file whose first command begins with @ is a command list: its lines are sent one after the other,
 each when the one before was answered. Any other is a data field, the lines of a program as they
