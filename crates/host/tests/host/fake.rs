@@ -33,6 +33,7 @@ pub(crate) struct Fake {
     out: VecDeque<Output>,
     kinds: Kinds,
     signals: Vec<Signal>,
+    handshake: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,7 +82,13 @@ impl Fake {
                 signal(2, "key", SignalKind::Switch, Some(["test", "auto"])),
                 signal(3, "input 0.3", SignalKind::Input, None),
             ],
+            handshake: false,
         }
+    }
+
+    /// One that asks who sends to wait while it moves.
+    pub(crate) fn with_handshake() -> Fake {
+        Fake { handshake: true, ..Fake::new(b"") }
     }
 
     fn move_ends(&self) -> Option<Time> {
@@ -238,6 +245,11 @@ impl Device for Fake {
 
     fn baud(&self) -> u32 {
         self.state.baud
+    }
+
+    fn room(&self, handshake: bool) -> usize {
+        let waits = self.handshake && handshake && self.state.move_began.is_some();
+        if waits { 0 } else { usize::MAX }
     }
 
     fn flash_image(&self) -> Vec<u8> {

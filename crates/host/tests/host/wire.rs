@@ -2,8 +2,11 @@
 
 use std::fs;
 use std::io::{Read, Write};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
+use std::time::Duration;
 
-use vimc4_host::{Clock, FlashFile, Memory, Report};
+use vimc4_host::{Clock, FlashFile, Memory, Received, Report, Sent, Transport};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -99,5 +102,65 @@ fn what_was_answered_is_on_disk() {
     port.write_all(b"fmore\r").unwrap();
     running.handle.restore(state).wait().unwrap();
     assert_eq!(fs::read_to_string(&path).unwrap(), "fresh:0123456789");
+    running.end().unwrap();
+}
+
+/// A line whose handshake nobody heeds, and what its handshake has shown.
+struct Heedless {
+    line: Memory,
+    shown: Arc<Mutex<Vec<bool>>>,
+}
+
+impl Transport for Heedless {
+    fn label(&self) -> &Arc<str> {
+        self.line.label()
+    }
+
+    fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
+        self.line.poll_receive(cx, buffer)
+    }
+
+    fn poll_send(&mut self, cx: &mut Context<'_>) {
+        self.line.poll_send(cx);
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Sent {
+        self.line.send(bytes)
+    }
+
+    fn has_handshake(&self) -> bool {
+        false
+    }
+
+    fn set_ready(&mut self, ready: bool) {
+        self.shown.lock().unwrap().push(ready);
+    }
+}
+
+#[test]
+fn who_heeds_the_handshake_waits() {
+    let shown = Arc::new(Mutex::new(Vec::new()));
+    let told = Arc::clone(&shown);
+    let device = Fake::with_handshake();
+    let (running, (mut heeds, mut heedless)) =
+        Running::start(device, Clock::Manual, move |mut runner| {
+            let (first, heeds) = Memory::pair();
+            let (line, heedless) = Memory::pair();
+            runner.attach(Box::new(first));
+            runner.attach(Box::new(Heedless { line, shown: told }));
+            (runner, (heeds, heedless))
+        });
+    let advance = |ms| running.handle.advance(Duration::from_millis(ms)).wait().unwrap();
+    heeds.write_all(b"w10\r").unwrap();
+    advance(1);
+    assert_eq!(*shown.lock().unwrap(), [false]);
+    // Both write while it moves; what the device took is executed first.
+    heeds.write_all(b"elate,\r").unwrap();
+    advance(1);
+    heedless.write_all(b"eearly,\r").unwrap();
+    advance(20);
+    running.handle.now().wait().unwrap();
+    assert_eq!(heeds.drain(), b"0early,late,");
+    assert_eq!(*shown.lock().unwrap(), [false, true]);
     running.end().unwrap();
 }
