@@ -12,7 +12,7 @@ use crate::moves::along;
 use crate::state::{Link, Meeting, Stage};
 use crate::text::Line;
 
-/// So many steps stand for "on and on": half a year at the highest speed.
+/// So many steps stand for "on and on": they are more than the counters have.
 const ON_AND_ON: i64 = 1 << 40;
 
 impl Controller {
@@ -109,7 +109,8 @@ impl Controller {
         }
         let sign = self.state.carriage_sign(index);
         let towards = if (end == End::Positive) == onto { 1 } else { -1 };
-        let path = along(axis, sign * towards * ON_AND_ON);
+        let (way, border) = self.within_counter(axis, sign * towards * ON_AND_ON);
+        let path = along(axis, way);
         // Where the switch is held by hand there is no edge, and the axis goes on and on.
         let edge = plant.machine().axis(index).switch(end).filter(|_| !plant.is_held(index, end));
         let goal = match (edge, onto) {
@@ -128,7 +129,7 @@ impl Controller {
             (None, None) => None,
         };
         let profile = Profile::constant(path.length(), speed);
-        self.start(Segment { path, profile }, Vec::new(), (0, 0), event, None);
+        self.start(Segment { path, profile }, Vec::new(), (0, 0), event, border);
     }
 
     /// Goes by some steps.
@@ -136,6 +137,7 @@ impl Controller {
         if way == 0 {
             return;
         }
+        let (way, border) = self.within_counter(axis, way);
         let path = along(axis, way);
         let mut delta = vimc4_device::Point::default();
         delta[axis.index()] = way;
@@ -143,7 +145,17 @@ impl Controller {
         let event = self.switch_ahead(&path, 0);
         let event = event.map(|(step, axis, end)| (step, Meeting::Limit(axis, end)));
         let profile = Profile::constant(path.length(), speed);
-        self.start(Segment { path, profile }, links, (0, 0), event, None);
+        self.start(Segment { path, profile }, links, (0, 0), event, border);
+    }
+
+    /// As much of a way as the counter of an axis allows, which has 32 bits, and at which end of it
+    /// the axis stops if that is not all. What was set of its range does not matter before its
+    /// reference point is found.
+    fn within_counter(&self, axis: Axis, way: i64) -> (i64, Option<(Axis, End)>) {
+        let here = self.state.position[axis.index()];
+        let to = (here + way).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
+        let end = if way < 0 { End::Negative } else { End::Positive };
+        (to - here, (to != here + way).then_some((axis, end)))
     }
 
     /// Here is the reference point.

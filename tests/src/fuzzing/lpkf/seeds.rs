@@ -352,6 +352,11 @@ impl Scripts {
                 script = script.then(Operation::Next);
             }
         }
+        // The carriages know of ways that the counters have forgotten.
+        for text in ["PA2147483647,0;", "PA2147483647,0;", "!IS;"] {
+            script = script.then(Operation::Power(false)).then(Operation::Power(true)).send(text);
+            script = script.then(Operation::Next).then(Operation::Next);
+        }
         script.ask("!GO;!ON0;OH;")
     }
 
