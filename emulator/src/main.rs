@@ -6,8 +6,10 @@ mod completions;
 mod conform;
 mod endings;
 mod failure;
+mod job;
 mod limits;
 mod log;
+mod ncp;
 mod orders;
 mod port;
 mod profiles;
@@ -36,6 +38,8 @@ enum Command {
     Serve(serve::Arguments),
     /// Run a command list, a stored program or a plot file in virtual time
     Run(run::Arguments),
+    /// Check, run and compile job files in the isel NC intermediate format
+    Ncp(ncp::Arguments),
     /// Play the fixture sessions against any port, also real hardware, and report what differs
     Conform(conform::Arguments),
     /// Print isel's commands for a circle, a part of one, or a helix
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
+        Command::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
         Command::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }

@@ -1,8 +1,8 @@
 //! `vimc4 run`: a command list or a stored program in virtual time.
 
-mod driver;
-mod meter;
-mod report;
+pub(crate) mod driver;
+pub(crate) mod meter;
+pub(crate) mod report;
 mod rounds;
 mod script;
 mod stream;
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let handling = Handling::of(&model);
     let script = Script::read(&arguments.file, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
-    let signals = signals(&arguments, &controller)?;
+    let signals = signals(&arguments.input, &arguments.press, &arguments.model, &controller)?;
     let driver = Driver::new(controller, Meter::new(&machine), arguments.loops);
     let report = Report::new(&arguments, &script, model.axis_names());
     let mut session = Session { family: model.family(), driver, report, stored: Vec::new() };
@@ -104,37 +104,52 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 }
 
 /// What the world around the controller does.
-struct Outside {
-    signals: Vec<Scheduled>,
+pub(crate) struct Outside {
+    pub(crate) signals: Vec<Scheduled>,
     /// Whether that includes pressing START.
-    starts: bool,
+    pub(crate) starts: bool,
     /// How much time there is.
-    time: Duration,
+    pub(crate) time: Duration,
+}
+
+impl Outside {
+    /// Lets all of it happen, counted from now on.
+    pub(crate) fn schedule<D: Device>(&self, driver: &mut Driver<D>) {
+        let now = driver.now();
+        driver.stop_at(now + self.time);
+        for &Scheduled { after, signal, value } in &self.signals {
+            driver.schedule(now + after, signal, value);
+        }
+    }
 }
 
 /// A signal that takes a value some time after the beginning.
-struct Scheduled {
+pub(crate) struct Scheduled {
     after: Duration,
     signal: SignalId,
     value: i32,
 }
 
 /// What the outside world will do.
-fn signals(arguments: &Arguments, device: &impl Device) -> Result<Vec<Scheduled>, Failure> {
+pub(crate) fn signals(
+    inputs_at: &[(Order, Duration)],
+    presses: &[(String, Duration)],
+    model: &str,
+    device: &impl Device,
+) -> Result<Vec<Scheduled>, Failure> {
     let mut scheduled = Vec::new();
-    for (order, after) in &arguments.input {
+    for (order, after) in inputs_at {
         let &Order::Input { port, bit, level } = order else { continue };
         let Some(signal) = device.input_signal(port, bit) else {
             return Err(Failure::usage(format!(
-                "port {port} bit {bit} is no input of the model {}; `vimc4 models show {0}` has \
-                 its ports, and its inputs are {}",
-                arguments.model,
+                "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
+                 {model}` has its ports, and its inputs are {}",
                 inputs(&device.signals()),
             )));
         };
         scheduled.push(Scheduled { after: *after, signal, value: level.into() });
     }
-    for (button, after) in &arguments.press {
+    for (button, after) in presses {
         scheduled.extend(press(device, button, *after)?);
     }
     Ok(scheduled)
@@ -174,7 +189,7 @@ fn axes(text: &str) -> Result<u8, String> {
 }
 
 /// Durations are written as in the orders of `vimc4 serve`.
-fn duration(text: &str) -> Result<Duration, String> {
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     match Order::parse(&format!("advance {text}"), &[]) {
         Ok(Some(Order::Advance(span))) => Ok(span),
         _ => Err("a number with a unit is needed, as in 250ms, 2s, 5min or 1h".to_owned()),
@@ -182,14 +197,14 @@ fn duration(text: &str) -> Result<Duration, String> {
 }
 
 /// `WHAT@TIME`, or `WHAT` for the beginning.
-fn timed(text: &str) -> Result<(String, Duration), String> {
+pub(crate) fn timed(text: &str) -> Result<(String, Duration), String> {
     match text.rsplit_once('@') {
         Some((what, time)) => Ok((what.to_owned(), duration(time)?)),
         None => Ok((text.to_owned(), Duration::ZERO)),
     }
 }
 
-fn timed_input(text: &str) -> Result<(Order, Duration), String> {
+pub(crate) fn timed_input(text: &str) -> Result<(Order, Duration), String> {
     let (what, time) = timed(text)?;
     let order = Order::parse(&format!("input {}", what.replacen('=', " ", 1)), &[]);
     match (order, what.contains('=')) {
@@ -254,12 +269,8 @@ impl<D: Device> Session<D> {
 
     /// Lets time count from now on.
     fn begin(&mut self, outside: &Outside) {
-        let now = self.driver.now();
-        self.driver.stop_at(now + outside.time);
-        for &Scheduled { after, signal, value } in &outside.signals {
-            self.driver.schedule(now + after, signal, value);
-        }
-        self.report.begin(now);
+        outside.schedule(&mut self.driver);
+        self.report.begin(self.driver.now());
     }
 
     /// Presses START, if nobody else does, and lets the program run.

@@ -171,6 +171,14 @@ pub struct Quirks {
     pub unreferenced: Unreferenced,
 }
 
+impl Quirks {
+    /// Whether the offset of a conditional branch counts from the line after it.
+    #[must_use]
+    pub fn branches_from_next(&self) -> bool {
+        self.cond_branch_base == BranchBase::Next
+    }
+}
+
 /// First or last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -9,7 +9,7 @@ use vimc4_device::{Event, Kinds, Warning};
 use vimc4_isel_wire::{Bit, BitTest, Command, Mode, Op, PortMap as _, PortTest, Reply};
 
 use crate::Controller;
-use crate::model::{BranchBase, LoopCount};
+use crate::model::LoopCount;
 use crate::program::Validity;
 use crate::state::{Activity, Ending, Job, OpenLoop, PortCondition, Run, Wait};
 
@@ -255,10 +255,7 @@ impl Controller {
 
     /// The way of a conditional branch, counted from its own line.
     fn branch_way(&self, offset: i32) -> i64 {
-        match self.state.model.quirks.cond_branch_base {
-            BranchBase::Next => i64::from(offset) + 1,
-            BranchBase::Own => i64::from(offset),
-        }
+        i64::from(offset) + i64::from(self.state.model.quirks.branches_from_next())
     }
 
     // --- waiting ---

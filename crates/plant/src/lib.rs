@@ -6,11 +6,13 @@
 //! What a machine is like comes from a profile, see [`Machine`].
 #![forbid(unsafe_code)]
 
+mod job;
 mod machine;
 mod plant;
 mod profile;
 mod signal;
 
+pub use job::{Analogue, JobPorts, JobSetup, Output, Spindle, Up};
 pub use machine::{Axes, Axis, End, Machine, Reference, Unit};
 pub use plant::{Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile};

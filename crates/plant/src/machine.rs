@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::job::JobSetup;
 use crate::profile::{Builtins, ProfileError, parse_profile};
 
 /// The machines that are built in, name and profile.
@@ -106,6 +107,31 @@ impl Axis {
         }
     }
 
+    /// Between which places of the carriage it presses no switch and is within the mechanics, as
+    /// counted by a controller from the reference point. `None` where nothing limits it, or where
+    /// it has no reference point.
+    #[must_use]
+    pub fn travel(&self) -> (Option<i64>, Option<i64>) {
+        let lowest = self.negative_switch.map(|at| at + 1).max(self.lowest);
+        let highest = match (self.positive_switch.map(|at| at - 1), self.highest) {
+            (Some(switch), Some(end)) => Some(switch.min(end)),
+            (one, other) => one.or(other),
+        };
+        let zero = match self.reference {
+            Reference::Negative => lowest,
+            Reference::Positive => highest,
+            Reference::Home => Some(0),
+            Reference::None => None,
+        };
+        let Some(zero) = zero else { return (None, None) };
+        let (lowest, highest) = (lowest.map(|at| at - zero), highest.map(|at| at - zero));
+        if self.inverted {
+            (highest.map(|at| -at), lowest.map(|at| -at))
+        } else {
+            (lowest, highest)
+        }
+    }
+
     /// Whether a carriage at `position` presses the limit switch of an end.
     #[must_use]
     pub fn presses(&self, end: End, position: i64) -> bool {
@@ -127,8 +153,15 @@ pub struct Machine {
     /// Whether a pressed limit switch reads 0 on the raw port instead of 1.
     #[serde(default)]
     pub switches_low_active: bool,
+    /// How job files are run on it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub job: JobSetup,
     /// The axes that are fitted.
     pub axes: Axes,
+}
+
+fn is_default(job: &JobSetup) -> bool {
+    *job == JobSetup::default()
 }
 
 /// The axes by name, in the order in which controllers count them. What isel calls Z and A is
@@ -201,6 +234,7 @@ impl Machine {
             let table = tables.find(|table| text.contains(&format!("[{table}]")));
             check_axis(text, &table.unwrap_or_default(), machine.axis(index))?;
         }
+        check_job(text, &machine.job)?;
         Ok(machine)
     }
 
@@ -227,6 +261,48 @@ impl Machine {
             _ => None,
         }
     }
+}
+
+fn check_job(text: &str, job: &JobSetup) -> Result<(), ProfileError> {
+    let error = |table: &str, key: &str, message: &str, help: &str| {
+        Err(ProfileError::about_key(text, table, key, message, help))
+    };
+    let values = [
+        ("velocity", job.velocity),
+        ("rapid_velocity", job.rapid_velocity),
+        ("acceleration", job.acceleration),
+    ];
+    if let Some((key, _)) = values.iter().find(|(_, value)| *value == 0) {
+        return error(
+            "job",
+            key,
+            "0 would never come to an end",
+            "velocities are in µm/s, accelerations in Hz/ms",
+        );
+    }
+    let spindle = job.spindle.iter();
+    let outputs = [
+        ("job.spindle.on", spindle.clone().map(|spindle| spindle.on).next()),
+        (
+            "job.spindle.counterclockwise",
+            spindle.clone().find_map(|spindle| spindle.counterclockwise),
+        ),
+        ("job.coolant", job.coolant),
+    ];
+    for (table, output) in outputs {
+        if output.and_then(|output| output.bit).is_some_and(|bit| bit > 7) {
+            return error(table, "bit", "a port has eight bits", "give it a number from 0 to 7");
+        }
+    }
+    if spindle.filter_map(|spindle| spindle.analogue).any(|analogue| analogue.full_rpm == 0) {
+        return error(
+            "job.spindle.analogue",
+            "full_rpm",
+            "a spindle that never turns",
+            "give its turns a minute at 255",
+        );
+    }
+    Ok(())
 }
 
 fn check_axis(text: &str, table: &str, axis: &Axis) -> Result<(), ProfileError> {
@@ -309,6 +385,24 @@ mod tests {
     }
 
     #[test]
+    fn travel_counts_from_the_reference_point() {
+        let mut axis = Machine::builtin("mill").unwrap().axes.x.clone();
+        assert_eq!(axis.travel(), (Some(0), Some(24_000)));
+        axis.reference = Reference::Positive;
+        assert_eq!(axis.travel(), (Some(-24_000), Some(0)));
+        axis.inverted = true;
+        assert_eq!(axis.travel(), (Some(0), Some(24_000)));
+        axis.reference = Reference::Home;
+        assert_eq!(axis.travel(), (Some(-24_000), Some(0)));
+        axis.highest = Some(20_000);
+        axis.negative_switch = None;
+        assert_eq!(axis.travel(), (Some(-20_000), Some(161)));
+        axis.reference = Reference::None;
+        assert_eq!(axis.travel(), (None, None));
+        assert_eq!(Machine::builtin("bench").unwrap().axes.x.travel(), (None, None));
+    }
+
+    #[test]
     fn an_error_points_at_the_key() {
         let text = Machine::builtin_toml("mill")
             .unwrap()
@@ -316,6 +410,10 @@ mod tests {
         let error = Machine::from_toml(&text).unwrap_err();
         let span = error.span.unwrap();
         assert_eq!(&text[span], "positive_switch = -5");
+
+        let text = format!("{text}\n[job]\nvelocity = 0\n").replace("= -5", "= 24001");
+        let error = Machine::from_toml(&text).unwrap_err();
+        assert_eq!(&text[error.span.unwrap()], "velocity = 0");
 
         let error = Machine::from_toml("name = \"x\"\ntilt = 3\n").unwrap_err();
         assert!(error.span.is_some(), "{error:?}");

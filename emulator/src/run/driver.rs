@@ -1,6 +1,7 @@
 //! A device in virtual time: what is due happens, and then what is due next.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use vimc4::{Event, Kinds, Motion, Time, Warning};
 
@@ -9,7 +10,7 @@ use super::rounds::Rounds;
 use vimc4::device::{Device, Input, Output, SignalId};
 
 /// Runs a device from cause to cause and takes note of what it does.
-pub(super) struct Driver<D> {
+pub(crate) struct Driver<D> {
     device: D,
     now: Time,
     /// When the device wants to be woken.
@@ -24,15 +25,15 @@ pub(super) struct Driver<D> {
     has_head: bool,
     /// How many of the next bytes belong to answers that are known already.
     answered: usize,
-    pub(super) meter: Meter,
-    pub(super) rounds: Rounds,
+    pub(crate) meter: Meter,
+    pub(crate) rounds: Rounds,
     /// What happened and nobody has taken away yet.
-    pub(super) news: VecDeque<(Time, News)>,
+    pub(crate) news: VecDeque<(Time, News)>,
 }
 
 /// Something to be told.
 #[derive(Debug)]
-pub(super) enum News {
+pub(crate) enum News {
     /// A command begins, which was sent like this.
     Begun(Vec<u8>),
     /// A command was answered.
@@ -47,7 +48,7 @@ pub(super) enum News {
 
 /// Why nothing goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Halt {
+pub(crate) enum Halt {
     /// The time is over.
     Time,
     /// The rounds are made.
@@ -59,7 +60,7 @@ pub(super) enum Halt {
 }
 
 impl<D: Device> Driver<D> {
-    pub(super) fn new(mut device: D, meter: Meter, most_rounds: Option<u64>) -> Driver<D> {
+    pub(crate) fn new(mut device: D, meter: Meter, most_rounds: Option<u64>) -> Driver<D> {
         device.watch(
             Kinds::COMMAND
                 .and(Kinds::ANSWER)
@@ -85,33 +86,33 @@ impl<D: Device> Driver<D> {
         driver
     }
 
-    pub(super) fn device(&self) -> &D {
+    pub(crate) fn device(&self) -> &D {
         &self.device
     }
 
-    pub(super) fn now(&self) -> Time {
+    pub(crate) fn now(&self) -> Time {
         self.now
     }
 
     /// Whether the head is down, if there is one.
-    pub(super) fn head(&self) -> Option<bool> {
+    pub(crate) fn head(&self) -> Option<bool> {
         let settings = self.device.view(self.now).settings.into_iter();
         settings.filter(|(name, _)| name == "head").map(|(_, place)| place == "down").next()
     }
 
     /// Stops at a time.
-    pub(super) fn stop_at(&mut self, end: Time) {
+    pub(crate) fn stop_at(&mut self, end: Time) {
         self.end = end;
     }
 
     /// Sets a signal at a time, after what else is set then.
-    pub(super) fn schedule(&mut self, at: Time, signal: SignalId, value: i32) {
+    pub(crate) fn schedule(&mut self, at: Time, signal: SignalId, value: i32) {
         let place = self.signals.partition_point(|&(other, ..)| other <= at);
         self.signals.insert(place, (at, signal, value));
     }
 
     /// Sends bytes now, after what else happens now.
-    pub(super) fn send(&mut self, bytes: &[u8]) {
+    pub(crate) fn send(&mut self, bytes: &[u8]) {
         while self.signals.front().is_some_and(|&(at, ..)| at <= self.now) {
             self.signal();
         }
@@ -120,7 +121,7 @@ impl<D: Device> Driver<D> {
     }
 
     /// Lets happen what happens next: a signal, or what the device does by itself.
-    pub(super) fn advance(&mut self) -> Result<(), Halt> {
+    pub(crate) fn advance(&mut self) -> Result<(), Halt> {
         let signal = self.signals.front().map(|&(at, ..)| at);
         let next = match (self.wake, signal) {
             (Some(wake), Some(signal)) => wake.min(signal),
@@ -147,6 +148,28 @@ impl<D: Device> Driver<D> {
             return Err(Halt::Idling);
         }
         Ok(())
+    }
+
+    /// Lets so much time pass, with everything that happens in it.
+    pub(crate) fn pass(&mut self, time: Duration) -> Result<(), Halt> {
+        let until = self.now + time;
+        loop {
+            let signal = self.signals.front().map(|&(at, ..)| at);
+            let next = [self.wake, signal].into_iter().flatten().min();
+            if next.is_none_or(|next| next > until) {
+                break;
+            }
+            self.advance()?;
+        }
+        self.now = until.min(self.end);
+        self.device.handle(Input::Wake, self.now);
+        self.drain();
+        if until > self.end { Err(Halt::Time) } else { Ok(()) }
+    }
+
+    /// When the outside world does something next.
+    pub(crate) fn next_signal(&self) -> Option<Time> {
+        self.signals.front().map(|&(at, ..)| at)
     }
 
     /// Sets the next signal now.

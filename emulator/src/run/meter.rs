@@ -10,13 +10,15 @@ const SHORT: u64 = 16;
 
 /// Adds up motions.
 #[derive(Debug, Default)]
-pub(super) struct Meter {
+pub(crate) struct Meter {
     /// Steps per axis, forth and back alike.
-    pub(super) steps: [u64; AXES],
+    pub(crate) steps: [u64; AXES],
     /// The length of the path of the linear axes in mm.
-    pub(super) path_mm: f64,
+    pub(crate) path_mm: f64,
     /// How much of that was made with the head down, and how long it took.
-    pub(super) down: (f64, Duration),
+    pub(crate) down: (f64, Duration),
+    /// The lowest and the highest counters.
+    pub(crate) extent: Option<(Point, Point)>,
     scale: [f64; AXES],
     running: Option<Running>,
 }
@@ -25,6 +27,7 @@ pub(super) struct Meter {
 #[derive(Debug)]
 struct Running {
     began: Time,
+    origin: Point,
     segment: Box<Segment>,
     /// Whether the head is down.
     down: bool,
@@ -32,14 +35,14 @@ struct Running {
 
 /// What a step of an axis is.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unit {
-    pub(super) name: &'static str,
+pub(crate) struct Unit {
+    pub(crate) name: &'static str,
     /// How much of it.
-    pub(super) per_step: f64,
+    pub(crate) per_step: f64,
 }
 
 /// What a step of each axis of a machine is.
-pub(super) fn units(machine: &Machine) -> [Unit; AXES] {
+pub(crate) fn units(machine: &Machine) -> [Unit; AXES] {
     std::array::from_fn(|axis| {
         let axis = machine.axis(axis);
         let turn = f64::from(axis.steps_per_turn);
@@ -51,17 +54,17 @@ pub(super) fn units(machine: &Machine) -> [Unit; AXES] {
 }
 
 impl Meter {
-    pub(super) fn new(machine: &Machine) -> Meter {
+    pub(crate) fn new(machine: &Machine) -> Meter {
         // A turning table has no way in mm.
         let scale = units(machine).map(|unit| if unit.name == "mm" { unit.per_step } else { 0.0 });
         Meter { scale, ..Meter::default() }
     }
 
     /// Takes note of a motion, and of whether it begins with the head down.
-    pub(super) fn watch(&mut self, at: Time, motion: Motion, down: bool) {
+    pub(crate) fn watch(&mut self, at: Time, motion: Motion, down: bool) {
         match motion {
-            Motion::Begins { segment, .. } => {
-                self.running = Some(Running { began: at, segment, down });
+            Motion::Begins { origin, segment } => {
+                self.running = Some(Running { began: at, origin, segment, down });
             }
             Motion::Changes { segment } => {
                 if let Some(running) = &mut self.running {
@@ -73,7 +76,7 @@ impl Meter {
     }
 
     /// Takes note of what the running motion has done up to now.
-    pub(super) fn stop(&mut self, now: Time) {
+    pub(crate) fn stop(&mut self, now: Time) {
         self.end(now, |running| running.segment.profile.steps_at(now.nanos_since(running.began)));
     }
 
@@ -81,17 +84,30 @@ impl Meter {
     fn end(&mut self, now: Time, steps: impl FnOnce(&Running) -> u64) {
         let Some(running) = self.running.take() else { return };
         let before = self.path_mm;
-        self.add(&running.segment.path, steps(&running));
+        let steps = steps(&running);
+        self.add(&running.segment.path, steps);
+        self.include(&running.origin, &running.segment.path, steps);
         if running.down {
             let (path, time) = self.down;
             self.down = (path + self.path_mm - before, time + (now - running.began));
         }
     }
 
+    /// A path from a place belongs to where the axes have been.
+    fn include(&mut self, origin: &Point, path: &Path, steps: u64) {
+        let (low, high) = path.extent(steps);
+        let (lowest, highest) = self.extent.get_or_insert((*origin, *origin));
+        for axis in 0..AXES {
+            lowest[axis] = lowest[axis].min(origin[axis] + low[axis]);
+            highest[axis] = highest[axis].max(origin[axis] + high[axis]);
+        }
+    }
+
     fn add(&mut self, path: &Path, steps: u64) {
         let travelled = match path {
             Path::Line(_) => path.at(steps).map(i64::unsigned_abs),
-            // Where a circle turns round is not to be seen from its ends.
+            Path::Arc(_) => turned(path, 0, steps),
+            // Where a curve turns round is not to be seen from its ends.
             _ => travelled(path, steps),
         };
         for (sum, travelled) in self.steps.iter_mut().zip(travelled) {
@@ -99,6 +115,19 @@ impl Meter {
         }
         self.path_mm += length(path, &self.scale, 0, steps);
     }
+}
+
+/// Steps per axis of a circle from one clock step to another. Each step is one of either axis, so
+/// between ends that are as far apart as there are steps nothing turns round.
+fn turned(path: &Path, from: u64, to: u64) -> [u64; AXES] {
+    let (start, end) = (path.at(from), path.at(to));
+    let apart: [u64; AXES] = std::array::from_fn(|axis| start[axis].abs_diff(end[axis]));
+    if apart.iter().sum::<u64>() >= to - from {
+        return apart;
+    }
+    let middle = u64::midpoint(from, to);
+    let (one, other) = (turned(path, from, middle), turned(path, middle, to));
+    std::array::from_fn(|axis| one[axis] + other[axis])
 }
 
 /// Steps per axis in the first clock steps of a path, counted one by one.

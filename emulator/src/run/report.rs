@@ -321,7 +321,7 @@ impl Report {
 }
 
 /// Shows that something is going on, where somebody watches.
-struct Progress {
+pub(crate) struct Progress {
     wanted: bool,
     began: Instant,
     calls: u32,
@@ -334,12 +334,12 @@ impl Progress {
     /// What is over as soon as this shows nothing.
     const PATIENCE: Duration = Duration::from_millis(500);
 
-    fn new(wanted: bool) -> Progress {
+    pub(crate) fn new(wanted: bool) -> Progress {
         let wanted = wanted && io::stderr().is_terminal();
         Progress { wanted, began: Instant::now(), calls: 0, bar: None }
     }
 
-    fn tick(&mut self, text: impl FnOnce() -> String) {
+    pub(crate) fn tick(&mut self, text: impl FnOnce() -> String) {
         self.calls = self.calls.wrapping_add(1);
         if self.wanted
             && self.calls.is_multiple_of(Self::CALLS)
@@ -351,25 +351,25 @@ impl Progress {
         }
     }
 
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
     }
 }
 
-fn nanos(span: Duration) -> u64 {
+pub(crate) fn nanos(span: Duration) -> u64 {
     u64::try_from(span.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// `5.655556 s`, to the microsecond and no further than there is something to say.
-fn seconds(span: Duration) -> String {
+pub(crate) fn seconds(span: Duration) -> String {
     let text = format!("{}.{:06}", grouped(span.as_secs() as i64), span.subsec_micros());
     format!("{} s", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
 /// `-12,345`
-fn grouped(number: i64) -> String {
+pub(crate) fn grouped(number: i64) -> String {
     let digits = number.unsigned_abs().to_string();
     let mut text = String::from(if number < 0 { "-" } else { "" });
     for (place, digit) in digits.char_indices() {

@@ -12,7 +12,7 @@ const SURE: u32 = 16;
 /// Jumps of loops that have a count are no rounds, and neither is a jump back if nothing moved, was
 /// switched or sent since the line it leads to was executed last: that is waiting.
 #[derive(Debug, Default)]
-pub(super) struct Rounds {
+pub(crate) struct Rounds {
     /// The lines whose jumps back are counted, so that they come to an end by themselves.
     counted: Vec<u32>,
     /// What had happened when a line was executed last.
@@ -37,24 +37,24 @@ struct Happened {
 
 impl Rounds {
     /// Says which program is followed from now on, by the text of its lines.
-    pub(super) fn begin(&mut self, lines: &[String]) {
+    pub(crate) fn begin(&mut self, lines: &[String]) {
         let counted = (0..).zip(lines).filter(|(_, text)| is_counted_loop(text));
         *self = Rounds { counted: counted.map(|(line, _)| line).collect(), ..Rounds::default() };
     }
 
     /// Something moved, was switched or sent.
-    pub(super) fn something_happened(&mut self) {
+    pub(crate) fn something_happened(&mut self) {
         self.happened.outside += 1;
         self.in_vain = 0;
     }
 
     /// Somebody did something, which may change the course of the program.
-    pub(super) fn disturbed(&mut self) {
+    pub(crate) fn disturbed(&mut self) {
         self.in_vain = 0;
     }
 
     /// A line is executed.
-    pub(super) fn line(&mut self, line: u32) {
+    pub(crate) fn line(&mut self, line: u32) {
         let from = self.last.replace(line).filter(|&from| from >= line);
         let seen = self.seen.insert(line, self.happened);
         let (Some(from), Some(seen)) = (from, seen) else { return };
@@ -76,18 +76,18 @@ impl Rounds {
     }
 
     /// The line that was executed last.
-    pub(super) fn last(&self) -> Option<u32> {
+    pub(crate) fn last(&self) -> Option<u32> {
         self.last
     }
 
     /// How many rounds have been made.
-    pub(super) fn made(&self) -> u64 {
+    pub(crate) fn made(&self) -> u64 {
         self.made
     }
 
     /// Whether the program goes round in a circle and will do so for ever, if nobody does
     /// something.
-    pub(super) fn is_idling(&self) -> bool {
+    pub(crate) fn is_idling(&self) -> bool {
         self.in_vain >= SURE
     }
 }

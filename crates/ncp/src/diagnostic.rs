@@ -1,0 +1,69 @@
+//! What is to be said about a line.
+
+use serde::{Deserialize, Serialize};
+
+use crate::job;
+use crate::language::{self, Span};
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Something was assumed that nearly every file leaves open.
+    Note,
+    /// The job runs, perhaps not as it was meant.
+    Warning,
+    /// The line cannot be carried out.
+    Error,
+}
+
+/// A remark about a place in a job file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// The line, from 1.
+    pub line: u32,
+    /// The part of the line.
+    pub span: Span,
+    /// What is to be said.
+    pub problem: Problem,
+}
+
+/// What is to be said: of how a line is written, or of what it asks for.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// The line cannot be read, or not as it stands.
+    #[error(transparent)]
+    Written(#[from] language::Problem),
+    /// What it asks for cannot be done, or not as it stands.
+    #[error(transparent)]
+    Asked(#[from] job::Problem),
+}
+
+impl Problem {
+    /// How bad it is.
+    #[must_use]
+    pub fn severity(self) -> Severity {
+        match self {
+            Problem::Written(problem) => problem.severity(),
+            Problem::Asked(problem) => problem.severity(),
+        }
+    }
+
+    /// A name that programs and people can search for, such as `beyond-limit`.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        match self {
+            Problem::Written(problem) => problem.code(),
+            Problem::Asked(problem) => problem.code(),
+        }
+    }
+
+    /// What would be right, if that can be said.
+    #[must_use]
+    pub fn help(self) -> Option<String> {
+        match self {
+            Problem::Written(problem) => problem.help(),
+            Problem::Asked(problem) => problem.help(),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Straight moves of X, Y, Z and A.
+//!
+//! A controller moves A after the other axes, or without keeping time with them. Here the two are
+//! moved in turn, in pieces so short that neither is ever more than one step from where it would
+//! be if all axes moved together.
+//!
+//! # The pieces
+//!
+//! Of X, Y, Z the longest stands for all three: what the others do is its doing. Of that axis and
+//! A, call the one with more steps, M, the major, the one with fewer, m, the minor. Moved together,
+//! the minor would be at step `j` while the major is near `j·M / m`. So the major goes on until
+//! the minor is one step behind, the minor makes two steps and is one step ahead, and so on: the
+//! major halts near the steps 1, 3, 5 … of the minor, and the minor goes to 2, 4, 6 …. These are
+//! `m + 1` pieces. No fewer do: each but the first and the last can make up for two steps of the
+//! minor, and those two for one.
+
+use vimc4_motion::{AXES, Line, Path};
+
+use super::{MOST_STEPS, Motion, Steps};
+
+/// What a straight move is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StraightParameters {
+    /// The way of each axis.
+    pub by: Steps,
+    /// The speed of the longest of X, Y and Z, in Hz.
+    pub speed: u32,
+    /// The speed of A, in Hz.
+    pub a_speed: u32,
+}
+
+/// The motions that make up a straight move, computed one by one: there may be millions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Straight {
+    parameters: StraightParameters,
+    /// X, Y and Z as one line, from the beginning to the end.
+    line: Path,
+    /// How many steps the longest of X, Y, Z has and how many it has made.
+    linear: Way,
+    /// The same of A, without its sign.
+    a: Way,
+}
+
+/// How far something has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Way {
+    whole: i64,
+    made: i64,
+}
+
+impl Way {
+    fn new(whole: i64) -> Way {
+        Way { whole, made: 0 }
+    }
+
+    fn is_over(self) -> bool {
+        self.made == self.whole
+    }
+}
+
+/// Where the major is to halt, so that the minor is one step behind.
+fn halt(major: Way, minor: Way) -> i64 {
+    let step = i128::from(minor.made + 1);
+    if step > i128::from(minor.whole) {
+        return major.whole;
+    }
+    // Rounded to the nearest: together, the minor would be at that very step.
+    let twice = 2 * step * i128::from(major.whole) / i128::from(minor.whole);
+    // No more than the whole way, which is an `i64`.
+    i64::try_from((twice + 1) / 2).unwrap_or(major.whole)
+}
+
+impl Straight {
+    /// The move with these parameters.
+    #[must_use]
+    pub fn new(parameters: StraightParameters) -> Straight {
+        let [x, y, z, a] = parameters.by;
+        let line = Path::Line(Line::new([x, y, z, 0, 0, 0]));
+        let linear = Way::new(x.abs().max(y.abs()).max(z.abs()));
+        Straight { parameters, line, linear, a: Way::new(a.abs()) }
+    }
+
+    /// Moves X, Y and Z on to a step of their longest, or as far as one command goes.
+    fn move_linear(&mut self, target: i64) -> Motion {
+        let from = self.linear.made;
+        self.linear.made = target.min(from + MOST_STEPS);
+        let place = |made: i64| self.line.at(made.unsigned_abs());
+        let (here, there): ([i64; AXES], _) = (place(from), place(self.linear.made));
+        let by = [there[0] - here[0], there[1] - here[1], there[2] - here[2], 0];
+        Motion::Line { by, speed: self.parameters.speed }
+    }
+
+    /// Moves A on to one of its steps, or as far as one command goes.
+    fn move_a(&mut self, target: i64) -> Motion {
+        let from = self.a.made;
+        self.a.made = target.min(from + MOST_STEPS);
+        let sign = self.parameters.by[3].signum();
+        let by = [0, 0, 0, sign * (self.a.made - from)];
+        Motion::Line { by, speed: self.parameters.a_speed }
+    }
+}
+
+impl Iterator for Straight {
+    type Item = Motion;
+
+    fn next(&mut self) -> Option<Motion> {
+        if self.linear.is_over() && self.a.is_over() {
+            return None;
+        }
+        let a_is_minor = self.a.whole <= self.linear.whole;
+        let (major, minor) = if a_is_minor { (self.linear, self.a) } else { (self.a, self.linear) };
+        let halt = halt(major, minor);
+        let (major_moves, target) =
+            if major.made < halt { (true, halt) } else { (false, minor.whole.min(minor.made + 2)) };
+        Some(if major_moves == a_is_minor { self.move_linear(target) } else { self.move_a(target) })
+    }
+}

@@ -1,0 +1,129 @@
+//! A job as a data field: a program that the controller stores and runs by itself.
+
+use vimc4_isel_wire::{AxisSet, Bit, BitTest, Command, Mode};
+
+use super::action::{InputTest, OutputChange};
+use super::emitter::Step;
+use super::interpreter::Options;
+use super::problem::Problem;
+use super::run::{Job, Order};
+use super::target::Target;
+use crate::diagnostic::Diagnostic;
+
+/// A data field: what stands between `@0i` and the `9` at its end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// The axes that must be set before it is stored.
+    pub axes: AxisSet,
+    /// Its lines, each with LF, the last of them `9`.
+    pub text: String,
+    /// How many lines there are.
+    pub lines: u32,
+    /// How many bytes of the controller's memory it takes.
+    pub bytes: u32,
+}
+
+/// µs in a tenth of a second.
+const TENTH: u64 = 100_000;
+
+/// Turns a job into a data field; `None` if it is beyond the controller's memory, or if a line
+/// cannot be carried out. Lines that cannot be read, or cannot be expressed in a data field, are
+/// reported as errors and left out.
+pub fn compile(
+    text: &str,
+    target: &Target,
+    options: Options,
+    report: &mut dyn FnMut(Diagnostic),
+) -> Option<Field> {
+    let mut writer = Writer {
+        target,
+        field: Field { axes: target.axes, text: String::new(), lines: 0, bytes: 0 },
+        line: Vec::new(),
+    };
+    let mut job = Job::new(text, target, options);
+    while let Some(Order { line, span, step }) = job.next(report) {
+        if let Err(problem) = writer.step(step) {
+            report(Diagnostic { line, span, problem: problem.into() });
+            if matches!(problem, Problem::TooLarge(_)) {
+                return None;
+            }
+        }
+    }
+    // The end takes its byte too.
+    if let Err(problem) = writer.push(&Command::End) {
+        report(Diagnostic { line: job.line(), span: Default::default(), problem: problem.into() });
+        return None;
+    }
+    (!job.has_failed()).then_some(writer.field)
+}
+
+struct Writer<'t> {
+    target: &'t Target,
+    field: Field,
+    line: Vec<u8>,
+}
+
+impl Writer<'_> {
+    /// Writes a step, and says what is to be said about it.
+    fn step(&mut self, step: Step) -> Result<(), Problem> {
+        match step {
+            // The axes are stored with the field, not in it.
+            Step::Send(Command::SetAxes(_)) => Ok(()),
+            Step::Send(command) => self.push(&command),
+            Step::Output(OutputChange { port, bit, value }, _) => {
+                self.push(&Command::SetPort(BitTest { port, bit: bit_of(bit), value }))
+            }
+            Step::Dwell(micros) => self.dwell(micros),
+            Step::Await(test) => self.wait(test),
+            Step::Ask(_) => Err(Problem::NoOperator),
+        }
+    }
+
+    fn dwell(&mut self, micros: u64) -> Result<(), Problem> {
+        let tenths = micros.div_ceil(TENTH);
+        self.push(&Command::Delay { tenths: u32::try_from(tenths).unwrap_or(u32::MAX) })?;
+        match tenths * TENTH == micros {
+            true => Ok(()),
+            false => Err(Problem::WaitRounded(tenths * 100)),
+        }
+    }
+
+    /// Goes round until the input is so. A branch leads on when what it tests is so.
+    fn wait(&mut self, test: InputTest) -> Result<(), Problem> {
+        let InputTest { port, bit, value } = test;
+        // What a branch of 0 lines leads to: itself, or the line after it.
+        let own = if self.target.controller.branch_from_next { -1 } else { 0 };
+        if bit.is_some() {
+            let test = BitTest { port, bit: bit_of(bit), value: 1 - value.min(1) };
+            return self.push(&Command::BranchIf { test, offset: own });
+        }
+        let test = BitTest { port, bit: Bit::Byte, value };
+        self.push(&Command::BranchIf { test, offset: own + 2 })?;
+        self.push(&Command::Branch { offset: -1 })
+    }
+
+    fn push(&mut self, command: &Command) -> Result<(), Problem> {
+        let controller = &self.target.controller;
+        self.line.clear();
+        command.print(controller.dialect, Mode::Stored, 0, &mut self.line);
+        // A mnemonic is one character, and its parameters follow at once.
+        let parameters = match self.line.len() {
+            0 | 1 => 0,
+            _ => 1 + self.line.iter().filter(|&&byte| byte == b',').count() as u32,
+        };
+        let bytes = controller.command_bytes + controller.parameter_bytes * parameters;
+        let bytes = self.field.bytes.saturating_add(bytes);
+        if bytes > controller.memory {
+            return Err(Problem::TooLarge(controller.memory));
+        }
+        self.field.bytes = bytes;
+        self.field.lines += 1;
+        self.field.text.extend(self.line.iter().map(|&byte| char::from(byte)));
+        self.field.text.push('\n');
+        Ok(())
+    }
+}
+
+fn bit_of(bit: Option<u8>) -> Bit {
+    bit.map_or(Bit::Byte, Bit::One)
+}

@@ -1,0 +1,21 @@
+//! What a job asks for, line by line: checking it, and cutting it into commands.
+
+mod action;
+mod drill;
+mod emitter;
+mod field;
+mod interpreter;
+mod place;
+mod problem;
+mod run;
+mod target;
+
+pub use action::{Action, Hole, InputTest, OutputChange, Question};
+pub use drill::{Cycle, Definition, Leg, Legs};
+pub use emitter::Step;
+pub use field::{Field, compile};
+pub use interpreter::{Interpreter, Options, Report};
+pub use place::{Cylinder, Place};
+pub use problem::Problem;
+pub use run::{Job, Order, Summary, check};
+pub use target::{Controller, Target};

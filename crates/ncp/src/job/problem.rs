@@ -1,0 +1,317 @@
+//! What can be wrong with what a line asks for.
+
+use thiserror::Error;
+
+use crate::diagnostic::Severity;
+use crate::language::{LETTERS, Value};
+
+/// What can be wrong with what a line asks for. Axes are given by index, X the first.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum Problem {
+    /// No command is before the file mark, but blank lines or comments are.
+    #[error("the file mark IMF_PBL is not in the first line")]
+    MarkNotFirst,
+    /// A command is before the file mark.
+    #[error("the file mark IMF_PBL comes after a command")]
+    MarkLate,
+    /// There is no file mark.
+    #[error("the file mark IMF_PBL is missing")]
+    MarkMissing,
+    /// The machine is not referenced before it moves.
+    #[error("the job moves before any REF; all axes are referenced first")]
+    ReferenceFirst,
+    /// An axis moves that was not referenced with the others.
+    #[error("{} moves without a reference run; where it stands counts as 0", LETTERS[*.0])]
+    NotReferenced(usize),
+    /// A reference run without a reference switch never ends by itself.
+    #[error("{} has no reference switch on this machine: its reference run goes on until STOP", LETTERS[*.0])]
+    NoReferenceSwitch(usize),
+    /// The machine lacks the axis.
+    #[error("the machine has no {} axis", LETTERS[*.0])]
+    NoSuchAxis(usize),
+    /// A word is not used.
+    #[error("{} is ignored: it is not in the plane of the arc", LETTERS[*.0])]
+    OutsidePlane(usize),
+    /// A target is beyond what LIMIT allows.
+    #[error("{} would go to {at} in machine coordinates, beyond its LIMIT {lowest},{highest}", LETTERS[*axis])]
+    BeyondLimit {
+        /// The axis.
+        axis: usize,
+        /// Where it would go.
+        at: Value,
+        /// The lowest place.
+        lowest: Value,
+        /// The highest.
+        highest: Value,
+    },
+    /// A target is beyond the machine's travel.
+    #[error("{} would go to {at} in machine coordinates; its travel ends at {end}", LETTERS[*axis])]
+    BeyondTravel {
+        /// The axis.
+        axis: usize,
+        /// Where it would go.
+        at: Value,
+        /// The end that is in the way.
+        end: Value,
+    },
+    /// A target is beyond the controller's counter.
+    #[error("{} would go to step {at}, beyond the controller's counter", LETTERS[*axis])]
+    BeyondCounter {
+        /// The axis.
+        axis: usize,
+        /// The counter it would need.
+        at: i64,
+    },
+    /// An arc whose centre is where it starts.
+    #[error("the arc has no radius: its centre is where it starts")]
+    NoRadius,
+    /// An arc that does not lead to its end.
+    #[error("the end is not on the arc: the radius is {start} at the start and {end} at the end")]
+    UnevenRadius {
+        /// The radius at the start.
+        start: Value,
+        /// The radius at the end.
+        end: Value,
+    },
+    /// The controller is not fast enough.
+    #[error(
+        "this needs {asked} Hz; the controller makes {given} Hz at most, and so the tool is slower"
+    )]
+    SpeedCapped {
+        /// Hz.
+        asked: u64,
+        /// Hz.
+        given: u32,
+    },
+    /// The controller is not slow enough.
+    #[error(
+        "this needs {asked} Hz; the controller makes {given} Hz at least, and so the tool is faster"
+    )]
+    SpeedRaised {
+        /// Hz.
+        asked: u64,
+        /// Hz.
+        given: u32,
+    },
+    /// The controller has no command for its ramps.
+    #[error("ACCEL has no effect: this controller cannot change its acceleration")]
+    AccelerationFixed,
+    /// A logical port that the profile does not map.
+    #[error("the port {}{number} is connected to nothing", if *input { 'E' } else { 'A' })]
+    PortUnmapped {
+        /// Whether it is an input.
+        input: bool,
+        /// Its number.
+        number: u8,
+    },
+    /// The profile maps a port that the controller does not have.
+    #[error("the controller has no {} {port}", if *input { "input port" } else { "output port" })]
+    NoSuchPort {
+        /// Whether it is an input.
+        input: bool,
+        /// The port of the controller.
+        port: u16,
+    },
+    /// The spindle is not switched by the controller.
+    #[error("SPINDLE has no effect: the machine's profile connects no spindle")]
+    NoSpindle,
+    /// The direction is not switched by the controller.
+    #[error("the spindle's direction has no effect: the machine's profile connects nothing for it")]
+    NoSpindleDirection,
+    /// The speed of the spindle is not set by the controller.
+    #[error("the spindle's speed is set by hand: the machine's profile connects nothing for it")]
+    NoSpindleSpeed,
+    /// The spindle does not turn that fast.
+    #[error("the spindle makes {0} turns a minute at most")]
+    SpindleCapped(u32),
+    /// The coolant pump is not switched by the controller.
+    #[error("COOLANT has no effect: the machine's profile connects no coolant pump")]
+    NoCoolant,
+    /// PATH, PATHEND.
+    #[error("path processing has no effect: the moves run as they are written")]
+    PathIgnored,
+    /// TOOLDEF, INITTOOL.
+    #[error("this has no effect: the operator changes tools at GETTOOL")]
+    ToolIgnored,
+    /// A register that was never set.
+    #[error("register {0} is empty: the work-piece zero stays where it is")]
+    EmptyRegister(u8),
+    /// A hole without depth.
+    #[error("this drills nothing: the depth D is not more than 0")]
+    NoDepth,
+    /// Steps of a cycle without a depth.
+    #[error("neither F nor O say how deep a step is: the hole is drilled at once")]
+    NoDrillSteps,
+    /// A depth of a few µm.
+    #[error("a depth of {0} µm is very little")]
+    MillimetresMeant(Value),
+    /// CYL whose first axis does not turn.
+    #[error("{} is no turning axis", LETTERS[*.0])]
+    NotRotary(usize),
+    /// CYL whose second axis turns too.
+    #[error("{} turns too: CYL needs a linear axis there", LETTERS[*.0])]
+    NotLinear(usize),
+    /// An arc, a helix or a drilled hole along the circumference of a cylinder.
+    #[error("{} is turned into an angle by CYL and can only move along straight lines", LETTERS[*.0])]
+    OnCylinder(usize),
+    /// A turning axis that follows another.
+    #[error("{} stands in for another axis by CYL and cannot be moved by itself", LETTERS[*.0])]
+    Follows(usize),
+    /// A stored program has nobody to ask.
+    #[error("a stored program cannot wait for the operator")]
+    NoOperator,
+    /// A stored program waits in tenths of a second.
+    #[error("a stored program waits in tenths of a second: this becomes {0} ms")]
+    WaitRounded(u64),
+    /// The program does not fit.
+    #[error("the program does not fit into the controller: this is where its {0} bytes end")]
+    TooLarge(u32),
+}
+
+impl Problem {
+    /// How bad it is.
+    #[must_use]
+    pub fn severity(self) -> Severity {
+        use Problem::*;
+        match self {
+            MarkNotFirst | ReferenceFirst | OutsidePlane(_) | ToolIgnored | NoSpindleSpeed => {
+                Severity::Note
+            }
+            MarkLate
+            | MarkMissing
+            | NotReferenced(_)
+            | NoReferenceSwitch(_)
+            | SpeedCapped { .. }
+            | SpeedRaised { .. }
+            | AccelerationFixed
+            | NoSpindle
+            | NoSpindleDirection
+            | SpindleCapped(_)
+            | NoCoolant
+            | PathIgnored
+            | EmptyRegister(_)
+            | NoDepth
+            | NoDrillSteps
+            | MillimetresMeant(_)
+            | WaitRounded(_) => Severity::Warning,
+            NoSuchAxis(_)
+            | BeyondLimit { .. }
+            | BeyondTravel { .. }
+            | BeyondCounter { .. }
+            | NoRadius
+            | UnevenRadius { .. }
+            | PortUnmapped { .. }
+            | NoSuchPort { .. }
+            | NotRotary(_)
+            | NotLinear(_)
+            | OnCylinder(_)
+            | Follows(_)
+            | NoOperator
+            | TooLarge(_) => Severity::Error,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        use Problem::*;
+        match self {
+            MarkNotFirst => "mark-not-first",
+            MarkLate => "mark-late",
+            MarkMissing => "mark-missing",
+            ReferenceFirst => "reference-first",
+            NotReferenced(_) => "not-referenced",
+            NoReferenceSwitch(_) => "no-reference-switch",
+            NoSuchAxis(_) => "no-such-axis",
+            OutsidePlane(_) => "outside-plane",
+            BeyondLimit { .. } => "beyond-limit",
+            BeyondTravel { .. } => "beyond-travel",
+            BeyondCounter { .. } => "beyond-counter",
+            NoRadius => "no-radius",
+            UnevenRadius { .. } => "uneven-radius",
+            SpeedCapped { .. } => "speed-capped",
+            SpeedRaised { .. } => "speed-raised",
+            AccelerationFixed => "acceleration-fixed",
+            PortUnmapped { .. } => "port-unmapped",
+            NoSuchPort { .. } => "no-such-port",
+            NoSpindle => "no-spindle",
+            NoSpindleDirection => "no-spindle-direction",
+            NoSpindleSpeed => "no-spindle-speed",
+            SpindleCapped(_) => "spindle-capped",
+            NoCoolant => "no-coolant",
+            PathIgnored => "path-ignored",
+            ToolIgnored => "tool-ignored",
+            EmptyRegister(_) => "empty-register",
+            NoDepth => "no-depth",
+            NoDrillSteps => "no-drill-steps",
+            MillimetresMeant(_) => "millimetres-meant",
+            NotRotary(_) => "not-rotary",
+            NotLinear(_) => "turns-too",
+            OnCylinder(_) => "on-cylinder",
+            Follows(_) => "follows",
+            NoOperator => "no-operator",
+            WaitRounded(_) => "wait-rounded",
+            TooLarge(_) => "too-large",
+        }
+    }
+
+    /// What would be right.
+    #[must_use]
+    pub fn help(self) -> Option<String> {
+        use Problem::*;
+        let help = match self {
+            MarkNotFirst | MarkLate | MarkMissing => {
+                "begin the file with IMF_PBL_V1.0; other programs insist on it"
+            }
+            ReferenceFirst => {
+                "begin the job with REF XYZ, or say with --no-ref that the machine stands at its zero"
+            }
+            NotReferenced(_) => "name the axis in a REF before",
+            NoReferenceSwitch(_) => "leave it out of the REF",
+            NoSuchAxis(_) => "leave the word out, or choose a machine that has the axis",
+            OutsidePlane(_) => {
+                "leave the word out, choose another PLANE, or make it a helix: CWHLXABS"
+            }
+            BeyondLimit { .. } => "move the work-piece zero, or set another LIMIT",
+            BeyondTravel { .. } => "move the work-piece zero, or choose a larger machine",
+            BeyondCounter { .. } => "a counter has 24 bits: -8388608 to 8388607 steps",
+            NoRadius => {
+                "I and J give the centre: in ABS from the work-piece zero, in REL from the start"
+            }
+            UnevenRadius { .. } => {
+                "centre and end must fit; in ABS both count from the work-piece zero, in REL from the start"
+            }
+            SpeedCapped { .. } => "ask for less with VEL or FASTVEL",
+            SpeedRaised { .. } => "ask for more with VEL or FASTVEL",
+            AccelerationFixed => "imc-m, imc-mp and imc-s8 can",
+            PortUnmapped { .. } => {
+                "name the controller's port in the machine's profile, under [job.ports]"
+            }
+            NoSuchPort { .. } => {
+                "`vimc4 models show` lists its ports; the machine's profile maps them under [job]"
+            }
+            NoSpindle => "name its port in the machine's profile: [job.spindle.on] port = 2",
+            NoSpindleDirection => {
+                "name its output in the machine's profile, [job.spindle.counterclockwise]"
+            }
+            NoSpindleSpeed => {
+                "name its analogue output in the machine's profile, [job.spindle.analogue]"
+            }
+            NoCoolant => "name its output in the machine's profile, [job.coolant]",
+            PathIgnored | ToolIgnored | SpindleCapped(_) | WaitRounded(_) => return None,
+            EmptyRegister(number) => {
+                return Some(format!("fill it first, as in WPREG{number} X0 Y0"));
+            }
+            NoDepth => "define it first, as in DRILLDEF D2000",
+            NoDrillSteps => "define them first, as in DRILLDEF F1000 O500",
+            MillimetresMeant(_) => "if the file gives millimetres, add --drilldef-unit mm",
+            NotRotary(_) => "name the turning axis first, as in CYL A5000 Y",
+            NotLinear(_) => "name a linear axis second, as in CYL A5000 Y",
+            OnCylinder(_) => "end the cylinder first, as in CYL A0",
+            Follows(_) => "move the axis it stands in for, or end the cylinder with radius 0",
+            NoOperator => "run the job with `vimc4 send`, or leave the line out",
+            TooLarge(_) => "send the job with `vimc4 send`, which stores nothing",
+        };
+        Some(help.to_owned())
+    }
+}

@@ -1,0 +1,236 @@
+//! A job from its text to its steps, one at a time.
+
+use std::collections::VecDeque;
+
+use super::action::{Action, Question};
+use super::emitter::{Emitter, Step};
+use super::interpreter::{Interpreter, Options};
+use super::problem::Problem;
+use super::target::Target;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::geometry::Steps;
+use crate::language::{self, Line, Lines, Span, TextLine};
+
+/// How a job ended, and what was said about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Lines up to the end of the job.
+    pub lines: u32,
+    /// Errors.
+    pub errors: u64,
+    /// Warnings.
+    pub warnings: u64,
+    /// Notes.
+    pub notes: u64,
+}
+
+impl Summary {
+    /// Counts what is said.
+    pub fn count(&mut self, severity: Severity) {
+        *match severity {
+            Severity::Error => &mut self.errors,
+            Severity::Warning => &mut self.warnings,
+            Severity::Note => &mut self.notes,
+        } += 1;
+    }
+}
+
+/// Reads a job to its end and reports everything that is to be said about it, line by line. The
+/// operator is taken to accept everything.
+///
+/// It takes no longer for a movement of millions of steps than for one of a single step.
+pub fn check(
+    text: &str,
+    target: &Target,
+    options: Options,
+    report: &mut dyn FnMut(Diagnostic),
+) -> Summary {
+    let mut summary = Summary::default();
+    let mut reader = Reader::new(text, target, options);
+    let mut actions = Vec::new();
+    let mut counting = |diagnostic: Diagnostic| {
+        summary.count(diagnostic.problem.severity());
+        report(diagnostic);
+    };
+    while reader.line(&mut actions, &mut counting).is_some() {
+        if actions.iter().any(|action| matches!(action, Action::Ask(Question::Teach))) {
+            reader.interpreter.take_zero();
+        }
+        actions.clear();
+    }
+    summary.lines = reader.number;
+    summary
+}
+
+/// Reads lines and interprets them.
+#[derive(Clone, Debug)]
+struct Reader<'t> {
+    lines: Lines<'t>,
+    interpreter: Interpreter<'t>,
+    number: u32,
+    /// Where the command of the line stands.
+    span: Span,
+    over: bool,
+}
+
+impl<'t> Reader<'t> {
+    fn new(text: &'t str, target: &'t Target, options: Options) -> Reader<'t> {
+        Reader {
+            lines: language::lines(text),
+            interpreter: Interpreter::new(target, options),
+            number: 0,
+            span: Span::default(),
+            over: false,
+        }
+    }
+
+    /// Carries the next line out; says whether it could be. `None` after the last.
+    fn line(
+        &mut self,
+        actions: &mut Vec<Action>,
+        report: &mut dyn FnMut(Diagnostic),
+    ) -> Option<bool> {
+        if self.over {
+            return None;
+        }
+        let next = if self.interpreter.has_ended() { None } else { self.lines.next() };
+        let Some(TextLine { number, text, .. }) = next else {
+            self.over = true;
+            if self.interpreter.lacks_mark() {
+                let problem = Problem::MarkMissing.into();
+                report(Diagnostic { line: 1, span: Span::default(), problem });
+            }
+            return None;
+        };
+        self.number = number;
+        let line = language::parse(text, &mut |span, problem| {
+            report(Diagnostic { line: number, span, problem: problem.into() });
+        });
+        Some(self.carry_out(&line, actions, report))
+    }
+
+    fn carry_out(
+        &mut self,
+        line: &Line<'_>,
+        actions: &mut Vec<Action>,
+        report: &mut dyn FnMut(Diagnostic),
+    ) -> bool {
+        let number = self.number;
+        self.span = line.command.map(|command| command.span).unwrap_or_default();
+        self.interpreter.line(line, number, actions, &mut |span, problem| {
+            report(Diagnostic { line: number, span, problem: problem.into() });
+        })
+    }
+}
+
+/// Something to do for a line of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    /// The line, from 1; 0 for what comes before the first.
+    pub line: u32,
+    /// The command in the line.
+    pub span: Span,
+    /// What to do.
+    pub step: Step,
+}
+
+/// A job that is being carried out.
+///
+/// ```
+/// # use vimc4_ncp::job::{Controller, Job, Options, Step, Target};
+/// # use vimc4_isel_wire::{Dialect, Mode};
+/// # let machine = vimc4_plant::Machine::builtin("bench").unwrap();
+/// # let controller = Controller {
+/// #     dialect: Dialect::Imc4, speeds: 20..=20_000, inputs: vec![], outputs: vec![],
+/// #     memory: 32_768, command_bytes: 1, parameter_bytes: 4, branch_from_next: true,
+/// # };
+/// let target = Target::new(controller, &machine);
+/// let mut job = Job::new("IMF_PBL_V1.0\nREF XYZ\nMOVEABS X10000\n", &target, Options::default());
+/// let mut sent = Vec::new();
+/// while let Some(order) = job.next(&mut |diagnostic| panic!("{}", diagnostic.problem)) {
+///     if let Step::Send(command) = order.step {
+///         let mut line = Vec::new();
+///         command.print(Dialect::Imc4, Mode::Direct, 0, &mut line);
+///         sent.push(String::from_utf8(line).unwrap());
+///     }
+/// }
+/// let axes = ["@07", "@08", "@0z1"];
+/// assert_eq!(sent[..3], axes);
+/// assert_eq!(sent[3..], ["@0R7", "@0z1", "@0A800,800,0,800,0,800,0,800"]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Job<'t> {
+    reader: Reader<'t>,
+    emitter: Emitter,
+    actions: VecDeque<Action>,
+    scratch: Vec<Action>,
+    failed: bool,
+}
+
+impl<'t> Job<'t> {
+    /// A job at its beginning.
+    #[must_use]
+    pub fn new(text: &'t str, target: &'t Target, options: Options) -> Job<'t> {
+        Job {
+            reader: Reader::new(text, target, options),
+            emitter: Emitter::new(target),
+            actions: VecDeque::new(),
+            scratch: Vec::new(),
+            failed: false,
+        }
+    }
+
+    /// What to do next; `None` at the end, and from a line on that cannot be carried out. A line
+    /// that cannot be read is left out.
+    pub fn next(&mut self, report: &mut dyn FnMut(Diagnostic)) -> Option<Order> {
+        loop {
+            if let Some(step) = self.emitter.next() {
+                return Some(Order { line: self.reader.number, span: self.reader.span, step });
+            }
+            if let Some(action) = self.actions.pop_front() {
+                self.emitter.begin(action);
+                continue;
+            }
+            if self.failed {
+                return None;
+            }
+            let carried_out = self.reader.line(&mut self.scratch, report)?;
+            self.failed = !carried_out;
+            self.actions.extend(self.scratch.drain(..));
+        }
+    }
+
+    /// Whether it ended with a line that cannot be carried out.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.failed
+    }
+
+    /// The line that is being carried out.
+    #[must_use]
+    pub fn line(&self) -> u32 {
+        self.reader.number
+    }
+
+    /// Where the counters will be when everything up to here is done.
+    #[must_use]
+    pub fn counters(&self) -> Steps {
+        self.reader.interpreter.counters()
+    }
+
+    /// The operator has found the work-piece zero: it is where the tool is.
+    pub fn take_zero(&mut self) {
+        self.reader.interpreter.take_zero();
+    }
+
+    /// Carries out what the operator says, a line as in a file, and then asks again.
+    pub fn enter(&mut self, text: &str, again: Question, report: &mut dyn FnMut(Diagnostic)) {
+        let number = self.reader.number;
+        let line = language::parse(text, &mut |span, problem| {
+            report(Diagnostic { line: number, span, problem: problem.into() });
+        });
+        self.reader.carry_out(&line, &mut self.scratch, report);
+        self.actions.extend(self.scratch.drain(..));
+        self.actions.push_back(Action::Ask(again));
+    }
+}

@@ -1,0 +1,98 @@
+//! What a job is run on: a controller and its machine.
+
+use std::ops::RangeInclusive;
+
+use vimc4_isel_wire::{AxisSet, Dialect, Mode};
+use vimc4_plant::{JobSetup, Machine, Reference, Unit};
+
+use super::emitter::Step;
+use crate::geometry::{Scale, Speeds, Steps};
+use crate::language::Value;
+
+/// What has to be known of a controller.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Controller {
+    /// Which commands it has.
+    pub dialect: Dialect,
+    /// The speeds it takes, in Hz.
+    pub speeds: RangeInclusive<u32>,
+    /// The ports that can be read.
+    pub inputs: Vec<u16>,
+    /// The ports that can be written.
+    pub outputs: Vec<u16>,
+    /// Bytes for a stored program.
+    pub memory: u32,
+    /// Bytes that a stored command takes.
+    pub command_bytes: u32,
+    /// Bytes that each of its parameters takes.
+    pub parameter_bytes: u32,
+    /// Whether the offset of a conditional branch counts from the line after it, not from its own.
+    pub branch_from_next: bool,
+}
+
+/// A controller on a machine, as a job sees them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// The controller.
+    pub controller: Controller,
+    /// Speeds, ports, spindle and coolant.
+    pub setup: JobSetup,
+    /// The axes there are.
+    pub axes: AxisSet,
+    /// Those that have a reference point.
+    pub referable: AxisSet,
+    /// Those that turn.
+    pub rotary: AxisSet,
+    /// How many steps a way is.
+    pub scales: [Scale; 4],
+    /// The lowest and the highest counter of each axis.
+    pub travel: [(Option<i64>, Option<i64>); 4],
+}
+
+/// Thousandths of an arc second in a turn.
+const TURN: i64 = 1_296_000_000;
+
+impl Target {
+    /// A controller on a machine.
+    #[must_use]
+    pub fn new(controller: Controller, machine: &Machine) -> Target {
+        let set = |is: &dyn Fn(usize) -> bool| {
+            let bits = (0..4).filter(|&axis| machine.fits(axis) && is(axis));
+            AxisSet::from_bits(bits.map(|axis| 1 << axis).sum()).unwrap_or(AxisSet::NONE)
+        };
+        Target {
+            controller,
+            setup: machine.job.clone(),
+            axes: set(&|_| true),
+            referable: set(&|axis| machine.axis(axis).reference != Reference::None),
+            rotary: set(&|axis| machine.axis(axis).unit == Unit::Rotary),
+            scales: std::array::from_fn(|axis| {
+                let axis = machine.axis(axis);
+                let per = axis.lead_um.map_or(TURN, |lead| i64::from(lead) * 1_000);
+                Scale { steps: i64::from(axis.steps_per_turn), per }
+            }),
+            travel: std::array::from_fn(|axis| machine.axis(axis).travel()),
+        }
+    }
+
+    /// The speeds the controller takes.
+    #[must_use]
+    pub fn speeds(&self) -> Speeds {
+        Speeds { lowest: *self.controller.speeds.start(), highest: *self.controller.speeds.end() }
+    }
+
+    /// What is sent for a step, with its CR; `None` for what is not done by a command.
+    #[must_use]
+    pub fn line(&self, step: &Step) -> Option<Vec<u8>> {
+        let mut line = Vec::with_capacity(64);
+        step.command()?.print(self.controller.dialect, Mode::Direct, 0, &mut line);
+        line.push(b'\r');
+        Some(line)
+    }
+
+    /// The counters that places are at.
+    #[must_use]
+    pub fn round(&self, place: &[Value; 4]) -> Steps {
+        std::array::from_fn(|axis| self.scales[axis].round(place[axis]))
+    }
+}

@@ -1,0 +1,23 @@
+//! How job files are written: lines, commands, words, and what people are told about them.
+
+mod command;
+mod parse;
+mod ports;
+mod print;
+mod problem;
+mod reader;
+pub mod reference;
+pub mod service;
+mod text;
+mod token;
+mod value;
+mod words;
+
+pub use command::*;
+pub use parse::parse;
+pub use problem::{Excerpt, Problem};
+pub use text::{Lines, TextLine, decode, lines};
+pub use value::Value;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,323 @@
+//! From a line to its command.
+//!
+//! A line is read from left to right. What is wrong with a word is told, the word is passed over,
+//! and reading goes on with the next, so that all that is wrong with a line is told at once. A
+//! line with an error has no command.
+
+use std::ops::RangeInclusive;
+
+use vimc4_isel_wire::Plane;
+use vimc4_motion::Turn;
+
+use super::command::{
+    Command, DrillWords, Groups, LETTERS, Line, Placed, Span, SpindleWords, Word,
+};
+use super::problem::Problem;
+use super::reader::Reader;
+use super::reference::{self, CommandInfo, Form};
+use super::token;
+use super::value::Value;
+
+/// The registers for work-piece zeros.
+const REGISTERS: RangeInclusive<u8> = 1..=8;
+
+/// Reads a line, given without its end, and tells what is wrong with it, and where in it.
+pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> Line<'t> {
+    let mut reader = Reader::new(line, report);
+    let number = reader.line_number();
+    let command = reader.command();
+    reader.pass_over();
+    let comment = reader.rest().strip_prefix(';').map(str::trim);
+    Line { number, command, comment }
+}
+
+impl<'t> Reader<'t, '_> {
+    fn line_number(&mut self) -> Option<u64> {
+        self.ends();
+        let written = self.take(token::line_number)?;
+        let number = written.value.parse().ok();
+        if number.is_none() {
+            self.say(written.span, Problem::TooLarge);
+        }
+        number
+    }
+
+    fn command(&mut self) -> Option<Placed<Command>> {
+        if self.ends() {
+            return None;
+        }
+        let Some(name) = self.take(token::name) else {
+            let text = self.pass_over();
+            self.say(text, Problem::NoCommand);
+            return None;
+        };
+        let Some(info) = reference::find(name.value) else {
+            self.unknown_command(name.span);
+            return None;
+        };
+        let value = self.form(info, name.span)?;
+        let span = self.whole_command(info, name.span);
+        (!self.failed()).then_some(Placed { value, span })
+    }
+
+    /// A name may have digits, though no command has one: `G00`.
+    fn unknown_command(&mut self, name: Span) {
+        self.take(token::digits);
+        let span = self.since(name);
+        self.say(span, Problem::UnknownCommand(self.excerpt(span)));
+    }
+
+    /// From the name of a command to its last word, behind which there may be nothing else.
+    fn whole_command(&mut self, info: &'static CommandInfo, name: Span) -> Span {
+        let span =
+            Span { end: name.start + self.text(self.since(name)).trim_end().len() as u32, ..name };
+        if !self.failed() && !self.ends() {
+            let text = self.pass_over();
+            self.say(text, Problem::Surplus(info.name));
+        }
+        span
+    }
+
+    /// What follows the name of a command, and with it the command.
+    fn form(&mut self, info: &'static CommandInfo, name: Span) -> Option<Command> {
+        Some(match info.form {
+            Form::Plain(command) => command,
+            // A comment behind it is one; behind the two others a semicolon is any character.
+            Form::Anything(Command::End) => {
+                self.pass_over();
+                Command::End
+            }
+            Form::Anything(command) => {
+                self.pass_over_all();
+                command
+            }
+            Form::Move(frame, rate) => Command::Move(frame, rate, self.axes(info, name)),
+            Form::ZeroAt => Command::ZeroAt(self.axes(info, name)),
+            Form::Acceleration => Command::Acceleration(self.axes(info, name)),
+            Form::Arc { frame, turn, helix } => {
+                let [x, y, z, a, b, c, i, j, ..] = self.words(info);
+                if i.or(j).is_none() {
+                    self.missing(info, name, "centre, I or J");
+                }
+                Command::Arc { frame, turn, helix, centre: [i, j], to: [x, y, z, a, b, c] }
+            }
+            Form::Velocity => Command::Velocity(self.only_value(info, name)?),
+            Form::RapidVelocity => Command::RapidVelocity(self.only_value(info, name)?),
+            Form::Wait => Command::Wait(self.only_value(info, name)?),
+            Form::Tool => {
+                let number = self.only_value(info, name)?.value.in_thousandths() / 1_000;
+                Command::Tool(u32::try_from(number).ok()?)
+            }
+            Form::Plane => Command::Plane(self.plane(info, name)?),
+            Form::Reference => Command::Reference(self.groups(info, name)),
+            Form::Limit => {
+                let [x, y, z, a, b, c, ..] = self.limits(info, name);
+                Command::Limit([x, y, z, a, b, c])
+            }
+            Form::Register => self.register(info, name)?,
+            Form::SetPort => {
+                let port = self.port(info, name, 'A')?;
+                Command::SetPort(port.value, self.equal_to(port, u8::MAX)?)
+            }
+            Form::WaitPort => {
+                let port = self.port(info, name, 'E')?;
+                Command::WaitPort(port.value, self.equal_to(port, u8::MAX)?)
+            }
+            Form::SetBit(to) => self.set_bit(info, name, to)?,
+            Form::WaitBit => {
+                let bit = self.port_bit(info, name, 'E')?;
+                Command::WaitBit(bit.value, self.equal_to(bit, 1)? == 1)
+            }
+            Form::DrillDefinition => Command::DrillDefinition(self.drill_words(info, name)),
+            Form::Drill => {
+                let [x, y, ..] = self.words(info);
+                Command::Drill([x, y, None, None, None, None])
+            }
+            Form::Cylinder => self.cylinder(info, name)?,
+            Form::Spindle => self.spindle(info, name),
+            Form::Coolant => {
+                let [on, off, ..] = self.words(info);
+                if on.or(off).is_none() {
+                    self.missing(info, name, "ON or OFF");
+                }
+                self.only_one(on, off, ["ON", "OFF"]);
+                Command::Coolant(on.is_some())
+            }
+            Form::ToolDefinition => {
+                self.words(info);
+                Command::ToolDefinition
+            }
+        })
+    }
+
+    fn axes(&mut self, info: &'static CommandInfo, name: Span) -> [Option<Word>; 6] {
+        let [x, y, z, a, b, c, ..] = self.some_words(info, name);
+        [x, y, z, a, b, c]
+    }
+
+    fn drill_words(&mut self, info: &'static CommandInfo, name: Span) -> DrillWords {
+        let [cycle, plane, depth, dwell, speed, first, other, decrease, retreat, lift, safety] =
+            self.some_words(info, name);
+        DrillWords {
+            cycle,
+            plane,
+            depth,
+            dwell,
+            speed,
+            first,
+            other,
+            decrease,
+            retreat,
+            lift,
+            safety,
+        }
+    }
+
+    fn spindle(&mut self, info: &'static CommandInfo, name: Span) -> Command {
+        let found = self.words(info);
+        // Alone it would start the spindle without saying so.
+        if found.iter().all(Option::is_none) {
+            self.missing(info, name, "ON or OFF");
+        }
+        let [on, off, cw, ccw, rpm, time, ..] = found;
+        self.only_one(on, off, ["ON", "OFF"]);
+        self.only_one(cw, ccw, ["CW", "CCW"]);
+        let turn =
+            |word: Option<Word>, value| word.map(|Placed { span, .. }| Placed { value, span });
+        let turn = turn(cw, Turn::Clockwise).or(turn(ccw, Turn::Counterclockwise));
+        Command::Spindle(SpindleWords { off: off.is_some(), turn, rpm, time })
+    }
+
+    /// Of two words that contradict each other only one may be there.
+    fn only_one(&mut self, one: Option<Word>, other: Option<Word>, names: [&'static str; 2]) {
+        if let (Some(one), Some(other)) = (one, other) {
+            let later = if one.span.start < other.span.start { other } else { one };
+            let [first, second] = names;
+            self.say(later.span, Problem::Contradiction(first, second));
+        }
+    }
+
+    fn plane(&mut self, info: &'static CommandInfo, name: Span) -> Option<Plane> {
+        if self.ends() {
+            self.missing(info, name, "plane");
+            return None;
+        }
+        let span = self.take(token::solid)?.span;
+        match self.text(span).to_ascii_uppercase().as_str() {
+            "XY" | "YX" => Some(Plane::Xy),
+            "XZ" | "ZX" => Some(Plane::Xz),
+            "YZ" | "ZY" => Some(Plane::Yz),
+            _ => {
+                self.say(span, Problem::UnknownPlane(self.excerpt(span)));
+                None
+            }
+        }
+    }
+
+    /// The axes of a reference run; none may be there twice.
+    fn groups(&mut self, info: &'static CommandInfo, name: Span) -> Groups {
+        let mut groups = Groups::default();
+        let mut seen = 0;
+        let mut free = groups.iter_mut();
+        while !self.ends() {
+            let Some(letters) = self.take(token::solid) else { break };
+            let group = self.group(letters, &mut seen, info);
+            // There are as many groups as axes, and an axis is only in one.
+            if let Some(free) = free.next().filter(|_| group != 0) {
+                *free = group;
+            }
+        }
+        if seen == 0 {
+            self.missing(info, name, "axis");
+        }
+        groups
+    }
+
+    /// A group of a reference run. Only axes that have not been `seen` are in it.
+    fn group(&mut self, letters: Placed<&str>, seen: &mut u8, info: &'static CommandInfo) -> u8 {
+        let mut group = 0;
+        for (at, letter) in letters.value.char_indices() {
+            let start = letters.span.start + at as u32;
+            let span = Span { start, end: start + letter.len_utf8() as u32 };
+            let Some(axis) = axis(letter) else {
+                self.say(span, Problem::UnknownAxis(self.excerpt(span)));
+                continue;
+            };
+            if *seen & 1 << axis != 0 {
+                let name = info.parameters.get(axis).map_or("", |parameter| parameter.name);
+                self.say(span, Problem::GivenTwice(name));
+            }
+            group |= 1 << axis;
+            *seen |= 1 << axis;
+        }
+        group
+    }
+
+    /// A register and either `ACT` or a work-piece zero for it.
+    fn register(&mut self, info: &'static CommandInfo, name: Span) -> Option<Command> {
+        self.ends();
+        if !self.next_is(token::digits) {
+            self.missing(info, name, "register");
+            return None;
+        }
+        let number = self.count("the number of the register", REGISTERS);
+        self.ends();
+        Some(if self.take(token::act).is_some() {
+            Command::Recall(number?)
+        } else {
+            let zero = self.axes(info, name);
+            Command::Store(number?, zero)
+        })
+    }
+
+    /// `SETBIT` may have a value behind the bit, which counts then.
+    fn set_bit(&mut self, info: &'static CommandInfo, name: Span, to: bool) -> Option<Command> {
+        let bit = self.port_bit(info, name, 'A')?;
+        let to = if to && self.next_is(token::equals) { self.equal_to(bit, 1)? == 1 } else { to };
+        Some(Command::SetBit(bit.value, to))
+    }
+
+    /// The turning axis with its radius, and the linear axis that it stands in for.
+    fn cylinder(&mut self, info: &'static CommandInfo, name: Span) -> Option<Command> {
+        let turning = self.axis_of_cylinder(info, name)?;
+        let parameter = info.parameters.get(turning.value)?;
+        let radius = self.value(parameter.name, parameter.value?, turning.span)?;
+        let radius = Placed { span: self.since(turning.span), ..radius };
+        if self.ends() {
+            if radius.value != Value::ZERO {
+                self.missing(info, name, "linear axis to stand in for");
+            }
+            return Some(Command::Cylinder(turning, radius, None));
+        }
+        let linear = self.axis_of_cylinder(info, name)?;
+        if linear.value > 2 {
+            self.say(linear.span, Problem::NotLinear(self.excerpt(linear.span)));
+        } else if linear.value == turning.value {
+            self.say(linear.span, Problem::GivenTwice(parameter.name));
+        }
+        Some(Command::Cylinder(turning, radius, Some(linear)))
+    }
+
+    fn axis_of_cylinder(
+        &mut self,
+        info: &'static CommandInfo,
+        name: Span,
+    ) -> Option<Placed<usize>> {
+        self.ends();
+        let Some(Placed { value, span }) = self.take(token::letters) else {
+            self.missing(info, name, "axis");
+            return None;
+        };
+        let mut letters = value.chars();
+        let Some(value) = letters.next().and_then(axis).filter(|_| letters.next().is_none()) else {
+            self.say(span, Problem::UnknownAxis(self.excerpt(span)));
+            return None;
+        };
+        Some(Placed { value, span })
+    }
+}
+
+/// The index of an axis.
+fn axis(letter: char) -> Option<usize> {
+    LETTERS.iter().position(|known| known.eq_ignore_ascii_case(&letter))
+}

@@ -1,0 +1,666 @@
+//! The commands there are, for those who read them and for those who write them: one table.
+//!
+//! The parser finds commands and their words in it, editors what to show and to offer, and the
+//! documentation its list.
+
+use vimc4_motion::Turn;
+
+use super::command::{Command, Frame, Rate};
+use super::value::Value;
+
+// The list below is a table, and reads like one without these prefixes.
+use Frame::{Absolute, Relative};
+use Rate::{Normal, Rapid};
+use Source::{Field, Manual};
+use Turn::{Clockwise, Counterclockwise};
+
+/// A command as people look it up.
+#[derive(Debug)]
+pub struct CommandInfo {
+    /// Its name, in capitals.
+    pub name: &'static str,
+    /// What may stand behind the name; what may be missing stands in brackets.
+    pub words: &'static str,
+    /// What it does, in a sentence.
+    pub meaning: &'static str,
+    /// The words it takes, in the order in which they are usually written.
+    pub parameters: &'static [Parameter],
+    /// Where it is known from.
+    pub source: Source,
+    /// A line that is right.
+    pub example: &'static str,
+    /// What is read behind the name.
+    pub(super) form: Form,
+}
+
+/// Where a command is known from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The manual.
+    Manual,
+    /// Files that are in use.
+    Field,
+}
+
+impl Source {
+    /// The mark of the contract: `D` or `F`.
+    #[must_use]
+    pub fn mark(self) -> char {
+        match self {
+            Manual => 'D',
+            Field => 'F',
+        }
+    }
+}
+
+/// A word of a command.
+#[derive(Debug)]
+pub struct Parameter {
+    /// Its letter or its letters; nothing if the value follows the name of the command.
+    pub name: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// The value it takes; `None` if the word says it all.
+    pub value: Option<Number>,
+}
+
+/// What the number of a word may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Number {
+    /// What it counts, such as `µm`; empty if it counts nothing.
+    pub unit: &'static str,
+    /// The least.
+    pub least: Value,
+    /// The greatest.
+    pub most: Value,
+    /// Whether it must be a whole number.
+    pub whole: bool,
+}
+
+/// What is read behind the name of a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Form {
+    /// Nothing.
+    Plain(Command),
+    /// Anything at all, up to the end of the line.
+    Anything(Command),
+    Reference,
+    Limit,
+    Velocity,
+    RapidVelocity,
+    Move(Frame, Rate),
+    Plane,
+    Arc {
+        frame: Frame,
+        turn: Turn,
+        helix: bool,
+    },
+    Wait,
+    ZeroAt,
+    Register,
+    SetPort,
+    /// To what it sets the bit.
+    SetBit(bool),
+    WaitBit,
+    WaitPort,
+    Tool,
+    DrillDefinition,
+    Drill,
+    Cylinder,
+    Acceleration,
+    Spindle,
+    Coolant,
+    ToolDefinition,
+}
+
+/// The most words a command takes.
+pub(super) const MOST_WORDS: usize = 11;
+
+/// The name that a file mark begins with.
+pub(super) const MARK: &str = "IMF_PBL";
+
+/// The command of this name, in capitals or not.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static CommandInfo> {
+    let begins_file =
+        || name.get(..MARK.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(MARK));
+    let known = COMMANDS.iter().find(|info| info.name.eq_ignore_ascii_case(name));
+    known.or_else(|| COMMANDS.iter().find(|info| info.name == MARK && begins_file()))
+}
+
+impl CommandInfo {
+    /// The name and what may stand behind it.
+    #[must_use]
+    pub fn pattern(&self) -> String {
+        // The number of a register follows its name at once.
+        let blank = if self.words.is_empty() || self.form == Form::Register { "" } else { " " };
+        format!("{}{blank}{}", self.name, self.words)
+    }
+
+    /// The words that it takes at a place among its words, counted from 0.
+    pub(super) fn words_at(&self, place: usize) -> &'static [Parameter] {
+        match self.form {
+            Form::Cylinder if place > 0 => LINEAR_AXES,
+            _ => self.parameters,
+        }
+    }
+}
+
+const fn number(unit: &'static str) -> Option<Number> {
+    let least = Value::thousandths(-Value::MOST.in_thousandths());
+    Some(Number { unit, least, most: Value::MOST, whole: false })
+}
+
+const fn from(unit: &'static str, least: Value) -> Option<Number> {
+    Some(Number { unit, least, most: Value::MOST, whole: false })
+}
+
+const fn range(unit: &'static str, least: i64, most: i64) -> Option<Number> {
+    Some(Number { unit, least: Value::whole(least), most: Value::whole(most), whole: true })
+}
+
+const fn word(name: &'static str, value: Option<Number>, meaning: &'static str) -> Parameter {
+    Parameter { name, meaning, value }
+}
+
+/// The smallest value above nothing.
+const ABOVE_ZERO: Value = Value::thousandths(1);
+
+const WAY: &str = "µm, of a rotary axis arc seconds";
+const SPEED: &str = "µm/s, of rotary axes alone arc seconds/s";
+
+const NOTHING: &[Parameter] = &[];
+
+/// A place of each axis, from the work-piece zero.
+const PLACES: &[Parameter] = &[
+    word("X", number(WAY), "where X goes"),
+    word("Y", number(WAY), "where Y goes"),
+    word("Z", number(WAY), "where Z goes"),
+    word("A", number(WAY), "where the fourth axis goes"),
+    word("B", number(WAY), "where the fifth axis goes"),
+    word("C", number(WAY), "where the sixth axis goes"),
+];
+
+/// A way of each axis, from where the tool is.
+const WAYS: &[Parameter] = &[
+    word("X", number(WAY), "how far X goes"),
+    word("Y", number(WAY), "how far Y goes"),
+    word("Z", number(WAY), "how far Z goes"),
+    word("A", number(WAY), "how far the fourth axis goes"),
+    word("B", number(WAY), "how far the fifth axis goes"),
+    word("C", number(WAY), "how far the sixth axis goes"),
+];
+
+/// The end of an arc and its centre, from the work-piece zero.
+const ARC_PLACES: &[Parameter] = &[
+    word("X", number(WAY), "where the arc ends in X"),
+    word("Y", number(WAY), "where the arc ends in Y"),
+    word("Z", number(WAY), "where the arc ends in Z"),
+    word("A", number(WAY), "not used by arcs"),
+    word("B", number(WAY), "not used by arcs"),
+    word("C", number(WAY), "not used by arcs"),
+    word("I", number(WAY), "centre on the first axis of the plane"),
+    word("J", number(WAY), "centre on the second axis of the plane"),
+];
+
+/// The end of an arc and its centre, from where the tool is.
+const ARC_WAYS: &[Parameter] = &[
+    word("X", number(WAY), "how far away the arc ends in X"),
+    word("Y", number(WAY), "how far away the arc ends in Y"),
+    word("Z", number(WAY), "how far away the arc ends in Z"),
+    word("A", number(WAY), "not used by arcs"),
+    word("B", number(WAY), "not used by arcs"),
+    word("C", number(WAY), "not used by arcs"),
+    word("I", number(WAY), "how far away the centre is on the first axis of the plane"),
+    word("J", number(WAY), "how far away the centre is on the second axis of the plane"),
+];
+
+/// A machine coordinate of each axis.
+const ZEROS: &[Parameter] = &[
+    word("X", number(WAY), "machine coordinate of the work-piece zero in X"),
+    word("Y", number(WAY), "machine coordinate of the work-piece zero in Y"),
+    word("Z", number(WAY), "machine coordinate of the work-piece zero in Z"),
+    word("A", number(WAY), "machine coordinate of the work-piece zero of the fourth axis"),
+    word("B", number(WAY), "machine coordinate of the work-piece zero of the fifth axis"),
+    word("C", number(WAY), "machine coordinate of the work-piece zero of the sixth axis"),
+];
+
+const LIMITS: &[Parameter] = &[
+    word("X", number(WAY), "lowest and highest machine coordinate of X"),
+    word("Y", number(WAY), "lowest and highest machine coordinate of Y"),
+    word("Z", number(WAY), "lowest and highest machine coordinate of Z"),
+    word("A", number(WAY), "lowest and highest machine coordinate of the fourth axis"),
+    word("B", number(WAY), "lowest and highest machine coordinate of the fifth axis"),
+    word("C", number(WAY), "lowest and highest machine coordinate of the sixth axis"),
+];
+
+const ACCELERATIONS: &[Parameter] = &[
+    word("X", range("%", 5, 100), "acceleration of X"),
+    word("Y", range("%", 5, 100), "acceleration of Y"),
+    word("Z", range("%", 5, 100), "acceleration of Z"),
+    word("A", range("%", 5, 100), "acceleration of the fourth axis"),
+    word("B", range("%", 5, 100), "acceleration of the fifth axis"),
+    word("C", range("%", 5, 100), "acceleration of the sixth axis"),
+];
+
+const AXES: &[Parameter] = &[
+    word("X", None, "the X axis"),
+    word("Y", None, "the Y axis"),
+    word("Z", None, "the Z axis"),
+    word("A", None, "the fourth axis"),
+    word("B", None, "the fifth axis"),
+    word("C", None, "the sixth axis"),
+];
+
+const PLANES: &[Parameter] = &[
+    word("XY", None, "circles in X and Y; I belongs to X, J to Y"),
+    word("XZ", None, "circles in X and Z; I belongs to X, J to Z"),
+    word("YZ", None, "circles in Y and Z; I belongs to Y, J to Z"),
+];
+
+const RADII: &[Parameter] = &[
+    word("X", from("µm", Value::ZERO), "radius of the cylinder that X turns"),
+    word("Y", from("µm", Value::ZERO), "radius of the cylinder that Y turns"),
+    word("Z", from("µm", Value::ZERO), "radius of the cylinder that Z turns"),
+    word("A", from("µm", Value::ZERO), "radius of the cylinder that the fourth axis turns"),
+    word("B", from("µm", Value::ZERO), "radius of the cylinder that the fifth axis turns"),
+    word("C", from("µm", Value::ZERO), "radius of the cylinder that the sixth axis turns"),
+];
+
+const LINEAR_AXES: &[Parameter] = &[
+    word("X", None, "goes around the cylinder"),
+    word("Y", None, "goes around the cylinder"),
+    word("Z", None, "goes around the cylinder"),
+];
+
+const DRILL_PLACES: &[Parameter] = &[
+    word("X", number("µm"), "where the hole is in X"),
+    word("Y", number("µm"), "where the hole is in Y"),
+];
+
+const DRILL_WORDS: &[Parameter] = &[
+    word("C", range("", 1, 3), "cycle: 1 drills at once, 2 clears the chips, 3 breaks them"),
+    word("P", number("µm"), "height of the reference plane above the work-piece zero"),
+    word("D", number("µm"), "depth of the hole below the reference plane"),
+    word("T", from("ms", Value::ZERO), "how long the drill stays at the bottom"),
+    word("V", from("µm/s", ABOVE_ZERO), "speed of drilling"),
+    word("F", number("µm"), "depth of the first step"),
+    word("O", number("µm"), "depth of the second step"),
+    word("I", number("µm"), "how much shallower each further step is"),
+    word("R", number("µm"), "how far the drill is lifted to break chips, or slows down early"),
+    word("L", number("µm"), "height between steps, above the reference plane"),
+    word("S", number("µm"), "height before and after, above the reference plane"),
+];
+
+const SPINDLE_WORDS: &[Parameter] = &[
+    word("ON", None, "the spindle runs"),
+    word("OFF", None, "the spindle stops"),
+    word("CW", None, "it turns clockwise"),
+    word("CCW", None, "it turns counterclockwise"),
+    word("RPM", from("turns/min", Value::ZERO), "its speed"),
+    word("TIME", from("ms", Value::ZERO), "how long to wait until it has that speed"),
+];
+
+const SWITCH: &[Parameter] =
+    &[word("ON", None, "the coolant flows"), word("OFF", None, "the coolant stops")];
+
+const TOOL_WORDS: &[Parameter] = &[
+    word("T", range("", 0, TOOLS), "number of the tool"),
+    word("L", number("µm"), "length of the tool"),
+    word("R", number("µm"), "radius of the tool"),
+];
+
+/// The highest number of a tool: nine digits.
+const TOOLS: i64 = 999_999_999;
+
+const SPEEDS: &[Parameter] = &[word("", from(SPEED, ABOVE_ZERO), "the speed along the way")];
+const DELAY: &[Parameter] = &[word("", from("ms", Value::ZERO), "how long")];
+const TOOL: &[Parameter] = &[word("", range("", 0, TOOLS), "number of the tool")];
+
+const MOVE: &str = "[Xn] [Yn] [Zn] [An]";
+const ARC: &str = "[In] [Jn] [Xn] [Yn] [Zn]";
+
+const fn row(
+    name: &'static str,
+    words: &'static str,
+    form: Form,
+    parameters: &'static [Parameter],
+    example: &'static str,
+    meaning: &'static str,
+) -> CommandInfo {
+    CommandInfo { name, words, meaning, parameters, source: Manual, example, form }
+}
+
+const fn arc(frame: Frame, turn: Turn, helix: bool) -> Form {
+    Form::Arc { frame, turn, helix }
+}
+
+/// Every command. Those that fill files stand first, for they are looked for most.
+pub static COMMANDS: &[CommandInfo] = &[
+    row(
+        "MOVEABS",
+        MOVE,
+        Form::Move(Absolute, Normal),
+        PLACES,
+        "MOVEABS X20000 Y15000 Z-5000",
+        "Moves in a straight line to a place at the normal speed; an axis that is not named rests.",
+    ),
+    row(
+        "MOVEREL",
+        MOVE,
+        Form::Move(Relative, Normal),
+        WAYS,
+        "MOVEREL Y69625",
+        "Moves in a straight line by a way at the normal speed; an axis that is not named rests.",
+    ),
+    row(
+        "FASTABS",
+        MOVE,
+        Form::Move(Absolute, Rapid),
+        PLACES,
+        "FASTABS X53375 Y0 Z-3000",
+        "Moves to a place at the rapid speed; an axis that is not named rests.",
+    ),
+    row(
+        "FASTREL",
+        MOVE,
+        Form::Move(Relative, Rapid),
+        WAYS,
+        "FASTREL Z5000",
+        "Moves by a way at the rapid speed; an axis that is not named rests.",
+    ),
+    row(
+        "VEL",
+        "speed",
+        Form::Velocity,
+        SPEEDS,
+        "VEL 5000",
+        "Sets the normal speed, that of straight moves, arcs and helices.",
+    ),
+    row(
+        "FASTVEL",
+        "speed",
+        Form::RapidVelocity,
+        SPEEDS,
+        "FASTVEL 50000",
+        "Sets the rapid speed, that of FASTABS and FASTREL.",
+    ),
+    row(
+        "CWABS",
+        ARC,
+        arc(Absolute, Clockwise, false),
+        ARC_PLACES,
+        "CWABS I75000 J50000",
+        "Moves along a clockwise arc to a place; without an end it is a full circle.",
+    ),
+    row(
+        "CCWABS",
+        ARC,
+        arc(Absolute, Counterclockwise, false),
+        ARC_PLACES,
+        "CCWABS I75000 J50000 X75000 Y75000",
+        "Moves along a counterclockwise arc to a place; without an end it is a full circle.",
+    ),
+    row(
+        "CWREL",
+        ARC,
+        arc(Relative, Clockwise, false),
+        ARC_WAYS,
+        "CWREL I20000 J0",
+        "Moves along a clockwise arc, centre and end counted from where the tool is; without an end it is a full circle.",
+    ),
+    row(
+        "CCWREL",
+        ARC,
+        arc(Relative, Counterclockwise, false),
+        ARC_WAYS,
+        "CCWREL I20000 X20000 Y20000",
+        "Moves along a counterclockwise arc, centre and end counted from where the tool is; without an end it is a full circle.",
+    ),
+    row(
+        "CWHLXABS",
+        ARC,
+        arc(Absolute, Clockwise, true),
+        ARC_PLACES,
+        "CWHLXABS I75000 J50000 X75000 Y75000 Z-2000",
+        "Moves along a clockwise helix to a place: an arc while the third axis moves evenly.",
+    ),
+    row(
+        "CCWHLXABS",
+        ARC,
+        arc(Absolute, Counterclockwise, true),
+        ARC_PLACES,
+        "CCWHLXABS I75000 J50000 Z-2000",
+        "Moves along a counterclockwise helix to a place: an arc while the third axis moves evenly.",
+    ),
+    row(
+        "CWHLXREL",
+        ARC,
+        arc(Relative, Clockwise, true),
+        ARC_WAYS,
+        "CWHLXREL I20000 Z-2000",
+        "Moves along a clockwise helix, centre and end counted from where the tool is.",
+    ),
+    row(
+        "CCWHLXREL",
+        ARC,
+        arc(Relative, Counterclockwise, true),
+        ARC_WAYS,
+        "CCWHLXREL I20000 Z-2000",
+        "Moves along a counterclockwise helix, centre and end counted from where the tool is.",
+    ),
+    row(
+        "PLANE",
+        "plane",
+        Form::Plane,
+        PLANES,
+        "PLANE XY",
+        "Chooses the plane of the arcs and helices that follow.",
+    ),
+    row(
+        "REF",
+        "axes [axes …]",
+        Form::Reference,
+        AXES,
+        "REF Z XY",
+        "Makes reference runs, group by group; within a group Z, Y and X go first, in this order.",
+    ),
+    row(
+        "LIMIT",
+        "[Xn,n] [Yn,n] [Zn,n] [An,n]",
+        Form::Limit,
+        LIMITS,
+        "LIMIT X0,250000 Y0,200000 Z-80000,0",
+        "Sets software limits for the moves that follow, as machine coordinates.",
+    ),
+    row("WAIT", "time", Form::Wait, DELAY, "WAIT 2000", "Waits before the job goes on."),
+    row(
+        "WPZERO",
+        "",
+        Form::Plain(Command::ZeroHere),
+        NOTHING,
+        "WPZERO",
+        "Makes the place of the tool the work-piece zero.",
+    ),
+    row(
+        "WPZEROABS",
+        MOVE,
+        Form::ZeroAt,
+        ZEROS,
+        "WPZEROABS X5000 Y5000 Z-5000",
+        "Sets the work-piece zero to machine coordinates; an axis that is not named keeps its own.",
+    ),
+    row(
+        "WPCLEAR",
+        "",
+        Form::Plain(Command::ZeroClear),
+        NOTHING,
+        "WPCLEAR",
+        "Makes the machine's zero the work-piece zero again.",
+    ),
+    row(
+        "WPREG",
+        "n [Xn] [Yn] [Zn] [An] | WPREGnACT",
+        Form::Register,
+        ZEROS,
+        "WPREG1 X100000 Y50000 Z-50000",
+        "Keeps a work-piece zero in a register, 1 to 8; with ACT the one in the register counts from now on.",
+    ),
+    row(
+        "WPTEACH",
+        "",
+        Form::Plain(Command::Teach),
+        NOTHING,
+        "WPTEACH",
+        "Lets the operator move the tool to a new work-piece zero.",
+    ),
+    row(
+        "SETPORT",
+        "An=value",
+        Form::SetPort,
+        NOTHING,
+        "SETPORT A1=100101B",
+        "Writes a value to an output port, 1 to 4: binary with B, hexadecimal with H, otherwise decimal.",
+    ),
+    row(
+        "SETBIT",
+        "An.b",
+        Form::SetBit(true),
+        NOTHING,
+        "SETBIT A1.4",
+        "Sets a bit, 1 to 8, of an output port to 1.",
+    ),
+    row(
+        "RESBIT",
+        "An.b",
+        Form::SetBit(false),
+        NOTHING,
+        "RESBIT A1.4",
+        "Sets a bit, 1 to 8, of an output port to 0.",
+    ),
+    row(
+        "WAITBIT",
+        "En.b==v",
+        Form::WaitBit,
+        NOTHING,
+        "WAITBIT E1.4==1",
+        "Waits until a bit, 1 to 8, of an input port, 1 to 4, is 0 or 1.",
+    ),
+    row(
+        "WAITPORT",
+        "En==value",
+        Form::WaitPort,
+        NOTHING,
+        "WAITPORT E1==00100101B",
+        "Waits until an input port, 1 to 4, has a value.",
+    ),
+    row("GETTOOL", "number", Form::Tool, TOOL, "GETTOOL 3", "Changes the tool."),
+    row(
+        "SPINDLE",
+        "[ON | OFF] [CW | CCW] [RPMn] [TIMEn]",
+        Form::Spindle,
+        SPINDLE_WORDS,
+        "SPINDLE ON TIME2000",
+        "Starts or stops the spindle.",
+    ),
+    row(
+        "COOLANT",
+        "ON | OFF",
+        Form::Coolant,
+        SWITCH,
+        "COOLANT ON",
+        "Starts or stops the coolant pump.",
+    ),
+    row(
+        "DRILLDEF",
+        "[Cn] [Pn] [Dn] [Tn] [Vn] [Fn] [On] [In] [Rn] [Ln] [Sn]",
+        Form::DrillDefinition,
+        DRILL_WORDS,
+        "DRILLDEF C2 P2000 D20000 F7000 O5000",
+        "Sets how DRILL drills; what is not named stays as it is.",
+    ),
+    row(
+        "DRILL",
+        "[Xn] [Yn]",
+        Form::Drill,
+        DRILL_PLACES,
+        "DRILL X10000 Y30000",
+        "Drills a hole as DRILLDEF says; an axis that is not named rests.",
+    ),
+    row(
+        "HALT",
+        "",
+        Form::Plain(Command::Halt),
+        NOTHING,
+        "HALT ; turn the work piece",
+        "Waits for the operator; the comments on this line and the next tell what to do.",
+    ),
+    row(
+        "CYL",
+        "axis radius [axis]",
+        Form::Cylinder,
+        RADII,
+        "CYL A5000 Y",
+        "Wraps the moves of a linear axis, named second, around a cylinder that the first axis turns; radius 0 ends it.",
+    ),
+    row(
+        "ACCEL",
+        "[Xn] [Yn] [Zn] [An]",
+        Form::Acceleration,
+        ACCELERATIONS,
+        "ACCEL X50 Y50",
+        "Sets the acceleration of axes in percent of the machine's.",
+    ),
+    row(
+        "PATH",
+        "",
+        Form::Plain(Command::Path),
+        NOTHING,
+        "PATH",
+        "Begins a section that was made for servo controllers; here its moves run as they are written.",
+    ),
+    row("PATHEND", "", Form::Plain(Command::PathEnd), NOTHING, "PATHEND", "Ends what PATH began."),
+    row(
+        "TOOLDEF",
+        "[Tn] [Ln] [Rn]",
+        Form::ToolDefinition,
+        TOOL_WORDS,
+        "TOOLDEF T1 L40000 R1500",
+        "Describes a tool; it has no effect.",
+    ),
+    row(
+        "INITTOOL",
+        "",
+        Form::Plain(Command::ToolInit),
+        NOTHING,
+        "INITTOOL",
+        "Prepares a tool changer; it has no effect.",
+    ),
+    row(
+        "IMF_PBL",
+        "…",
+        Form::Anything(Command::Mark),
+        NOTHING,
+        "IMF_PBL_V1.0",
+        "Marks the file as a job; it stands in the first line, with any text behind it.",
+    ),
+    CommandInfo {
+        source: Field,
+        ..row(
+            "TYPE",
+            "…",
+            Form::Anything(Command::Type),
+            NOTHING,
+            "TYPE 3",
+            "Tells something of the program that wrote the file; it has no effect.",
+        )
+    },
+    row(
+        "PROGEND",
+        "",
+        Form::Anything(Command::End),
+        NOTHING,
+        "PROGEND",
+        "Ends the job; nothing behind it counts.",
+    ),
+];

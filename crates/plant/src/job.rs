@@ -1,0 +1,121 @@
+//! What a machine is like to job files: speeds, ports, spindle and coolant.
+
+use serde::{Deserialize, Serialize};
+
+/// How job files, such as those of the isel NC intermediate format, are run on a machine. Every
+/// value is what holds where the file says nothing.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct JobSetup {
+    /// The speed of a normal movement in µm/s.
+    pub velocity: u32,
+    /// The speed of a rapid movement in µm/s.
+    pub rapid_velocity: u32,
+    /// The greatest acceleration in Hz/ms, which is 100 %.
+    pub acceleration: u32,
+    /// Which end of Z is up, away from the work-piece.
+    pub up: Up,
+    /// The ports of the controller behind the names of the file.
+    pub ports: JobPorts,
+    /// How the spindle is switched, by port 2 with every model of isel; absent if the controller does not switch it.
+    pub spindle: Option<Spindle>,
+    /// How the coolant pump is switched; absent if the controller does not switch it.
+    pub coolant: Option<Output>,
+}
+
+impl Default for JobSetup {
+    fn default() -> JobSetup {
+        JobSetup {
+            velocity: 10_000,
+            rapid_velocity: 30_000,
+            acceleration: 100,
+            up: Up::Positive,
+            ports: JobPorts::default(),
+            spindle: None,
+            coolant: None,
+        }
+    }
+}
+
+/// Where up is on Z.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Up {
+    /// Greater coordinates are further away from the work-piece.
+    Positive,
+    /// Greater coordinates are deeper in it.
+    Negative,
+}
+
+/// The ports of the controller behind the logical ports of a job file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct JobPorts {
+    /// The input ports E1 to E4.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "E1")]
+    e1: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none", rename = "E2")]
+    e2: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none", rename = "E3")]
+    e3: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none", rename = "E4")]
+    e4: Option<u16>,
+    /// The output ports A1 to A4.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "A1")]
+    a1: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none", rename = "A2")]
+    a2: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none", rename = "A3")]
+    a3: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none", rename = "A4")]
+    a4: Option<u16>,
+}
+
+impl JobPorts {
+    /// The port of the controller that the input port E`number` is, 1 to 4.
+    #[must_use]
+    pub fn input(&self, number: u8) -> Option<u16> {
+        [self.e1, self.e2, self.e3, self.e4].get(usize::from(number).checked_sub(1)?).copied()?
+    }
+
+    /// The port of the controller that the output port A`number` is, 1 to 4.
+    #[must_use]
+    pub fn output(&self, number: u8) -> Option<u16> {
+        [self.a1, self.a2, self.a3, self.a4].get(usize::from(number).checked_sub(1)?).copied()?
+    }
+}
+
+/// An output that is 1 for on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// The port of the controller.
+    pub port: u16,
+    /// The bit of the port, 0 to 7; absent if the port is a single bit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bit: Option<u8>,
+}
+
+/// How the spindle is switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spindle {
+    /// The output that lets it turn.
+    pub on: Output,
+    /// The output that makes it turn counterclockwise, if it can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counterclockwise: Option<Output>,
+    /// The analogue output that sets its speed, if it can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub analogue: Option<Analogue>,
+}
+
+/// An analogue output: 255 is all it gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Analogue {
+    /// The port of the controller.
+    pub port: u16,
+    /// How fast the spindle turns at 255, in turns a minute.
+    pub full_rpm: u32,
+}

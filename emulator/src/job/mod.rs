@@ -1,0 +1,6 @@
+//! Jobs: reading them, carrying them out on a controller, in virtual time or at a port.
+
+pub(crate) mod operator;
+pub(crate) mod perform;
+pub(crate) mod rehearsal;
+pub(crate) mod source;

@@ -1,0 +1,214 @@
+//! The person who stands by, at a terminal or not at all.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
+
+use vimc4::escape;
+use vimc4_ncp::job::{InputTest, Question};
+use vimc4_ncp::language::{Line, TextLine, lines};
+
+use super::perform::{Attendant, Decision, shown};
+
+/// What is said to a person, and what they say.
+pub(crate) struct Operator<'t> {
+    text: &'t str,
+    /// Everything is accepted.
+    pub(crate) yes: bool,
+    /// Inputs are not waited for.
+    pub(crate) skip_waits: bool,
+    /// Every command is told.
+    pub(crate) verbose: bool,
+    typed: Option<Receiver<String>>,
+    /// Time stands still while somebody thinks.
+    at_leisure: bool,
+    /// What was asked last, so that it is asked once.
+    asked: Option<(u32, Asked)>,
+    /// How a motion goes on, for people.
+    resuming: &'static str,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    Question(Question),
+    Wait(InputTest),
+    Stopped,
+}
+
+impl<'t> Operator<'t> {
+    /// Nobody but the options. `text` is the job's, for its comments.
+    pub(crate) fn new(text: &'t str, yes: bool, skip_waits: bool, verbose: bool) -> Operator<'t> {
+        let resuming = "START goes on";
+        Operator {
+            text,
+            yes,
+            skip_waits,
+            verbose,
+            typed: None,
+            at_leisure: false,
+            asked: None,
+            resuming,
+        }
+    }
+
+    /// Somebody at the terminal, if there is one. `woken` is called for every line typed; it may
+    /// keep a line for itself.
+    pub(crate) fn listen(&mut self, mut woken: impl FnMut(&str) -> bool + Send + 'static) {
+        if !io::stdin().is_terminal() {
+            return;
+        }
+        let (sender, typed) = channel();
+        let reader = move || {
+            for line in io::stdin().lock().lines() {
+                let Ok(line) = line else { return };
+                if !woken(&line) && sender.send(line).is_err() {
+                    return;
+                }
+            }
+        };
+        if thread::Builder::new().name("operator".to_owned()).spawn(reader).is_ok() {
+            self.typed = Some(typed);
+            self.resuming = "Enter, or START at the panel, goes on; q ends the job";
+        }
+    }
+
+    /// Somebody at the terminal whose answers are awaited one by one.
+    pub(crate) fn listen_at_leisure(&mut self) {
+        self.at_leisure = io::stdin().is_terminal();
+        if self.at_leisure {
+            self.resuming = "Enter goes on; q ends the job";
+        }
+    }
+
+    /// Whether somebody is there.
+    fn has_listener(&self) -> bool {
+        self.at_leisure || self.typed.is_some()
+    }
+
+    /// Says something once.
+    fn say(&mut self, line: u32, asked: Asked, text: impl FnOnce(&Self) -> String) {
+        if self.asked != Some((line, asked)) {
+            self.asked = Some((line, asked));
+            // Who cannot be told cannot be asked either.
+            let _ = writeln!(io::stderr(), "{}", text(self));
+        }
+    }
+
+    /// What was typed since it was said; nothing at all if nobody is there.
+    fn heard(&mut self) -> Option<String> {
+        if self.at_leisure {
+            self.asked = None;
+            let mut line = String::new();
+            return match io::stdin().lock().read_line(&mut line) {
+                Ok(0) | Err(_) => Some("q".to_owned()),
+                Ok(_) => Some(line.trim().to_owned()),
+            };
+        }
+        let heard = self.typed.as_ref()?.try_recv();
+        match heard {
+            Ok(line) => {
+                self.asked = None;
+                Some(line.trim().to_owned())
+            }
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                self.typed = None;
+                None
+            }
+        }
+    }
+
+    /// The comments of a line and the next, which a HALT shows.
+    fn comments(&self, number: u32) -> Vec<&'t str> {
+        let near = lines(self.text).skip(number.saturating_sub(1) as usize).take(2);
+        let comment = |line: TextLine<'t>| {
+            let Line { command, comment, .. } =
+                vimc4_ncp::language::parse(line.text, &mut |_, _| {});
+            // The next line's comment belongs to the HALT only if it is nothing else.
+            comment
+                .filter(|comment| !comment.is_empty())
+                .filter(|_| line.number == number || command.is_none())
+        };
+        near.filter_map(comment).collect()
+    }
+
+    fn question(&self, line: u32, question: Question) -> String {
+        let mut text = match question {
+            Question::Halt => format!("line {line}: HALT"),
+            Question::Tool(number) => format!("line {line}: put in tool {number}"),
+            Question::Teach => format!("line {line}: find the work-piece zero"),
+        };
+        if question == Question::Halt {
+            for comment in self.comments(line) {
+                text += "\n  ";
+                text += comment;
+            }
+        }
+        if self.has_listener() {
+            text += match question {
+                Question::Halt | Question::Tool(_) => "\nEnter goes on; q ends the job",
+                Question::Teach => {
+                    "\nmove with lines such as MOVEREL X500; Enter makes this place the zero, k \
+                     keeps the old one, q ends the job"
+                }
+            };
+        }
+        text
+    }
+}
+
+impl Attendant for Operator<'_> {
+    fn ask(&mut self, line: u32, question: Question) -> Decision {
+        self.say(line, Asked::Question(question), |operator| operator.question(line, question));
+        if self.yes {
+            return Decision::GoOn;
+        }
+        match self.heard().as_deref() {
+            None => Decision::NotYet,
+            Some("") => Decision::GoOn,
+            Some("q") => Decision::End,
+            Some("k") if question == Question::Teach => Decision::Skip,
+            Some(typed) => Decision::First(typed.to_owned()),
+        }
+    }
+
+    fn wait(&mut self, line: u32, test: InputTest) -> Decision {
+        if self.skip_waits {
+            return Decision::Skip;
+        }
+        self.say(line, Asked::Wait(test), |operator| {
+            let InputTest { port, bit, value } = test;
+            let what = match bit {
+                Some(bit) => format!("port {port} bit {bit} to be {value}"),
+                None => format!("port {port} to be {value}"),
+            };
+            let skip =
+                if operator.has_listener() { "; Enter skips it, q ends the job" } else { "" };
+            format!("line {line}: waiting for {what}{skip}")
+        });
+        match self.heard().as_deref() {
+            None => Decision::NotYet,
+            Some("q") => Decision::End,
+            Some(_) => Decision::Skip,
+        }
+    }
+
+    fn stopped(&mut self, line: u32) -> Decision {
+        self.say(line, Asked::Stopped, |operator| {
+            format!("line {line}: stopped; {}", operator.resuming)
+        });
+        match self.heard().as_deref() {
+            None => Decision::NotYet,
+            Some("q") => Decision::End,
+            Some(_) => Decision::GoOn,
+        }
+    }
+
+    fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]) {
+        if self.verbose {
+            let (sent, answer) = (shown(sent), escape(answer));
+            let place = if line == 0 { String::new() } else { line.to_string() };
+            let _ = writeln!(io::stdout(), "{place:>6}  {sent:<48}  {answer}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Carrying a job out: every command is answered before the next is sent.
+//!
+//! What differs between virtual time and a real port is behind [`Link`], and what a person decides
+//! behind [`Attendant`].
+
+use std::time::Duration;
+
+use vimc4::escape;
+use vimc4_ncp::Diagnostic;
+use vimc4_ncp::job::{InputTest, Job, Order, Question, Step, Target};
+
+/// How often an input is looked at that is waited for: the controller does not tell.
+const LOOK: Duration = Duration::from_millis(100);
+/// A person tells.
+const LONG: Duration = Duration::from_secs(3_600);
+
+/// A controller that answers.
+pub(crate) trait Link {
+    /// Why it does not any more.
+    type Broken;
+
+    /// Sends a command with its CR and awaits its answer.
+    fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Self::Broken>;
+
+    /// Lets time pass.
+    fn wait(&mut self, time: Duration) -> Result<(), Self::Broken>;
+
+    /// Lets time pass until something may have changed, and no longer than this.
+    fn rest(&mut self, longest: Duration) -> Result<(), Self::Broken>;
+
+    /// Something that a line asked for was done.
+    fn done(&mut self, line: u32);
+}
+
+/// Who stands by and decides.
+pub(crate) trait Attendant {
+    /// What a HALT, a GETTOOL or a WPTEACH in this line asks for.
+    fn ask(&mut self, line: u32, question: Question) -> Decision;
+
+    /// An input is not yet so.
+    fn wait(&mut self, line: u32, test: InputTest) -> Decision;
+
+    /// A motion was stopped.
+    fn stopped(&mut self, line: u32) -> Decision;
+
+    /// A command was answered.
+    fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]);
+}
+
+/// What an attendant decides.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Decision {
+    /// Go on: it is done. At WPTEACH: the work-piece zero is here.
+    GoOn,
+    /// At WPTEACH: the work-piece zero stays where it was. At a wait: do not wait any longer.
+    Skip,
+    /// Not yet; for a wait: look again.
+    NotYet,
+    /// First do what this line says.
+    First(String),
+    /// End the job.
+    End,
+}
+
+/// What there is to do.
+#[derive(Clone, Debug)]
+pub(crate) enum Work<'t> {
+    /// A job file.
+    Job { job: Job<'t>, target: &'t Target },
+    /// Commands as they are sent, with their lines in the file.
+    List(std::vec::IntoIter<(u32, Vec<u8>)>),
+}
+
+/// One thing to do.
+enum Task {
+    Send(Vec<u8>),
+    Dwell(Duration),
+    Await(InputTest),
+    Ask(Question),
+}
+
+/// How a job ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Ending {
+    /// Everything was done.
+    Done,
+    /// The controller has refused a command.
+    Refused { line: u32, sent: Vec<u8>, answer: Vec<u8> },
+    /// Somebody has ended it, or nobody was there to go on.
+    Ended { line: u32 },
+    /// A line could not be carried out; why was said before.
+    Impossible { line: u32 },
+}
+
+impl Work<'_> {
+    fn next(&mut self, report: &mut dyn FnMut(Diagnostic)) -> Option<(u32, Task)> {
+        match self {
+            Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
+            Work::Job { job, target } => {
+                let Order { line, step, .. } = job.next(report)?;
+                let task = match step {
+                    Step::Dwell(micros) => Task::Dwell(Duration::from_micros(micros)),
+                    Step::Await(test) => Task::Await(test),
+                    Step::Ask(question) => Task::Ask(question),
+                    step => Task::Send(target.line(&step)?),
+                };
+                Some((line, task))
+            }
+        }
+    }
+
+    /// The line it ended with although more was to come.
+    fn impossible(&self) -> Option<u32> {
+        match self {
+            Work::Job { job, .. } if job.has_failed() => Some(job.line()),
+            _ => None,
+        }
+    }
+}
+
+/// Carries everything out. What is said about the job's lines goes to `report`.
+pub(crate) fn perform<L: Link>(
+    work: &mut Work<'_>,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+    report: &mut dyn FnMut(Diagnostic),
+) -> Result<Ending, L::Broken> {
+    while let Some((line, task)) = work.next(report) {
+        let ending = match task {
+            Task::Send(bytes) => send(line, &bytes, link, attendant)?,
+            Task::Dwell(time) => link.wait(time).map(|()| None)?,
+            Task::Await(test) => await_input(line, test, link, attendant)?,
+            Task::Ask(question) => ask(line, question, work, link, attendant, report)?,
+        };
+        if let Some(ending) = ending {
+            return Ok(ending);
+        }
+        link.done(line);
+    }
+    Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line }))
+}
+
+/// Sends a command until it is done: one that was stopped goes on with `S`.
+fn send<L: Link>(
+    line: u32,
+    bytes: &[u8],
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+) -> Result<Option<Ending>, L::Broken> {
+    let mut answer = link.command(bytes)?;
+    attendant.answered(line, bytes, &answer);
+    loop {
+        match answer.as_slice() {
+            [b'0', ..] | [.., b'\n', b'0'] => return Ok(None),
+            // Some controllers confirm the stop with a 0 of its own.
+            [b'F'] | [b'F', b'0'] => {}
+            _ => {
+                let sent = bytes.to_vec();
+                return Ok(Some(Ending::Refused { line, sent, answer }));
+            }
+        }
+        match attendant.stopped(line) {
+            Decision::GoOn => {
+                answer = link.command(b"@0S\r")?;
+                attendant.answered(line, b"@0S\r", &answer);
+            }
+            Decision::NotYet => {
+                link.rest(LOOK)?;
+                // START was pressed at the panel: that bit is for hosts (99 2.2.12).
+                if !start_is_pressed(&link.command(b"@0DS0\r")?) {
+                    continue;
+                }
+                answer = link.command(b"@0S\r")?;
+                attendant.answered(line, b"@0S\r", &answer);
+            }
+            _ => return Ok(Some(Ending::Ended { line })),
+        }
+    }
+}
+
+/// Whether bit 1 of the state that `DS0` shows is set.
+fn start_is_pressed(answer: &[u8]) -> bool {
+    byte(answer).is_some_and(|state| state & 2 != 0)
+}
+
+/// The two digits behind a `0`.
+fn byte(answer: &[u8]) -> Option<u8> {
+    let digits = std::str::from_utf8(answer.strip_prefix(b"0")?).ok()?;
+    u8::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 2)
+}
+
+fn await_input<L: Link>(
+    line: u32,
+    test: InputTest,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+) -> Result<Option<Ending>, L::Broken> {
+    let question = format!("@0b{}\r", test.port).into_bytes();
+    loop {
+        let answer = link.command(&question)?;
+        let Some(read) = byte(&answer) else {
+            return Ok(Some(Ending::Refused { line, sent: question, answer }));
+        };
+        if test.is_met_by(read) {
+            return Ok(None);
+        }
+        match attendant.wait(line, test) {
+            Decision::NotYet => link.rest(LOOK)?,
+            Decision::End => return Ok(Some(Ending::Ended { line })),
+            _ => return Ok(None),
+        }
+    }
+}
+
+fn ask<L: Link>(
+    line: u32,
+    question: Question,
+    work: &mut Work<'_>,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+    report: &mut dyn FnMut(Diagnostic),
+) -> Result<Option<Ending>, L::Broken> {
+    loop {
+        let decision = attendant.ask(line, question);
+        // Only a job file asks.
+        let Work::Job { job, .. } = work else { return Ok(None) };
+        match decision {
+            Decision::NotYet => {
+                link.rest(LONG)?;
+                continue;
+            }
+            Decision::GoOn if question == Question::Teach => job.take_zero(),
+            Decision::First(typed) => job.enter(&typed, question, report),
+            Decision::GoOn | Decision::Skip => {}
+            Decision::End => return Ok(Some(Ending::Ended { line })),
+        }
+        return Ok(None);
+    }
+}
+
+/// A command and its answer, for people.
+pub(crate) fn shown(sent: &[u8]) -> String {
+    escape(sent.strip_suffix(b"\r").unwrap_or(sent)).to_string()
+}

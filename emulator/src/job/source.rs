@@ -1,0 +1,121 @@
+//! What there is to carry out: the file, and the controller and machine it is for.
+
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use vimc4::{Machine, Model};
+use vimc4_ncp::job::{Controller, Options, Target};
+use vimc4_ncp::language;
+
+use crate::failure::Failure;
+
+/// A job file and how it is read, the same for every command that takes one.
+#[derive(clap::Args)]
+pub(crate) struct JobArguments {
+    /// The job file; `-` is standard input
+    pub(crate) file: PathBuf,
+    /// The model of controller: a name from `vimc4 models`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    pub(crate) model: String,
+    /// The machine: a name from `vimc4 machines`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
+    pub(crate) machine: String,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// How a job file is read.
+#[derive(Clone, Copy, clap::Args)]
+pub(crate) struct Reading {
+    /// Take the present point as the machine's zero where the file begins without a REF, instead
+    /// of referencing all axes first
+    #[arg(long)]
+    pub(crate) no_ref: bool,
+    /// The unit of D F O I R L S V in DRILLDEF
+    #[arg(long, value_name = "UNIT", value_enum, default_value = "um")]
+    pub(crate) drilldef_unit: Unit,
+    /// Leave out lines that cannot be read, and stop where one cannot be carried out
+    #[arg(long)]
+    pub(crate) lenient: bool,
+}
+
+/// The unit of what DRILLDEF sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Unit {
+    /// Micrometres, as the manual's example and most programs have it
+    Um,
+    /// Millimetres, as the manual's table and some programs have it
+    Mm,
+}
+
+impl Reading {
+    pub(crate) fn options(self) -> Options {
+        Options { no_reference: self.no_ref, drill_in_mm: self.drilldef_unit == Unit::Mm }
+    }
+}
+
+/// A controller on a machine, as jobs and virtual controllers see them.
+pub(crate) struct Site {
+    pub(crate) model: Model,
+    pub(crate) machine: Arc<Machine>,
+    pub(crate) target: Target,
+}
+
+impl Site {
+    /// The site of these names or profile files.
+    pub(crate) fn new(model: &str, machine: &str) -> Result<Site, Failure> {
+        let model = vimc4::model(model)?;
+        let machine = vimc4::machine(machine)?;
+        let Model::Isel(inner) = &model else {
+            return Err(Failure::usage(format!(
+                "the {} does not speak isel's @-format; choose one of imc4, imc4-m, imc-m, imc-mp \
+                 and imc-s8",
+                model.name()
+            )));
+        };
+        let ports = |map: &std::collections::BTreeMap<u16, _>, aliases: Vec<u16>| {
+            map.keys().copied().chain(aliases).collect()
+        };
+        let controller = Controller {
+            dialect: inner.command_set.dialect(),
+            speeds: inner.limits.speed_min..=inner.limits.speed_max,
+            inputs: ports(&inner.ports.read, inner.ports.read_alias.keys().copied().collect()),
+            outputs: ports(&inner.ports.write, inner.ports.write_alias.keys().copied().collect()),
+            memory: inner.flash.size,
+            command_bytes: inner.flash.command_bytes,
+            parameter_bytes: inner.flash.parameter_bytes,
+            branch_from_next: inner.quirks.branches_from_next(),
+        };
+        let target = Target::new(controller, &machine);
+        Ok(Site { model, machine, target })
+    }
+}
+
+/// The bytes of a file; `-` is standard input.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let read = match path == Path::new("-") {
+        true => io::stdin().lock().read_to_end(&mut bytes).map(drop),
+        false => fs::read(path).map(|all| bytes = all),
+    };
+    read.map(|()| bytes).map_err(|error| {
+        Failure::usage(format!(
+            "cannot read {}: {error}; name a job file, or `-` for standard input",
+            path.display()
+        ))
+    })
+}
+
+/// The text of a job file.
+pub(crate) fn text(path: &Path) -> Result<String, Failure> {
+    let bytes = read(path)?;
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(Failure::usage(format!(
+            "{} is text in UTF-16; save it as plain text or UTF-8",
+            path.display()
+        )));
+    }
+    Ok(language::decode(&bytes).into_owned())
+}

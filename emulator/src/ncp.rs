@@ -1,0 +1,37 @@
+//! `vimc4 ncp`: job files in the isel NC intermediate format.
+
+mod check;
+mod compile;
+mod problems;
+mod run;
+
+use std::process::ExitCode;
+
+use crate::failure::Failure;
+
+#[derive(clap::Args)]
+#[command(long_about = "\
+Check, run and compile job files in the isel NC intermediate format (NCP), as CAD/CAM programs
+write them. A real or a virtual controller carries them out with `vimc4 send`.")]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// Say everything that is wrong with a job file, line by line
+    Check(check::Arguments),
+    /// Carry a job out on a virtual controller, in virtual time
+    Run(run::Arguments),
+    /// Turn a job into a data field, which a controller stores and runs by itself
+    Compile(compile::Arguments),
+}
+
+pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    match arguments.command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Compile(arguments) => compile::run(&arguments),
+    }
+}

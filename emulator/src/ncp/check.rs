@@ -1,0 +1,71 @@
+//! `vimc4 ncp check`: everything that is wrong with a job file.
+
+use std::io;
+use std::process::ExitCode;
+
+use vimc4_ncp::job;
+
+use super::problems::{Format, Problems, counts};
+use crate::failure::Failure;
+use crate::job::source::{self, JobArguments, Site};
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Say everything that is wrong with a job file, line by line
+
+Nothing is carried out. Every line is read to the end of the file, and every movement is checked
+against the job's LIMIT, the machine's travel and the controller's speeds. The exit code is 1 if
+there are errors.",
+    after_long_help = "\
+Examples:
+  vimc4 ncp check part.ncp --machine mill
+  vimc4 ncp check part.ncp --model imc-s8 --format json"
+)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    job: JobArguments,
+    /// How the problems are shown
+    #[arg(long, value_enum, default_value = "full")]
+    format: Format,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let JobArguments { file, model, machine, reading } = &arguments.job;
+    let site = Site::new(model, machine)?;
+    let text = source::text(file)?;
+    let name = file.display().to_string();
+    let out = Box::new(io::stdout());
+    let mut problems = Problems::new(name.clone(), &text, arguments.format, reading.lenient, out);
+    let summary = job::check(&text, &site.target, reading.options(), &mut |diagnostic| {
+        problems.show(diagnostic);
+    });
+    problems.summary.lines = summary.lines;
+    let summary = problems.finish()?;
+    if arguments.format != Format::Json {
+        println!("{name}: {} lines, {}", summary.lines, counts(&summary));
+    }
+    Ok(if summary.errors > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Checks a job before anything of it is done: what is wrong goes to standard error.
+///
+/// # Errors
+///
+/// If there are errors; nothing may be done then.
+pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
+    let name = job.file.display().to_string();
+    let out = Box::new(io::stderr());
+    let mut problems = Problems::new(name.clone(), text, Format::Full, job.reading.lenient, out);
+    job::check(text, &site.target, job.reading.options(), &mut |diagnostic| {
+        problems.show(diagnostic);
+    });
+    let summary = problems.finish()?;
+    match summary.errors {
+        0 => Ok(()),
+        1 => Err(Failure::midway(format!("{name} has an error; mend it, and begin again"))),
+        errors => {
+            Err(Failure::midway(format!("{name} has {errors} errors; mend them, and begin again")))
+        }
+    }
+}

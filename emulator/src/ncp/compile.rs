@@ -1,0 +1,70 @@
+//! `vimc4 ncp compile`: a job as a data field.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use vimc4_ncp::job;
+
+use super::problems::{Format, Problems};
+use crate::failure::Failure;
+use crate::job::source::{self, JobArguments, Site};
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Turn a job into a data field, which a controller stores and runs by itself
+
+The data field goes to standard output or to --output: the lines of a program as they stand between
+@0i and its final 9. A stored program has nobody to ask, so a HALT, a GETTOOL or a WPTEACH is an
+error here. A program that does not fit into the controller is an error too.",
+    after_long_help = "\
+Examples:
+  vimc4 ncp compile part.ncp --machine mill --output part.cnc
+  vimc4 run part.cnc --machine mill --axes 15"
+)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    job: JobArguments,
+    /// Where the data field goes, instead of standard output
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let JobArguments { file, model, machine, reading } = &arguments.job;
+    let site = Site::new(model, machine)?;
+    let text = source::text(file)?;
+    let name = file.display().to_string();
+    let out = Box::new(io::stderr());
+    let mut problems = Problems::new(name.clone(), &text, Format::Full, reading.lenient, out);
+    let field = job::compile(&text, &site.target, reading.options(), &mut |diagnostic| {
+        problems.show(diagnostic);
+    });
+    let summary = problems.finish()?;
+    let Some(field) = field.filter(|_| summary.errors == 0 || reading.lenient) else {
+        return Err(Failure::midway(format!(
+            "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
+        )));
+    };
+    let written = match &arguments.output {
+        Some(path) => fs::write(path, &field.text)
+            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display()))),
+        None => io::stdout()
+            .lock()
+            .write_all(field.text.as_bytes())
+            .map_err(|error| Failure::midway(format!("cannot write the output: {error}"))),
+    };
+    written?;
+    let _ = writeln!(
+        io::stderr(),
+        "{name}: {} lines, {} of {} bytes, for the axes {} (--axes {})",
+        field.lines,
+        field.bytes,
+        site.target.controller.memory,
+        field.axes,
+        field.axes.bits(),
+    );
+    Ok(ExitCode::SUCCESS)
+}

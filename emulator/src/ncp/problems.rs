@@ -1,0 +1,274 @@
+//! What is said about the lines of a job file.
+
+use std::fmt::Write as _;
+use std::io::{self, BufWriter, Write};
+
+use miette::{
+    LabeledSpan, MietteSpanContents, NamedSource, Report, SourceCode, SourceSpan, SpanContents,
+};
+use serde_json::json;
+use vimc4_ncp::job::Summary;
+use vimc4_ncp::language::{Lines, lines};
+use vimc4_ncp::{Diagnostic, Problem, Severity};
+
+use crate::failure::Failure;
+
+/// So many are shown with a picture of the line; the rest has a line each.
+const PICTURES: u64 = 20;
+
+/// How problems are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Format {
+    /// The line, the place, and what would be right
+    #[default]
+    Full,
+    /// One line each: file:line:column: severity[code]: message; what would be right
+    Short,
+    /// One JSON object
+    Json,
+}
+
+/// Shows what is said about a file.
+pub(crate) struct Problems<'t> {
+    name: String,
+    format: Format,
+    lenient: bool,
+    /// The lines from the one that was spoken of last.
+    lines: Lines<'t>,
+    text: &'t str,
+    current: (u32, &'t str),
+    shown: u64,
+    pub(crate) summary: Summary,
+    out: BufWriter<Box<dyn Write>>,
+    written: io::Result<()>,
+}
+
+impl<'t> Problems<'t> {
+    /// Shows them on standard output, where they are what was asked for, or on standard error.
+    pub(crate) fn new(
+        name: String,
+        text: &'t str,
+        format: Format,
+        lenient: bool,
+        out: Box<dyn Write>,
+    ) -> Problems<'t> {
+        let mut problems = Problems {
+            name,
+            format,
+            lenient,
+            lines: lines(text),
+            text,
+            current: (0, ""),
+            shown: 0,
+            summary: Summary::default(),
+            out: BufWriter::with_capacity(1 << 16, out),
+            written: Ok(()),
+        };
+        if format == Format::Json {
+            let file = json!(problems.name);
+            problems.write(&format!("{{\"file\":{file},\"diagnostics\":["));
+        }
+        problems
+    }
+
+    /// How bad a problem is to who reads the file so.
+    fn severity(&self, problem: Problem) -> Severity {
+        match problem {
+            // A line that is left out is no reason not to run the others.
+            Problem::Written(_) if self.lenient => problem.severity().min(Severity::Warning),
+            _ => problem.severity(),
+        }
+    }
+
+    pub(crate) fn show(&mut self, diagnostic: Diagnostic) {
+        let severity = self.severity(diagnostic.problem);
+        self.summary.count(severity);
+        let line = self.line(diagnostic.line);
+        let text = match self.format {
+            Format::Full if self.shown < PICTURES => self.picture(&diagnostic, severity, line),
+            Format::Full | Format::Short => self.short(&diagnostic, severity, line),
+            Format::Json => self.json(&diagnostic, severity, line),
+        };
+        self.shown += 1;
+        self.write(&text);
+    }
+
+    /// The text of a line; they are mostly asked for in order.
+    fn line(&mut self, number: u32) -> &'t str {
+        if number < self.current.0 {
+            self.lines = lines(self.text);
+            self.current = (0, "");
+        }
+        while self.current.0 < number {
+            let Some(line) = self.lines.next() else { break };
+            self.current = (line.number, line.text);
+        }
+        if self.current.0 == number { self.current.1 } else { "" }
+    }
+
+    fn picture(&self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> String {
+        let picture = Picture {
+            diagnostic: *diagnostic,
+            severity,
+            source: OneLine {
+                name: self.name.clone(),
+                line: diagnostic.line,
+                source: NamedSource::new(&self.name, line.to_owned()),
+            },
+        };
+        format!("{:?}\n", Report::new(picture))
+    }
+
+    fn short(&self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> String {
+        let problem = diagnostic.problem;
+        let mut text = String::with_capacity(160);
+        let (number, column) = (diagnostic.line, column(diagnostic, line));
+        let (name, word, code) = (&self.name, word(severity), problem.code());
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{name}:{number}:{column}: {word}[{code}]: {problem}");
+        if let Some(help) = problem.help() {
+            text += "; ";
+            text += &help;
+        }
+        text.push('\n');
+        text
+    }
+
+    fn json(&self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> String {
+        let problem = diagnostic.problem;
+        let range = diagnostic.span.range();
+        let object = json!({
+            "line": diagnostic.line,
+            "column": column(diagnostic, line),
+            "end_column": line.get(..range.end).map_or(1, |before| before.chars().count() + 1),
+            "text": line.get(range).unwrap_or_default(),
+            "severity": severity,
+            "code": problem.code(),
+            "message": problem.to_string(),
+            "help": problem.help(),
+        });
+        let comma = if self.shown > 0 { "," } else { "" };
+        format!("{comma}\n{object}")
+    }
+
+    /// Says how many there were.
+    pub(crate) fn finish(mut self) -> Result<Summary, Failure> {
+        let Summary { lines, errors, warnings, notes } = self.summary;
+        if self.format == Format::Json {
+            let counts = format!(
+                "\n],\"lines\":{lines},\"errors\":{errors},\"warnings\":{warnings},\"notes\":{notes}}}\n"
+            );
+            self.write(&counts);
+        }
+        let written = self.written.and_then(|()| self.out.flush());
+        written.map_err(|error| Failure::midway(format!("cannot write the output: {error}")))?;
+        Ok(self.summary)
+    }
+
+    fn write(&mut self, text: &str) {
+        if self.written.is_ok() {
+            self.written = self.out.write_all(text.as_bytes());
+        }
+    }
+}
+
+/// `2 errors, 1 warning`
+pub(crate) fn counts(summary: &Summary) -> String {
+    let Summary { errors, warnings, notes, .. } = *summary;
+    let count = |number: u64, what: &str| match number {
+        0 => None,
+        1 => Some(format!("1 {what}")),
+        _ => Some(format!("{number} {what}s")),
+    };
+    let counts = [count(errors, "error"), count(warnings, "warning"), count(notes, "note")];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    if counts.is_empty() { "nothing to be said".to_owned() } else { counts.join(", ") }
+}
+
+fn word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    }
+}
+
+/// The column in characters, from 1.
+fn column(diagnostic: &Diagnostic, line: &str) -> usize {
+    let before = line.get(..diagnostic.span.range().start);
+    before.map_or(1, |before| before.chars().count() + 1)
+}
+
+/// A diagnostic as it is drawn.
+#[derive(Debug)]
+struct Picture {
+    diagnostic: Diagnostic,
+    severity: Severity,
+    source: OneLine,
+}
+
+impl std::fmt::Display for Picture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.diagnostic.problem.fmt(f)
+    }
+}
+
+impl std::error::Error for Picture {}
+
+impl miette::Diagnostic for Picture {
+    fn code<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        Some(Box::new(self.diagnostic.problem.code()))
+    }
+
+    fn severity(&self) -> Option<miette::Severity> {
+        Some(match self.severity {
+            Severity::Error => miette::Severity::Error,
+            Severity::Warning => miette::Severity::Warning,
+            Severity::Note => miette::Severity::Advice,
+        })
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        let help = self.diagnostic.problem.help()?;
+        Some(Box::new(help))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        Some(&self.source)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let range = self.diagnostic.span.range();
+        let span = SourceSpan::from(range.start..range.end.max(range.start));
+        let label = LabeledSpan::new_with_span(None, span);
+        Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// One line of a file. A whole file would be looked through for every picture.
+#[derive(Debug)]
+struct OneLine {
+    name: String,
+    /// Its number, from 1.
+    line: u32,
+    source: NamedSource<String>,
+}
+
+impl SourceCode for OneLine {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, miette::MietteError> {
+        let contents = self.source.inner().read_span(span, before, after)?;
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            contents.data(),
+            *contents.span(),
+            self.line.saturating_sub(1) as usize,
+            contents.column(),
+            contents.line_count(),
+        )))
+    }
+}

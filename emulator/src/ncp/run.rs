@@ -1,0 +1,234 @@
+//! `vimc4 ncp run`: a job on a virtual controller, in virtual time.
+
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Map, Value, json};
+use vimc4::Order;
+use vimc4::device::{Controller, Device};
+use vimc4_ncp::job::Job;
+
+use super::check;
+use crate::failure::Failure;
+use crate::job::operator::Operator;
+use crate::job::perform::{Ending, Work, perform, shown};
+use crate::job::rehearsal::Virtual;
+use crate::job::source::{self, JobArguments, Site};
+use crate::run::driver::{Driver, Halt};
+use crate::run::meter::{Meter, units};
+use crate::run::report::{grouped, nanos, seconds};
+use crate::run::{Outside, duration, signals, timed, timed_input};
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Carry a job out on a virtual controller, in virtual time, as fast as it goes
+
+The job is checked first, and nothing is done if there are errors. Then its commands are sent, each
+when the one before was answered. A HALT, a GETTOOL and a WPTEACH ask at the terminal; --yes
+accepts them. A WAITBIT and a WAITPORT wait for what --input does, or are passed with --skip-waits.
+
+The exit code is 0 at the end of the job, 1 after an error in the file or an error reply, and 3
+after --for, or where nobody is there to go on.",
+    after_long_help = "\
+Examples:
+  vimc4 ncp run part.ncp --machine mill --yes
+  vimc4 ncp run part.ncp --input 0.3=1@20s --press stop@5s --press start@8s -v"
+)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    job: JobArguments,
+    /// Accept every HALT, GETTOOL and WPTEACH
+    #[arg(long)]
+    yes: bool,
+    /// Pass every WAITBIT and WAITPORT
+    #[arg(long)]
+    skip_waits: bool,
+    /// How much virtual time may pass, such as 90s, 5min or 8h
+    #[arg(long = "for", value_name = "DURATION", default_value = "24h", value_parser = duration)]
+    time: Duration,
+    /// Set a bit of an input port of the controller at a time, or from the beginning
+    #[arg(long, value_name = "PORT.BIT=LEVEL[@TIME]", value_parser = timed_input)]
+    input: Vec<(Order, Duration)>,
+    /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
+    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
+    press: Vec<(String, Duration)>,
+    /// Print one line of JSON instead
+    #[arg(long)]
+    json: bool,
+    /// Show every command and its answer
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let job = &arguments.job;
+    let site = Site::new(&job.model, &job.machine)?;
+    let text = source::text(&job.file)?;
+    check::before(job, &site, &text)?;
+
+    let controller =
+        Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
+    let outside = Outside {
+        signals: signals(&arguments.input, &arguments.press, &job.model, &controller)?,
+        starts: false,
+        time: arguments.time,
+    };
+    let mut link = Virtual::new(Driver::new(controller, Meter::new(&site.machine), None), false);
+    outside.schedule(&mut link.driver);
+    let mut operator = Operator::new(
+        &text,
+        arguments.yes,
+        arguments.skip_waits,
+        arguments.verbose && !arguments.json,
+    );
+    if !arguments.yes && io::stdin().is_terminal() {
+        operator.listen_at_leisure();
+    }
+    let target = &site.target;
+    let mut work = Work::Job { job: Job::new(&text, target, job.reading.options()), target };
+    // What is wrong was said before.
+    let ending = perform(&mut work, &mut link, &mut operator, &mut |_| {});
+    Outcome::of(ending, &link).report(arguments, &site, &mut link)
+}
+
+/// How a run ended.
+struct Outcome {
+    code: u8,
+    word: &'static str,
+    text: String,
+    line: Option<u32>,
+}
+
+impl Outcome {
+    fn of(ending: Result<Ending, Halt>, link: &Virtual) -> Outcome {
+        // What is under way is what comes after the last thing that was done.
+        let place = match link.line {
+            0 => "at the beginning".to_owned(),
+            line => format!("after line {line}"),
+        };
+        let (code, word, text, line) = match ending {
+            Ok(Ending::Done) => (0, "done", "the job is done".to_owned(), None),
+            Ok(Ending::Refused { line, sent, answer }) => {
+                let answer = vimc4::escape(&answer);
+                (
+                    1,
+                    "error",
+                    format!("line {line}: {} was answered {answer}", shown(&sent)),
+                    Some(line),
+                )
+            }
+            Ok(Ending::Ended { line }) => {
+                (3, "ended", format!("line {line}: ended by the operator"), Some(line))
+            }
+            Ok(Ending::Impossible { line }) => {
+                (1, "error", format!("line {line} cannot be carried out"), Some(line))
+            }
+            Err(Halt::Time) => (3, "for", format!("the time of --for is over, {place}"), None),
+            Err(_) => {
+                let text = format!(
+                    "{place} it waits, and nothing will change that: --yes accepts questions, \
+                     --skip-waits passes waits, --input and --press do something"
+                );
+                (3, "waits", text, None)
+            }
+        };
+        Outcome { code, word, text, line }
+    }
+
+    fn report(
+        self,
+        arguments: &Arguments,
+        site: &Site,
+        link: &mut Virtual,
+    ) -> Result<ExitCode, Failure> {
+        let now = link.driver.now();
+        link.driver.meter.stop(now);
+        let text = match arguments.json {
+            true => self.json(site, link),
+            false => self.table(site, link),
+        };
+        let written = io::stdout().lock().write_all(text.as_bytes());
+        written.map_err(|error| Failure::midway(format!("cannot write the output: {error}")))?;
+        Ok(ExitCode::from(self.code))
+    }
+
+    fn json(&self, site: &Site, link: &Virtual) -> String {
+        let view = link.driver.device().view(link.driver.now());
+        let meter = &link.driver.meter;
+        let units = units(&site.machine);
+        let mut axes = Map::new();
+        for axis in site.target.axes.iter() {
+            let extent = meter.extent.map(|(low, high)| (low[axis], high[axis]));
+            let value: Value = json!({
+                "position": view.axes.get(axis).map(|axis| axis.position),
+                "travelled": meter.steps[axis],
+                "extent": extent,
+                "unit": units[axis].name,
+                "unit_per_step": units[axis].per_step,
+            });
+            axes.insert(name(site, axis).to_owned(), value);
+        }
+        let warnings: Vec<&vimc4::Warning> =
+            link.warnings.iter().map(|(_, warning)| warning).collect();
+        let summary = json!({
+            "ended": self.word,
+            "text": self.text,
+            "line": self.line,
+            "time_ns": nanos(link.elapsed()),
+            "commands": link.commands,
+            "axes": axes,
+            "path_mm": meter.path_mm,
+            "warnings": warnings,
+        });
+        format!("{summary}\n")
+    }
+
+    fn table(&self, site: &Site, link: &Virtual) -> String {
+        let view = link.driver.device().view(link.driver.now());
+        let meter = &link.driver.meter;
+        let units = units(&site.machine);
+        let mut text = format!(
+            "{:<10}{:>18}{:>18}{:>18}{:>18}\n",
+            "axis", "end", "lowest", "highest", "travelled"
+        );
+        for axis in site.target.axes.iter() {
+            let unit = units[axis];
+            let shown =
+                |steps: i64| format!("{:.3} {:<2}", steps as f64 * unit.per_step, unit.name);
+            let position = view.axes.get(axis).map_or(0, |axis| axis.position);
+            let (low, high) =
+                meter.extent.map_or((position, position), |(low, high)| (low[axis], high[axis]));
+            let travelled = i64::try_from(meter.steps[axis]).unwrap_or(i64::MAX);
+            text += &format!(
+                "{:<10}{:>18}{:>18}{:>18}{:>18}\n",
+                name(site, axis),
+                shown(position),
+                shown(low),
+                shown(high),
+                shown(travelled),
+            );
+        }
+        text += &format!("path      {:.3} mm\n", meter.path_mm);
+        let commands = grouped(i64::try_from(link.commands).unwrap_or(i64::MAX));
+        let bits = link.characters.saturating_mul(10_000_000_000);
+        let line = Duration::from_nanos(bits / u64::from(site.model.baud().max(1)));
+        text += &format!(
+            "time      {}, and {} on the line for {commands} commands at {} baud\n",
+            seconds(link.elapsed()),
+            seconds(line),
+            site.model.baud(),
+        );
+        for (at, warning) in &link.warnings {
+            text += &format!("warning   {warning:?} at {}\n", seconds(*at - vimc4::Time::ZERO));
+        }
+        text += &format!("ended     {}\n", self.text);
+        text
+    }
+}
+
+fn name(site: &Site, axis: usize) -> &'static str {
+    site.model.axis_names().get(axis).copied().unwrap_or("?")
+}
