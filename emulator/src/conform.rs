@@ -1,6 +1,6 @@
 //! `vimc4 conform`: plays the fixture sessions against any port and reports what differs.
 
-mod announce;
+pub(crate) mod announce;
 mod client;
 mod play;
 mod report;
@@ -9,7 +9,6 @@ mod sources;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::thread;
 
 use vimc4::{AXES, Handling};
 use vimc4_conform::choice::{Allowed, Chooser, Plan, Reason};
@@ -18,7 +17,7 @@ use vimc4_conform::format::Session;
 use vimc4_conform::player::Timing;
 use vimc4_conform::script;
 
-use crate::endings::Endings;
+use crate::endings;
 use crate::failure::Failure;
 use crate::port::Port;
 use client::Client;
@@ -143,7 +142,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         }
     }
     let port = Port::open(name, arguments.baud.unwrap_or(model.baud())).map_err(Failure::usage)?;
-    listen(&port)?;
+    endings::interrupt(&port)?;
     let candidates = explain::candidates(&model).map_err(Failure::usage)?;
     let mut report = Report::new(&arguments, name, choices.len());
     let client = Client::new(port, handling, timing, arguments.verbose);
@@ -211,23 +210,6 @@ fn allowed(arguments: &Arguments) -> Result<Allowed, Failure> {
         envelope: arguments.envelope.map_or([(0, 0); AXES], |Envelope(ways)| ways),
         longest: arguments.longest,
     })
-}
-
-/// Lets Ctrl-C, and other ways to ask for an end, interrupt the port.
-fn listen(port: &Port) -> Result<(), Failure> {
-    let interrupt = port.interrupter();
-    let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
-    let runtime =
-        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-    // From here on Ctrl-C does not end the program before the controller was told to halt.
-    let endings = runtime.block_on(async { Endings::listen() });
-    let told = move || {
-        let mut endings = endings;
-        runtime.block_on(endings.told());
-        interrupt();
-    };
-    thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
-    Ok(())
 }
 
 // --- the values of options ---

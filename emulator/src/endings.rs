@@ -4,6 +4,10 @@
 use std::future::poll_fn;
 #[cfg(unix)]
 use std::task::Poll;
+use std::thread;
+
+use crate::failure::Failure;
+use crate::port::Port;
 
 /// Ctrl-C, and the other ways in which a terminal, the system or a service manager asks for an
 /// end.
@@ -39,4 +43,21 @@ impl Endings {
     pub(crate) async fn told(&mut self) {
         let _ = tokio::signal::ctrl_c().await;
     }
+}
+
+/// Lets Ctrl-C, and other ways to ask for an end, interrupt the port.
+pub(crate) fn interrupt(port: &Port) -> Result<(), Failure> {
+    let interrupt = port.interrupter();
+    let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+    // From here on Ctrl-C does not end the program before the controller was told to halt.
+    let endings = runtime.block_on(async { Endings::listen() });
+    let told = move || {
+        let mut endings = endings;
+        runtime.block_on(endings.told());
+        interrupt();
+    };
+    thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
+    Ok(())
 }

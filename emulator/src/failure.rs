@@ -29,6 +29,17 @@ impl Failure {
         Failure::new(&text.to_string(), 1)
     }
 
+    /// The command ended too early because of a line of a file, counted from 1.
+    pub(crate) fn at_line(text: impl ToString, name: &str, source: &str, line: u32) -> Failure {
+        let mut failure = Failure::new(&text.to_string(), 1);
+        let before = line.saturating_sub(1) as usize;
+        let start = source.split_inclusive('\n').take(before).map(str::len).sum::<usize>();
+        let length = source.get(start..).and_then(|rest| rest.lines().next()).map_or(0, str::len);
+        let source = NamedSource::new(name, source.to_owned());
+        failure.place = Some(Box::new((source, SourceSpan::from(start..start + length))));
+        failure
+    }
+
     fn new(text: &str, code: u8) -> Failure {
         let (message, help) = match text.split_once("; ") {
             Some((message, help)) => (message.to_owned(), Some(help.to_owned())),

@@ -14,6 +14,7 @@ mod orders;
 mod port;
 mod profiles;
 mod run;
+mod send;
 mod serve;
 
 use std::process::ExitCode;
@@ -40,6 +41,8 @@ enum Command {
     Run(run::Arguments),
     /// Check, run and compile job files in the isel NC intermediate format
     Ncp(ncp::Arguments),
+    /// Send a job or a command list to a controller, virtual or real
+    Send(send::Arguments),
     /// Play the fixture sessions against any port, also real hardware, and report what differs
     Conform(conform::Arguments),
     /// Print isel's commands for a circle, a part of one, or a helix
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
         Command::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
+        Command::Send(arguments) => return send::run(&arguments).unwrap_or_else(Failure::report),
         Command::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }

@@ -1,6 +1,6 @@
 //! `vimc4 ncp`: job files in the isel NC intermediate format.
 
-mod check;
+pub(crate) mod check;
 mod compile;
 mod problems;
 mod run;

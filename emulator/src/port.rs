@@ -42,6 +42,7 @@ enum News {
     Bytes(Instant, Vec<u8>),
     Gone(String),
     Interrupted,
+    Woken,
 }
 
 /// Why a port cannot be opened.
@@ -127,6 +128,30 @@ impl Port {
         move || drop(sender.send(News::Interrupted))
     }
 
+    /// What makes [`next`](Port::next) return at once, without anything, when it is called from
+    /// any thread.
+    pub(crate) fn waker(&self) -> impl Fn() + Send + 'static {
+        let sender = self.sender.clone();
+        move || drop(sender.send(News::Woken))
+    }
+
+    /// What sends bytes from another thread, beside what is sent here.
+    pub(crate) fn sideways(&self) -> Option<impl FnMut(&[u8]) + Send + 'static> {
+        let mut writer: Box<dyn Write + Send> = match &self.link {
+            Link::Tcp(stream) => Box::new(stream.try_clone().ok()?),
+            Link::Serial { port, .. } => Box::new(port.try_clone().ok()?),
+        };
+        Some(move |bytes: &[u8]| drop(writer.write_all(bytes)))
+    }
+
+    /// Whether what is behind it is surely virtual: a pseudo-terminal, or this computer.
+    pub(crate) fn is_virtual(&self) -> bool {
+        match &self.link {
+            Link::Tcp(stream) => stream.peer_addr().is_ok_and(|peer| peer.ip().is_loopback()),
+            Link::Serial { baud, .. } => baud.is_none(),
+        }
+    }
+
     /// Sends all of these bytes.
     pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), PortError> {
         let gone = |error: io::Error| PortError::Gone(error.to_string());
@@ -146,13 +171,14 @@ impl Port {
         Ok(())
     }
 
-    /// What arrives next, and when; `None` if nothing does until then.
+    /// What arrives next, and when; `None` if nothing does until then, or if it is woken.
     pub(crate) fn next(&mut self, until: Instant) -> Result<Option<(Instant, Vec<u8>)>, PortError> {
         let patience = until.saturating_duration_since(Instant::now());
         match self.news.recv_timeout(patience) {
             Ok(News::Bytes(at, bytes)) => Ok(Some((at, bytes))),
             Ok(News::Gone(why)) => Err(PortError::Gone(why)),
             Ok(News::Interrupted) => Err(PortError::Interrupted),
+            Ok(News::Woken) => Ok(None),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             // The port holds a sender of its own.
             Err(RecvTimeoutError::Disconnected) => Err(PortError::Gone("closed".to_owned())),

@@ -4,7 +4,7 @@ pub(crate) mod driver;
 pub(crate) mod meter;
 pub(crate) mod report;
 mod rounds;
-mod script;
+pub(crate) mod script;
 mod stream;
 
 use std::path::PathBuf;

@@ -118,7 +118,7 @@ pub(super) fn dangers(
 }
 
 /// Asks a person.
-pub(super) fn confirm() -> Result<(), Failure> {
+pub(crate) fn confirm() -> Result<(), Failure> {
     if !io::stdin().is_terminal() {
         return Err(Failure::usage(
             "this needs somebody's consent, and nobody is at the terminal; add --yes if nobody \

@@ -4,6 +4,7 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
+use indicatif::ProgressBar;
 use vimc4::escape;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Line, TextLine, lines};
@@ -22,6 +23,8 @@ pub(crate) struct Operator<'t> {
     typed: Option<Receiver<String>>,
     /// Time stands still while somebody thinks.
     at_leisure: bool,
+    /// What else is shown.
+    pub(crate) bar: Option<ProgressBar>,
     /// What was asked last, so that it is asked once.
     asked: Option<(u32, Asked)>,
     /// How a motion goes on, for people.
@@ -46,6 +49,7 @@ impl<'t> Operator<'t> {
             verbose,
             typed: None,
             at_leisure: false,
+            bar: None,
             asked: None,
             resuming,
         }
@@ -90,7 +94,11 @@ impl<'t> Operator<'t> {
         if self.asked != Some((line, asked)) {
             self.asked = Some((line, asked));
             // Who cannot be told cannot be asked either.
-            let _ = writeln!(io::stderr(), "{}", text(self));
+            let say = || writeln!(io::stderr(), "{}", text(self));
+            let _ = match &self.bar {
+                Some(bar) => bar.suspend(say),
+                None => say(),
+            };
         }
     }
 

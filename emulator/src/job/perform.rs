@@ -28,8 +28,11 @@ pub(crate) trait Link {
     /// Lets time pass until something may have changed, and no longer than this.
     fn rest(&mut self, longest: Duration) -> Result<(), Self::Broken>;
 
-    /// Something that a line asked for was done.
-    fn done(&mut self, line: u32);
+    /// Something that a line asks for begins.
+    fn begins(&mut self, line: u32);
+
+    /// It is done.
+    fn done(&mut self);
 }
 
 /// Who stands by and decides.
@@ -126,6 +129,7 @@ pub(crate) fn perform<L: Link>(
     report: &mut dyn FnMut(Diagnostic),
 ) -> Result<Ending, L::Broken> {
     while let Some((line, task)) = work.next(report) {
+        link.begins(line);
         let ending = match task {
             Task::Send(bytes) => send(line, &bytes, link, attendant)?,
             Task::Dwell(time) => link.wait(time).map(|()| None)?,
@@ -135,7 +139,7 @@ pub(crate) fn perform<L: Link>(
         if let Some(ending) = ending {
             return Ok(ending);
         }
-        link.done(line);
+        link.done();
     }
     Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line }))
 }

@@ -20,7 +20,7 @@ pub(crate) struct Virtual {
     /// When each thing was done, in ms, if somebody wants to know.
     pub(crate) times: Vec<u32>,
     keeps_times: bool,
-    /// The line of the last of them.
+    /// The line that is under way.
     pub(crate) line: u32,
 }
 
@@ -89,11 +89,14 @@ impl Link for Virtual {
         }
     }
 
-    fn done(&mut self, line: u32) {
+    fn begins(&mut self, line: u32) {
+        self.line = line;
+    }
+
+    fn done(&mut self) {
         let millis = u32::try_from(self.elapsed().as_millis()).unwrap_or(u32::MAX);
         if self.keeps_times {
             self.times.push(millis);
         }
-        self.line = line;
     }
 }

@@ -110,12 +110,16 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// The text of a job file.
 pub(crate) fn text(path: &Path) -> Result<String, Failure> {
-    let bytes = read(path)?;
+    decoded(path, &read(path)?)
+}
+
+/// The text in the bytes of a job file.
+pub(crate) fn decoded(path: &Path, bytes: &[u8]) -> Result<String, Failure> {
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
         return Err(Failure::usage(format!(
             "{} is text in UTF-16; save it as plain text or UTF-8",
             path.display()
         )));
     }
-    Ok(language::decode(&bytes).into_owned())
+    Ok(language::decode(bytes).into_owned())
 }

@@ -104,11 +104,7 @@ struct Outcome {
 
 impl Outcome {
     fn of(ending: Result<Ending, Halt>, link: &Virtual) -> Outcome {
-        // What is under way is what comes after the last thing that was done.
-        let place = match link.line {
-            0 => "at the beginning".to_owned(),
-            line => format!("after line {line}"),
-        };
+        let place = format!("line {}", link.line);
         let (code, word, text, line) = match ending {
             Ok(Ending::Done) => (0, "done", "the job is done".to_owned(), None),
             Ok(Ending::Refused { line, sent, answer }) => {
@@ -126,13 +122,15 @@ impl Outcome {
             Ok(Ending::Impossible { line }) => {
                 (1, "error", format!("line {line} cannot be carried out"), Some(line))
             }
-            Err(Halt::Time) => (3, "for", format!("the time of --for is over, {place}"), None),
+            Err(Halt::Time) => {
+                (3, "for", format!("{place}: the time of --for is over"), Some(link.line))
+            }
             Err(_) => {
                 let text = format!(
-                    "{place} it waits, and nothing will change that: --yes accepts questions, \
+                    "{place} waits, and nothing will change that: --yes accepts questions, \
                      --skip-waits passes waits, --input and --press do something"
                 );
-                (3, "waits", text, None)
+                (3, "waits", text, Some(link.line))
             }
         };
         Outcome { code, word, text, line }

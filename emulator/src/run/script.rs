@@ -10,15 +10,15 @@ use crate::failure::Failure;
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Script {
-    pub(super) kind: Kind,
+pub(crate) struct Script {
+    pub(crate) kind: Kind,
     /// At least one, and none that is blank.
-    pub(super) lines: Vec<Line>,
+    pub(crate) lines: Vec<Line>,
 }
 
 /// What a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// Commands as a host sends them, which is how it begins: `@07`.
     Commands,
     /// A data field: the lines of a program, without what stores it.
@@ -29,21 +29,21 @@ pub(super) enum Kind {
 
 /// One line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Line {
+pub(crate) struct Line {
     /// Its number in the file, from 1. What the file does not say but was sent nevertheless has
     /// none.
-    pub(super) number: Option<usize>,
+    pub(crate) number: Option<usize>,
     /// What is sent, without its end.
-    pub(super) bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
     /// The end.
-    pub(super) end: u8,
+    pub(crate) end: u8,
     /// Whether it is a command; else it passes through the controller to what is behind it.
-    pub(super) command: bool,
+    pub(crate) command: bool,
 }
 
 impl Line {
     /// A line that is in no file.
-    pub(super) fn added(text: &str) -> Line {
+    pub(crate) fn added(text: &str) -> Line {
         Line::read(None, text.as_bytes())
     }
 
@@ -52,29 +52,29 @@ impl Line {
     }
 
     /// All that is sent.
-    pub(super) fn whole(&self) -> Vec<u8> {
+    pub(crate) fn whole(&self) -> Vec<u8> {
         [self.bytes.as_slice(), &[self.end]].concat()
     }
 
     /// How many bytes that is.
-    pub(super) fn length(&self) -> usize {
+    pub(crate) fn length(&self) -> usize {
         self.bytes.len() + 1
     }
 
     /// Whether it has this text, blanks left out.
-    pub(super) fn is(&self, text: &str) -> bool {
+    pub(crate) fn is(&self, text: &str) -> bool {
         self.bytes.iter().filter(|&&byte| byte != b' ').eq(text.as_bytes())
     }
 
     /// Its text, as it can be shown.
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         escape(&self.bytes)
     }
 }
 
 impl Script {
     /// Reads a file for a controller that is handled so; `-` is standard input.
-    pub(super) fn read(path: &Path, handling: &Handling) -> Result<Script, Failure> {
+    pub(crate) fn read(path: &Path, handling: &Handling) -> Result<Script, Failure> {
         let mut bytes = Vec::new();
         let read = if path == Path::new("-") {
             io::stdin().lock().read_to_end(&mut bytes).map(drop)
@@ -122,7 +122,7 @@ impl Script {
 
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
     /// `;` or `#`, which no command does, mean nothing.
-    fn parse(bytes: &[u8]) -> Option<Script> {
+    pub(crate) fn parse(bytes: &[u8]) -> Option<Script> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let mut lines = Vec::new();
         for (number, line) in (1..).zip(split(bytes)) {

@@ -3,7 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proptest::prelude::*;
-use vimc4_isel_wire::Plane;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+use vimc4_isel_wire::{ArcArgs, Plane};
 use vimc4_motion::Turn;
 
 use super::super::{
@@ -352,58 +354,233 @@ proptest! {
     }
 }
 
-/// An arc about the origin in XY with 80 steps a mm, its places in µm.
-fn usual(turn: Turn, centre: [i64; 2], start: [i64; 2], end: Option<[i64; 2]>) -> Case {
-    let nm = |place: [i64; 2]| place.map(|value| value * 1_000);
+/// A counterclockwise arc about the origin in XY with 80 steps a mm, its places in thousandths of
+/// a µm.
+fn usual(start: [i64; 2], end: Option<[i64; 2]>) -> Case {
     Case {
         plane: Plane::Xy,
-        turn,
+        turn: Turn::Counterclockwise,
         scales: [USUAL; 4],
-        centre: nm(centre),
-        start: nm(start),
-        end: end.map(nm),
+        centre: [0, 0],
+        start,
+        end,
         rise: None,
         has_helix: true,
     }
 }
 
+/// So many steps in thousandths of a µm.
+fn steps(steps: i64) -> i64 {
+    steps * USUAL.per / USUAL.steps
+}
+
+fn motions(parameters: CurveParameters) -> Vec<Motion> {
+    Curve::new(parameters).collect()
+}
+
 #[test]
-fn the_shares() {
-    use proptest::strategy::ValueTree;
-    let mut runner = proptest::test_runner::TestRunner::deterministic();
-    for helix in [false, true] {
-        for (name, strategy) in
-            [("all", radii(10_000.0).boxed()), ("large", (20.0..10_000.0f64).boxed())]
-        {
-            let (mut arcs_made, mut helices, mut chords, mut exact, mut pieces, mut hist) =
-                (0, 0, 0, 0, 0, [0usize; 10]);
-            for _ in 0..20_000 {
-                let mut case = arcs(strategy.clone()).new_tree(&mut runner).unwrap().current();
-                case.has_helix = true;
-                if helix {
-                    case.rise = Some((0, 1_000_000));
-                }
-                let motions: Vec<Motion> = Curve::new(case.parameters()).collect();
-                if matches!(case.end, Some(end) if { let r = |p: [i64;2]| libm::hypot((p[0]-case.centre[0]) as f64, (p[1]-case.centre[1]) as f64); (r(end)-r(case.start)).abs() > 20.0 })
-                {
-                    continue;
-                }
-                if motions.iter().any(is_arc) {
-                    arcs_made += 1;
-                    if motions.len() == 1 {
-                        exact += 1;
-                    }
-                } else if motions.iter().any(is_helix) {
-                    helices += 1;
-                    pieces += motions.len();
-                    hist[motions.len().min(9)] += 1;
-                } else {
-                    chords += 1
+fn the_circles_of_the_manual() {
+    // Radius 200, from 135 to 225 degrees; then a half circle.
+    let diagonal = 1_767_767;
+    let cases = [
+        (
+            usual([-diagonal, diagonal], Some([-diagonal, -diagonal])),
+            ArcArgs { steps: 400, speed: 2_546, d: 119, x: -141, y: 141, rx: -1, ry: -1 },
+        ),
+        (
+            usual([steps(400), 0], Some([steps(-400), 0])),
+            ArcArgs { steps: 1_600, speed: 2_546, d: -200, x: 400, y: 0, rx: -1, ry: 1 },
+        ),
+    ];
+    for (case, expected) in cases {
+        // 25 mm/s are 2,000 steps a second, of which a circle has 4/π a step of its length.
+        assert_eq!(motions(case.parameters()), [Motion::Arc(Plane::Xy, expected)]);
+    }
+}
+
+#[test]
+fn a_circle_in_whole_steps_is_always_one_command() {
+    for radius in (1..40).chain([977, 20_000, 1_000_000]) {
+        for turn in TURNS {
+            for plane in PLANES {
+                for start in [[radius, 0], [0, radius], [-radius, 0], [0, -radius]] {
+                    let case = Case { turn, plane, ..usual(start.map(steps), None) };
+                    let [Motion::Arc(made, args)] = motions(case.parameters())[..] else {
+                        panic!("{case:?}")
+                    };
+                    assert_eq!((made, i64::from(args.steps)), (plane, 8 * radius));
                 }
             }
-            eprintln!(
-                "{name}: y {arcs_made} ({exact} exact) w {helices} ({pieces} motions {hist:?}) chords {chords}"
-            );
         }
+    }
+}
+
+#[test]
+fn hardly_any_arc_needs_chords() {
+    let mut runner = TestRunner::deterministic();
+    let (mut all, mut chords, mut alone) = (0, 0, 0);
+    for _ in 0..4_000 {
+        let Ok(tree) = arcs(20.0..10_000.0f64).new_tree(&mut runner) else { continue };
+        let case = tree.current();
+        let out = |place: [i64; 2]| {
+            libm::hypot((place[0] - case.centre[0]) as f64, (place[1] - case.centre[1]) as f64)
+        };
+        // Ends beside the arc by more than a µm are none that a program writes.
+        if case.end.is_some_and(|end| (out(end) - out(case.start)).abs() > 1_000.0) {
+            continue;
+        }
+        let motions = motions(case.parameters());
+        all += 1;
+        chords += u32::from(motions.len() > 2);
+        alone += u32::from(motions.len() == 1);
+    }
+    assert!(all > 2_000, "{all}");
+    assert!(chords * 500 < all, "{chords} of {all}");
+    assert!(alone * 4 > all * 3, "{alone} of {all}");
+}
+
+#[test]
+fn an_end_beside_the_start_is_next_to_nothing_or_a_turn() {
+    let start = [steps(1_000) + 4_000, 3_000];
+    for (y, whole) in [(3_001, false), (2_999, true), (9_999, false), (-9_999, true)] {
+        let motions = usual(start, Some([start[0], y])).check().unwrap();
+        let made: u32 = motions
+            .iter()
+            .map(|motion| match motion {
+                Motion::Arc(_, args) => args.steps,
+                _ => 0,
+            })
+            .sum();
+        assert!(made == 0 && !whole || (7_990..=8_010).contains(&made) && whole, "{motions:?}");
+        assert!(whole || motions.len() <= 1, "{motions:?}");
+    }
+}
+
+#[test]
+fn what_no_command_holds_goes_on_with_the_registers() {
+    let radius = 2_000_000;
+    let case = usual([steps(radius), 0], None);
+    let motions = motions(case.parameters());
+    let [Motion::Arc(_, first), Motion::Arc(_, second)] = motions[..] else {
+        panic!("{motions:?}")
+    };
+    assert_eq!(i64::from(first.steps), MOST_STEPS);
+    assert_eq!(i64::from(second.steps), 8 * radius - MOST_STEPS);
+    let end = motions[0].path().at(u64::MAX);
+    assert_eq!(i64::from(second.x), radius + end[0]);
+    assert_eq!(i64::from(second.y), end[1]);
+    let there = motions[1].path().at(u64::MAX);
+    assert_eq!([end[0] + there[0], end[1] + there[1]], [0, 0]);
+
+    // A centre that is too far away for a parameter.
+    let (start, end) = ([steps(9_000_000), 0], [steps(9_000_000) - 20_000, 670_820_000]);
+    let case = usual(start, Some(end));
+    let motions = case.check().unwrap();
+    assert!(!motions.iter().any(is_arc) && motions.len() < 20, "{}", motions.len());
+}
+
+#[test]
+fn the_speed_is_that_of_the_path() {
+    let case = usual([steps(800), 0], Some([0, steps(800)]));
+    let parameters = case.parameters();
+    let speed = |parameters: CurveParameters| {
+        let curve = Curve::new(parameters);
+        (curve.fitted(), curve.map(|motion| motion.speed()).max().unwrap())
+    };
+    // 1,600 steps in the time of π/2 · 10 mm at 25 mm/s.
+    assert_eq!(speed(parameters), (Fitted::AsAsked, 2_546));
+    let slower = CurveParameters { velocity: 100_000.0, ..parameters };
+    assert_eq!(speed(slower), (Fitted::Raised, 20));
+    let slow = Speeds { lowest: 20, highest: 2_000 };
+    assert_eq!(speed(CurveParameters { speeds: slow, ..parameters }), (Fitted::Capped, 2_000));
+
+    // A helix is longer, so the same steps take more time: 10 mm up beside 15.7 mm.
+    let helix = Case { rise: Some((0, steps(800))), ..case.clone() };
+    let [Motion::Helix(_, args, _), ..] = motions(helix.parameters())[..] else { panic!() };
+    assert_eq!(args.speed, 2_148);
+
+    // Chords: the longest step frequency is that along an axis.
+    let mut uneven = case;
+    uneven.scales[1] = Scale { steps: 40, per: 1_000_000 };
+    let parameters = uneven.parameters();
+    assert_eq!(speed(parameters).0, Fitted::AsAsked);
+    assert_eq!(speed(CurveParameters { speeds: slow, ..parameters }), (Fitted::AsAsked, 1_998));
+}
+
+#[test]
+fn chords_are_as_few_as_half_a_step_allows() {
+    for radius in [3, 50, 1_000, 33_333] {
+        let mut case = usual([steps(radius), 0], Some([0, steps(radius)]));
+        case.scales[1] = Scale { steps: 40, per: 1_000_000 };
+        let number = motions(case.parameters()).len() as f64;
+        let sagitta = |chords: f64| radius as f64 * (1.0 - (FRAC_PI_2 / 2.0 / chords).cos());
+        assert!(sagitta(number) <= 0.5, "{number} for {radius}");
+        assert!(number == 1.0 || sagitta(number - 1.0) > 0.5, "{number} for {radius}");
+    }
+}
+
+/// A whole turn with so many steps of Z.
+fn helix(radius: i64, rise: i64) -> Case {
+    Case { rise: Some((0, steps(rise))), ..usual([steps(radius), 0], None) }
+}
+
+#[test]
+fn a_helix_is_divided_the_more_the_steeper_it_is() {
+    let radius = 2_000;
+    let pieces = |rise| {
+        let motions = helix(radius, rise).check().unwrap();
+        let rises: i64 = motions
+            .iter()
+            .map(|motion| match motion {
+                Motion::Helix(_, args, third) => {
+                    assert!(i64::from(*third) <= i64::from(args.steps));
+                    i64::from(*third)
+                }
+                other => panic!("{other:?}"),
+            })
+            .sum();
+        assert_eq!(rises, rise);
+        motions.len()
+    };
+    // Half a step is 0.066 radians of 47 steps a turn, and 0.042 of 74.
+    assert_eq!([1, 47, 48, 74, 75].map(pieces), [1, 1, 4, 4, 8]);
+    assert!(pieces(400) < 25);
+    // Steeper than it is wide: chords are fewer.
+    let steep = helix(radius, 40_000).check().unwrap();
+    assert!(!steep.iter().any(is_helix) && steep.len() < 150, "{}", steep.len());
+    // Without the command there are only chords.
+    let without = Case { has_helix: false, ..helix(radius, 47) }.check().unwrap();
+    assert!(without.len() > 100 && !without.iter().any(is_helix), "{}", without.len());
+}
+
+#[test]
+fn a_helix_that_does_not_rise_is_an_arc() {
+    let motions = helix(500, 0).check().unwrap();
+    assert!(motions.len() == 1 && is_arc(&motions[0]));
+}
+
+/// Where the centre and the radius are whole, the third axis is off by its uneven share, half a
+/// step for the ends of the piece, half a step for rounding, and what the place in the plane is off.
+#[test]
+fn the_third_axis_keeps_to_the_angle() {
+    for rise in [40, 70, 300, 1_000] {
+        let radius = 3_000;
+        let slope = rise as f64 / TAU;
+        let mut at = [0.0; 3];
+        let mut worst: f64 = 0.0;
+        for motion in motions(helix(radius, rise).parameters()) {
+            for way in motion.path().steps() {
+                let x = radius as f64 + at[0] + way[0] as f64;
+                let angle = libm::atan2(at[1] + way[1] as f64, x);
+                let turned = if angle < 0.0 { angle + TAU } else { angle };
+                worst = worst.max((at[2] + way[2] as f64 - slope * turned).abs());
+                if turned < 0.01 {
+                    worst = 0.0;
+                }
+            }
+            let by = motion.path().at(u64::MAX);
+            at = [0, 1, 2].map(|axis: usize| at[axis] + by[axis] as f64);
+        }
+        assert!(worst < 1.5 + slope / radius as f64, "{worst} for {rise}");
     }
 }

@@ -1,0 +1,95 @@
+//! `vimc4 ncp lsp`: a language server for job files, on standard input and output.
+//!
+//! A thread reads, so that all that has been typed is known before a file is checked again.
+
+mod document;
+mod messages;
+mod server;
+mod show;
+
+use std::io::{self, BufWriter, Write};
+use std::process::ExitCode;
+use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
+use std::thread;
+
+use crate::failure::Failure;
+use crate::job::source::{Reading, Site};
+
+use messages::{Incoming, Outgoing};
+use server::Server;
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Help editors with job files: a language server on standard input and output
+
+It tells what `vimc4 ncp check` tells, as you type; it explains commands and their words, offers
+those that fit, and lists the parts of a job.",
+    after_long_help = "\
+Examples:
+  Helix, languages.toml:
+    [language-server.vimc4]
+    command = \"vimc4\"
+    args = [\"ncp\", \"lsp\", \"--machine\", \"mill\"]
+  Neovim:
+    vim.lsp.start({ name = \"vimc4\", cmd = { \"vimc4\", \"ncp\", \"lsp\" } })"
+)]
+pub(crate) struct Arguments {
+    /// The model of controller: a name from `vimc4 models`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    model: String,
+    /// The machine: a name from `vimc4 machines`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
+    machine: String,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// Serves until the client says `exit` or is gone; the exit code is 0 if it said `shutdown`.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let site = Site::new(&arguments.model, &arguments.machine)?;
+    let mut server = Server::new(site.target, arguments.reading);
+    let (sender, incoming) = mpsc::channel();
+    thread::spawn(move || read(&sender));
+    let mut out = BufWriter::new(io::stdout().lock());
+    let asked_for = serve(&mut server, &incoming, &mut out)
+        .map_err(|error| Failure::midway(format!("cannot write to the editor: {error}")))?;
+    Ok(if asked_for { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Reads until the end of the input; an error is an end, too.
+fn read(sender: &Sender<Incoming>) {
+    let mut input = io::stdin().lock();
+    while let Ok(Some(message)) = messages::read(&mut input) {
+        if sender.send(message).is_err() {
+            return;
+        }
+    }
+}
+
+/// Answers messages, and checks changed files while there are none. Says whether the end was
+/// asked for.
+fn serve(
+    server: &mut Server,
+    incoming: &Receiver<Incoming>,
+    out: &mut impl Write,
+) -> io::Result<bool> {
+    loop {
+        let message = match incoming.try_recv() {
+            Ok(message) => Some(message),
+            Err(TryRecvError::Disconnected) => None,
+            Err(TryRecvError::Empty) => {
+                if let Some(diagnostics) = server.check_next() {
+                    diagnostics.write(out)?;
+                    continue;
+                }
+                incoming.recv().ok()
+            }
+        };
+        let Some(message) = message.filter(|message| !message.is_exit()) else {
+            return Ok(server.is_shut_down());
+        };
+        let answers: Vec<Outgoing> = server.receive(message);
+        answers.iter().try_for_each(|answer| answer.write(out))?;
+    }
+}
