@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 mod compile;
+mod lsp;
 mod problems;
 mod run;
 
@@ -26,6 +27,8 @@ enum Command {
     Run(run::Arguments),
     /// Turn a job into a data field, which a controller stores and runs by itself
     Compile(compile::Arguments),
+    /// Help editors with job files: a language server on standard input and output
+    Lsp(lsp::Arguments),
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
@@ -33,5 +36,6 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::Check(arguments) => check::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Compile(arguments) => compile::run(&arguments),
+        Command::Lsp(arguments) => lsp::run(&arguments),
     }
 }

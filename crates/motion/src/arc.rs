@@ -93,6 +93,19 @@ impl ArcState {
         }
     }
 
+    /// The steps of each axis in `n` steps. Within a piece both coordinates are monotone.
+    fn travel(self, n: i64) -> (i64, i64) {
+        let (mut state, mut left, mut sums) = (self, n, (0, 0));
+        while left > 0 {
+            let piece = Piece::from(state);
+            let steps = piece.length().map_or(left, |length| length.min(left));
+            let end = piece.after(steps);
+            sums = (sums.0 + (end.x - state.x).abs(), sums.1 + (end.y - state.y).abs());
+            (state, left) = (end, left - steps);
+        }
+        sums
+    }
+
     /// The radius, if the state is on an axis of coordinates and its D is one of a circle.
     fn radius_on_axis(&self) -> Option<i64> {
         let settled = -self.x.abs() < self.d && self.d <= self.y.abs();
@@ -316,6 +329,32 @@ impl Arc {
             high = (high.0.max(start.x), high.1.max(start.y));
         }
         (self.offset(low.0, low.1), self.offset(high.0, high.1))
+    }
+
+    /// The steps of each axis. A whole turn is like any other.
+    pub(crate) fn travel(&self, k: u64) -> Point {
+        let mut piece = Piece::from(self.start);
+        let mut left = k.min(self.steps) as i64;
+        let mut sums = (0, 0);
+        while let Some(length) = piece.length().filter(|length| *length < left) {
+            if let Some(radius) = piece.start.radius_on_axis()
+                && left >= 8 * radius
+            {
+                let turn = piece.start.travel(8 * radius);
+                let turns = left / (8 * radius);
+                sums = (sums.0 + turns * turn.0, sums.1 + turns * turn.1);
+                left %= 8 * radius;
+                continue;
+            }
+            let way = piece.start.travel(length);
+            sums = (sums.0 + way.0, sums.1 + way.1);
+            left -= length;
+            piece = Piece::from(piece.after(length));
+        }
+        let way = piece.start.travel(left);
+        let mut travel = [0; AXES];
+        self.put(&mut travel, sums.0 + way.0, sums.1 + way.1);
+        travel
     }
 
     pub(crate) fn after(&self, k: u64) -> Arc {

@@ -83,6 +83,11 @@ impl Chain {
         })
     }
 
+    pub(crate) fn travel(&self, k: u64) -> Point {
+        let walked = self.links.iter().take_while(|link| link.before < k);
+        walked.fold([0; AXES], |sum, link| moved(sum, link.path.travel(k - link.before)))
+    }
+
     pub(crate) fn after(&self, k: u64) -> Chain {
         let ahead = self.links.iter().filter(|link| link.end() > k);
         Chain::new(ahead.map(|link| link.path.after(k.saturating_sub(link.before))))

@@ -91,6 +91,12 @@ impl Helix {
         (self.with_third(low, third.min(0)), self.with_third(high, third.max(0)))
     }
 
+    pub(crate) fn travel(&self, k: u64) -> Point {
+        let there = self.done + k;
+        let arc = self.arc_left().travel(self.arc_made(there) - self.arc_made(self.done));
+        self.with_third(arc, (self.third_made(there) - self.third_made(self.done)).abs())
+    }
+
     /// The whole helix goes on: its rounding must not begin anew.
     pub(crate) fn after(&self, k: u64) -> Helix {
         Helix { done: self.done + k, ..self.clone() }

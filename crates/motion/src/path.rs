@@ -81,6 +81,18 @@ impl Path {
         }
     }
 
+    /// The number of steps each axis makes in the clock steps 0 to `k`, forth and back alike.
+    #[must_use]
+    pub fn travel(&self, k: u64) -> Point {
+        let k = k.min(self.length());
+        match self {
+            Path::Line(line) => line.at(k).map(i64::abs),
+            Path::Arc(arc) => arc.travel(k),
+            Path::Helix(helix) => helix.travel(k),
+            Path::Chain(chain) => chain.travel(k),
+        }
+    }
+
     /// What is left of this path after `k` clock steps, measured from there: for all `j`,
     /// `path.after(k).at(j) == path.at(k + j) - path.at(k)`.
     #[must_use]

@@ -104,67 +104,43 @@ impl Meter {
     }
 
     fn add(&mut self, path: &Path, steps: u64) {
-        let travelled = match path {
-            Path::Line(_) => path.at(steps).map(i64::unsigned_abs),
-            Path::Arc(_) => turned(path, 0, steps),
-            // Where a curve turns round is not to be seen from its ends.
-            _ => travelled(path, steps),
-        };
+        let travelled = path.travel(steps);
         for (sum, travelled) in self.steps.iter_mut().zip(travelled) {
-            *sum += travelled;
+            *sum += travelled.unsigned_abs();
         }
-        self.path_mm += length(path, &self.scale, 0, steps);
+        self.path_mm += length(path, &self.scale, steps);
     }
 }
 
-/// Steps per axis of a circle from one clock step to another. Each step is one of either axis, so
-/// between ends that are as far apart as there are steps nothing turns round.
-fn turned(path: &Path, from: u64, to: u64) -> [u64; AXES] {
-    let (start, end) = (path.at(from), path.at(to));
-    let apart: [u64; AXES] = std::array::from_fn(|axis| start[axis].abs_diff(end[axis]));
-    if apart.iter().sum::<u64>() >= to - from {
-        return apart;
-    }
-    let middle = u64::midpoint(from, to);
-    let (one, other) = (turned(path, from, middle), turned(path, middle, to));
-    std::array::from_fn(|axis| one[axis] + other[axis])
+/// The length of the curve that a path follows in its first clock steps.
+fn length(path: &Path, scale: &[f64; AXES], steps: u64) -> f64 {
+    let [start, end] = [0, steps].map(|step| (step, path.at(step)));
+    stretch(path, scale, start, end)
 }
 
-/// Steps per axis in the first clock steps of a path, counted one by one.
-fn travelled(path: &Path, steps: u64) -> [u64; AXES] {
-    let mut sums = [0; AXES];
-    let mut last = Point::default();
-    for place in path.steps().take(usize::try_from(steps).unwrap_or(usize::MAX)) {
-        for axis in 0..AXES {
-            sums[axis] += place[axis].abs_diff(last[axis]);
-        }
-        last = place;
-    }
-    sums
-}
-
-/// The length of the curve that a path follows from one clock step to another.
+/// The length of the curve from one clock step and its place to another.
 ///
 /// The steps zigzag around the curve, so they cannot be added up. Two chords over a stretch are
 /// longer than one by three quarters of what still lacks (Huygens), if the stretch turns little;
 /// if it turns much it is divided.
-fn length(path: &Path, scale: &[f64; AXES], from: u64, to: u64) -> f64 {
-    let middle = u64::midpoint(from, to);
-    let [start, half, end] = [from, middle, to].map(|step| path.at(step));
+fn stretch(path: &Path, scale: &[f64; AXES], start: (u64, Point), end: (u64, Point)) -> f64 {
+    let step = u64::midpoint(start.0, end.0);
+    let middle = (step, path.at(step));
     let chords = |scale| {
         (
-            distance(&start, &end, scale),
-            distance(&start, &half, scale) + distance(&half, &end, scale),
+            distance(&start.1, &end.1, scale),
+            distance(&start.1, &middle.1, scale) + distance(&middle.1, &end.1, scale),
         )
     };
     let (one, two) = chords(&[1.0; AXES]);
+    let steps = end.0 - start.0;
     // The places of whole turns coincide, which looks straight, but is no way at all.
-    let straight = two - one < 0.005 * two && two > 0.6 * (to - from) as f64;
-    if straight || to - from <= SHORT {
+    let straight = two - one < 0.005 * two && two > 0.6 * steps as f64;
+    if straight || steps <= SHORT {
         let (one, two) = chords(scale);
         return two + (two - one) / 3.0;
     }
-    length(path, scale, from, middle) + length(path, scale, middle, to)
+    stretch(path, scale, start, middle) + stretch(path, scale, middle, end)
 }
 
 fn distance(a: &Point, b: &Point, scale: &[f64; AXES]) -> f64 {

@@ -80,13 +80,14 @@ fn closed_forms_match(path: &Path, split: u64, thorough: bool) {
     let places = walked(path);
     let length = path.length();
     assert_eq!(places.len() as u64, length + 1);
-    let (mut low, mut high) = ([0; AXES], [0; AXES]);
+    let (mut low, mut high, mut travel) = ([0; AXES], [0; AXES], [0; AXES]);
     let mut first = [const { Vec::new() }; AXES];
     for (k, &place) in places.iter().enumerate() {
         let k = k as u64;
         if k > 0 {
             let step = difference(place, places[k as usize - 1]);
             assert!(step.iter().all(|steps| steps.abs() <= 1), "{step:?} at {k}");
+            travel = std::array::from_fn(|axis| travel[axis] + step[axis].abs());
         }
         assert_eq!(path.at(k), place, "at {k}");
         for axis in 0..AXES {
@@ -98,6 +99,7 @@ fn closed_forms_match(path: &Path, split: u64, thorough: bool) {
         }
         if thorough || k == split || k == length {
             assert_eq!(path.extent(k), (low, high), "extent {k}");
+            assert_eq!(path.travel(k), travel, "travel {k}");
         }
     }
     assert_eq!(path.at(length + 7), path.at(length));

@@ -226,7 +226,10 @@ impl<'t> Interpreter<'t> {
             Command::Store(number, words) => {
                 let named = self.named(&words)?;
                 if let Some(register) = register(&mut self.state, number) {
-                    *register = Some(named);
+                    let stored = register.get_or_insert([None; 4]);
+                    for (stored, value) in stored.iter_mut().zip(named) {
+                        *stored = value.or(*stored);
+                    }
                 }
             }
             Command::Recall(number) => match register(state, number).and_then(|stored| *stored) {
@@ -328,7 +331,7 @@ impl<'t> Interpreter<'t> {
             {
                 return Err((span, Problem::BeyondLimit { axis, at, lowest, highest }));
             }
-            if !(-MOST_STEPS..=MOST_STEPS).contains(&counter) {
+            if !(-MOST_STEPS - 1..=MOST_STEPS).contains(&counter) {
                 return Err((span, Problem::BeyondCounter { axis, at: counter }));
             }
             if state.referenced.has(axis) {

@@ -251,7 +251,7 @@ impl Problem {
             Follows(_) => "follows",
             NoOperator => "no-operator",
             WaitRounded(_) => "wait-rounded",
-            TooLarge(_) => "too-large",
+            TooLarge(_) => "program-too-large",
         }
     }
 

@@ -212,7 +212,8 @@ impl<'t> Job<'t> {
         self.reader.number
     }
 
-    /// Where the counters will be when everything up to here is done.
+    /// Where the counters will be when everything up to here is done. After a line that cannot be
+    /// carried out: where it would have gone.
     #[must_use]
     pub fn counters(&self) -> Steps {
         self.reader.interpreter.counters()

@@ -79,7 +79,7 @@ pub(super) fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
         let error = Refusal::parse("a message begins with Content-Length");
         return Ok(Some(Incoming::Unreadable { id: Value::Null, error }));
     };
-    let mut body = input.take(length);
+    let mut body = input.by_ref().take(length);
     if length > MOST_BODY {
         io::copy(&mut body, &mut io::sink())?;
         let error = Refusal::parse(format!("a message has at most {MOST_BODY} bytes"));
@@ -96,7 +96,7 @@ fn header(input: &mut impl BufRead) -> io::Result<Option<Option<u64>>> {
     let mut length = None;
     loop {
         let mut line = Vec::new();
-        input.take(MOST_HEADER).read_until(b'\n', &mut line)?;
+        input.by_ref().take(MOST_HEADER).read_until(b'\n', &mut line)?;
         if line.is_empty() {
             return Ok(None);
         }

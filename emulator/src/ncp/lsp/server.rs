@@ -82,9 +82,7 @@ impl Server {
             }
             (Stage::Running, "textDocument/hover") => result(self.hover(read(params)?)?),
             (Stage::Running, "textDocument/completion") => result(self.complete(read(params)?)?),
-            (Stage::Running, "textDocument/documentSymbol") => {
-                result(self.outline(read(params)?)?)
-            }
+            (Stage::Running, "textDocument/documentSymbol") => result(self.outline(read(params)?)?),
             (Stage::Running, _) => Err(Refusal::method(method)),
         }
     }

@@ -85,8 +85,7 @@ pub(super) fn symbol(document: &Document, part: service::Symbol) -> DocumentSymb
         Kind::Cut => SymbolKind::FUNCTION,
         Kind::Holes => SymbolKind::ARRAY,
     };
-    let children: Vec<_> =
-        part.children.into_iter().map(|child| symbol(document, child)).collect();
+    let children: Vec<_> = part.children.into_iter().map(|child| symbol(document, child)).collect();
     #[expect(deprecated, reason = "the structure has a deprecated member, which must be set")]
     DocumentSymbol {
         name: part.name,
