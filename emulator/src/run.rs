@@ -6,6 +6,7 @@ pub(crate) mod report;
 mod rounds;
 pub(crate) mod script;
 mod stream;
+pub(crate) mod trace;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ use driver::{Driver, Halt, News};
 use meter::Meter;
 use report::{Answer, End, Report, Why};
 use script::{Kind, Line, Script};
+use trace::Trace;
 
 /// How long somebody keeps a button pressed.
 const PRESS: Duration = Duration::from_millis(100);
@@ -75,6 +77,9 @@ pub(crate) struct Arguments {
     /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
     #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
     press: Vec<(String, Duration)>,
+    /// Write every step with its time into a file: seconds,X,Y,Z,A
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
@@ -90,7 +95,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let script = Script::read(&arguments.file, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = signals(&arguments.input, &arguments.press, &arguments.model, &controller)?;
-    let driver = Driver::new(controller, Meter::new(&machine), arguments.loops);
+    let mut meter = Meter::new(&machine);
+    let trace = arguments.trace.iter().map(|path| Trace::new(path, model.axis_names()));
+    meter.trace = trace.last().transpose()?;
+    let driver = Driver::new(controller, meter, arguments.loops);
     let report = Report::new(&arguments, &script, model.axis_names());
     let mut session = Session { family: model.family(), driver, report, stored: Vec::new() };
     let starts = arguments.press.iter().any(|(button, _)| button == "start");
@@ -436,6 +444,7 @@ impl<D: Device> Session<D> {
         let baud = self.driver.device().baud();
         let rounds = self.driver.rounds.made();
         self.report.finish(&end, &view, &self.driver.meter, rounds, machine, baud)?;
+        self.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
         Ok(ExitCode::from(end.why.code()))
     }
 }

@@ -91,7 +91,7 @@ impl Editor {
     }
 
     fn hear(&self) -> Value {
-        self.from.recv_timeout(PATIENCE).expect("the server answers")
+        self.from.recv_timeout(PATIENCE).unwrap()
     }
 
     /// The answer to a request, or the code of its refusal.
@@ -244,8 +244,8 @@ fn columns_are_those_of_utf_16() {
     let mut editor = Editor::with("IMF_PBL\nREF XYZ\nHALT 𝄞ä x\n");
     assert_eq!(editor.problems(Some(1)), [problem("surplus-text", 1, [2, 5, 2, 10])]);
     editor.change(2, json!({ "text": "IMF_PBL\nREF XYZ\rMOVEABS 𝄞 Q5" }));
-    let told = editor.problems(Some(2));
-    assert!(told.iter().all(|problem| problem.2[0] <= 2), "{told:?}");
+    // A CR alone ends a line for editors and is a wrong axis here.
+    assert_eq!(editor.problems(Some(2))[0], problem("unknown-axis", 1, [1, 7, 2, 0]));
 }
 
 #[test]

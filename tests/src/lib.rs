@@ -1,10 +1,11 @@
 //! What the tests of the whole house share.
 //!
 //! [`behaviour`] makes the behaviour document from the fixture sessions, [`shown`] says what
-//! they show, [`fuzzing`] has what the fuzz targets do. The sessions themselves are read and
-//! played by `vimc4-conform`.
+//! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs. The
+//! sessions themselves are read and played by `vimc4-conform`.
 #![forbid(unsafe_code)]
 
 pub mod behaviour;
 pub mod fuzzing;
+pub mod jobs;
 pub mod shown;

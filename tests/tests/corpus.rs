@@ -67,6 +67,11 @@ fn commands_of_both_dialects_print_as_what_they_are_read_from() {
 }
 
 #[test]
+fn job_files_are_read_and_lead_where_they_say() {
+    replay_target("ncp");
+}
+
+#[test]
 fn profiles_are_refused_or_work() {
     replay_target("profiles");
 }

@@ -64,6 +64,7 @@ impl Link for Virtual {
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Halt> {
         self.commands += 1;
         self.characters += line.len() as u64;
+        self.driver.meter.references = line.starts_with(b"@0R");
         self.driver.send(line);
         loop {
             if let Some(answer) = self.answer() {

@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 ///
 /// # Errors
 ///
-/// If there are errors; nothing may be done then.
+/// If there are errors, and nobody is lenient; nothing may be done then.
 pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
     let name = job.file.display().to_string();
     let out = Box::new(io::stderr());
@@ -63,6 +63,8 @@ pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), 
     let summary = problems.finish()?;
     match summary.errors {
         0 => Ok(()),
+        // It ends where it cannot be carried out.
+        _ if job.reading.lenient => Ok(()),
         1 => Err(Failure::midway(format!("{name} has an error; mend it, and begin again"))),
         errors => {
             Err(Failure::midway(format!("{name} has {errors} errors; mend them, and begin again")))

@@ -1,6 +1,7 @@
 //! `vimc4 ncp run`: a job on a virtual controller, in virtual time.
 
 use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,6 +20,7 @@ use crate::job::source::{self, JobArguments, Site};
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
 use crate::run::report::{grouped, nanos, seconds};
+use crate::run::trace::Trace;
 use crate::run::{Outside, duration, signals, timed, timed_input};
 
 #[derive(clap::Args)]
@@ -55,6 +57,9 @@ pub(crate) struct Arguments {
     /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
     #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
     press: Vec<(String, Duration)>,
+    /// Write every step with its time into a file: seconds,X,Y,Z,A
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
@@ -76,7 +81,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         starts: false,
         time: arguments.time,
     };
-    let mut link = Virtual::new(Driver::new(controller, Meter::new(&site.machine), None), false);
+    let mut meter = Meter::new(&site.machine);
+    let trace = arguments.trace.iter().map(|path| Trace::new(path, site.model.axis_names()));
+    meter.trace = trace.last().transpose()?;
+    let mut link = Virtual::new(Driver::new(controller, meter, None), false);
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
         &text,
@@ -91,7 +99,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let mut work = Work::Job { job: Job::new(&text, target, job.reading.options()), target };
     // What is wrong was said before.
     let ending = perform(&mut work, &mut link, &mut operator, &mut |_| {});
-    Outcome::of(ending, &link).report(arguments, &site, &mut link)
+    let code = Outcome::of(ending, &link).report(arguments, &site, &mut link)?;
+    link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
+    Ok(code)
 }
 
 /// How a run ended.

@@ -5,12 +5,18 @@ use std::time::Duration;
 use vimc4::{AXES, Machine, Motion, Point, Time};
 use vimc4_motion::{Path, Segment};
 
+use super::trace::Trace;
+
 /// A stretch of this many steps is not looked at more closely.
 const SHORT: u64 = 16;
 
 /// Adds up motions.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Meter {
+    /// Whether what moves is a reference run, which belongs to no job: it is not added.
+    pub(crate) references: bool,
+    /// Where every step is told.
+    pub(crate) trace: Option<Trace>,
     /// Steps per axis, forth and back alike.
     pub(crate) steps: [u64; AXES],
     /// The length of the path of the linear axes in mm.
@@ -85,6 +91,12 @@ impl Meter {
         let Some(running) = self.running.take() else { return };
         let before = self.path_mm;
         let steps = steps(&running);
+        if let Some(trace) = &mut self.trace {
+            trace.add(running.began, &running.origin, &running.segment, steps);
+        }
+        if self.references {
+            return;
+        }
         self.add(&running.segment.path, steps);
         self.include(&running.origin, &running.segment.path, steps);
         if running.down {
@@ -108,44 +120,32 @@ impl Meter {
         for (sum, travelled) in self.steps.iter_mut().zip(travelled) {
             *sum += travelled.unsigned_abs();
         }
-        self.path_mm += length(path, &self.scale, steps);
+        self.path_mm += length(path, &self.scale, steps, &path.at(steps));
     }
 }
 
 /// The length of the curve that a path follows in its first clock steps.
-fn length(path: &Path, scale: &[f64; AXES], steps: u64) -> f64 {
-    let [start, end] = [0, steps].map(|step| (step, path.at(step)));
-    stretch(path, scale, start, end)
-}
-
-/// The length of the curve from one clock step and its place to another.
 ///
 /// The steps zigzag around the curve, so they cannot be added up. Two chords over a stretch are
 /// longer than one by three quarters of what still lacks (Huygens), if the stretch turns little;
 /// if it turns much it is divided.
-fn stretch(path: &Path, scale: &[f64; AXES], start: (u64, Point), end: (u64, Point)) -> f64 {
-    let step = u64::midpoint(start.0, end.0);
-    let middle = (step, path.at(step));
-    let chords = |scale| {
-        (
-            distance(&start.1, &end.1, scale),
-            distance(&start.1, &middle.1, scale) + distance(&middle.1, &end.1, scale),
-        )
-    };
+fn length(path: &Path, scale: &[f64; AXES], steps: u64, end: &Point) -> f64 {
+    let middle = steps / 2;
+    let half = path.at(middle);
+    let rest = std::array::from_fn(|axis| end[axis] - half[axis]);
+    let chords = |scale| (norm(end, scale), norm(&half, scale) + norm(&rest, scale));
     let (one, two) = chords(&[1.0; AXES]);
-    let steps = end.0 - start.0;
     // The places of whole turns coincide, which looks straight, but is no way at all.
     let straight = two - one < 0.005 * two && two > 0.6 * steps as f64;
     if straight || steps <= SHORT {
         let (one, two) = chords(scale);
         return two + (two - one) / 3.0;
     }
-    stretch(path, scale, start, middle) + stretch(path, scale, middle, end)
+    length(path, scale, middle, &half) + length(&path.after(middle), scale, steps - middle, &rest)
 }
 
-fn distance(a: &Point, b: &Point, scale: &[f64; AXES]) -> f64 {
-    let squares = (0..AXES).map(|axis| ((b[axis] - a[axis]) as f64 * scale[axis]).powi(2));
-    squares.sum::<f64>().sqrt()
+fn norm(way: &Point, scale: &[f64; AXES]) -> f64 {
+    (0..AXES).map(|axis| (way[axis] as f64 * scale[axis]).powi(2)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 mod isel;
 mod lpkf;
 mod motions;
+mod ncp;
 mod operations;
 mod profiles;
 mod reached;
@@ -16,6 +17,7 @@ mod twins;
 
 pub use isel::{controller, flash, lexer, parser};
 pub use lpkf::{language, lpkf};
+pub use ncp::ncp;
 pub use operations::{Operation, Operations, Setup};
 pub use profiles::profiles;
 pub use reached::Reached;
@@ -30,10 +32,11 @@ use vimc4_device::{Device, Input, Output};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 8] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
+    ("ncp", ncp),
     ("profiles", profiles),
     ("flash", flash),
     ("controller", |data| controller(data, &mut Reached::default())),

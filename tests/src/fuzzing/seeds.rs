@@ -5,7 +5,7 @@
 use vimc4_plant::Machine;
 
 use super::operations::{Operation, Setup};
-use super::{isel, lpkf};
+use super::{isel, lpkf, ncp};
 
 /// An input to begin with.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct Seed {
 /// All of them.
 #[must_use]
 pub fn seeds() -> Vec<Seed> {
-    [isel::seeds::seeds(), lpkf::seeds::seeds(), profiles()].concat()
+    [isel::seeds::seeds(), lpkf::seeds::seeds(), ncp::seeds(), profiles()].concat()
 }
 
 /// Profiles to change, and some that are whole.

@@ -11,8 +11,8 @@ use super::{MOST_STEPS, Steps};
 /// How far a chord is beside its arc at most, in steps of the finer axis.
 const SAGITTA: f64 = 0.5;
 
-/// The greatest angle of a chord, in radians, a quarter turn. Over more the angle would not be even
-/// along the chord, but the third axis of a helix is even in the angle.
+/// The greatest angle of a chord, in radians, a quarter turn. Along a longer one the angle is too
+/// uneven for the third axis of a helix.
 const MOST_ANGLE: f64 = FRAC_PI_2;
 
 /// The places that the chords lead to.

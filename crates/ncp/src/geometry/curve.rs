@@ -6,11 +6,13 @@
 //!
 //! # The third axis
 //!
-//! A controller spreads the steps of the third axis evenly over those of the circle engine. But the
-//! engine makes 1 step for every step of the way on an axis of coordinates and √2 between two of them.
-//! The third axis, which should be even in the angle, is ahead and behind by turns, by up to [`SWAY`]
-//! radians of its way. So a helix that climbs steeply is divided. By how much the third axis may be
-//! off is what the plane leaves of two steps, half a step at most.
+//! A controller spreads the steps of the third axis evenly over those of the circle engine. But
+//! where the engine crosses an axis of coordinates it makes one step for a step of the way, and √2
+//! halfway to the next. The third axis, which should be even in the angle, is ahead and behind by
+//! turns, by up to [`SWAY`] radians of its way. So a helix that climbs steeply is divided. The third
+//! axis may be off by what the plane leaves of two steps, and by half a step at most.
+
+use std::f64::consts::SQRT_2;
 
 use vimc4_isel_wire::Plane;
 
@@ -29,8 +31,8 @@ const UNEVEN: f64 = 0.5;
 /// places between them by as much again.
 const ROUNDING: f64 = 1.0;
 
-/// By how many radians the engine is ahead or behind at most between two axes of coordinates, where
-/// it is neither, rounded up: the extremes of `θ - (1 - cos θ + sin θ)·π/4`.
+/// By how many radians the engine is ahead or behind at most between two axes of coordinates, on
+/// which it is neither, rounded up: the extremes of `θ - (1 - cos θ + sin θ)·π/4`.
 const SWAY: f64 = 0.033_2;
 
 /// By how many radians a piece that ends on an axis of coordinates is off at most, rounded up. If it
@@ -165,13 +167,15 @@ impl CurveParameters {
     fn pieces(&self) -> Option<Pieces> {
         let wanted = self.wanted()?;
         // The counter of a third axis that rests, or has come to its end, is rounded.
-        let third = if self.rise.is_some() { ROUNDING / 2.0 } else { 0.0 };
-        let room = libm::sqrt(ROOM * ROOM - third * third);
+        let rounding = if self.rise.is_some() { ROUNDING / 2.0 } else { 0.0 };
+        let room = libm::sqrt(ROOM * ROOM - rounding * rounding);
         let Some(ends) = self.climb() else {
             let trace = wanted.trace(room)?;
             return Some(self.divided(trace, (MOST_STEPS as u64, MOST_STEPS as u64), None));
         };
-        if !self.has_helix || (ends.1 - ends.0).abs() > MOST_STEPS as f64 {
+        let third = self.circle.plane().third();
+        let rise = self.to[third] - self.from[third];
+        if !self.has_helix || rise.abs() > MOST_STEPS {
             return None;
         }
         let trace = wanted.trace(room)?;
@@ -182,8 +186,13 @@ impl CurveParameters {
         (pieces.number() <= Chords::new(*self).number()).then_some(pieces)
     }
 
+    /// The trace in pieces of these lengths.
     fn divided(&self, trace: Trace, (first, stride): (u64, u64), climb: Option<Climb>) -> Pieces {
         let frequency = trace.steps as f64 * self.velocity / self.length();
+        // Rounding can make an arc that is shorter than a step one of a step. That takes as long as
+        // a step does; on a slope of 45 degrees the engine makes √2 of them for the way of one.
+        let most = SQRT_2 * self.velocity / self.circle.step();
+        let frequency = frequency.min(most);
         Pieces { trace, done: 0, first, stride, frequency, climb }
     }
 }
@@ -246,7 +255,7 @@ impl Pieces {
         1 + self.trace.steps.saturating_sub(self.first).div_ceil(self.stride)
     }
 
-    /// The next piece, and where it leads the third axis.
+    /// The next piece; `third` is where the third axis is and where it must end.
     fn next(
         &mut self,
         plane: Plane,

@@ -11,26 +11,27 @@
 //! N² = x² + y² + (2·D + |x| - |y|)    while y runs towards zero
 //! ```
 //!
-//! which is the same at all places of a quadrant. It crosses the axes of coordinates at the whole
-//! number r, and there the sign of D's part changes: in the next quadrant the square is `2·r² - N²`,
-//! in the one after it N² again. So no place is further from the arc than
+//! which is the same at all places of a quadrant. The engine crosses the axes of coordinates at the
+//! whole number r, and there the sign of the bracket changes: in the next quadrant the square is
+//! `2·r² - N²`, in the one after it N² again. So no place is further from the arc than
 //!
 //! ```text
 //! |centre of the engine - centre| + greatest |N - R| + √½ + 1 / R
 //! ```
 //!
-//! of the quadrants that are visited, the last term being for circles so small that they bend within
-//! a step. This takes a few operations, however long the arc is.
+//! of the quadrants that are visited, the last term being for circles so small that they bend
+//! within a step. This takes a few operations, however long the arc is.
 //!
 //! A helix needs the place that belongs to an angle. A point of the circle of radius r has as many
-//! steps behind it as the place on the same diagonal. The way from one to the other is up to `√2` times
-//! as long as the difference of the radii is, where the diagonal meets the circle aslant.
+//! steps behind it as the place on the same diagonal. Between the circles of r and N the diagonal
+//! is up to √2 times as long as they are apart, because it meets them aslant.
 //!
 //! # The choice
 //!
-//! The centre is one of the four whole places around the true one. The square is that of the true radius,
-//! which is best within a quadrant, or of a whole number next to it, which keeps N = r in all
-//! quadrants; or what comes nearest to it on which the start lies. The least bound wins.
+//! The centre is one of the four whole places around the true one. The square is that of the true
+//! radius, which is best within a quadrant, or of a whole number next to it, with which N = r in
+//! all quadrants; and if the start is not on that circle, the square of the nearest one that it is
+//! on. The least bound wins.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, SQRT_2, TAU};
 
@@ -134,7 +135,9 @@ impl Wanted {
     /// The engine around a centre that is `beside` the true one, with a radius as near to that of
     /// `square` as its start allows.
     fn traced(&self, centre: [i64; 2], beside: f64, square: i64) -> Option<Trace> {
-        let relative = |place: [i64; 2]| (place[0] - centre[0], place[1] - centre[1]);
+        let relative = |place: [i64; 2]| {
+            (place[0].saturating_sub(centre[0]), place[1].saturating_sub(centre[1]))
+        };
         let (x, y) = relative(self.from);
         let counted = -MOST_STEPS..=MOST_STEPS;
         if !counted.contains(&x) || !counted.contains(&y) {
@@ -166,8 +169,8 @@ impl Wanted {
         Some(Trace { fit, steps, off })
     }
 
-    /// After how many steps the engine is nearest to the landing. Whether an end beside the start is at
-    /// the beginning or at the end of a turn is known from the sweep.
+    /// After how many steps the engine is nearest to the landing. Whether an end beside the start
+    /// is at the beginning or at the end of a turn is known from the sweep.
     fn steps(&self, fit: &CircleFit, landing: (i64, i64)) -> u64 {
         let turn = fit.steps_per_turn();
         let expected = (self.sweep / TAU * turn as f64) as u64;

@@ -69,8 +69,7 @@ impl<'t> Reader<'t, '_> {
 
     /// From the name of a command to its last word, behind which there may be nothing else.
     fn whole_command(&mut self, info: &'static CommandInfo, name: Span) -> Span {
-        let span =
-            Span { end: name.start + self.text(self.since(name)).trim_end().len() as u32, ..name };
+        let span = self.until_here(name);
         if !self.failed() && !self.ends() {
             let text = self.pass_over();
             self.say(text, Problem::Surplus(info.name));

@@ -82,12 +82,17 @@ impl<'t, 'p> Reader<'t, 'p> {
         self.rest.is_empty() || self.rest.starts_with(';')
     }
 
-    /// Passes over everything up to the comment, and tells where it was, without the blanks
-    /// before the comment.
+    /// Passes over everything up to the comment, and tells where it was.
     pub(super) fn pass_over(&mut self) -> Span {
-        let start = self.place();
-        let text = self.take(token::code).map(|code| code.value.trim_end()).unwrap_or_default();
-        Span { start, end: start + text.len() as u32 }
+        let start = Span { start: self.place(), end: self.place() };
+        self.take(token::code);
+        self.until_here(start)
+    }
+
+    /// From the beginning of something to what is read next, without the blanks before that.
+    pub(super) fn until_here(&self, beginning: Span) -> Span {
+        let text = self.text(self.since(beginning)).trim_end_matches(token::is_blank);
+        Span { end: beginning.start + text.len() as u32, ..beginning }
     }
 
     /// Passes over the rest of the line.

@@ -128,6 +128,17 @@ pub fn find(name: &str) -> Option<&'static CommandInfo> {
     known.or_else(|| COMMANDS.iter().find(|info| info.name == MARK && begins_file()))
 }
 
+/// All commands as a table in Markdown, with the mark of where each is known from.
+#[must_use]
+pub fn markdown() -> String {
+    let row = |info: &CommandInfo| {
+        let pattern = info.pattern().replace('|', "\\|");
+        format!("| `{pattern}` | {} | {} |\n", info.meaning, info.source.mark())
+    };
+    let rows: String = COMMANDS.iter().map(row).collect();
+    format!("| Command | Meaning | |\n|---|---|---|\n{rows}")
+}
+
 impl CommandInfo {
     /// The name and what may stand behind it.
     #[must_use]

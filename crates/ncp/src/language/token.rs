@@ -17,6 +17,11 @@ pub(super) fn blanks(input: &str) -> Token<'_, &str> {
     space0(input)
 }
 
+/// Whether it separates words.
+pub(super) fn is_blank(c: char) -> bool {
+    matches!(c, ' ' | '\t')
+}
+
 /// Letters.
 pub(super) fn letters(input: &str) -> Token<'_, &str> {
     take_while1(|c: char| c.is_ascii_alphabetic())(input)
@@ -97,12 +102,12 @@ pub(super) fn point(input: &str) -> Token<'_, &str> {
 
 /// Everything up to the next blank.
 pub(super) fn solid(input: &str) -> Token<'_, &str> {
-    take_while1(|c: char| !matches!(c, ' ' | '\t' | ';'))(input)
+    take_while1(|c: char| !is_blank(c) && c != ';')(input)
 }
 
 /// Everything up to the next blank, letter or beginning of a number: what can be part of nothing.
 pub(super) fn junk(input: &str) -> Token<'_, &str> {
-    let solid = |c: char| !matches!(c, ' ' | '\t' | ';' | '+' | '-' | '.');
+    let solid = |c: char| !is_blank(c) && !matches!(c, ';' | '+' | '-' | '.');
     take_while1(move |c: char| solid(c) && !c.is_ascii_alphanumeric())(input)
 }
 

@@ -8,6 +8,7 @@ fn lines_that_are_no_command_are_told_as_a_whole() {
     assert_eq!(told("(Steps per circle: 64)"), [("no-command", "(Steps per circle: 64)")]);
     assert_eq!(told("N5 % 12  ; x"), [("no-command", "% 12")]);
     assert_eq!(told("5 MOVEABS X5"), [("no-command", "5 MOVEABS X5")]);
+    assert_eq!(told("\u{b} "), [("no-command", "\u{b}")]);
     assert_eq!(told("größer"), [("unknown-command", "gr")]);
     assert_eq!(told("N12.5 WAIT 3"), [("no-command", ".5 WAIT 3")]);
 }

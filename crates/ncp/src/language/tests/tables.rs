@@ -5,7 +5,7 @@ use std::mem::discriminant;
 
 use super::{command, read};
 use crate::language::Command;
-use crate::language::reference::{COMMANDS, CommandInfo, find};
+use crate::language::reference::{COMMANDS, CommandInfo, find, markdown};
 
 #[test]
 fn examples_are_right_and_begin_with_their_name() {
@@ -28,6 +28,17 @@ fn names_are_found_and_differ() {
     for name in ["", "IMF", "IMF_PB", "MOVEABSX", "XMOVEABS"] {
         assert!(find(name).is_none(), "{name}");
     }
+}
+
+#[test]
+fn the_table_has_a_row_for_each() {
+    let table = markdown();
+    assert_eq!(table.lines().count(), COMMANDS.len() + 2);
+    for line in table.lines() {
+        assert_eq!(line.replace("\\|", "").matches('|').count(), 4, "{line}");
+    }
+    assert!(table.contains("\n| `COOLANT ON \\| OFF` | Starts or stops the coolant pump. | D |\n"));
+    assert!(table.contains("\n| `VEL speed` | Sets"));
 }
 
 /// What the manual lists, and nothing else but what the field adds.

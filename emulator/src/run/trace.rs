@@ -1,0 +1,51 @@
+//! Every step of a run in a file.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use vimc4::{Point, Time};
+use vimc4_motion::Segment;
+
+use crate::failure::Failure;
+
+/// A table with a row for each step: the time in seconds and the counters, separated by commas.
+pub(crate) struct Trace {
+    path: PathBuf,
+    out: BufWriter<File>,
+    axes: usize,
+    written: io::Result<()>,
+}
+
+impl Trace {
+    /// Begins a table of these axes. What was in the file is gone.
+    pub(crate) fn new(path: &Path, axes: &[&str]) -> Result<Trace, Failure> {
+        let file = File::create(path)
+            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
+        let mut out = BufWriter::new(file);
+        let written = writeln!(out, "seconds,{}", axes.join(","));
+        Ok(Trace { path: path.to_owned(), out, axes: axes.len(), written })
+    }
+
+    /// Adds the steps of a segment that began at a time and a place, as far as it was made.
+    pub(crate) fn add(&mut self, began: Time, origin: &Point, segment: &Segment, made: u64) {
+        for step in segment.steps().take(usize::try_from(made).unwrap_or(usize::MAX)) {
+            let at = began.after_nanos(step.nanos) - Time::ZERO;
+            let mut row = format!("{}.{:09}", at.as_secs(), at.subsec_nanos());
+            for axis in 0..self.axes {
+                row += &format!(",{}", origin[axis] + step.offset[axis]);
+            }
+            if self.written.is_ok() {
+                self.written = writeln!(self.out, "{row}");
+            }
+        }
+    }
+
+    /// Ends the table.
+    pub(crate) fn finish(mut self) -> Result<(), Failure> {
+        let written = self.written.and_then(|()| self.out.flush());
+        written.map_err(|error| {
+            Failure::midway(format!("cannot write {}: {error}", self.path.display()))
+        })
+    }
+}
