@@ -96,8 +96,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = signals(&arguments.input, &arguments.press, &arguments.model, &controller)?;
     let mut meter = Meter::new(&machine);
-    let trace = arguments.trace.iter().map(|path| Trace::new(path, model.axis_names()));
-    meter.trace = trace.last().transpose()?;
+    meter.trace = Trace::wanted(arguments.trace.as_deref(), model.axis_names())?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let report = Report::new(&arguments, &script, model.axis_names());
     let mut session = Session { family: model.family(), driver, report, stored: Vec::new() };

@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         None => {
             check::before(job, &site, &text)?;
             let target = &site.target;
-            Work::Job { job: Job::new(&text, target, job.reading.options()), target }
+            Work::Job { job: Box::new(Job::new(&text, target, job.reading.options())), target }
         }
     };
     let rehearsal = rehearse(&work, &site)?;
@@ -112,8 +112,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     Sending::new(arguments, port, rehearsal, &text).run(work, &site, &text)
 }
 
-/// The commands of a command list with their lines; `None` if it is a job file.
-fn command_list(job: &JobArguments, bytes: &[u8]) -> Result<Option<Vec<(u32, Vec<u8>)>>, Failure> {
+/// Commands as they are sent, each with its line in the file.
+type List = Vec<(u32, Vec<u8>)>;
+
+/// The commands of a command list; `None` if it is a job file.
+fn command_list(job: &JobArguments, bytes: &[u8]) -> Result<Option<List>, Failure> {
     let first = bytes.iter().copied().find(|byte| !byte.is_ascii_whitespace());
     let script = match first {
         Some(b'@' | b';' | b'#') => Script::parse(bytes).filter(|s| s.kind == Kind::Commands),
@@ -436,7 +439,8 @@ impl Wire {
             let until = match (answer.is_empty(), self.bar.is_some()) {
                 (false, _) => PAUSE,
                 (true, true) => TICK,
-                (true, false) => LATE,
+                (true, false) if self.answered => LATE,
+                (true, false) => FIRST,
             };
             match self.port.next(Instant::now() + until)? {
                 Some((_, bytes)) => answer.extend(bytes),
@@ -453,7 +457,7 @@ impl Wire {
                 return Ok(answer);
             }
             let waited = begun.elapsed();
-            if answer.is_empty() && !self.answered && waited > FIRST {
+            if answer.is_empty() && !self.answered && waited >= FIRST {
                 return Err(Broken::Silent);
             }
             if answer.is_empty() && waited > takes * 2 + LATE && !remarked {

@@ -69,7 +69,7 @@ pub(crate) enum Decision {
 #[derive(Clone, Debug)]
 pub(crate) enum Work<'t> {
     /// A job file.
-    Job { job: Job<'t>, target: &'t Target },
+    Job { job: Box<Job<'t>>, target: &'t Target },
     /// Commands as they are sent, with their lines in the file.
     List(std::vec::IntoIter<(u32, Vec<u8>)>),
 }

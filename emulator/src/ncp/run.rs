@@ -82,8 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         time: arguments.time,
     };
     let mut meter = Meter::new(&site.machine);
-    let trace = arguments.trace.iter().map(|path| Trace::new(path, site.model.axis_names()));
-    meter.trace = trace.last().transpose()?;
+    meter.trace = Trace::wanted(arguments.trace.as_deref(), site.model.axis_names())?;
     let mut link = Virtual::new(Driver::new(controller, meter, None), false);
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
@@ -96,7 +95,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         operator.listen_at_leisure();
     }
     let target = &site.target;
-    let mut work = Work::Job { job: Job::new(&text, target, job.reading.options()), target };
+    let mut work =
+        Work::Job { job: Box::new(Job::new(&text, target, job.reading.options())), target };
     // What is wrong was said before.
     let ending = perform(&mut work, &mut link, &mut operator, &mut |_| {});
     let code = Outcome::of(ending, &link).report(arguments, &site, &mut link)?;

@@ -18,8 +18,12 @@ pub(crate) struct Trace {
 }
 
 impl Trace {
-    /// Begins a table of these axes. What was in the file is gone.
-    pub(crate) fn new(path: &Path, axes: &[&str]) -> Result<Trace, Failure> {
+    /// Begins a table of these axes in a file, if one is named. What was in it is gone.
+    pub(crate) fn wanted(path: Option<&Path>, axes: &[&str]) -> Result<Option<Trace>, Failure> {
+        path.map(|path| Trace::new(path, axes)).transpose()
+    }
+
+    fn new(path: &Path, axes: &[&str]) -> Result<Trace, Failure> {
         let file = File::create(path)
             .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
         let mut out = BufWriter::new(file);
@@ -32,8 +36,8 @@ impl Trace {
         for step in segment.steps().take(usize::try_from(made).unwrap_or(usize::MAX)) {
             let at = began.after_nanos(step.nanos) - Time::ZERO;
             let mut row = format!("{}.{:09}", at.as_secs(), at.subsec_nanos());
-            for axis in 0..self.axes {
-                row += &format!(",{}", origin[axis] + step.offset[axis]);
+            for (origin, offset) in origin.iter().zip(step.offset).take(self.axes) {
+                row += &format!(",{}", origin + offset);
             }
             if self.written.is_ok() {
                 self.written = writeln!(self.out, "{row}");

@@ -57,7 +57,6 @@ impl Course {
 
     /// Holds every step of a motion that began at `origin` against the course.
     pub(crate) fn check(&self, origin: &Point, segment: &Segment) -> Result<(), String> {
-        // A helix begins where its first motion does.
         for step in segment.steps() {
             let place: [f64; 3] = std::array::from_fn(|index| {
                 let axis = self.axes[index];
@@ -83,11 +82,13 @@ impl Course {
         // From the positive first axis, where the helices of the fixtures begin.
         let turned = (helix.sense * v.atan2(u)).rem_euclid(TAU) / TAU;
         let rise = helix.to - helix.from;
-        // Beginning and end have the same angle.
-        let off = [turned - 1.0, turned, turned + 1.0]
-            .map(|turned| (third - helix.from - rise * turned.clamp(0.0, 1.0)).abs())
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
+        let off = |turned: f64| (third - helix.from - rise * turned).abs();
+        // Beginning and end have the same angle, which rounding may put before either.
+        let off = match turned {
+            ..0.01 => off(turned).min(off(1.0)),
+            0.99.. => off(turned).min(off(0.0)),
+            _ => off(turned),
+        };
         // A steep helix is nearer than it is above.
         let steepness = rise / (TAU * self.radius);
         across.hypot(off / self.step[2] / steepness.hypot(1.0))

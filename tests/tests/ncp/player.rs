@@ -55,7 +55,7 @@ impl Player {
         self.device.view(self.now).axes.iter().map(|axis| axis.position).collect()
     }
 
-    /// What is motions since this was last asked.
+    /// The motions since this was last called.
     pub(crate) fn take_motions(&mut self) -> Vec<(Point, Box<Segment>)> {
         std::mem::take(&mut self.motions)
     }

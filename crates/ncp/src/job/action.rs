@@ -109,12 +109,12 @@ impl Hole {
             Leg::Rapid(height) => (height, self.rapid),
             Leg::Feed(height) => (height, self.feed),
         };
-        let way = self.to_height(height);
+        let way = self.move_to(height);
         Some(Stroke::Straight(StraightParameters { by: [0, 0, way, 0], speed, a_speed: speed }))
     }
 
     /// The steps to a height above the reference plane, which are made.
-    fn to_height(&mut self, height: Value) -> i64 {
+    fn move_to(&mut self, height: Value) -> i64 {
         let place = place_at(self.plane, self.up, height);
         let z = self.scale.round(place);
         let way = z - self.z;

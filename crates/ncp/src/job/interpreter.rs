@@ -357,11 +357,11 @@ impl<'t> Interpreter<'t> {
             return;
         }
         self.state.begun = true;
+        // Where the present point is the reference point, the axes stand at it too.
+        self.at_reference(self.target.referable);
         if !self.options.no_reference {
             report(span, Problem::ReferenceFirst);
-            let groups = groups_of(self.target.referable);
-            self.at_reference(self.target.referable);
-            actions.push(Action::Reference(groups));
+            actions.push(Action::Reference(groups_of(self.target.referable)));
         }
     }
 

@@ -480,6 +480,15 @@ fn an_end_beside_the_start_is_next_to_nothing_or_a_turn() {
     }
 }
 
+/// Rounded, the end is to the right of the start, which is behind it: nearly a turn away.
+#[test]
+fn rounding_makes_no_turn_of_next_to_nothing() {
+    let start = [steps(100) + 5_000, 7_500];
+    let motions = usual(start, Some([start[0] + 2_500, 7_625])).check().unwrap();
+    assert_eq!(motions.len(), 1, "{motions:?}");
+    assert_eq!(motions[0].clock_steps(), 1);
+}
+
 #[test]
 fn what_no_command_holds_goes_on_with_the_registers() {
     let radius = 2_000_000;
