@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use vimc4::device::Controller;
 use vimc4::{Handling, escape};
-use vimc4_ncp::Diagnostic;
+use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Job, Question};
 
 use crate::conform::announce::confirm;
@@ -158,6 +158,8 @@ impl Attendant for Nobody {
     }
 
     fn answered(&mut self, _line: u32, _sent: &[u8], _answer: &[u8]) {}
+
+    fn object(&mut self, _problem: Problem) {}
 }
 
 fn rehearse(work: &Work<'_>, site: &Site) -> Result<Rehearsal, Failure> {
@@ -165,7 +167,7 @@ fn rehearse(work: &Work<'_>, site: &Site) -> Result<Rehearsal, Failure> {
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
     let mut link = Virtual::new(Driver::new(controller, Meter::new(&site.machine), None), true);
     link.driver.stop_at(link.driver.now() + REHEARSAL);
-    let ending = perform(&mut work.clone(), &mut link, &mut Nobody, &mut |_| {});
+    let ending = perform(&mut work.clone(), &mut link, &mut Nobody);
     Ok(Rehearsal { ending, link })
 }
 
@@ -270,15 +272,12 @@ impl<'a> Sending<'a> {
     fn run(mut self, mut work: Work<'_>, site: &Site, text: &str) -> Result<ExitCode, Failure> {
         self.handling = Some(Handling::of(&site.model));
         let name = self.arguments.job.file.display().to_string();
-        let mut said = |diagnostic: Diagnostic| {
-            let _ = writeln!(io::stderr(), "{}", diagnostic.problem);
-        };
         let began = Instant::now();
         let ending = self
             .link
             .quiet()
             .map_err(Broken::from)
-            .and_then(|()| perform(&mut work, &mut self.link, &mut self.operator, &mut said));
+            .and_then(|()| perform(&mut work, &mut self.link, &mut self.operator));
         if let Some(bar) = &self.link.bar {
             bar.finish_and_clear();
         }

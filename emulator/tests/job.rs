@@ -294,6 +294,66 @@ fn questions_and_waits() {
     assert!(err.contains("no-operator") && err.contains("[job.ncp:3:1]"), "{err}");
 }
 
+/// A terminal that somebody types at: what they type into, and the end for the program.
+fn terminal() -> (fs::File, fs::File) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let typed = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&typed).unwrap();
+    unlockpt(&typed).unwrap();
+    let name = ptsname(&typed, Vec::new()).unwrap().into_string().unwrap();
+    let end = fs::File::options().read(true).write(true).open(name).unwrap();
+    (fs::File::from(typed), end)
+}
+
+#[test]
+fn the_operator_finds_the_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = "IMF_PBL\nREF XYZ\nWPTEACH\nMOVEABS X1000\nWPTEACH\nMOVEABS Y1000\n";
+    fs::write(folder.path().join("job.ncp"), job).unwrap();
+    let (mut typed, end) = terminal();
+    // The first is found after a slip, the second is left where it was.
+    typed.write_all(b"MOVEREL X500\nMOVEREL Q5\n\nMOVEREL X500\nk\n").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command.args(["ncp", "run", "job.ncp", "--json"]).current_dir(&folder).stdin(end);
+    let output = command.output().unwrap();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    let json: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}"));
+    assert_eq!(
+        (&json["axes"]["X"]["position"], &json["axes"]["Y"]["position"]),
+        (&160.into(), &80.into())
+    );
+    assert!(err.contains("line 3: find the work-piece zero") && err.contains("MOVEREL takes no `Q`"), "{err}");
+}
+
+#[test]
+fn enter_is_the_stop_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n").unwrap();
+    let emulator = Emulator::builder().tcp("127.0.0.1:0").start().unwrap();
+    let port = emulator.tcp_addr().unwrap().to_string();
+    let (mut typed, end) = terminal();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command.args(["send", "job.ncp", "--to", &port]).current_dir(folder).stdin(end);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 400);
+    typed.write_all(b"\n").unwrap();
+    let mut last = -1;
+    until("it stops", || std::mem::replace(&mut last, x()) == x());
+    let stopped = x();
+    assert!(stopped < 4_000);
+    thread::sleep(Duration::from_millis(300));
+    assert_eq!(x(), stopped);
+    typed.write_all(b"\n").unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("line 4: stopped; Enter, or START at the panel, goes on")
+    );
+    assert_eq!(x(), 4_000);
+}
+
 #[test]
 fn what_cannot_begin_says_why() {
     let folder = tempfile::tempdir().unwrap();

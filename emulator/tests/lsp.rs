@@ -229,6 +229,14 @@ fn problems_follow_what_is_typed() {
     );
     editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": FILE } }));
     assert_eq!(editor.problems(None), []);
+    assert_eq!(editor.ask_at("hover", 0, 0), Err(-32_602), "the file is not open");
+}
+
+#[test]
+fn problems_are_told_once() {
+    let editor = Editor::with("HALT x");
+    assert_eq!(editor.problems(Some(1))[0].0, "surplus-text");
+    assert!(editor.from.recv_timeout(Duration::from_millis(300)).is_err());
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::thread;
 
 use indicatif::ProgressBar;
 use vimc4::escape;
+use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Line, TextLine, lines};
 
@@ -89,16 +90,20 @@ impl<'t> Operator<'t> {
         self.at_leisure || self.typed.is_some()
     }
 
+    /// Says something. Who cannot be told cannot be asked either.
+    fn tell(&self, text: &str) {
+        let say = || writeln!(io::stderr(), "{text}");
+        let _ = match &self.bar {
+            Some(bar) => bar.suspend(say),
+            None => say(),
+        };
+    }
+
     /// Says something once.
     fn say(&mut self, line: u32, asked: Asked, text: impl FnOnce(&Self) -> String) {
         if self.asked != Some((line, asked)) {
             self.asked = Some((line, asked));
-            // Who cannot be told cannot be asked either.
-            let say = || writeln!(io::stderr(), "{}", text(self));
-            let _ = match &self.bar {
-                Some(bar) => bar.suspend(say),
-                None => say(),
-            };
+            self.tell(&text(self));
         }
     }
 
@@ -218,5 +223,10 @@ impl Attendant for Operator<'_> {
             let place = if line == 0 { String::new() } else { line.to_string() };
             let _ = writeln!(io::stdout(), "{place:>6}  {sent:<48}  {answer}");
         }
+    }
+
+    fn object(&mut self, problem: Problem) {
+        let help = problem.help().map(|help| format!("; {help}")).unwrap_or_default();
+        self.tell(&format!("{problem}{help}"));
     }
 }

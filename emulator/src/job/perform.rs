@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use vimc4::escape;
-use vimc4_ncp::Diagnostic;
+use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step, Target};
 
 /// How often an input is looked at that is waited for: the controller does not tell.
@@ -48,6 +48,9 @@ pub(crate) trait Attendant {
 
     /// A command was answered.
     fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]);
+
+    /// What the attendant has said cannot be done so.
+    fn object(&mut self, problem: Problem);
 }
 
 /// What an attendant decides.
@@ -96,11 +99,11 @@ pub(crate) enum Ending {
 }
 
 impl Work<'_> {
-    fn next(&mut self, report: &mut dyn FnMut(Diagnostic)) -> Option<(u32, Task)> {
+    fn next(&mut self) -> Option<(u32, Task)> {
         match self {
             Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
             Work::Job { job, target } => {
-                let Order { line, step, .. } = job.next(report)?;
+                let Order { line, step, .. } = job.next(&mut |_| {})?;
                 let task = match step {
                     Step::Dwell(micros) => Task::Dwell(Duration::from_micros(micros)),
                     Step::Await(test) => Task::Await(test),
@@ -121,20 +124,19 @@ impl Work<'_> {
     }
 }
 
-/// Carries everything out. What is said about the job's lines goes to `report`.
+/// Carries everything out. What is to be said about the job's lines was said before.
 pub(crate) fn perform<L: Link>(
     work: &mut Work<'_>,
     link: &mut L,
     attendant: &mut dyn Attendant,
-    report: &mut dyn FnMut(Diagnostic),
 ) -> Result<Ending, L::Broken> {
-    while let Some((line, task)) = work.next(report) {
+    while let Some((line, task)) = work.next() {
         link.begins(line);
         let ending = match task {
             Task::Send(bytes) => send(line, &bytes, link, attendant)?,
             Task::Dwell(time) => link.wait(time).map(|()| None)?,
             Task::Await(test) => await_input(line, test, link, attendant)?,
-            Task::Ask(question) => ask(line, question, work, link, attendant, report)?,
+            Task::Ask(question) => ask(line, question, work, link, attendant)?,
         };
         if let Some(ending) = ending {
             return Ok(ending);
@@ -222,7 +224,6 @@ fn ask<L: Link>(
     work: &mut Work<'_>,
     link: &mut L,
     attendant: &mut dyn Attendant,
-    report: &mut dyn FnMut(Diagnostic),
 ) -> Result<Option<Ending>, L::Broken> {
     loop {
         let decision = attendant.ask(line, question);
@@ -234,7 +235,9 @@ fn ask<L: Link>(
                 continue;
             }
             Decision::GoOn if question == Question::Teach => job.take_zero(),
-            Decision::First(typed) => job.enter(&typed, question, report),
+            Decision::First(typed) => {
+                job.enter(&typed, question, &mut |diagnostic| attendant.object(diagnostic.problem));
+            }
             Decision::GoOn | Decision::Skip => {}
             Decision::End => return Ok(Some(Ending::Ended { line })),
         }

@@ -97,8 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let target = &site.target;
     let mut work =
         Work::Job { job: Box::new(Job::new(&text, target, job.reading.options())), target };
-    // What is wrong was said before.
-    let ending = perform(&mut work, &mut link, &mut operator, &mut |_| {});
+    let ending = perform(&mut work, &mut link, &mut operator);
     let code = Outcome::of(ending, &link).report(arguments, &site, &mut link)?;
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
     Ok(code)

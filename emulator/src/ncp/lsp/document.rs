@@ -59,7 +59,7 @@ impl Document {
     pub(super) fn position(&self, offset: usize) -> Position {
         let line = self.starts.partition_point(|start| *start <= offset).saturating_sub(1);
         let start = self.line(line).start;
-        let before = self.text.get(start..offset.max(start)).unwrap_or_default();
+        let before = self.text.get(start..offset).unwrap_or_default();
         Position { line: line as u32, character: before.encode_utf16().count() as u32 }
     }
 

@@ -593,6 +593,16 @@ fn a_helix_is_divided_the_more_the_steeper_it_is() {
 }
 
 #[test]
+fn the_third_axis_sets_the_clock_where_it_has_more_steps() {
+    let mut case = usual([steps(5), 0], Some([steps(4), steps(3)]));
+    case.rise = Some((0, steps(5)));
+    let motions = case.check().unwrap();
+    let [Motion::Helix(_, args, 5)] = motions[..] else { panic!("{motions:?}") };
+    // 5 steps in the time that 5.947 steps of the way take at 2,000 Hz.
+    assert_eq!((args.steps, args.speed), (4, 1_682));
+}
+
+#[test]
 fn a_helix_that_does_not_rise_is_an_arc() {
     let motions = helix(500, 0).check().unwrap();
     assert!(motions.len() == 1 && is_arc(&motions[0]));
