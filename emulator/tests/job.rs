@@ -322,7 +322,10 @@ fn the_operator_finds_the_zero() {
         (&json["axes"]["X"]["position"], &json["axes"]["Y"]["position"]),
         (&160.into(), &80.into())
     );
-    assert!(err.contains("line 3: find the work-piece zero") && err.contains("MOVEREL takes no `Q`"), "{err}");
+    assert!(
+        err.contains("line 3: find the work-piece zero") && err.contains("MOVEREL takes no `Q`"),
+        "{err}"
+    );
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! What is said about the lines of a job file.
 
-use std::fmt::Write as _;
 use std::io::{self, BufWriter, Write};
 
 use miette::{
@@ -15,6 +14,9 @@ use crate::failure::Failure;
 
 /// So many are shown with a picture of the line; the rest has a line each.
 const PICTURES: u64 = 20;
+
+/// So many different problems are remembered with what would be right.
+const KNOWN: usize = 16;
 
 /// How problems are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -38,6 +40,7 @@ pub(crate) struct Problems<'t> {
     text: &'t str,
     current: (u32, &'t str),
     shown: u64,
+    helps: Vec<(Problem, Option<String>)>,
     pub(crate) summary: Summary,
     out: BufWriter<Box<dyn Write>>,
     written: io::Result<()>,
@@ -60,6 +63,7 @@ impl<'t> Problems<'t> {
             text,
             current: (0, ""),
             shown: 0,
+            helps: Vec::new(),
             summary: Summary::default(),
             out: BufWriter::with_capacity(1 << 16, out),
             written: Ok(()),
@@ -84,13 +88,14 @@ impl<'t> Problems<'t> {
         let severity = self.severity(diagnostic.problem);
         self.summary.count(severity);
         let line = self.line(diagnostic.line);
-        let text = match self.format {
-            Format::Full if self.shown < PICTURES => self.picture(&diagnostic, severity, line),
-            Format::Full | Format::Short => self.short(&diagnostic, severity, line),
-            Format::Json => self.json(&diagnostic, severity, line),
-        };
+        if self.written.is_ok() {
+            self.written = match self.format {
+                Format::Full if self.shown < PICTURES => self.picture(&diagnostic, severity, line),
+                Format::Full | Format::Short => self.short(&diagnostic, severity, line),
+                Format::Json => self.json(&diagnostic, severity, line),
+            };
+        }
         self.shown += 1;
-        self.write(&text);
     }
 
     /// The text of a line; they are mostly asked for in order.
@@ -106,7 +111,12 @@ impl<'t> Problems<'t> {
         if self.current.0 == number { self.current.1 } else { "" }
     }
 
-    fn picture(&self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> String {
+    fn picture(
+        &mut self,
+        diagnostic: &Diagnostic,
+        severity: Severity,
+        line: &str,
+    ) -> io::Result<()> {
         let picture = Picture {
             diagnostic: *diagnostic,
             severity,
@@ -116,25 +126,36 @@ impl<'t> Problems<'t> {
                 source: NamedSource::new(&self.name, line.to_owned()),
             },
         };
-        format!("{:?}\n", Report::new(picture))
+        writeln!(self.out, "{:?}", Report::new(picture))
     }
 
-    fn short(&self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> String {
+    fn short(&mut self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> io::Result<()> {
         let problem = diagnostic.problem;
-        let mut text = String::with_capacity(160);
         let (number, column) = (diagnostic.line, column(diagnostic, line));
-        let (name, word, code) = (&self.name, word(severity), problem.code());
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{name}:{number}:{column}: {word}[{code}]: {problem}");
-        if let Some(help) = problem.help() {
-            text += "; ";
-            text += &help;
+        let help = self.help(problem);
+        let Problems { out, name, helps, .. } = self;
+        let (word, code) = (word(severity), problem.code());
+        write!(out, "{name}:{number}:{column}: {word}[{code}]: {problem}")?;
+        match helps.get(help) {
+            Some((_, Some(help))) => writeln!(out, "; {help}"),
+            _ => writeln!(out),
         }
-        text.push('\n');
-        text
     }
 
-    fn json(&self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> String {
+    /// Where the help for a problem is. A file full of mistakes is full of the same ones, and what
+    /// somebody may have meant takes a while to find.
+    fn help(&mut self, problem: Problem) -> usize {
+        if let Some(known) = self.helps.iter().position(|(known, _)| *known == problem) {
+            return known;
+        }
+        if self.helps.len() >= KNOWN {
+            self.helps.clear();
+        }
+        self.helps.push((problem, problem.help()));
+        self.helps.len() - 1
+    }
+
+    fn json(&mut self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> io::Result<()> {
         let problem = diagnostic.problem;
         let range = diagnostic.span.range();
         let object = json!({
@@ -148,7 +169,7 @@ impl<'t> Problems<'t> {
             "help": problem.help(),
         });
         let comma = if self.shown > 0 { "," } else { "" };
-        format!("{comma}\n{object}")
+        write!(self.out, "{comma}\n{object}")
     }
 
     /// Says how many there were.
@@ -195,8 +216,8 @@ fn word(severity: Severity) -> &'static str {
 
 /// The column in characters, from 1.
 fn column(diagnostic: &Diagnostic, line: &str) -> usize {
-    let before = line.get(..diagnostic.span.range().start);
-    before.map_or(1, |before| before.chars().count() + 1)
+    let before = line.get(..diagnostic.span.range().start).unwrap_or_default();
+    1 + if before.is_ascii() { before.len() } else { before.chars().count() }
 }
 
 /// A diagnostic as it is drawn.

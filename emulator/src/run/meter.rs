@@ -116,32 +116,55 @@ impl Meter {
     }
 
     fn add(&mut self, path: &Path, steps: u64) {
-        let travelled = path.travel(steps);
+        let end = path.at(steps);
+        let (travelled, length) = match path {
+            Path::Line(_) => (end, norm(&end, &self.scale)),
+            _ => (path.travel(steps), length(path, &self.scale, steps, &end)),
+        };
         for (sum, travelled) in self.steps.iter_mut().zip(travelled) {
             *sum += travelled.unsigned_abs();
         }
-        self.path_mm += length(path, &self.scale, steps, &path.at(steps));
+        self.path_mm += length;
     }
 }
 
-/// The length of the curve that a path follows in its first clock steps.
+/// The length of the curve that a path follows in its first clock steps, which lead to `end`.
 ///
-/// The steps zigzag around the curve, so they cannot be added up. Two chords over a stretch are
-/// longer than one by three quarters of what still lacks (Huygens), if the stretch turns little;
-/// if it turns much it is divided.
+/// The steps zigzag around the curve, so they cannot be added up; chords are compared. Three places
+/// on a circle give the circle. Elsewhere two chords over a stretch are longer than one by three
+/// quarters of what still lacks (Huygens), if the stretch turns little. What turns much is divided.
 fn length(path: &Path, scale: &[f64; AXES], steps: u64, end: &Point) -> f64 {
     let middle = steps / 2;
     let half = path.at(middle);
     let rest = std::array::from_fn(|axis| end[axis] - half[axis]);
-    let chords = |scale| (norm(end, scale), norm(&half, scale) + norm(&rest, scale));
-    let (one, two) = chords(&[1.0; AXES]);
+    let chords = |scale| (norm(end, scale), norm(&half, scale), norm(&rest, scale));
+    let (one, first, second) = chords(&[1.0; AXES]);
+    let two = first + second;
+    let round = matches!(path, Path::Arc(_)) && is_even(&half, &rest, scale);
+    let most = if round { 0.3 } else { 0.005 };
     // The places of whole turns coincide, which looks straight, but is no way at all.
-    let straight = two - one < 0.005 * two && two > 0.6 * steps as f64;
-    if straight || steps <= SHORT {
-        let (one, two) = chords(scale);
+    let turns_little = two - one < most * two && two > 0.6 * steps as f64;
+    if turns_little || steps <= SHORT {
+        let bent = two - one > 0.005 * two;
+        let (one, first, second) = chords(scale);
+        let two = first + second;
+        if round && bent && turns_little {
+            // The sides of a triangle by its area, which Heron's formula gives.
+            let half = (one + two) / 2.0;
+            let area = (half * (half - one) * (half - first) * (half - second)).sqrt();
+            let diameter = one * first * second / (2.0 * area);
+            return diameter * ((first / diameter).asin() + (second / diameter).asin());
+        }
         return two + (two - one) / 3.0;
     }
     length(path, scale, middle, &half) + length(&path.after(middle), scale, steps - middle, &rest)
+}
+
+/// Whether a step is as long on every axis that moves, so that circles are circles.
+fn is_even(half: &Point, rest: &Point, scale: &[f64; AXES]) -> bool {
+    let mut moving = (0..AXES).filter(|&axis| half[axis] != 0 || rest[axis] != 0);
+    let Some(first) = moving.next() else { return false };
+    moving.all(|axis| scale[axis] == scale[first])
 }
 
 fn norm(way: &Point, scale: &[f64; AXES]) -> f64 {

@@ -106,7 +106,11 @@ mod tests {
         assert!(markdown.starts_with(
             "```ncp\nMOVEABS [Xn] [Yn] [Zn] [An]\n```\n\nMoves in a straight line to a place"
         ));
-        assert!(markdown.contains("\n- `Z`: where Z goes, in µm, of a rotary axis arc seconds\n"));
+        assert!(markdown.contains(" rests.\n\n- `X`: where X goes, in µm,"));
+        assert!(
+            markdown
+                .contains("seconds\n- `Z`: where Z goes, in µm, of a rotary axis arc seconds\n")
+        );
         assert!(markdown.ends_with("\nFor example `MOVEABS X20000 Y15000 Z-5000`"));
         let (_, markdown) = shown("|TYPE 3").expect("a command");
         assert!(markdown.ends_with("the manual does not."));
