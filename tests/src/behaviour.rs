@@ -182,6 +182,6 @@ fn models(session: &Session) -> String {
 }
 
 /// Text that a table can hold.
-fn cell(text: &str) -> String {
+pub(crate) fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }

@@ -25,6 +25,10 @@ pub struct Job {
     pub id: String,
     /// What it shows, in one sentence.
     pub title: String,
+    /// How certain that is, as in `D+F`.
+    pub evidence: String,
+    /// What says so.
+    pub source: String,
     /// The name of the model.
     pub model: &'static str,
     /// The bytes of the file.
@@ -292,7 +296,6 @@ fn filled(value: &Value, names: &[String], values: &[String]) -> Value {
 
 impl RawJob {
     fn on_its_models(&self, file: &RawFile, id: &str) -> Result<Vec<Job>, String> {
-        self.has_evidence(file)?;
         let models = self.models.as_ref().or(file.models.as_ref());
         let names = match models {
             None => vec!["isel".to_owned()],
@@ -311,8 +314,8 @@ impl RawJob {
             .collect()
     }
 
-    /// Whether it says where it is known from.
-    fn has_evidence(&self, file: &RawFile) -> Result<(), String> {
+    /// Where it is known from: the marks, and what says so.
+    fn evidence(&self, file: &RawFile) -> Result<(String, String), String> {
         let evidence = self.evidence.as_ref().or(file.evidence.as_ref()).ok_or("no evidence")?;
         let known = |mark: &str| matches!(mark.trim(), "D" | "F" | "A");
         if !evidence.split('+').all(known) {
@@ -320,8 +323,8 @@ impl RawJob {
                 "{evidence:?} is no evidence; D, F, A or several as in \"D+F\" are"
             ));
         }
-        let source = self.source.as_ref().or(file.source.as_ref());
-        source.map(|_| ()).ok_or_else(|| "no source".to_owned())
+        let source = self.source.as_ref().or(file.source.as_ref()).ok_or("no source")?;
+        Ok((evidence.clone(), source.clone()))
     }
 
     fn on(&self, model: &'static str, file: &RawFile, id: &str) -> Result<Job, String> {
@@ -341,8 +344,11 @@ impl RawJob {
             Some(other) => return Err(format!("{other:?} is no unit of DRILLDEF; um and mm are")),
         };
         let machine = self.machine.as_ref().or(file.machine.as_ref());
+        let (evidence, source) = self.evidence(file)?;
         Ok(Job {
             id: id.to_owned(),
+            evidence,
+            source,
             title: self.title.clone(),
             model,
             program: self.bytes()?,

@@ -1,11 +1,13 @@
 //! What the tests of the whole house share.
 //!
 //! [`behaviour`] makes the behaviour document from the fixture sessions, [`shown`] says what
-//! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs. The
+//! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs, and
+//! [`ncp_reference`] makes the reference of job files. The
 //! sessions themselves are read and played by `vimc4-conform`.
 #![forbid(unsafe_code)]
 
 pub mod behaviour;
 pub mod fuzzing;
 pub mod jobs;
+pub mod ncp_reference;
 pub mod shown;

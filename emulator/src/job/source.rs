@@ -8,6 +8,7 @@ use std::sync::Arc;
 use vimc4::{Machine, Model};
 use vimc4_ncp::job::{Controller, Options, Target};
 use vimc4_ncp::language;
+use vimc4_ncp::{Problem, Severity};
 
 use crate::failure::Failure;
 
@@ -51,6 +52,15 @@ pub(crate) enum Unit {
 }
 
 impl Reading {
+    /// How bad a problem is to who reads so: a line that is left out is no reason not to carry the
+    /// others out.
+    pub(crate) fn severity(self, problem: Problem) -> Severity {
+        match problem {
+            Problem::Written(_) if self.lenient => problem.severity().min(Severity::Warning),
+            _ => problem.severity(),
+        }
+    }
+
     pub(crate) fn options(self) -> Options {
         Options { no_reference: self.no_ref, drill_in_mm: self.drilldef_unit == Unit::Mm }
     }

@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let text = source::text(file)?;
     let name = file.display().to_string();
     let out = Box::new(io::stdout());
-    let mut problems = Problems::new(name.clone(), &text, arguments.format, reading.lenient, out);
+    let mut problems = Problems::new(name.clone(), &text, arguments.format, *reading, out);
     let summary = job::check(&text, &site.target, reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
     let name = job.file.display().to_string();
     let out = Box::new(io::stderr());
-    let mut problems = Problems::new(name.clone(), text, Format::Full, job.reading.lenient, out);
+    let mut problems = Problems::new(name.clone(), text, Format::Full, job.reading, out);
     job::check(text, &site.target, job.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });

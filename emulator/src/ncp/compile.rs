@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let text = source::text(file)?;
     let name = file.display().to_string();
     let out = Box::new(io::stderr());
-    let mut problems = Problems::new(name.clone(), &text, Format::Full, reading.lenient, out);
+    let mut problems = Problems::new(name.clone(), &text, Format::Full, *reading, out);
     let field = job::compile(&text, &site.target, reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });

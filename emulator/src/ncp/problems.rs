@@ -11,6 +11,7 @@ use vimc4_ncp::language::{Lines, lines};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::failure::Failure;
+use crate::job::source::Reading;
 
 /// So many are shown with a picture of the line; the rest has a line each.
 const PICTURES: u64 = 20;
@@ -34,7 +35,7 @@ pub(crate) enum Format {
 pub(crate) struct Problems<'t> {
     name: String,
     format: Format,
-    lenient: bool,
+    reading: Reading,
     /// The lines from the one that was spoken of last.
     lines: Lines<'t>,
     text: &'t str,
@@ -52,13 +53,13 @@ impl<'t> Problems<'t> {
         name: String,
         text: &'t str,
         format: Format,
-        lenient: bool,
+        reading: Reading,
         out: Box<dyn Write>,
     ) -> Problems<'t> {
         let mut problems = Problems {
             name,
             format,
-            lenient,
+            reading,
             lines: lines(text),
             text,
             current: (0, ""),
@@ -75,17 +76,8 @@ impl<'t> Problems<'t> {
         problems
     }
 
-    /// How bad a problem is to who reads the file so.
-    fn severity(&self, problem: Problem) -> Severity {
-        match problem {
-            // A line that is left out is no reason not to run the others.
-            Problem::Written(_) if self.lenient => problem.severity().min(Severity::Warning),
-            _ => problem.severity(),
-        }
-    }
-
     pub(crate) fn show(&mut self, diagnostic: Diagnostic) {
-        let severity = self.severity(diagnostic.problem);
+        let severity = self.reading.severity(diagnostic.problem);
         self.summary.count(severity);
         let line = self.line(diagnostic.line);
         if self.written.is_ok() {

@@ -14,7 +14,6 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use vimc4_ncp::job::{self, Target};
 use vimc4_ncp::language::{lines, service};
-use vimc4_ncp::{Problem, Severity};
 
 use super::document::Document;
 use super::messages::{Incoming, Outgoing, Refusal};
@@ -189,7 +188,7 @@ fn check(document: &Document, target: &Target, reading: Reading) -> Vec<lsp_type
     for diagnostic in found.iter().take(MOST_PROBLEMS + 1) {
         while all_lines.next_if(|line| line.number < diagnostic.line).is_some() {}
         let bytes = all_lines.peek().map_or(0..0, |line| line.in_text(diagnostic.span));
-        let severity = severity(diagnostic.problem, reading);
+        let severity = reading.severity(diagnostic.problem);
         shown.push(show::diagnostic(document, bytes, severity, diagnostic.problem));
     }
     if let Some(surplus) = shown.get(MOST_PROBLEMS) {
@@ -198,14 +197,6 @@ fn check(document: &Document, target: &Target, reading: Reading) -> Vec<lsp_type
         shown.push(more);
     }
     shown
-}
-
-/// How bad a problem is to who reads the file so.
-fn severity(problem: Problem, reading: Reading) -> Severity {
-    match problem {
-        Problem::Written(_) if reading.lenient => problem.severity().min(Severity::Warning),
-        _ => problem.severity(),
-    }
 }
 
 fn publish(params: PublishDiagnosticsParams) -> Outgoing {
