@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::env;
+use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
@@ -52,6 +53,20 @@ impl Launcher {
         let mut command = Command::new(&self.vimc4);
         command.args(["serve", "--tcp", "127.0.0.1:0", "--pty"]).arg(link).args(more);
         Server::start(command)
+    }
+
+    /// The emulator's command, in the folder of links.
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(&self.vimc4);
+        command.current_dir(&self.folder);
+        command
+    }
+
+    /// Writes a file into the folder of links.
+    pub(crate) fn file(&self, name: &str, text: &str) -> Outcome<PathBuf> {
+        let path = self.folder.path().join(name);
+        fs::write(&path, text).doing(format!("write {}", path.display()))?;
+        Ok(path)
     }
 
     /// Starts the baseline of this name.

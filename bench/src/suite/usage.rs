@@ -71,6 +71,13 @@ impl Memory {
     }
 }
 
+/// The most memory that the process with this number has had in RAM so far, bytes; `None` if it is
+/// over.
+pub(crate) fn peak(process: u32) -> Option<f64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    Some(field(&status, "VmHWM")? as f64 * 1024.0)
+}
+
 /// The number in a line `name:  number …`.
 fn field(status: &str, name: &str) -> Option<u64> {
     let values = status.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;

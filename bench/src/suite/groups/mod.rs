@@ -5,6 +5,7 @@ mod commands;
 mod endings;
 mod forward;
 mod idle;
+mod jobs;
 mod memory;
 mod motion;
 mod moves;
@@ -36,7 +37,7 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 12] = [
+pub(crate) const GROUPS: [Group; 13] = [
     group("ping", "Question and answer", ping::measure),
     group("startup", "Start", startup::measure),
     group("memory", "Memory", memory::measure),
@@ -45,6 +46,7 @@ pub(crate) const GROUPS: [Group; 12] = [
     group("moves", "Long moves in virtual time", moves::measure),
     group("motion", "Enumerated steps", motion::measure),
     group("forward", "Fast-forward", forward::measure),
+    group("jobs", "Job files of a million lines", jobs::measure),
     group("clock", "Real time", clock::measure),
     group("pacing", "Line pacing", pacing::measure),
     group("neighbour", "A flooded neighbour", neighbour::measure),
