@@ -125,13 +125,26 @@ fn first_sum(least: i64) -> i64 {
         ceil_sqrt(8 * least + 1) / 2
     } else {
         // z = -p with the largest p that has p(p-1) ≤ -2·least, (2p-1)² ≤ 1 - 8·least.
-        -i64::midpoint((1 - 8 * least).isqrt(), 1)
+        -i64::midpoint(floor_sqrt(1 - 8 * least), 1)
     }
 }
 
-/// The square root rounded up; `square` is not negative.
+/// The square root rounded down; `square` is not negative and less than 2⁶².
+///
+/// That of a floating-point number is rounded exactly on every platform, and faster. It can be off
+/// by one, because the square is rounded too.
+fn floor_sqrt(square: i64) -> i64 {
+    let root = (square as f64).sqrt() as i64;
+    if root * root > square {
+        root - 1
+    } else {
+        root + i64::from((root + 1) * (root + 1) <= square)
+    }
+}
+
+/// The square root rounded up, likewise.
 fn ceil_sqrt(square: i64) -> i64 {
-    let root = square.isqrt();
+    let root = floor_sqrt(square);
     root + i64::from(root * root < square)
 }
 
@@ -191,7 +204,7 @@ impl Piece {
             (false, false) => ceil_div(2 * c + s * s - s, 2 * s),
             (true, true) => ceil_div(2 * c - s * s + s, -2 * s),
             (true, false) => match 1 - s * s - 4 * c {
-                square @ 0.. => ceil_div(s - 1 - square.isqrt(), 2),
+                square @ 0.. => ceil_div(s - 1 - floor_sqrt(square), 2),
                 _ => i64::MAX,
             },
             (false, true) => match 1 - s * s + 4 * c {
@@ -383,5 +396,25 @@ impl ArcWalk {
         self.state.step();
         let ArcState { x, y, .. } = self.state;
         self.arc.put(point, x - self.arc.start.x, y - self.arc.start.y);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_are_exact() {
+        let near = |root: i64| [root * root - 1, root * root, root * root + 1];
+        let bits = (1..31).flat_map(|bit| [(1 << bit) - 1, 1 << bit, (1 << bit) + 1]);
+        let odd = [94_906_265, 94_906_267, 1_518_500_249, (1 << 31) - 1];
+        for square in bits.chain(odd).flat_map(near) {
+            assert_eq!(floor_sqrt(square), square.isqrt(), "{square}");
+            assert_eq!(
+                ceil_sqrt(square),
+                square.isqrt() + i64::from(square.isqrt().pow(2) < square)
+            );
+        }
+        assert_eq!((floor_sqrt(0), ceil_sqrt(0), floor_sqrt(3), ceil_sqrt(3)), (0, 0, 1, 2));
     }
 }
