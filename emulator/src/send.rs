@@ -23,7 +23,7 @@ use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
-use crate::run::report::seconds;
+use crate::run::report::{grouped, seconds};
 use crate::run::script::{Kind, Script};
 
 /// How long the first answer may take: nothing moves then.
@@ -213,8 +213,10 @@ impl Rehearsal {
             }
         }
         text += &format!(
-            "  {} of motion, counted from the reference points; runs to these come first\n\
+            "  up to {} Hz, {} in all; places count from the reference points, and runs to these \
+             come first\n\
              Ctrl-C halts a motion along its ramp and ends the job.\n",
+            grouped(i64::try_from((meter.top + 500_000) / 1_000_000).unwrap_or(i64::MAX)),
             seconds(self.link.elapsed())
         );
         let _ = io::stderr().lock().write_all(text.as_bytes());

@@ -23,6 +23,8 @@ pub(crate) struct Meter {
     pub(crate) path_mm: f64,
     /// How much of that was made with the head down, and how long it took.
     pub(crate) down: (f64, Duration),
+    /// The greatest frequency, in µHz.
+    pub(crate) top: u64,
     /// The lowest and the highest counters.
     pub(crate) extent: Option<(Point, Point)>,
     scale: [f64; AXES],
@@ -97,6 +99,8 @@ impl Meter {
         if self.references {
             return;
         }
+        let profile = &running.segment.profile;
+        self.top = self.top.max(profile.speed_at(profile.duration() / 2));
         self.add(&running.segment.path, steps);
         self.include(&running.origin, &running.segment.path, steps);
         if running.down {
