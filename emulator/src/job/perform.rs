@@ -108,7 +108,7 @@ impl Work<'_> {
                     Step::Dwell(micros) => Task::Dwell(Duration::from_micros(micros)),
                     Step::Await(test) => Task::Await(test),
                     Step::Ask(question) => Task::Ask(question),
-                    step => Task::Send(target.line(&step)?),
+                    step => Task::Send(step.line(target.controller.dialect)?),
                 };
                 Some((line, task))
             }

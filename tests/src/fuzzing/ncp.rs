@@ -81,7 +81,7 @@ fn run(text: &str, model: &vimc4_isel::Model, target: &Target, options: Options)
             assert!(job.has_failed() || job.counters() == at, "{at:?} {:?}", job.counters());
             return;
         };
-        if let Some(mut line) = target.line(&order.step) {
+        if let Some(mut line) = order.step.line(target.controller.dialect) {
             line.pop();
             let read = decoded(&line, Mode::Direct, model, target);
             assert_eq!(read, Ok(order.step.command().unwrap_or(Command::End)), "{order:?}");

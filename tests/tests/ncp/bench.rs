@@ -97,7 +97,9 @@ impl<'j> Bench<'j> {
             let at = |error: String| format!("line {line}, {}: {error}", self.shown(&step));
             match &step {
                 Step::Send(_) | Step::Output(..) => {
-                    let line = self.target.line(&step).ok_or_else(|| at("no command".into()))?;
+                    let line = step
+                        .line(self.target.controller.dialect)
+                        .ok_or_else(|| at("no command".into()))?;
                     player.send(&line).map_err(at)?;
                 }
                 Step::Dwell(micros) => player.pass(micros * 1_000)?,
@@ -178,7 +180,7 @@ impl<'j> Bench<'j> {
     fn shown(&self, step: &Step) -> String {
         match step {
             Step::Send(_) | Step::Output(..) => {
-                let line = self.target.line(step).unwrap_or_default();
+                let line = step.line(self.target.controller.dialect).unwrap_or_default();
                 String::from_utf8_lossy(&line).trim_end().to_owned()
             }
             Step::Dwell(micros) if *micros >= 1_000_000 => {

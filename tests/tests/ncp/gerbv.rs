@@ -94,7 +94,7 @@ fn drills_every_hole(file: &Path) -> Result<(), Failed> {
         match &order.step {
             Step::Dwell(micros) => player.pass(micros * 1_000)?,
             Step::Ask(Question::Tool(number)) => tools.push(*number),
-            step => player.send(&target.line(step).ok_or("nothing to send")?)?,
+            step => player.send(&step.line(target.controller.dialect).ok_or("nothing to send")?)?,
         }
         if let [x, y, z, ..] = player.counters()[..]
             && z == steps(DEPTH)

@@ -35,13 +35,24 @@ fn emulator(counts: &Counts) -> (Emulator, PathBuf) {
 fn a_thousand_clients() {
     let counts = Counts::default();
     let (emulator, path) = emulator(&counts);
-    assert_eq!(ask(&mut Terminal::open(&path), "@07", 1), "0");
+    // Each waits for the news of its leaving, which its successor would be faster than, and which
+    // would be taken for that of its successor's.
+    let leave = |client: Terminal| counts.after_leaving(|| drop(client));
+    let mut first = Terminal::open(&path);
+    assert_eq!(ask(&mut first, "@07", 1), "0");
+    leave(first);
     for n in 1..=1_000 {
         let mut client = Terminal::open(&path);
         assert_eq!(ask(&mut client, "@0A1,900,0,900,0,900,0,900", 1), "0");
         match n % 4 {
-            0 => assert_eq!(ask(&mut client, "@0P", 19), at(n)),
-            1 => ioctl_tiocexcl(&client.0).unwrap(),
+            0 => {
+                assert_eq!(ask(&mut client, "@0P", 19), at(n));
+                leave(client);
+            }
+            1 => {
+                ioctl_tiocexcl(&client.0).unwrap();
+                leave(client);
+            }
             2 => {
                 // A line that echoes, edits, waits for nothing and is too slow.
                 let mut settings = tcgetattr(&client.0).unwrap();
@@ -50,20 +61,24 @@ fn a_thousand_clients() {
                 settings.special_codes[SpecialCodeIndex::VMIN] = 0;
                 settings.set_speed(9_600).unwrap();
                 tcsetattr(&client.0, OptionalActions::Now, &settings).unwrap();
-                // Its successor would be faster than the news of its leaving.
-                counts.after_leaving(|| drop(client));
-                let next = Terminal::open(&path);
+                leave(client);
+                let mut next = Terminal::open(&path);
                 let settings = tcgetattr(&next.0).unwrap();
                 assert_eq!(settings.output_speed(), 19_200);
                 assert!(!settings.local_modes.contains(LocalModes::ECHO));
+                // Who comes and goes at once is no news.
+                assert_eq!(ask(&mut next, "@0P", 19), at(n));
+                leave(next);
             }
             _ => {
                 // It asks and leaves without listening.
                 client.write_all(b"@0P\r").unwrap();
                 assert!(client.hears(PATIENCE));
-                counts.after_leaving(|| drop(client));
-                let next = Terminal::open(&path);
+                leave(client);
+                let mut next = Terminal::open(&path);
                 assert!(!next.hears(Duration::ZERO), "opening {n} hears its predecessor");
+                assert_eq!(ask(&mut next, "@0P", 19), at(n));
+                leave(next);
             }
         }
     }

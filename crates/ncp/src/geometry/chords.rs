@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::curve::CurveParameters;
+use super::parameters::CurveParameters;
 use super::{MOST_STEPS, Steps};
 
 /// How far a chord is beside its arc at most, in steps of the finer axis.

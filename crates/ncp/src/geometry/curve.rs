@@ -18,8 +18,8 @@ use vimc4_isel_wire::Plane;
 
 use super::chords::Chords;
 use super::engine::{Trace, Wanted};
-use super::{Circle, Fitted, MOST_STEPS, Motion, Scale, Speeds, Steps};
-use crate::language::Value;
+use super::parameters::CurveParameters;
+use super::{Fitted, MOST_STEPS, Motion, Speeds, Steps};
 
 /// How many steps a path is beside the true one at most.
 const ROOM: f64 = 2.0;
@@ -38,32 +38,6 @@ const SWAY: f64 = 0.033_2;
 /// By how many radians a piece that ends on an axis of coordinates is off at most, rounded up. If it
 /// begins elsewhere, it begins ahead or behind.
 const SWAY_OF_A_PART: f64 = 0.042;
-
-/// How many steps the given end may be beside the arc if the arc is to lead to it. If it is
-/// further beside, a line of its own does.
-const SLANT: f64 = 0.25;
-
-/// What an arc or a helix is made from. Lengths in the world are in thousandths of a µm, and have
-/// their origin where the counters have theirs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveParameters {
-    /// The arc.
-    pub circle: Circle,
-    /// The scales of X, Y, Z and A.
-    pub scales: [Scale; 4],
-    /// Where the counters are: at the start of the arc, rounded.
-    pub from: Steps,
-    /// Where they must end.
-    pub to: Steps,
-    /// Where the third axis of a helix begins and ends.
-    pub rise: Option<(Value, Value)>,
-    /// The speed along the path, in thousandths of a µm a second.
-    pub velocity: f64,
-    /// What the controller takes.
-    pub speeds: Speeds,
-    /// Whether it has `w`.
-    pub has_helix: bool,
-}
 
 /// The motions that make up an arc or a helix.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,97 +78,6 @@ struct Climb {
     slope: f64,
     /// Where the arc begins, as [`Trace::angle`] counts, in radians.
     start: f64,
-}
-
-impl CurveParameters {
-    /// Where the third axis begins and ends, not rounded, if it is to move at all.
-    fn climb(&self) -> Option<(f64, f64)> {
-        let third = self.circle.plane().third();
-        let scale = self.scales[third];
-        let moves = self.from[third] != self.to[third];
-        self.rise.filter(|_| moves).map(|(from, to)| (scale.exact(from), scale.exact(to)))
-    }
-
-    /// The point of the plane at a part of the arc, rounded; the other axes at their end.
-    pub(super) fn place(&self, fraction: f64) -> Steps {
-        let (first, second) = self.circle.plane().axes();
-        let [x, y] = self.circle.point(fraction);
-        let mut place = self.to;
-        place[first] = self.scales[first].round_f64(x);
-        place[second] = self.scales[second].round_f64(y);
-        place
-    }
-
-    /// Where the arc itself is to end.
-    pub(super) fn landing(&self) -> Steps {
-        if self.circle.end_beside() <= SLANT { self.to } else { self.place(1.0) }
-    }
-
-    /// The length of the path in the world.
-    fn length(&self) -> f64 {
-        let (low, high) = self.rise.unwrap_or_default();
-        let rise = high.in_thousandths() as f64 - low.in_thousandths() as f64;
-        let length = self.circle.length();
-        libm::sqrt(length * length + rise * rise)
-    }
-
-    /// The arc in steps; `None` if it is none there, because the steps of the axes are not equal.
-    fn wanted(&self) -> Option<Wanted> {
-        let circle = &self.circle;
-        let (first, second) = circle.plane().axes();
-        let scales = [self.scales[first], self.scales[second]];
-        if !scales[0].equals(scales[1]) {
-            return None;
-        }
-        let exact = |place: [Value; 2]| place.map(|value| scales[0].exact(value));
-        let landing = self.landing();
-        let end = circle.point(1.0).map(|place| place / scales[0].step());
-        Some(Wanted {
-            turn: circle.turn(),
-            centre: exact(circle.centre()),
-            radius: circle.radius() / scales[0].step(),
-            sweep: circle.sweep(),
-            start: exact(circle.start()),
-            ends: [end, exact(circle.end())],
-            from: [self.from[first], self.from[second]],
-            to: [self.to[first], self.to[second]],
-            landing: [landing[first], landing[second]],
-            climbs: self.climb().is_some(),
-        })
-    }
-
-    /// What the circle engine is to make; `None` if it cannot, or if chords do it in fewer pieces.
-    fn pieces(&self) -> Option<Pieces> {
-        let wanted = self.wanted()?;
-        // The counter of a third axis that rests, or has come to its end, is rounded.
-        let rounding = if self.rise.is_some() { ROUNDING / 2.0 } else { 0.0 };
-        let room = libm::sqrt(ROOM * ROOM - rounding * rounding);
-        let Some(ends) = self.climb() else {
-            let trace = wanted.trace(room)?;
-            return Some(self.divided(trace, (MOST_STEPS as u64, MOST_STEPS as u64), None));
-        };
-        let third = self.circle.plane().third();
-        let rise = self.to[third] - self.from[third];
-        if !self.has_helix || rise.abs() > MOST_STEPS {
-            return None;
-        }
-        let trace = wanted.trace(room)?;
-        let start = trace.beginning(&wanted);
-        let climb = Climb { ends, slope: (ends.1 - ends.0) / wanted.sweep, start };
-        let lengths = climb.lengths(&trace, &wanted)?;
-        let pieces = self.divided(trace, lengths, Some(climb));
-        (pieces.number() <= Chords::new(*self).number()).then_some(pieces)
-    }
-
-    /// The trace in pieces of these lengths.
-    fn divided(&self, trace: Trace, (first, stride): (u64, u64), climb: Option<Climb>) -> Pieces {
-        let frequency = trace.steps as f64 * self.velocity / self.length();
-        // Rounding can make an arc that is shorter than a step one of a step. That takes as long as
-        // a step does; on a slope of 45 degrees the engine makes √2 of them for the way of one.
-        let most = SQRT_2 * self.velocity / self.circle.step();
-        let frequency = frequency.min(most);
-        Pieces { trace, done: 0, first, stride, frequency, climb }
-    }
 }
 
 impl Climb {
@@ -250,6 +133,49 @@ fn longest(radians: f64, r: i64) -> u64 {
 }
 
 impl Pieces {
+    /// What the circle engine is to make; `None` if it cannot, or if chords do it in fewer pieces.
+    fn of(parameters: &CurveParameters) -> Option<Pieces> {
+        let wanted = parameters.wanted()?;
+        // The counter of a third axis that rests, or has come to its end, is rounded.
+        let rounding = if parameters.rise.is_some() { ROUNDING / 2.0 } else { 0.0 };
+        let room = libm::sqrt(ROOM * ROOM - rounding * rounding);
+        let Some(ends) = parameters.climb() else {
+            let trace = wanted.trace(room)?;
+            return Some(Pieces::divided(
+                parameters,
+                trace,
+                (MOST_STEPS as u64, MOST_STEPS as u64),
+                None,
+            ));
+        };
+        let third = parameters.circle.plane().third();
+        let rise = parameters.to[third] - parameters.from[third];
+        if !parameters.has_helix || rise.abs() > MOST_STEPS {
+            return None;
+        }
+        let trace = wanted.trace(room)?;
+        let start = trace.beginning(&wanted);
+        let climb = Climb { ends, slope: (ends.1 - ends.0) / wanted.sweep, start };
+        let lengths = climb.lengths(&trace, &wanted)?;
+        let pieces = Pieces::divided(parameters, trace, lengths, Some(climb));
+        (pieces.number() <= Chords::new(*parameters).number()).then_some(pieces)
+    }
+
+    /// The trace in pieces of these lengths.
+    fn divided(
+        parameters: &CurveParameters,
+        trace: Trace,
+        (first, stride): (u64, u64),
+        climb: Option<Climb>,
+    ) -> Pieces {
+        let frequency = trace.steps as f64 * parameters.velocity / parameters.length();
+        // Rounding can make an arc that is shorter than a step one of a step. That takes as long as
+        // a step does; on a slope of 45 degrees the engine makes √2 of them for the way of one.
+        let most = SQRT_2 * parameters.velocity / parameters.circle.step();
+        let frequency = frequency.min(most);
+        Pieces { trace, done: 0, first, stride, frequency, climb }
+    }
+
     /// How many pieces there are.
     fn number(&self) -> u64 {
         1 + self.trace.steps.saturating_sub(self.first).div_ceil(self.stride)
@@ -289,7 +215,7 @@ impl Curve {
     /// The arc or helix with these parameters.
     #[must_use]
     pub fn new(parameters: CurveParameters) -> Curve {
-        let course = match parameters.pieces() {
+        let course = match Pieces::of(&parameters) {
             Some(pieces) => Course::Engine(pieces),
             None => Course::Chords(Chords::new(parameters)),
         };

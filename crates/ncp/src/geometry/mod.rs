@@ -9,6 +9,7 @@ mod chords;
 mod circle;
 mod curve;
 mod engine;
+mod parameters;
 mod straight;
 #[cfg(test)]
 mod tests;
@@ -18,7 +19,8 @@ use vimc4_isel_wire::{ArcArgs, Plane};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path};
 
 pub use circle::{Circle, NoCircle};
-pub use curve::{Curve, CurveParameters};
+pub use curve::Curve;
+pub use parameters::CurveParameters;
 pub use straight::{Straight, StraightParameters};
 
 use crate::language::Value;

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use vimc4_isel_wire::{AxisSet, Command, Direction, Pair, Pairs, Plane};
+use vimc4_isel_wire::{AxisSet, Command, Dialect, Direction, Mode, Pair, Pairs, Plane};
 
 use super::action::{Action, Hole, InputTest, OutputChange, Question, Stroke};
 use super::target::Target;
@@ -37,6 +37,15 @@ impl Step {
             }
             Step::Dwell(_) | Step::Await(_) | Step::Ask(_) => None,
         }
+    }
+
+    /// What is sent for it, with its CR; `None` for what is not done by a command.
+    #[must_use]
+    pub fn line(&self, dialect: Dialect) -> Option<Vec<u8>> {
+        let mut line = Vec::with_capacity(64);
+        self.command()?.print(dialect, Mode::Direct, 0, &mut line);
+        line.push(b'\r');
+        Some(line)
     }
 }
 

@@ -2,10 +2,9 @@
 
 use std::ops::RangeInclusive;
 
-use vimc4_isel_wire::{AxisSet, Dialect, Mode};
+use vimc4_isel_wire::{AxisSet, Dialect};
 use vimc4_plant::{JobSetup, Machine, Reference, Unit};
 
-use super::emitter::Step;
 use crate::geometry::{Scale, Speeds, Steps};
 use crate::language::Value;
 
@@ -79,15 +78,6 @@ impl Target {
     #[must_use]
     pub fn speeds(&self) -> Speeds {
         Speeds { lowest: *self.controller.speeds.start(), highest: *self.controller.speeds.end() }
-    }
-
-    /// What is sent for a step, with its CR; `None` for what is not done by a command.
-    #[must_use]
-    pub fn line(&self, step: &Step) -> Option<Vec<u8>> {
-        let mut line = Vec::with_capacity(64);
-        step.command()?.print(self.controller.dialect, Mode::Direct, 0, &mut line);
-        line.push(b'\r');
-        Some(line)
     }
 
     /// The counters that places are at.

@@ -1,0 +1,106 @@
+//! Holes.
+
+use vimc4_plant::Up;
+
+use super::sink::Sink;
+use super::{Interpreter, Pace, Refusal, Told};
+use crate::job::action::{Action, Hole, place_at};
+use crate::job::drill::{Cycle, Definition};
+use crate::job::place::counters;
+use crate::job::problem::Problem;
+use crate::language::{DrillWords, Frame, Value, Word, Words};
+
+impl Interpreter<'_> {
+    pub(super) fn drill_definition(&mut self, words: &DrillWords, sink: &mut Sink<'_>) {
+        let factor = if self.options.drill_in_mm { 1_000 } else { 1 };
+        let length = |word: Option<Word>, old: Value| {
+            let value = word.map(|word| word.value.in_thousandths().saturating_mul(factor));
+            value.map_or(old, Value::thousandths)
+        };
+        let old = self.state.drill;
+        let cycle = match words.cycle.map(|word| word.value.in_thousandths()) {
+            None => old.cycle,
+            Some(2_000) => Cycle::Peck,
+            Some(3_000) => Cycle::ChipBreak,
+            // The reader lets nothing else through.
+            Some(_) => Cycle::Simple,
+        };
+        if words.speed.is_some() {
+            self.state.told[Pace::Drill as usize] = Told::default();
+        }
+        if let Some(word) = words.depth.filter(|_| factor == 1)
+            && (Value::whole(1)..=Value::whole(99)).contains(&word.value)
+        {
+            sink.say_at(word.span, Problem::MillimetresMeant(word.value));
+        }
+        self.state.drill = Definition {
+            cycle,
+            plane: words.plane.map_or(old.plane, |word| word.value),
+            depth: length(words.depth, old.depth),
+            dwell: words.dwell.map_or(old.dwell, |word| word.value),
+            speed: length(words.speed, old.speed),
+            first: length(words.first, old.first),
+            other: length(words.other, old.other),
+            decrease: length(words.decrease, old.decrease),
+            retreat: length(words.retreat, old.retreat),
+            lift: length(words.lift, old.lift),
+            safety: length(words.safety, old.safety),
+        };
+    }
+
+    pub(super) fn drill(&mut self, words: &Words, sink: &mut Sink<'_>) -> Result<(), Refusal> {
+        const Z: usize = 2;
+        let definition = self.state.drill;
+        if !self.target.axes.has(Z) {
+            return Err((sink.span, Problem::NoSuchAxis(Z)));
+        }
+        if self.state.cylinder.is_some_and(|cylinder| cylinder.linear == Z) {
+            return Err((sink.span, Problem::OnCylinder(Z)));
+        }
+        let mut to = self.place_of(Frame::Absolute, words)?;
+        self.begin(sink);
+        for (problem, applies) in [
+            (Problem::NoDepth, definition.depth <= Value::ZERO),
+            (Problem::NoDrillSteps, definition.lacks_steps()),
+        ] {
+            if applies {
+                sink.say(problem);
+            }
+        }
+        let up = if self.target.setup.up == Up::Positive { 1 } else { -1 };
+        let plane = place_at(self.state.zero[Z], up, definition.plane);
+        // All of the cycle is checked before anything of it is done.
+        let (low, high) = definition.extent();
+        let mut checked = Ok(());
+        for height in [low, high] {
+            to[Z] = place_at(plane, up, height);
+            let counters = counters(&to, self.target, self.state.cylinder.as_ref());
+            checked = checked.and_then(|()| self.check(&to, &counters, sink.span));
+        }
+        to[Z] = place_at(plane, up, definition.safety);
+        let z = self.state.counters[Z];
+        self.warn_of_unreferenced(&to, sink);
+        let end = counters(&to, self.target, self.state.cylinder.as_ref());
+        let mut over = end;
+        over[Z] = z;
+        let mut over_place = to;
+        over_place[Z] = self.state.place[Z];
+        let across = self.parameters(&over_place, &over, Pace::Rapid, sink);
+        let scale = self.target.scales[Z];
+        let frequency = |velocity: Value| velocity.in_thousandths() as f64 / scale.step();
+        let hole = Hole {
+            legs: definition.legs(Value::thousandths(libm::ceil(scale.step()) as i64)),
+            across,
+            z,
+            plane,
+            up,
+            scale,
+            feed: self.fit(frequency(definition.speed), Pace::Drill, sink),
+            rapid: self.fit(frequency(self.state.rapid), Pace::Rapid, sink),
+        };
+        (self.state.place, self.state.counters) = (to, end);
+        checked?;
+        sink.push(Action::Drill(Box::new(hole)));
+        Ok(())
+    }
+}

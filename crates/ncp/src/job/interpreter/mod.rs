@@ -1,0 +1,286 @@
+//! What the lines of a job ask for.
+//!
+//! The interpreter knows what holds: where the tool is, exactly; the work-piece zero; speeds,
+//! plane, drilling cycle. It checks every command before anything of it is done. What a line asks
+//! for comes out as [`Action`]s, which are cheap to make and need not be carried out: who only
+//! checks a job drops them.
+
+mod arcs;
+mod drilling;
+mod outputs;
+mod places;
+mod reference;
+mod settings;
+mod sink;
+mod straight;
+
+use vimc4_isel_wire::{AxisSet, Plane};
+
+use crate::geometry::Steps;
+use crate::job::action::{Action, InputTest, OutputChange, Question};
+use crate::job::drill::Definition;
+use crate::job::place::{Cylinder, Place};
+use crate::job::problem::Problem;
+use crate::job::target::Target;
+use crate::language::{Command, Line, Placed, PortBit, Rate, Span, Value};
+
+pub use sink::Report;
+
+use arcs::ArcWords;
+use sink::Sink;
+
+/// How a job is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Takes the present point as reference point, where a job begins without a reference run.
+    pub no_reference: bool,
+    /// The values of DRILLDEF but P are mm.
+    pub drill_in_mm: bool,
+}
+
+/// What holds, and what a line makes of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interpreter<'t> {
+    target: &'t Target,
+    options: Options,
+    state: State,
+}
+
+/// What holds between two lines.
+#[derive(Clone, Debug, PartialEq)]
+struct State {
+    place: Place,
+    counters: Steps,
+    zero: Place,
+    registers: [Option<[Option<Value>; 4]>; 8],
+    normal: Value,
+    rapid: Value,
+    /// What was said of the normal, the rapid and the drilling speed since they were set.
+    told: [Told; 3],
+    plane: Plane,
+    limits: [Option<(Value, Value)>; 4],
+    cylinder: Option<Cylinder>,
+    drill: Definition,
+    mark: Mark,
+    /// Whether something has moved, or been referenced.
+    begun: bool,
+    referenced: AxisSet,
+    /// Of which axes it was said that they are not.
+    told_unreferenced: [bool; 4],
+    ended: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Told {
+    raised: bool,
+    capped: bool,
+}
+
+/// Where the file mark is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mark {
+    /// Not seen, nor any command.
+    Awaited,
+    /// Not seen, but commands.
+    Missing,
+    Seen,
+}
+
+/// Which speed a movement has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pace {
+    Normal,
+    Rapid,
+    Drill,
+}
+
+impl From<Rate> for Pace {
+    fn from(rate: Rate) -> Pace {
+        match rate {
+            Rate::Normal => Pace::Normal,
+            Rate::Rapid => Pace::Rapid,
+        }
+    }
+}
+
+/// A reason not to carry a line out, and where it stands.
+type Refusal = (Span, Problem);
+
+impl<'t> Interpreter<'t> {
+    /// What holds before the first line.
+    #[must_use]
+    pub fn new(target: &'t Target, options: Options) -> Interpreter<'t> {
+        let setup = &target.setup;
+        let state = State {
+            place: Place::default(),
+            counters: Steps::default(),
+            zero: Place::default(),
+            registers: [None; 8],
+            normal: Value::whole(setup.velocity.into()),
+            rapid: Value::whole(setup.rapid_velocity.into()),
+            told: [Told::default(); 3],
+            plane: Plane::Xy,
+            limits: [None; 4],
+            cylinder: None,
+            drill: Definition::default(),
+            mark: Mark::Awaited,
+            begun: false,
+            referenced: AxisSet::NONE,
+            told_unreferenced: [false; 4],
+            ended: false,
+        };
+        Interpreter { target, options, state }
+    }
+
+    /// Whether PROGEND was read.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.state.ended
+    }
+
+    /// Where the counters are.
+    #[must_use]
+    pub fn counters(&self) -> Steps {
+        self.state.counters
+    }
+
+    /// Whether the file had no mark. Only its end shows.
+    #[must_use]
+    pub fn lacks_mark(&self) -> bool {
+        self.state.mark != Mark::Seen
+    }
+
+    /// Makes the present place the work-piece zero, as the operator says at WPTEACH.
+    pub fn take_zero(&mut self) {
+        self.state.zero = self.state.place;
+    }
+
+    /// Carries a line out: what it asks for goes into `actions`, what is to be said about it to
+    /// `report`. Says whether it can be carried out; if not, nothing of it is in `actions`.
+    pub fn line(
+        &mut self,
+        line: &Line<'_>,
+        number: u32,
+        actions: &mut Vec<Action>,
+        report: Report<'_>,
+    ) -> bool {
+        let Some(Placed { value: command, span }) = line.command else { return true };
+        if self.state.ended {
+            return true;
+        }
+        let before = actions.len();
+        let mut sink = Sink { span, actions, report };
+        self.mark(&command, number, &mut sink);
+        match self.command(&command, &mut sink) {
+            Ok(()) => true,
+            Err((span, problem)) => {
+                sink.say_at(span, problem);
+                actions.truncate(before);
+                false
+            }
+        }
+    }
+
+    /// The mark stands before everything else.
+    fn mark(&mut self, command: &Command, number: u32, sink: &mut Sink<'_>) {
+        match (command, self.state.mark) {
+            (Command::Mark, Mark::Awaited) if number > 1 => sink.say(Problem::MarkNotFirst),
+            (Command::Mark, Mark::Missing) => sink.say(Problem::MarkLate),
+            _ => {}
+        }
+        self.state.mark = match (command, self.state.mark) {
+            (Command::Mark, _) | (_, Mark::Seen) => Mark::Seen,
+            _ => Mark::Missing,
+        };
+    }
+
+    fn command(&mut self, command: &Command, sink: &mut Sink<'_>) -> Result<(), Refusal> {
+        let state = &mut self.state;
+        match *command {
+            Command::Mark | Command::Type => {}
+            Command::Reference(groups) => self.reference(&groups, sink)?,
+            Command::Limit(limits) => self.limit(&limits)?,
+            Command::Velocity(word) => {
+                state.normal = word.value;
+                state.told[Pace::Normal as usize] = Told::default();
+            }
+            Command::RapidVelocity(word) => {
+                state.rapid = word.value;
+                state.told[Pace::Rapid as usize] = Told::default();
+            }
+            Command::Move(frame, rate, words) => {
+                let to = self.place_of(frame, &words)?;
+                self.begin(sink);
+                let parameters = self.straight(to, rate.into(), sink)?;
+                if parameters.by != Steps::default() {
+                    sink.push(Action::Straight(parameters));
+                }
+            }
+            Command::Plane(plane) => state.plane = plane,
+            Command::Arc { frame, turn, helix, centre, to } => {
+                let to = ArcWords { frame, turn, helix, centre, to };
+                self.arc(&to, sink)?;
+            }
+            Command::Wait(word) => sink.dwell(word),
+            Command::ZeroHere => state.zero = state.place,
+            Command::ZeroAt(words) => self.zero_at(&self.named(&words)?),
+            Command::ZeroClear => state.zero = Place::default(),
+            Command::Store(number, words) => {
+                let named = self.named(&words)?;
+                if let Some(register) = register(&mut self.state, number) {
+                    let stored = register.get_or_insert([None; 4]);
+                    for (stored, value) in stored.iter_mut().zip(named) {
+                        *stored = value.or(*stored);
+                    }
+                }
+            }
+            Command::Recall(number) => match register(state, number).and_then(|stored| *stored) {
+                Some(named) => self.zero_at(&named),
+                None => sink.say(Problem::EmptyRegister(number)),
+            },
+            Command::Teach => {
+                self.begin(sink);
+                sink.push(Action::Ask(Question::Teach));
+            }
+            Command::SetPort(number, value) => {
+                let port = self.output_port(number, sink.span)?;
+                sink.push(Action::Output(OutputChange { port, bit: None, value }));
+            }
+            Command::SetBit(PortBit { port, bit }, on) => {
+                let port = self.output_port(port, sink.span)?;
+                let bit = Some(bit.saturating_sub(1));
+                sink.push(Action::Output(OutputChange { port, bit, value: on.into() }));
+            }
+            Command::WaitBit(PortBit { port, bit }, on) => {
+                let port = self.input_port(port, sink.span)?;
+                let bit = Some(bit.saturating_sub(1));
+                sink.push(Action::Await(InputTest { port, bit, value: on.into() }));
+            }
+            Command::WaitPort(number, value) => {
+                let port = self.input_port(number, sink.span)?;
+                sink.push(Action::Await(InputTest { port, bit: None, value }));
+            }
+            Command::Path | Command::PathEnd => sink.say(Problem::PathIgnored),
+            Command::Tool(number) => sink.push(Action::Ask(Question::Tool(number))),
+            Command::DrillDefinition(words) => self.drill_definition(&words, sink),
+            Command::Drill(words) => self.drill(&words, sink)?,
+            Command::Cylinder(turning, radius, linear) => self.cylinder(turning, radius, linear)?,
+            Command::Halt => sink.push(Action::Ask(Question::Halt)),
+            Command::Acceleration(words) => self.acceleration(&words, sink)?,
+            Command::Spindle(words) => self.spindle(&words, sink)?,
+            Command::Coolant(on) => self.coolant(on, sink)?,
+            Command::ToolDefinition | Command::ToolInit => sink.say(Problem::ToolIgnored),
+            Command::End => state.ended = true,
+        }
+        Ok(())
+    }
+}
+
+/// One value and another.
+fn sum(a: Value, b: Value) -> Value {
+    Value::thousandths(a.in_thousandths().saturating_add(b.in_thousandths()))
+}
+
+fn register(state: &mut State, number: u8) -> Option<&mut Option<[Option<Value>; 4]>> {
+    state.registers.get_mut(usize::from(number).checked_sub(1)?)
+}

@@ -1,0 +1,83 @@
+//! Where the words of a line lead, and whether that may be.
+
+use super::{Interpreter, Refusal, sum};
+use crate::geometry::{MOST_STEPS, Steps};
+use crate::job::place::Place;
+use crate::job::problem::Problem;
+use crate::language::{Frame, Span, Value, Words};
+
+impl Interpreter<'_> {
+    /// The words of axes that the machine has, by axis.
+    pub(super) fn named(&self, words: &Words) -> Result<[Option<Value>; 4], Refusal> {
+        for (axis, word) in words.iter().enumerate() {
+            if let Some(word) = word.filter(|_| !self.target.axes.has(axis)) {
+                return Err((word.span, Problem::NoSuchAxis(axis)));
+            }
+        }
+        Ok(std::array::from_fn(|axis| words[axis].map(|word| word.value)))
+    }
+
+    /// The place that words give; an axis without a word stays where it is.
+    pub(super) fn place_of(&self, frame: Frame, words: &Words) -> Result<Place, Refusal> {
+        let named = self.named(words)?;
+        let turning = self.state.cylinder.map(|cylinder| cylinder.turning);
+        if let Some((axis, word)) = turning.and_then(|axis| Some((axis, words[axis]?))) {
+            return Err((word.span, Problem::Follows(axis)));
+        }
+        let from = match frame {
+            Frame::Absolute => &self.state.zero,
+            Frame::Relative => &self.state.place,
+        };
+        let mut place = self.state.place;
+        for axis in 0..4 {
+            if let Some(value) = named[axis] {
+                place[axis] = sum(from[axis], value);
+            }
+        }
+        Ok(place)
+    }
+
+    pub(super) fn zero_at(&mut self, named: &[Option<Value>; 4]) {
+        for (zero, value) in self.state.zero.iter_mut().zip(named) {
+            *zero = value.unwrap_or(*zero);
+        }
+    }
+
+    /// Whether a place may be come to. An axis that stays where it is may.
+    pub(super) fn check(&self, place: &Place, counters: &Steps, span: Span) -> Result<(), Refusal> {
+        let state = &self.state;
+        let real = state.cylinder.map(|cylinder| (cylinder, cylinder.unrolled(place)));
+        for axis in 0..4 {
+            let at = match &real {
+                // The surface of a cylinder has no ends.
+                Some((cylinder, _)) if cylinder.linear == axis => continue,
+                Some((_, real)) => real[axis],
+                None => place[axis],
+            };
+            let counter = counters[axis];
+            if counter == state.counters[axis] && at == state.place[axis] {
+                continue;
+            }
+            if let Some((lowest, highest)) = state.limits[axis]
+                && !(lowest..=highest).contains(&at)
+            {
+                return Err((span, Problem::BeyondLimit { axis, at, lowest, highest }));
+            }
+            if !(-MOST_STEPS - 1..=MOST_STEPS).contains(&counter) {
+                return Err((span, Problem::BeyondCounter { axis, at: counter }));
+            }
+            if state.referenced.has(axis) {
+                let (lowest, highest) = self.target.travel[axis];
+                let beyond = lowest.filter(|lowest| counter < *lowest);
+                let beyond = beyond.or(highest.filter(|highest| counter > *highest));
+                if let Some(end) = beyond {
+                    let end = Value::thousandths(libm::round(
+                        end as f64 * self.target.scales[axis].step(),
+                    ) as i64);
+                    return Err((span, Problem::BeyondTravel { axis, at, end }));
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,97 @@
+//! Reference runs, and axes that were not referenced.
+
+use vimc4_isel_wire::AxisSet;
+
+use super::sink::Sink;
+use super::{Interpreter, Refusal};
+use crate::job::action::Action;
+use crate::job::place::Place;
+use crate::job::problem::Problem;
+use crate::language::{Groups, Value};
+
+impl Interpreter<'_> {
+    /// All axes are referenced before the first movement.
+    pub(super) fn begin(&mut self, sink: &mut Sink<'_>) {
+        if self.state.begun {
+            return;
+        }
+        self.state.begun = true;
+        // Where the present point is the reference point, the axes stand at it too.
+        self.at_reference(self.target.referable);
+        if !self.options.no_reference {
+            sink.say(Problem::ReferenceFirst);
+            sink.push(Action::Reference(groups_of(self.target.referable)));
+        }
+    }
+
+    pub(super) fn reference(
+        &mut self,
+        groups: &Groups,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Refusal> {
+        let mut runs = Vec::new();
+        for group in groups.iter().filter(|group| **group != 0) {
+            if let Some(axis) =
+                (0..6).find(|&axis| group >> axis & 1 != 0 && !self.target.axes.has(axis))
+            {
+                return Err((sink.span, Problem::NoSuchAxis(axis)));
+            }
+            let axes = AxisSet::from_bits(*group).unwrap_or(AxisSet::NONE);
+            for axis in axes.iter().filter(|&axis| !self.target.referable.has(axis)) {
+                sink.say(Problem::NoReferenceSwitch(axis));
+            }
+            runs.extend(groups_of(axes));
+        }
+        self.state.begun = true;
+        runs.iter().for_each(|axes| self.at_reference(*axes));
+        sink.push(Action::Reference(runs));
+        Ok(())
+    }
+
+    /// Axes stand at their reference points. The work-piece zero stays where it is.
+    pub(super) fn at_reference(&mut self, axes: AxisSet) {
+        let state = &mut self.state;
+        state.referenced = state.referenced.union(axes);
+        for axis in axes.iter() {
+            if let Some(cylinder) = &mut state.cylinder {
+                // A cylinder begins anew where its turning axis does.
+                if cylinder.turning == axis {
+                    state.place[cylinder.linear] = cylinder.from;
+                }
+                if cylinder.linear == axis {
+                    let surface =
+                        state.place[axis].in_thousandths() - cylinder.from.in_thousandths();
+                    cylinder.from = Value::ZERO;
+                    state.place[axis] = Value::thousandths(surface);
+                    state.counters[axis] = 0;
+                    continue;
+                }
+            }
+            state.place[axis] = Value::ZERO;
+            state.counters[axis] = 0;
+        }
+    }
+
+    /// Says once for an axis that others were referenced and it was not.
+    pub(super) fn warn_of_unreferenced(&mut self, to: &Place, sink: &mut Sink<'_>) {
+        let state = &mut self.state;
+        if state.referenced.is_empty() {
+            return;
+        }
+        for axis in self.target.referable.iter() {
+            let told = state.referenced.has(axis) || state.told_unreferenced[axis];
+            if !told && to[axis] != state.place[axis] {
+                state.told_unreferenced[axis] = true;
+                sink.say(Problem::NotReferenced(axis));
+            }
+        }
+    }
+}
+
+/// The reference runs that find these axes: the controller takes Z, Y, X in this order, and A
+/// must go alone.
+fn groups_of(axes: AxisSet) -> Vec<AxisSet> {
+    let linear = AxisSet::from_bits(axes.bits() & 0b0111).unwrap_or(AxisSet::NONE);
+    let turning = if axes.has(3) { AxisSet::A } else { AxisSet::NONE };
+    [linear, turning].into_iter().filter(|axes| !axes.is_empty()).collect()
+}

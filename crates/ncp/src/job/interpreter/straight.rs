@@ -1,0 +1,88 @@
+//! Straight movements and speeds.
+
+use super::sink::Sink;
+use super::{Interpreter, Pace, Refusal};
+use crate::geometry::{Fitted, Steps, StraightParameters};
+use crate::job::place::{Place, Way, counters};
+use crate::job::problem::Problem;
+use crate::language::Value;
+
+impl Interpreter<'_> {
+    /// A straight movement to a place, checked.
+    pub(super) fn straight(
+        &mut self,
+        to: Place,
+        pace: Pace,
+        sink: &mut Sink<'_>,
+    ) -> Result<StraightParameters, Refusal> {
+        self.warn_of_unreferenced(&to, sink);
+        let cylinder = self.state.cylinder;
+        let counters = counters(&to, self.target, cylinder.as_ref());
+        let checked = self.check(&to, &counters, sink.span);
+        let parameters = self.parameters(&to, &counters, pace, sink);
+        // What follows is read as if it had gone there, so that one error is told once.
+        (self.state.place, self.state.counters) = (to, counters);
+        checked.map(|()| parameters)
+    }
+
+    /// Steps and speeds of a straight movement from where the tool is.
+    pub(super) fn parameters(
+        &mut self,
+        to: &Place,
+        counters: &Steps,
+        pace: Pace,
+        sink: &mut Sink<'_>,
+    ) -> StraightParameters {
+        let state = &self.state;
+        let by: Steps = std::array::from_fn(|axis| counters[axis] - state.counters[axis]);
+        let lowest = self.target.speeds().lowest;
+        if by == Steps::default() {
+            return StraightParameters { by, speed: lowest, a_speed: lowest };
+        }
+        let way = Way::between(&state.place, to, self.target, state.cylinder.as_ref());
+        let (linear, turning) = way.frequencies(self.velocity(pace));
+        // Beside other axes A moves a step or two at a time, as fast as it can be told.
+        let (speed, a_speed) = match (by[..3] != [0; 3], by[3] != 0) {
+            (true, false) => (self.fit(linear, pace, sink), lowest),
+            (false, _) => (lowest, self.fit(turning, pace, sink)),
+            (true, true) => {
+                let (a_speed, _) = self.target.speeds().fit(turning);
+                (self.fit(linear, pace, sink), a_speed)
+            }
+        };
+        StraightParameters { by, speed, a_speed }
+    }
+
+    pub(super) fn velocity(&self, pace: Pace) -> Value {
+        match pace {
+            Pace::Normal => self.state.normal,
+            Pace::Rapid => self.state.rapid,
+            Pace::Drill => self.state.drill.speed,
+        }
+    }
+
+    /// The speed that the controller is given for a frequency in Hz.
+    pub(super) fn fit(&mut self, frequency: f64, pace: Pace, sink: &mut Sink<'_>) -> u32 {
+        let (given, fitted) = self.target.speeds().fit(frequency);
+        self.tell(fitted, frequency, pace, sink);
+        given
+    }
+
+    /// Says once for a speed that it cannot be kept.
+    pub(super) fn tell(&mut self, fitted: Fitted, asked: f64, pace: Pace, sink: &mut Sink<'_>) {
+        let speeds = self.target.speeds();
+        let told = &mut self.state.told[pace as usize];
+        let asked = libm::round(asked) as u64;
+        match fitted {
+            Fitted::Capped if !told.capped => {
+                told.capped = true;
+                sink.say(Problem::SpeedCapped { asked, given: speeds.highest });
+            }
+            Fitted::Raised if !told.raised => {
+                told.raised = true;
+                sink.say(Problem::SpeedRaised { asked, given: speeds.lowest });
+            }
+            _ => {}
+        }
+    }
+}
