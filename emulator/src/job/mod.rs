@@ -2,5 +2,5 @@
 
 pub(crate) mod operator;
 pub(crate) mod perform;
-pub(crate) mod rehearsal;
 pub(crate) mod source;
+pub(crate) mod virtual_time;
