@@ -71,15 +71,8 @@ pub(crate) struct Arguments {
     /// earliest line it comes to again
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     loops: Option<u64>,
-    /// Set a bit of an input port at a time, or from the beginning
-    #[arg(long, value_name = "PORT.BIT=LEVEL[@TIME]", value_parser = timed_input)]
-    input: Vec<(Order, Duration)>,
-    /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
-    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
-    press: Vec<(String, Duration)>,
-    /// Write every step with its time into a file: seconds,X,Y,Z,A
-    #[arg(long, value_name = "FILE")]
-    trace: Option<PathBuf>,
+    #[command(flatten)]
+    world: World,
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
@@ -88,19 +81,33 @@ pub(crate) struct Arguments {
     verbose: bool,
 }
 
+/// What happens around a run in virtual time, and who watches.
+#[derive(clap::Args)]
+pub(crate) struct World {
+    /// Set a bit of an input port at a time, or from the beginning
+    #[arg(long, value_name = "PORT.BIT=LEVEL[@TIME]", value_parser = timed_input)]
+    input: Vec<(Order, Duration)>,
+    /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
+    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
+    press: Vec<(String, Duration)>,
+    /// Write every step with its time into a file: seconds,X,Y,Z,A
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+}
+
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
     let handling = Handling::of(&model);
     let script = Script::read(&arguments.file, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
-    let signals = signals(&arguments.input, &arguments.press, &arguments.model, &controller)?;
+    let signals = arguments.world.signals(&arguments.model, &controller)?;
     let mut meter = Meter::new(&machine);
-    meter.trace = Trace::wanted(arguments.trace.as_deref(), model.axis_names())?;
+    meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let report = Report::new(&arguments, &script, model.axis_names());
     let mut session = Session { family: model.family(), driver, report, stored: Vec::new() };
-    let starts = arguments.press.iter().any(|(button, _)| button == "start");
+    let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, time: arguments.time };
     let end = match script.kind {
         Kind::Commands => session.command_list(&script.lines, &outside),
@@ -137,29 +144,30 @@ pub(crate) struct Scheduled {
     value: i32,
 }
 
-/// What the outside world will do.
-pub(crate) fn signals(
-    inputs_at: &[(Order, Duration)],
-    presses: &[(String, Duration)],
-    model: &str,
-    device: &impl Device,
-) -> Result<Vec<Scheduled>, Failure> {
-    let mut scheduled = Vec::new();
-    for (order, after) in inputs_at {
-        let &Order::Input { port, bit, level } = order else { continue };
-        let Some(signal) = device.input_signal(port, bit) else {
-            return Err(Failure::usage(format!(
-                "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
-                 {model}` has its ports, and its inputs are {}",
-                inputs(&device.signals()),
-            )));
-        };
-        scheduled.push(Scheduled { after: *after, signal, value: level.into() });
+impl World {
+    /// What the outside world will do.
+    pub(crate) fn signals(
+        &self,
+        model: &str,
+        device: &impl Device,
+    ) -> Result<Vec<Scheduled>, Failure> {
+        let mut scheduled = Vec::new();
+        for (order, after) in &self.input {
+            let &Order::Input { port, bit, level } = order else { continue };
+            let Some(signal) = device.input_signal(port, bit) else {
+                return Err(Failure::usage(format!(
+                    "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
+                     {model}` has its ports, and its inputs are {}",
+                    inputs(&device.signals()),
+                )));
+            };
+            scheduled.push(Scheduled { after: *after, signal, value: level.into() });
+        }
+        for (button, after) in &self.press {
+            scheduled.extend(press(device, button, *after)?);
+        }
+        Ok(scheduled)
     }
-    for (button, after) in presses {
-        scheduled.extend(press(device, button, *after)?);
-    }
-    Ok(scheduled)
 }
 
 /// The names of the user inputs.
@@ -204,14 +212,14 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
 }
 
 /// `WHAT@TIME`, or `WHAT` for the beginning.
-pub(crate) fn timed(text: &str) -> Result<(String, Duration), String> {
+fn timed(text: &str) -> Result<(String, Duration), String> {
     match text.rsplit_once('@') {
         Some((what, time)) => Ok((what.to_owned(), duration(time)?)),
         None => Ok((text.to_owned(), Duration::ZERO)),
     }
 }
 
-pub(crate) fn timed_input(text: &str) -> Result<(Order, Duration), String> {
+fn timed_input(text: &str) -> Result<(Order, Duration), String> {
     let (what, time) = timed(text)?;
     let order = Order::parse(&format!("input {}", what.replacen('=', " ", 1)), &[]);
     match (order, what.contains('=')) {

@@ -8,14 +8,14 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use vimc4::{Handling, escape};
+use vimc4::Handling;
 use vimc4_ncp::job::Job;
 
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
 use crate::job::operator::Operator;
-use crate::job::perform::{Ending, Link, Work, perform, shown};
+use crate::job::perform::{Ending, Link, Work, perform, refusal, shown};
 use crate::job::source::{self, JobArguments, Site};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
@@ -66,16 +66,15 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
-    let site = Site::new(&job.model, &job.machine)?;
-    let bytes = source::read(&job.file)?;
+    let site = job.site()?;
+    let bytes = job.bytes()?;
     let list = command_list(job, &bytes)?;
-    let text = source::decoded(&job.file, &bytes)?;
+    let text = source::decoded(&bytes);
     let work = match list {
         Some(list) => Work::List(list.into_iter()),
         None => {
             check::before(job, &site, &text)?;
-            let target = &site.target;
-            Work::Job { job: Box::new(Job::new(&text, target, job.reading.options())), target }
+            Work::Job(Box::new(Job::new(&text, &site.target, job.reading.options())))
         }
     };
     let rehearsal = rehearse(&work, &site)?;
@@ -88,14 +87,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let port = Port::open(&arguments.to, arguments.baud.unwrap_or(site.model.baud()))
         .map_err(Failure::usage)?;
-    endings::interrupt(&port)?;
     if !port.is_virtual() {
         rehearsal.announce(&arguments.to, &site);
         if !arguments.yes {
             confirm()?;
         }
     }
-    Sending::new(arguments, port, rehearsal, &text).run(work, &site, &text)
+    // Before that Ctrl-C just ends the program: nothing moves yet.
+    endings::interrupt(&port)?;
+    Sending::new(arguments, port, rehearsal, &site, &text).run(work, &text)
 }
 
 /// Commands as they are sent, each with its line in the file.
@@ -112,7 +112,7 @@ fn command_list(job: &JobArguments, bytes: &[u8]) -> Result<Option<List>, Failur
     if job.reading.no_ref || job.reading.lenient {
         return Err(Failure::usage(format!(
             "{} is a command list, which is sent as it is; --no-ref and --lenient are for job files",
-            job.file.display()
+            job.name()
         )));
     }
     let number = |line: &crate::run::script::Line| {
@@ -126,7 +126,7 @@ struct Sending<'a> {
     arguments: &'a Arguments,
     link: Wire,
     operator: Operator<'a>,
-    handling: Option<Handling>,
+    handling: Handling,
 }
 
 impl<'a> Sending<'a> {
@@ -134,6 +134,7 @@ impl<'a> Sending<'a> {
         arguments: &'a Arguments,
         port: Port,
         rehearsal: Rehearsal,
+        site: &Site,
         text: &'a str,
     ) -> Sending<'a> {
         let bar = (io::stderr().is_terminal() && !arguments.verbose).then(|| {
@@ -147,12 +148,11 @@ impl<'a> Sending<'a> {
             Operator::new(text, arguments.yes, arguments.skip_waits, arguments.verbose);
         operator.bar = bar;
         operator.listen(link.stop_key());
-        Sending { arguments, link, operator, handling: None }
+        Sending { arguments, link, operator, handling: Handling::of(&site.model) }
     }
 
-    fn run(mut self, mut work: Work<'_>, site: &Site, text: &str) -> Result<ExitCode, Failure> {
-        self.handling = Some(Handling::of(&site.model));
-        let name = self.arguments.job.file.display().to_string();
+    fn run(mut self, mut work: Work<'_>, text: &str) -> Result<ExitCode, Failure> {
+        let name = self.arguments.job.name();
         let began = Instant::now();
         let ending = self
             .link
@@ -179,11 +179,9 @@ impl<'a> Sending<'a> {
                 line,
             )),
             Ok(Ending::Refused { line, sent, answer }) => {
-                let refusal = vimc4::Family::Isel
-                    .refusal(&answer)
-                    .unwrap_or_else(|| format!("`{}`", escape(&answer)));
                 let message = format!(
-                    "the controller answered {refusal} to {}{}; the job has ended there",
+                    "the controller answered {} to {}{}; the job has ended there",
+                    refusal(&answer),
                     shown(&sent),
                     self.place()
                 );
@@ -195,10 +193,10 @@ impl<'a> Sending<'a> {
 
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
-        let answer = self.link.command(b"@0P\r").unwrap_or_default();
-        let places = self.handling.as_ref().and_then(|handling| handling.read_position(&answer));
-        let Some(places) = places else { return String::new() };
-        let axes = ["X", "Y", "Z", "A"].iter().zip(places);
+        let question = format!("{}\r", self.handling.position);
+        let answer = self.link.command(question.as_bytes()).unwrap_or_default();
+        let Some(places) = self.handling.read_position(&answer) else { return String::new() };
+        let axes = self.handling.model().axis_names().iter().zip(places);
         let places: Vec<String> = axes.map(|(axis, steps)| format!("{axis} {steps}")).collect();
         format!(", at {} steps", places.join(", "))
     }

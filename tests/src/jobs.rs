@@ -482,9 +482,9 @@ pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
     let Model::Isel(model) = model else { return Err(format!("{} is not isel's", model.name())) };
     let controller = Controller {
         dialect: model.command_set.dialect(),
-        speeds: model.limits.speed_min..=model.limits.speed_max,
-        inputs: model.ports.read.keys().copied().collect(),
-        outputs: model.ports.write.keys().copied().collect(),
+        speeds: model.limits.speeds(),
+        inputs: model.ports.inputs().collect(),
+        outputs: model.ports.outputs().collect(),
         memory: model.flash.size,
         command_bytes: model.flash.command_bytes,
         parameter_bytes: model.flash.parameter_bytes,

@@ -14,7 +14,7 @@ impl Controller {
         let model = &self.state.model;
         Context {
             axes: self.state.axes,
-            speeds: model.limits.speed_min..=model.limits.speed_max,
+            speeds: model.limits.speeds(),
             fractions: model.quirks.fractional_numbers.fractions(),
             ports: &model.ports,
             bit_base_one: model.quirks.cond_bit_base == 1,

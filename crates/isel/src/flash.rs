@@ -225,7 +225,7 @@ fn read_settings(text: &str, model: &Model, machine: &Machine) -> Result<Setting
             _ => return Err(format!("has an unknown key `{key}`")),
         }
     }
-    let speeds = model.limits.speed_min..=model.limits.speed_max;
+    let speeds = model.limits.speeds();
     if !s.reference_speeds.iter().all(|v| speeds.contains(v))
         || !(20..=4_000).contains(&s.start_stop)
         || !(1..=4_000).contains(&s.acceleration)

@@ -1,6 +1,7 @@
 //! What a controller is like: a model is data, not a fork of the code.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -102,6 +103,14 @@ pub struct Limits {
     pub speed_max: u32,
     /// How deep loops may be nested.
     pub loop_depth: usize,
+}
+
+impl Limits {
+    /// The speeds there are, in Hz.
+    #[must_use]
+    pub fn speeds(&self) -> RangeInclusive<u32> {
+        self.speed_min..=self.speed_max
+    }
 }
 
 /// What holds after power-on.

@@ -253,6 +253,16 @@ pub struct Ports {
 }
 
 impl Ports {
+    /// The numbers of all ports that can be read.
+    pub fn inputs(&self) -> impl Iterator<Item = u16> {
+        self.read.keys().chain(self.read_alias.keys()).copied()
+    }
+
+    /// The numbers of all ports that can be written.
+    pub fn outputs(&self) -> impl Iterator<Item = u16> {
+        self.write.keys().chain(self.write_alias.keys()).copied()
+    }
+
     /// The wires of a readable port.
     #[must_use]
     pub fn readable(&self, port: u16) -> Option<&[Wire]> {

@@ -102,7 +102,7 @@ pub(crate) fn read_stored(
 ) -> Result<(Command, u32), String> {
     let context = Context {
         axes: program.axes,
-        speeds: model.limits.speed_min..=model.limits.speed_max,
+        speeds: model.limits.speeds(),
         fractions: model.quirks.fractional_numbers.fractions(),
         ports: &model.ports,
         bit_base_one: model.quirks.cond_bit_base == 1,

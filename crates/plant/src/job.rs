@@ -17,7 +17,8 @@ pub struct JobSetup {
     pub up: Up,
     /// The ports of the controller behind the names of the file.
     pub ports: JobPorts,
-    /// How the spindle is switched, by port 2 with every model of isel; absent if the controller does not switch it.
+    /// How the spindle is switched, by port 2 with every model of isel; absent if the controller
+    /// does not switch it.
     pub spindle: Option<Spindle>,
     /// How the coolant pump is switched; absent if the controller does not switch it.
     pub coolant: Option<Output>,

@@ -5,9 +5,9 @@
 
 use std::time::Duration;
 
-use vimc4::escape;
+use vimc4::{Family, escape};
 use vimc4_ncp::Problem;
-use vimc4_ncp::job::{InputTest, Job, Order, Question, Step, Target};
+use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 
 /// How often an input is looked at that is waited for: the controller does not tell.
 const LOOK: Duration = Duration::from_millis(100);
@@ -72,7 +72,7 @@ pub(crate) enum Decision {
 #[derive(Clone, Debug)]
 pub(crate) enum Work<'t> {
     /// A job file.
-    Job { job: Box<Job<'t>>, target: &'t Target },
+    Job(Box<Job<'t>>),
     /// Commands as they are sent, with their lines in the file.
     List(std::vec::IntoIter<(u32, Vec<u8>)>),
 }
@@ -102,13 +102,13 @@ impl Work<'_> {
     fn next(&mut self) -> Option<(u32, Task)> {
         match self {
             Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
-            Work::Job { job, target } => {
+            Work::Job(job) => {
                 let Order { line, step, .. } = job.next(&mut |_| {})?;
                 let task = match step {
                     Step::Dwell(micros) => Task::Dwell(Duration::from_micros(micros)),
                     Step::Await(test) => Task::Await(test),
                     Step::Ask(question) => Task::Ask(question),
-                    step => Task::Send(step.line(target.controller.dialect)?),
+                    step => Task::Send(step.line(job.target().controller.dialect)?),
                 };
                 Some((line, task))
             }
@@ -118,7 +118,7 @@ impl Work<'_> {
     /// The line it ended with although more was to come.
     fn impossible(&self) -> Option<u32> {
         match self {
-            Work::Job { job, .. } if job.has_failed() => Some(job.line()),
+            Work::Job(job) if job.has_failed() => Some(job.line()),
             _ => None,
         }
     }
@@ -165,21 +165,18 @@ fn send<L: Link>(
                 return Ok(Some(Ending::Refused { line, sent, answer }));
             }
         }
-        match attendant.stopped(line) {
-            Decision::GoOn => {
-                answer = link.command(b"@0S\r")?;
-                attendant.answered(line, b"@0S\r", &answer);
-            }
+        let goes_on = match attendant.stopped(line) {
+            Decision::GoOn => true,
             Decision::NotYet => {
                 link.rest(LOOK)?;
                 // START was pressed at the panel: that bit is for hosts (99 2.2.12).
-                if !start_is_pressed(&link.command(b"@0DS0\r")?) {
-                    continue;
-                }
-                answer = link.command(b"@0S\r")?;
-                attendant.answered(line, b"@0S\r", &answer);
+                start_is_pressed(&link.command(b"@0DS0\r")?)
             }
             _ => return Ok(Some(Ending::Ended { line })),
+        };
+        if goes_on {
+            answer = link.command(b"@0S\r")?;
+            attendant.answered(line, b"@0S\r", &answer);
         }
     }
 }
@@ -228,7 +225,7 @@ fn ask<L: Link>(
     loop {
         let decision = attendant.ask(line, question);
         // Only a job file asks.
-        let Work::Job { job, .. } = work else { return Ok(None) };
+        let Work::Job(job) = work else { return Ok(None) };
         match decision {
             Decision::NotYet => {
                 link.rest(LONG)?;
@@ -245,7 +242,12 @@ fn ask<L: Link>(
     }
 }
 
-/// A command and its answer, for people.
+/// What an answer refuses, for people.
+pub(crate) fn refusal(answer: &[u8]) -> String {
+    Family::Isel.refusal(answer).unwrap_or_else(|| format!("`{}`", escape(answer)))
+}
+
+/// A command, for people.
 pub(crate) fn shown(sent: &[u8]) -> String {
     escape(sent.strip_suffix(b"\r").unwrap_or(sent)).to_string()
 }

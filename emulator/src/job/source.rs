@@ -85,14 +85,11 @@ impl Site {
                 model.name()
             )));
         };
-        let ports = |map: &std::collections::BTreeMap<u16, _>, aliases: Vec<u16>| {
-            map.keys().copied().chain(aliases).collect()
-        };
         let controller = Controller {
             dialect: inner.command_set.dialect(),
-            speeds: inner.limits.speed_min..=inner.limits.speed_max,
-            inputs: ports(&inner.ports.read, inner.ports.read_alias.keys().copied().collect()),
-            outputs: ports(&inner.ports.write, inner.ports.write_alias.keys().copied().collect()),
+            speeds: inner.limits.speeds(),
+            inputs: inner.ports.inputs().collect(),
+            outputs: inner.ports.outputs().collect(),
             memory: inner.flash.size,
             command_bytes: inner.flash.command_bytes,
             parameter_bytes: inner.flash.parameter_bytes,
@@ -103,33 +100,50 @@ impl Site {
     }
 }
 
-/// The bytes of a file; `-` is standard input.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+/// The bytes of a file; `-` is standard input. `what` says what it should be.
+pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     let read = match path == Path::new("-") {
         true => io::stdin().lock().read_to_end(&mut bytes).map(drop),
         false => fs::read(path).map(|all| bytes = all),
     };
-    read.map(|()| bytes).map_err(|error| {
+    let name = path.display();
+    read.map_err(|error| {
         Failure::usage(format!(
-            "cannot read {}: {error}; name a job file, or `-` for standard input",
-            path.display()
+            "cannot read {name}: {error}; name {what}, or `-` for standard input"
         ))
-    })
+    })?;
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(Failure::usage(format!(
+            "{name} is text in UTF-16, which no controller reads; save it as plain text or UTF-8"
+        )));
+    }
+    Ok(bytes)
 }
 
-/// The text of a job file.
-pub(crate) fn text(path: &Path) -> Result<String, Failure> {
-    decoded(path, &read(path)?)
+impl JobArguments {
+    /// The name of the file, for people.
+    pub(crate) fn name(&self) -> String {
+        self.file.display().to_string()
+    }
+
+    /// The bytes of the file.
+    pub(crate) fn bytes(&self) -> Result<Vec<u8>, Failure> {
+        read(&self.file, "a job file")
+    }
+
+    /// The text of the file.
+    pub(crate) fn text(&self) -> Result<String, Failure> {
+        Ok(decoded(&self.bytes()?))
+    }
+
+    /// The controller and the machine.
+    pub(crate) fn site(&self) -> Result<Site, Failure> {
+        Site::new(&self.model, &self.machine)
+    }
 }
 
 /// The text in the bytes of a job file.
-pub(crate) fn decoded(path: &Path, bytes: &[u8]) -> Result<String, Failure> {
-    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        return Err(Failure::usage(format!(
-            "{} is text in UTF-16; save it as plain text or UTF-8",
-            path.display()
-        )));
-    }
-    Ok(language::decode(bytes).into_owned())
+pub(crate) fn decoded(bytes: &[u8]) -> String {
+    language::decode(bytes).into_owned()
 }

@@ -3,11 +3,11 @@
 use std::io;
 use std::process::ExitCode;
 
-use vimc4_ncp::job;
+use vimc4_ncp::job::check;
 
 use super::problems::{Format, Problems, counts};
 use crate::failure::Failure;
-use crate::job::source::{self, JobArguments, Site};
+use crate::job::source::{JobArguments, Site};
 
 #[derive(clap::Args)]
 #[command(
@@ -31,19 +31,17 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
-    let JobArguments { file, model, machine, reading } = &arguments.job;
-    let site = Site::new(model, machine)?;
-    let text = source::text(file)?;
-    let name = file.display().to_string();
-    let out = Box::new(io::stdout());
-    let mut problems = Problems::new(name.clone(), &text, arguments.format, *reading, out);
-    let summary = job::check(&text, &site.target, reading.options(), &mut |diagnostic| {
+    let job = &arguments.job;
+    let site = job.site()?;
+    let text = job.text()?;
+    let mut problems = Problems::new(job, &text, arguments.format, Box::new(io::stdout()));
+    let summary = check(&text, &site.target, job.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
     problems.summary.lines = summary.lines;
     let summary = problems.finish()?;
     if arguments.format != Format::Json {
-        println!("{name}: {} lines, {}", summary.lines, counts(&summary));
+        println!("{}: {} lines, {}", job.name(), summary.lines, counts(&summary));
     }
     Ok(if summary.errors > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
@@ -54,10 +52,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 ///
 /// If there are errors, and nobody is lenient; nothing may be done then.
 pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
-    let name = job.file.display().to_string();
-    let out = Box::new(io::stderr());
-    let mut problems = Problems::new(name.clone(), text, Format::Full, job.reading, out);
-    job::check(text, &site.target, job.reading.options(), &mut |diagnostic| {
+    let name = job.name();
+    let mut problems = Problems::new(job, text, Format::Full, Box::new(io::stderr()));
+    check(text, &site.target, job.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
     let summary = problems.finish()?;

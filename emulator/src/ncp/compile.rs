@@ -5,11 +5,11 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use vimc4_ncp::job;
+use vimc4_ncp::job::compile;
 
 use super::problems::{Format, Problems};
 use crate::failure::Failure;
-use crate::job::source::{self, JobArguments, Site};
+use crate::job::source::JobArguments;
 
 #[derive(clap::Args)]
 #[command(
@@ -33,17 +33,16 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
-    let JobArguments { file, model, machine, reading } = &arguments.job;
-    let site = Site::new(model, machine)?;
-    let text = source::text(file)?;
-    let name = file.display().to_string();
-    let out = Box::new(io::stderr());
-    let mut problems = Problems::new(name.clone(), &text, Format::Full, *reading, out);
-    let field = job::compile(&text, &site.target, reading.options(), &mut |diagnostic| {
+    let job = &arguments.job;
+    let site = job.site()?;
+    let text = job.text()?;
+    let name = job.name();
+    let mut problems = Problems::new(job, &text, Format::Full, Box::new(io::stderr()));
+    let field = compile(&text, &site.target, job.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
     let summary = problems.finish()?;
-    let Some(field) = field.filter(|_| summary.errors == 0 || reading.lenient) else {
+    let Some(field) = field.filter(|_| summary.errors == 0 || job.reading.lenient) else {
         return Err(Failure::midway(format!(
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
         )));

@@ -2,16 +2,14 @@
 
 use std::io::{self, BufWriter, Write};
 
-use miette::{
-    LabeledSpan, MietteSpanContents, NamedSource, Report, SourceCode, SourceSpan, SpanContents,
-};
+use miette::{LabeledSpan, MietteSpanContents, Report, SourceCode, SourceSpan, SpanContents};
 use serde_json::json;
 use vimc4_ncp::job::Summary;
 use vimc4_ncp::language::{Lines, lines};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::failure::Failure;
-use crate::job::source::Reading;
+use crate::job::source::{JobArguments, Reading};
 
 /// So many are shown with a picture of the line; the rest has a line each.
 const PICTURES: u64 = 20;
@@ -50,16 +48,15 @@ pub(crate) struct Problems<'t> {
 impl<'t> Problems<'t> {
     /// Shows them on standard output, where they are what was asked for, or on standard error.
     pub(crate) fn new(
-        name: String,
+        job: &JobArguments,
         text: &'t str,
         format: Format,
-        reading: Reading,
         out: Box<dyn Write>,
     ) -> Problems<'t> {
         let mut problems = Problems {
-            name,
+            name: job.name(),
             format,
-            reading,
+            reading: job.reading,
             lines: lines(text),
             text,
             current: (0, ""),
@@ -115,7 +112,7 @@ impl<'t> Problems<'t> {
             source: OneLine {
                 name: self.name.clone(),
                 line: diagnostic.line,
-                source: NamedSource::new(&self.name, line.to_owned()),
+                text: line.to_owned(),
             },
         };
         writeln!(self.out, "{:?}", Report::new(picture))
@@ -264,7 +261,7 @@ struct OneLine {
     name: String,
     /// Its number, from 1.
     line: u32,
-    source: NamedSource<String>,
+    text: String,
 }
 
 impl SourceCode for OneLine {
@@ -274,7 +271,7 @@ impl SourceCode for OneLine {
         before: usize,
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, miette::MietteError> {
-        let contents = self.source.inner().read_span(span, before, after)?;
+        let contents = self.text.read_span(span, before, after)?;
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
             contents.data(),

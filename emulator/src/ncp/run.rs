@@ -1,13 +1,11 @@
 //! `vimc4 ncp run`: a job on a virtual controller, in virtual time.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
-use vimc4::Order;
 use vimc4::device::{Controller, Device};
 use vimc4_ncp::job::Job;
 
@@ -15,13 +13,13 @@ use super::check;
 use crate::failure::Failure;
 use crate::job::operator::Operator;
 use crate::job::perform::{Ending, Work, perform, shown};
-use crate::job::source::{self, JobArguments, Site};
+use crate::job::source::{JobArguments, Site};
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
 use crate::run::report::{grouped, nanos, seconds};
 use crate::run::trace::Trace;
-use crate::run::{Outside, duration, signals, timed, timed_input};
+use crate::run::{Outside, World, duration};
 
 #[derive(clap::Args)]
 #[command(
@@ -51,15 +49,8 @@ pub(crate) struct Arguments {
     /// How much virtual time may pass, such as 90s, 5min or 8h
     #[arg(long = "for", value_name = "DURATION", default_value = "24h", value_parser = duration)]
     time: Duration,
-    /// Set a bit of an input port of the controller at a time, or from the beginning
-    #[arg(long, value_name = "PORT.BIT=LEVEL[@TIME]", value_parser = timed_input)]
-    input: Vec<(Order, Duration)>,
-    /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
-    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
-    press: Vec<(String, Duration)>,
-    /// Write every step with its time into a file: seconds,X,Y,Z,A
-    #[arg(long, value_name = "FILE")]
-    trace: Option<PathBuf>,
+    #[command(flatten)]
+    world: World,
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
@@ -70,19 +61,19 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
-    let site = Site::new(&job.model, &job.machine)?;
-    let text = source::text(&job.file)?;
+    let site = job.site()?;
+    let text = job.text()?;
     check::before(job, &site, &text)?;
 
     let controller =
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
     let outside = Outside {
-        signals: signals(&arguments.input, &arguments.press, &job.model, &controller)?,
+        signals: arguments.world.signals(&job.model, &controller)?,
         starts: false,
         time: arguments.time,
     };
     let mut meter = Meter::new(&site.machine);
-    meter.trace = Trace::wanted(arguments.trace.as_deref(), site.model.axis_names())?;
+    meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
     let mut link = Virtual::new(Driver::new(controller, meter, None), false);
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
@@ -94,9 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if !arguments.yes && io::stdin().is_terminal() {
         operator.listen_at_leisure();
     }
-    let target = &site.target;
-    let mut work =
-        Work::Job { job: Box::new(Job::new(&text, target, job.reading.options())), target };
+    let mut work = Work::Job(Box::new(Job::new(&text, &site.target, job.reading.options())));
     let ending = perform(&mut work, &mut link, &mut operator);
     let code = Outcome::of(ending, &link).report(arguments, &site, &mut link)?;
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;

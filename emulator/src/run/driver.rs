@@ -122,12 +122,7 @@ impl<D: Device> Driver<D> {
 
     /// Lets happen what happens next: a signal, or what the device does by itself.
     pub(crate) fn advance(&mut self) -> Result<(), Halt> {
-        let signal = self.signals.front().map(|&(at, ..)| at);
-        let next = match (self.wake, signal) {
-            (Some(wake), Some(signal)) => wake.min(signal),
-            (Some(next), None) | (None, Some(next)) => next,
-            (None, None) => return Err(Halt::Waiting),
-        };
+        let next = self.next().ok_or(Halt::Waiting)?;
         if next > self.end {
             self.now = self.end;
             self.device.handle(Input::Wake, self.end);
@@ -135,7 +130,7 @@ impl<D: Device> Driver<D> {
             return Err(Halt::Time);
         }
         self.now = next;
-        if signal == Some(next) {
+        if self.next_signal() == Some(next) {
             self.signal();
         } else {
             self.device.handle(Input::Wake, next);
@@ -153,18 +148,18 @@ impl<D: Device> Driver<D> {
     /// Lets so much time pass, with everything that happens in it.
     pub(crate) fn pass(&mut self, time: Duration) -> Result<(), Halt> {
         let until = self.now + time;
-        loop {
-            let signal = self.signals.front().map(|&(at, ..)| at);
-            let next = [self.wake, signal].into_iter().flatten().min();
-            if next.is_none_or(|next| next > until) {
-                break;
-            }
+        while self.next().is_some_and(|next| next <= until) {
             self.advance()?;
         }
         self.now = until.min(self.end);
         self.device.handle(Input::Wake, self.now);
         self.drain();
         if until > self.end { Err(Halt::Time) } else { Ok(()) }
+    }
+
+    /// When something happens next: a signal, or what the device does by itself.
+    fn next(&self) -> Option<Time> {
+        [self.wake, self.next_signal()].into_iter().flatten().min()
     }
 
     /// When the outside world does something next.

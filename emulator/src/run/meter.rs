@@ -23,8 +23,8 @@ pub(crate) struct Meter {
     pub(crate) path_mm: f64,
     /// How much of that was made with the head down, and how long it took.
     pub(crate) down: (f64, Duration),
-    /// The greatest frequency, in µHz.
-    pub(crate) top: u64,
+    /// The greatest frequency, in µHz, if somebody wants to know.
+    pub(crate) top: Option<u64>,
     /// The lowest and the highest counters.
     pub(crate) extent: Option<(Point, Point)>,
     scale: [f64; AXES],
@@ -99,8 +99,10 @@ impl Meter {
         if self.references {
             return;
         }
-        let profile = &running.segment.profile;
-        self.top = self.top.max(profile.speed_at(profile.duration() / 2));
+        if let Some(top) = &mut self.top {
+            let profile = &running.segment.profile;
+            *top = profile.speed_at(profile.duration() / 2).max(*top);
+        }
         self.add(&running.segment.path, steps);
         self.include(&running.origin, &running.segment.path, steps);
         if running.down {

@@ -321,7 +321,7 @@ impl Report {
 }
 
 /// Shows that something is going on, where somebody watches.
-pub(crate) struct Progress {
+struct Progress {
     wanted: bool,
     began: Instant,
     calls: u32,
@@ -334,12 +334,12 @@ impl Progress {
     /// What is over as soon as this shows nothing.
     const PATIENCE: Duration = Duration::from_millis(500);
 
-    pub(crate) fn new(wanted: bool) -> Progress {
+    fn new(wanted: bool) -> Progress {
         let wanted = wanted && io::stderr().is_terminal();
         Progress { wanted, began: Instant::now(), calls: 0, bar: None }
     }
 
-    pub(crate) fn tick(&mut self, text: impl FnOnce() -> String) {
+    fn tick(&mut self, text: impl FnOnce() -> String) {
         self.calls = self.calls.wrapping_add(1);
         if self.wanted
             && self.calls.is_multiple_of(Self::CALLS)
@@ -351,7 +351,7 @@ impl Progress {
         }
     }
 
-    pub(crate) fn clear(&mut self) {
+    fn clear(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }

@@ -1,12 +1,11 @@
 //! What there is to run: the lines of a file that mean something.
 
-use std::fs;
-use std::io::{self, Read};
 use std::path::Path;
 
 use vimc4::{Handling, escape};
 
 use crate::failure::Failure;
+use crate::job::source;
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
@@ -75,24 +74,8 @@ impl Line {
 impl Script {
     /// Reads a file for a controller that is handled so; `-` is standard input.
     pub(crate) fn read(path: &Path, handling: &Handling) -> Result<Script, Failure> {
-        let mut bytes = Vec::new();
-        let read = if path == Path::new("-") {
-            io::stdin().lock().read_to_end(&mut bytes).map(drop)
-        } else {
-            fs::read(path).map(|all| bytes = all)
-        };
+        let bytes = source::read(path, "a file of commands")?;
         let name = path.display();
-        read.map_err(|error| {
-            Failure::usage(format!(
-                "cannot read {name}: {error}; name a file of commands, or `-` for standard input"
-            ))
-        })?;
-        if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-            return Err(Failure::usage(format!(
-                "{name} is text in UTF-16, which no controller reads; save it as plain text or \
-                 UTF-8"
-            )));
-        }
         let script = match Script::stream(&bytes, handling) {
             Some(script) if script.lines.is_empty() => {
                 Err("a stream of commands has some such as PA1000,2000;")

@@ -5,13 +5,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4::device::Controller;
-use vimc4::escape;
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 
 use super::Arguments;
 use crate::failure::Failure;
-use crate::job::perform::{Attendant, Decision, Ending, Work, perform, shown};
+use crate::job::perform::{Attendant, Decision, Ending, Work, perform, refusal, shown};
 use crate::job::source::Site;
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
@@ -52,7 +51,9 @@ impl Attendant for Nobody {
 pub(super) fn rehearse(work: &Work<'_>, site: &Site) -> Result<Rehearsal, Failure> {
     let controller =
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
-    let mut link = Virtual::new(Driver::new(controller, Meter::new(&site.machine), None), true);
+    let mut meter = Meter::new(&site.machine);
+    meter.top = Some(0);
+    let mut link = Virtual::new(Driver::new(controller, meter, None), true);
     link.driver.stop_at(link.driver.now() + REHEARSAL);
     let ending = perform(&mut work.clone(), &mut link, &mut Nobody);
     Ok(Rehearsal { ending, link })
@@ -66,10 +67,10 @@ impl Rehearsal {
         text: &str,
         list: bool,
     ) -> Option<Failure> {
-        let name = arguments.job.file.display().to_string();
+        let name = arguments.job.name();
         match &self.ending {
             Ok(Ending::Refused { line, sent, answer }) => {
-                let refusal = vimc4::Family::Isel.refusal(answer).unwrap_or_else(|| escape(answer));
+                let refusal = refusal(answer);
                 // A command list may build on what the controller was told before.
                 let help = match list {
                     true => "it is sent nevertheless, in case the controller knows more",
@@ -108,7 +109,10 @@ impl Rehearsal {
             "  up to {} Hz, {} in all; places count from the reference points, and runs to these \
              come first\n\
              Ctrl-C halts a motion along its ramp and ends the job.\n",
-            grouped(i64::try_from((meter.top + 500_000) / 1_000_000).unwrap_or(i64::MAX)),
+            grouped(
+                i64::try_from((meter.top.unwrap_or_default() + 500_000) / 1_000_000)
+                    .unwrap_or(i64::MAX)
+            ),
             seconds(self.link.elapsed())
         );
         let _ = io::stderr().lock().write_all(text.as_bytes());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use vimc4_isel_wire::{Addressed, Command, Context, Fractions, Mode, Pairs, Plane, Reply, parse};
-use vimc4_motion::{ArcState, Helix, Path};
+use vimc4_ncp::geometry::Motion;
 use vimc4_ncp::job::{Job, Options, Step, Target, check, compile};
 use vimc4_ncp::language::{decode, lines};
 use vimc4_ncp::{Diagnostic, Severity};
@@ -103,22 +103,13 @@ fn follow(step: &Step, plane: Plane, target: &Target, at: &mut [i64; 4]) {
                 at[axis] += i64::from(pair.steps);
             });
         }
-        Command::Circle(arc) => Path::Arc(circle(plane, arc)),
-        Command::Helix(arc, third) => {
-            Path::Helix(Helix::new(circle(plane, arc), plane.third(), i64::from(*third)))
-        }
+        Command::Circle(arc) => Motion::Arc(plane, *arc).path(),
+        Command::Helix(arc, third) => Motion::Helix(plane, *arc, *third).path(),
         _ => return,
     };
     for (at, way) in at.iter_mut().zip(path.at(path.length())) {
         *at += way;
     }
-}
-
-fn circle(plane: Plane, arc: &vimc4_isel_wire::ArcArgs) -> vimc4_motion::Arc {
-    let (first, second) = plane.axes();
-    let start =
-        ArcState { x: arc.x.into(), y: arc.y.into(), d: arc.d.into(), rx: arc.rx, ry: arc.ry };
-    vimc4_motion::Arc::new(first, second, arc.steps.into(), start)
 }
 
 /// What a controller reads in a line.

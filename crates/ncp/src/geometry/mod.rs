@@ -64,12 +64,6 @@ impl Motion {
         }
     }
 
-    /// How many steps of the step clock it takes.
-    #[must_use]
-    pub fn clock_steps(&self) -> u64 {
-        self.path().length()
-    }
-
     /// The frequency of the step clock, in Hz.
     #[must_use]
     pub fn speed(&self) -> u32 {

@@ -8,7 +8,7 @@ use crate::language::Value;
 
 /// One thing that a line asks for.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
+pub(super) enum Action {
     /// Reference runs of these groups of axes, one after the other; then 3D interpolation again.
     Reference(Vec<AxisSet>),
     /// A straight movement.
@@ -75,7 +75,7 @@ pub enum Question {
 
 /// A hole to be drilled: its legs, and what they mean in steps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hole {
+pub(super) struct Hole {
     /// The way.
     pub(super) legs: Legs,
     /// To where the hole is.

@@ -1,39 +1,37 @@
 //! Drilling cycles.
 
-use serde::{Deserialize, Serialize};
-
 use crate::language::Value;
 
 /// What DRILLDEF has set: heights in thousandths of a µm, up positive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Definition {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Definition {
     /// Which cycle.
-    pub cycle: Cycle,
+    pub(super) cycle: Cycle,
     /// The height of the reference plane above the work-piece zero.
-    pub plane: Value,
+    pub(super) plane: Value,
     /// The depth below the reference plane.
-    pub depth: Value,
+    pub(super) depth: Value,
     /// How long the drill stays at the bottom, in µs.
-    pub dwell: Value,
+    pub(super) dwell: Value,
     /// The speed of drilling.
-    pub speed: Value,
+    pub(super) speed: Value,
     /// How deep the first step is.
-    pub first: Value,
+    pub(super) first: Value,
     /// How deep the second is.
-    pub other: Value,
+    pub(super) other: Value,
     /// How much shallower each following one is than the one before.
-    pub decrease: Value,
+    pub(super) decrease: Value,
     /// How far the drill is lifted, or how far above the last depth it slows down.
-    pub retreat: Value,
+    pub(super) retreat: Value,
     /// The height it is lifted to between steps, above the reference plane.
-    pub lift: Value,
+    pub(super) lift: Value,
     /// The height it goes to before and after, above the reference plane.
-    pub safety: Value,
+    pub(super) safety: Value,
 }
 
 /// Which drilling cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Cycle {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cycle {
     /// C1: down at once.
     Simple,
     /// C2: out of the hole after each step.
@@ -62,8 +60,8 @@ impl Default for Definition {
 }
 
 /// A part of drilling a hole. Heights count from the reference plane, up positive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Leg {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Leg {
     /// To a height at the rapid speed.
     Rapid(Value),
     /// To where the hole is, at the rapid speed.
@@ -75,8 +73,8 @@ pub enum Leg {
 }
 
 /// The legs of one hole, one after the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Legs {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Legs {
     definition: Definition,
     /// How deep a step is at least, in thousandths of a µm like all here.
     least: i64,
@@ -89,7 +87,7 @@ pub struct Legs {
     next: Next,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
     Safety,
     Across,
@@ -109,8 +107,7 @@ impl Definition {
     }
 
     /// Whether the cycle makes steps, and nothing says how deep they are.
-    #[must_use]
-    pub fn lacks_steps(&self) -> bool {
+    pub(super) fn lacks_steps(&self) -> bool {
         self.cycle != Cycle::Simple && !self.has_steps()
     }
 
@@ -124,8 +121,7 @@ impl Definition {
     }
 
     /// The legs of a hole. No step is less deep than `least`, a step of the axis.
-    #[must_use]
-    pub fn legs(&self, least: Value) -> Legs {
+    pub(super) fn legs(&self, least: Value) -> Legs {
         let other = self.other.in_thousandths();
         // Without F the first step is O already, and the second one is shallower.
         let after =
@@ -141,8 +137,7 @@ impl Definition {
     }
 
     /// The lowest and the highest height that the drill comes to.
-    #[must_use]
-    pub fn extent(&self) -> (Value, Value) {
+    pub(super) fn extent(&self) -> (Value, Value) {
         let bottom = -self.depth.in_thousandths();
         let mut heights =
             [bottom, self.lift.in_thousandths(), self.safety.in_thousandths(), bottom];

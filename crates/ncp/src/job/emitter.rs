@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use vimc4_isel_wire::{AxisSet, Command, Dialect, Direction, Mode, Pair, Pairs, Plane};
 
 use super::action::{Action, Hole, InputTest, OutputChange, Question, Stroke};
-use super::target::Target;
+use super::target::{Target, a_apart};
 use crate::geometry::{Curve, Motion, Straight};
 
 /// One thing that who runs a job has to do.
@@ -73,19 +73,12 @@ impl Emitter {
     /// Begins with the axes of the machine.
     pub(super) fn new(target: &Target) -> Emitter {
         let axes = target.axes;
-        let linear = AxisSet::from_bits(axes.bits() & 0b0111).unwrap_or(AxisSet::NONE);
-        let mut ready: VecDeque<Step> = VecDeque::new();
-        for axes in [linear, if axes.has(3) { AxisSet::A } else { AxisSet::NONE }] {
-            if !axes.is_empty() {
-                ready.push_back(Step::Send(Command::SetAxes(axes)));
-            }
-        }
         let mut emitter = Emitter {
             axes,
             plane: Plane::default(),
             direction: Direction::default(),
             outputs: BTreeMap::new(),
-            ready,
+            ready: a_apart(axes).map(|axes| Step::Send(Command::SetAxes(axes))).collect(),
             running: None,
         };
         emitter.interpolate();

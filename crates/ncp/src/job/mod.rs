@@ -10,12 +10,10 @@ mod problem;
 mod run;
 mod target;
 
-pub use action::{Action, Hole, InputTest, OutputChange, Question};
-pub use drill::{Cycle, Definition, Leg, Legs};
+pub use action::{InputTest, OutputChange, Question};
 pub use emitter::Step;
 pub use field::{Field, compile};
-pub use interpreter::{Interpreter, Options, Report};
-pub use place::{Cylinder, Place};
+pub use interpreter::Options;
 pub use problem::Problem;
 pub use run::{Job, Order, Summary, check};
 pub use target::{Controller, Target};

@@ -1,25 +1,23 @@
 //! Where the tool is: places as the file has them, exactly, and the counters they are rounded to.
 
-use serde::{Deserialize, Serialize};
-
 use super::target::Target;
 use crate::geometry::Steps;
 use crate::language::Value;
 
 /// A place: X, Y, Z and A in machine coordinates, in thousandths of a µm or of an arc second.
-pub type Place = [Value; 4];
+pub(super) type Place = [Value; 4];
 
 /// A cylinder that a turning axis unrolls: what the file calls a linear axis is its surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cylinder {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cylinder {
     /// The turning axis.
-    pub turning: usize,
+    pub(super) turning: usize,
     /// The linear axis that it stands in for.
-    pub linear: usize,
+    pub(super) linear: usize,
     /// The radius, more than 0.
-    pub radius: Value,
+    pub(super) radius: Value,
     /// Where the linear axis stood when it began; there it stays.
-    pub from: Value,
+    pub(super) from: Value,
 }
 
 /// Thousandths of an arc second in a radian: 1,296,000,000 / 2π.
@@ -35,8 +33,7 @@ impl Cylinder {
 
     /// Where the axes really are when the tool is at a place on the surface. The angle is rounded
     /// to what a [`Value`] can be.
-    #[must_use]
-    pub fn unrolled(&self, place: &Place) -> Place {
+    pub(super) fn unrolled(&self, place: &Place) -> Place {
         let mut real = *place;
         let turned = libm::round(self.turned(place[self.linear])) as i64;
         let angle = place[self.turning].in_thousandths().saturating_add(turned);

@@ -200,6 +200,12 @@ impl<'t> Job<'t> {
         }
     }
 
+    /// What it is carried out on.
+    #[must_use]
+    pub fn target(&self) -> &'t Target {
+        self.reader.interpreter.target()
+    }
+
     /// Whether it ended with a line that cannot be carried out.
     #[must_use]
     pub fn has_failed(&self) -> bool {

@@ -48,6 +48,12 @@ pub struct Target {
     pub travel: [(Option<i64>, Option<i64>); 4],
 }
 
+/// The sets that axes are told in where A goes alone: X, Y and Z together, and A.
+pub(super) fn a_apart(axes: AxisSet) -> impl Iterator<Item = AxisSet> {
+    let of = move |part: u8| AxisSet::from_bits(axes.bits() & part).unwrap_or(AxisSet::NONE);
+    [of(0b0111), of(0b1000)].into_iter().filter(|axes| !axes.is_empty())
+}
+
 /// Thousandths of an arc second in a turn.
 const TURN: i64 = 1_296_000_000;
 

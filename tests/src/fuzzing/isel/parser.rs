@@ -20,7 +20,7 @@ pub fn parser(data: &[u8]) {
     let model = model_of(dialect);
     let context = Context {
         axes: AxisSet::from_bits(axes & 15).unwrap_or_default(),
-        speeds: model.limits.speed_min..=model.limits.speed_max,
+        speeds: model.limits.speeds(),
         fractions: if habits & 1 == 0 { Fractions::Reject } else { Fractions::Truncate },
         ports: &model.ports,
         bit_base_one: habits & 2 != 0,

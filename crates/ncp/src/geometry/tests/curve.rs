@@ -486,7 +486,7 @@ fn rounding_makes_no_turn_of_next_to_nothing() {
     let start = [steps(100) + 5_000, 7_500];
     let motions = usual(start, Some([start[0] + 2_500, 7_625])).check().unwrap();
     assert_eq!(motions.len(), 1, "{motions:?}");
-    assert_eq!(motions[0].clock_steps(), 1);
+    assert_eq!(motions[0].path().length(), 1);
 }
 
 #[test]

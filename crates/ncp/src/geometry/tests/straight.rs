@@ -36,7 +36,7 @@ fn check(by: Steps) -> Result<(), TestCaseError> {
         prop_assert!(moves_a != piece[..3].iter().any(|steps| *steps != 0), "{piece:?}");
         prop_assert_eq!(speed, if moves_a { A_SPEED } else { SPEED });
         prop_assert_eq!(motion.speed(), speed);
-        prop_assert_eq!(motion.clock_steps() as i64, piece.iter().fold(0, |n, s| s.abs().max(n)));
+        prop_assert_eq!(motion.path().length() as i64, piece.iter().fold(0, |n, s| s.abs().max(n)));
         for way in motion.path().steps() {
             let place: Steps = std::array::from_fn(|axis| at[axis] + way[axis]);
             let longest = place[..3].iter().map(|steps| steps.abs()).max().unwrap();

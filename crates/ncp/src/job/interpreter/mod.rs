@@ -24,10 +24,8 @@ use crate::job::problem::Problem;
 use crate::job::target::Target;
 use crate::language::{Command, Line, Placed, PortBit, Rate, Span, Value};
 
-pub use sink::Report;
-
 use arcs::ArcWords;
-use sink::Sink;
+use sink::{Report, Sink};
 
 /// How a job is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +38,7 @@ pub struct Options {
 
 /// What holds, and what a line makes of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Interpreter<'t> {
+pub(super) struct Interpreter<'t> {
     target: &'t Target,
     options: Options,
     state: State,
@@ -108,8 +106,7 @@ type Refusal = (Span, Problem);
 
 impl<'t> Interpreter<'t> {
     /// What holds before the first line.
-    #[must_use]
-    pub fn new(target: &'t Target, options: Options) -> Interpreter<'t> {
+    pub(in crate::job) fn new(target: &'t Target, options: Options) -> Interpreter<'t> {
         let setup = &target.setup;
         let state = State {
             place: Place::default(),
@@ -132,32 +129,34 @@ impl<'t> Interpreter<'t> {
         Interpreter { target, options, state }
     }
 
+    /// What it is carried out on.
+    pub(in crate::job) fn target(&self) -> &'t Target {
+        self.target
+    }
+
     /// Whether PROGEND was read.
-    #[must_use]
-    pub fn has_ended(&self) -> bool {
+    pub(in crate::job) fn has_ended(&self) -> bool {
         self.state.ended
     }
 
     /// Where the counters are.
-    #[must_use]
-    pub fn counters(&self) -> Steps {
+    pub(in crate::job) fn counters(&self) -> Steps {
         self.state.counters
     }
 
     /// Whether the file had no mark. Only its end shows.
-    #[must_use]
-    pub fn lacks_mark(&self) -> bool {
+    pub(in crate::job) fn lacks_mark(&self) -> bool {
         self.state.mark != Mark::Seen
     }
 
     /// Makes the present place the work-piece zero, as the operator says at WPTEACH.
-    pub fn take_zero(&mut self) {
+    pub(in crate::job) fn take_zero(&mut self) {
         self.state.zero = self.state.place;
     }
 
     /// Carries a line out: what it asks for goes into `actions`, what is to be said about it to
     /// `report`. Says whether it can be carried out; if not, nothing of it is in `actions`.
-    pub fn line(
+    pub(in crate::job) fn line(
         &mut self,
         line: &Line<'_>,
         number: u32,

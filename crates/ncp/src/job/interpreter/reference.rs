@@ -7,6 +7,7 @@ use super::{Interpreter, Refusal};
 use crate::job::action::Action;
 use crate::job::place::Place;
 use crate::job::problem::Problem;
+use crate::job::target::a_apart;
 use crate::language::{Groups, Value};
 
 impl Interpreter<'_> {
@@ -20,7 +21,8 @@ impl Interpreter<'_> {
         self.at_reference(self.target.referable);
         if !self.options.no_reference {
             sink.say(Problem::ReferenceFirst);
-            sink.push(Action::Reference(groups_of(self.target.referable)));
+            // The controller itself takes Z, Y, X in this order.
+            sink.push(Action::Reference(a_apart(self.target.referable).collect()));
         }
     }
 
@@ -40,7 +42,7 @@ impl Interpreter<'_> {
             for axis in axes.iter().filter(|&axis| !self.target.referable.has(axis)) {
                 sink.say(Problem::NoReferenceSwitch(axis));
             }
-            runs.extend(groups_of(axes));
+            runs.extend(a_apart(axes));
         }
         self.state.begun = true;
         runs.iter().for_each(|axes| self.at_reference(*axes));
@@ -86,12 +88,4 @@ impl Interpreter<'_> {
             }
         }
     }
-}
-
-/// The reference runs that find these axes: the controller takes Z, Y, X in this order, and A
-/// must go alone.
-fn groups_of(axes: AxisSet) -> Vec<AxisSet> {
-    let linear = AxisSet::from_bits(axes.bits() & 0b0111).unwrap_or(AxisSet::NONE);
-    let turning = if axes.has(3) { AxisSet::A } else { AxisSet::NONE };
-    [linear, turning].into_iter().filter(|axes| !axes.is_empty()).collect()
 }

@@ -5,7 +5,7 @@ use crate::job::problem::Problem;
 use crate::language::{Span, Value, Word};
 
 /// Takes what is to be said about a part of the line.
-pub type Report<'r> = &'r mut dyn FnMut(Span, Problem);
+pub(super) type Report<'r> = &'r mut dyn FnMut(Span, Problem);
 
 /// Where everything goes that comes of a line.
 pub(super) struct Sink<'s> {
