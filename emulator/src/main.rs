@@ -33,25 +33,28 @@ struct Arguments {
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
 
+// Not doc comments: those would take the place of what a command says of itself at length.
 #[derive(Subcommand)]
 enum Command {
-    /// Run controllers behind pseudo terminals, TCP and real serial ports
+    #[command(about = "Run controllers behind pseudo terminals, TCP and real serial ports")]
     Serve(serve::Arguments),
-    /// Run a command list, a stored program or a plot file in virtual time
+    #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
     Run(run::Arguments),
-    /// Check, run and compile job files in the isel NC intermediate format
+    #[command(about = "Check, run and compile job files in the isel NC intermediate format")]
     Ncp(ncp::Arguments),
-    /// Send a job or a command list to a controller, virtual or real
+    #[command(about = "Send a job or a command list to a controller, virtual or real")]
     Send(send::Arguments),
-    /// Play the fixture sessions against any port, also real hardware, and report what differs
+    #[command(
+        about = "Play the fixture sessions against any port, also real hardware, and report what differs"
+    )]
     Conform(conform::Arguments),
-    /// Print isel's commands for a circle, a part of one, or a helix
+    #[command(about = "Print isel's commands for a circle, a part of one, or a helix")]
     Circle(circle::Arguments),
-    /// List the built-in models, or show the profile of one
+    #[command(about = "List the built-in models, or show the profile of one")]
     Models(profiles::Arguments),
-    /// List the built-in machines, or show the profile of one
+    #[command(about = "List the built-in machines, or show the profile of one")]
     Machines(profiles::Arguments),
-    /// Print completions for a shell
+    #[command(about = "Print completions for a shell")]
     Completions(completions::Arguments),
 }
 

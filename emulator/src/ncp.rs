@@ -19,15 +19,18 @@ pub(crate) struct Arguments {
     command: Command,
 }
 
+// Not doc comments: those would take the place of what a command says of itself at length.
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Say everything that is wrong with a job file, line by line
+    #[command(about = "Say everything that is wrong with a job file, line by line")]
     Check(check::Arguments),
-    /// Carry a job out on a virtual controller, in virtual time
+    #[command(about = "Carry a job out on a virtual controller, in virtual time")]
     Run(run::Arguments),
-    /// Turn a job into a data field, which a controller stores and runs by itself
+    #[command(about = "Turn a job into a data field, which a controller stores and runs by itself")]
     Compile(compile::Arguments),
-    /// Help editors with job files: a language server on standard input and output
+    #[command(
+        about = "Help editors with job files: a language server on standard input and output"
+    )]
     Lsp(lsp::Arguments),
 }
 

@@ -376,3 +376,21 @@ fn what_cannot_begin_says_why() {
     let (_, err) = ends(folder, &["ncp", "check", "wide.ncp"], 2);
     assert!(err.contains("UTF-16"), "{err}");
 }
+
+#[test]
+fn help_says_what_a_command_does_at_length() {
+    let folder = tempfile::tempdir().unwrap();
+    for (command, said) in [
+        (&["run"][..], "START button"),
+        (&["conform"], "Each session is a conversation"),
+        (&["circle"], "counted counterclockwise from the first axis"),
+        (&["send"], "Enter stops a motion along its ramp"),
+        (&["ncp", "check"], "the machine's travel"),
+        (&["ncp", "run"], "The job is checked first"),
+        (&["ncp", "compile"], "has nobody to ask"),
+        (&["ncp", "lsp"], "as you type"),
+    ] {
+        let (out, _) = ends(folder.path(), &[command, &["--help"]].concat(), 0);
+        assert!(out.contains(said), "{command:?}: {out}");
+    }
+}
