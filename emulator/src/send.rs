@@ -109,9 +109,10 @@ fn command_list(job: &JobArguments, bytes: &[u8]) -> Result<Option<List>, Failur
         _ => None,
     };
     let Some(script) = script else { return Ok(None) };
-    if job.reading.no_ref || job.reading.lenient {
+    if job.reading.no_ref || job.reading.lenient || !job.zeros.is_empty() {
         return Err(Failure::usage(format!(
-            "{} is a command list, which is sent as it is; --no-ref and --lenient are for job files",
+            "{} is a command list, which is sent as it is; --no-ref, --lenient, --zero and --wpreg \
+             are for job files",
             job.name()
         )));
     }

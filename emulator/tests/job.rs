@@ -394,3 +394,39 @@ fn help_says_what_a_command_does_at_length() {
         assert!(out.contains(said), "{command:?}: {out}");
     }
 }
+
+#[test]
+fn a_job_fits_where_its_zero_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let job = "IMF_PBL\nREF XYZ\nMOVEABS X1000 Y2000 Z5000\nWPREG3ACT\nMOVEABS X0\n";
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    let check = ["ncp", "check", "job.ncp", "--format", "short"];
+    let (out, _) = ends(folder, &[&check[..], &["--machine", "mill"]].concat(), 1);
+    assert!(out.contains("beyond-travel") && out.contains("--zero X,Y,Z"), "{out}");
+
+    let mill = vimc4(folder, &["machines", "show", "mill"]).stdout;
+    let own = "\n[job.zero]\nx = 100000\ny = 50000\nz = -60000\n\n[job.registers.3]\nx = 7000\n";
+    fs::write(folder.join("mine.toml"), text(&mill) + own).unwrap();
+    let from_outside =
+        ["--machine", "mill", "--zero", "100mm,50mm,-60mm", "--wpreg", "3=7mm"].as_slice();
+    let from_profile = ["--machine", "mine.toml"].as_slice();
+    for site in [from_outside, from_profile] {
+        ends(folder, &[&check[..], site].concat(), 0);
+        let run = [&["ncp", "run", "job.ncp", "--json"], site].concat();
+        let (out, _) = ends(folder, &run, 0);
+        let summary: Value = serde_json::from_str(&out).unwrap();
+        let end = ["X", "Y", "Z"].map(|axis| summary["axes"][axis]["position"].as_i64().unwrap());
+        assert_eq!(end, [7 * 80, 52 * 80, -55 * 100]);
+    }
+
+    for (arguments, said) in [
+        (&["--zero", "1,2,3,4,5"][..], "there are four axes at most"),
+        (&["--zero", "1,x"], "\"x\" is no coordinate of Y"),
+        (&["--wpreg", "9=1"], "\"9\" is no register"),
+        (&["--machine", "board-plotter", "--zero", ",,1"], "board-plotter has no Z axis"),
+    ] {
+        let (_, err) = ends(folder, &[&check[..], arguments].concat(), 2);
+        assert!(err.contains(said), "{err}");
+    }
+}

@@ -12,7 +12,7 @@ use toml::{Table, Value};
 use vimc4::{Family, Machine, Model};
 use vimc4_conform::format::merge;
 use vimc4_conform::workshop;
-use vimc4_ncp::job::{Controller, Options, Target};
+use vimc4_ncp::job::{Controller, NoZero, Options, Register, Target, Zero};
 
 /// Names that stand for several models.
 const GROUPS: [(&str, &[&str]); 2] =
@@ -35,6 +35,10 @@ pub struct Job {
     pub program: Vec<u8>,
     /// How it is read.
     pub options: Options,
+    /// Where the work-piece zero is at first.
+    pub zero: Zero,
+    /// What is in registers at first.
+    pub registers: Vec<Register>,
     /// Whether it is run in spite of its errors.
     pub lenient: bool,
     /// What the operator says at each WPTEACH, line by line.
@@ -147,6 +151,9 @@ struct RawJob {
     #[serde(default)]
     no_ref: bool,
     drilldef_unit: Option<String>,
+    zero: Option<String>,
+    #[serde(default)]
+    wpreg: Vec<String>,
     #[serde(default)]
     answers: Vec<String>,
     #[serde(default)]
@@ -343,6 +350,8 @@ impl RawJob {
             Some("mm") => true,
             Some(other) => return Err(format!("{other:?} is no unit of DRILLDEF; um and mm are")),
         };
+        let zero = self.zero.as_deref().unwrap_or_default().parse();
+        let registers = self.wpreg.iter().map(|register| register.parse());
         let machine = self.machine.as_ref().or(file.machine.as_ref());
         let (evidence, source) = self.evidence(file)?;
         Ok(Job {
@@ -353,6 +362,8 @@ impl RawJob {
             model,
             program: self.bytes()?,
             options: Options { no_reference: self.no_ref, drill_in_mm },
+            zero: zero.map_err(|error: NoZero| error.to_string())?,
+            registers: registers.collect::<Result<_, NoZero>>().map_err(|e| e.to_string())?,
             lenient: self.lenient,
             answers: self.answers.clone(),
             inputs: self.inputs.iter().map(|text| change(text)).collect::<Result<_, _>>()?,
@@ -470,6 +481,20 @@ impl Job {
         merge(&mut profile, self.machine.differs.clone());
         let text = toml::to_string(&profile).map_err(|error| error.to_string())?;
         Machine::from_toml(&text).map(Arc::new).map_err(|error| error.to_string())
+    }
+}
+
+impl Job {
+    /// What the job has to know of its model and its machine, with the zeros it is given.
+    ///
+    /// # Errors
+    ///
+    /// If the model is none of isel's.
+    pub fn target(&self, model: &Model, machine: &Machine) -> Result<Target, String> {
+        let mut target = target(model, machine)?;
+        target.set_zero(self.zero);
+        self.registers.iter().for_each(|register| target.fill(*register));
+        Ok(target)
     }
 }
 

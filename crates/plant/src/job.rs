@@ -22,6 +22,12 @@ pub struct JobSetup {
     pub spindle: Option<Spindle>,
     /// How the coolant pump is switched; absent if the controller does not switch it.
     pub coolant: Option<Output>,
+    /// Where the work-piece zero is before a job says anything.
+    #[serde(skip_serializing_if = "JobZero::is_empty")]
+    pub zero: JobZero,
+    /// What the registers for work-piece zeros hold before a job fills them.
+    #[serde(skip_serializing_if = "JobRegisters::is_empty")]
+    pub registers: JobRegisters,
 }
 
 impl Default for JobSetup {
@@ -34,7 +40,72 @@ impl Default for JobSetup {
             ports: JobPorts::default(),
             spindle: None,
             coolant: None,
+            zero: JobZero::default(),
+            registers: JobRegisters::default(),
         }
+    }
+}
+
+/// A work-piece zero in machine coordinates: µm from the reference point, arc seconds where an axis
+/// turns. An axis that is not named has its zero at the machine's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct JobZero {
+    /// In X.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<i32>,
+    /// In Y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<i32>,
+    /// In Z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<i32>,
+    /// In A.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub a: Option<i32>,
+}
+
+impl JobZero {
+    /// Whether it names no axis.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        [self.x, self.y, self.z, self.a].iter().all(Option::is_none)
+    }
+}
+
+/// The registers 1 to 8 for work-piece zeros.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct JobRegisters {
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "1")]
+    r1: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "2")]
+    r2: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "3")]
+    r3: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "4")]
+    r4: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "5")]
+    r5: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "6")]
+    r6: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "7")]
+    r7: JobZero,
+    #[serde(skip_serializing_if = "JobZero::is_empty", rename = "8")]
+    r8: JobZero,
+}
+
+impl JobRegisters {
+    /// What each of them holds, the first first.
+    #[must_use]
+    pub fn each(&self) -> [&JobZero; 8] {
+        [&self.r1, &self.r2, &self.r3, &self.r4, &self.r5, &self.r6, &self.r7, &self.r8]
+    }
+
+    /// Whether nothing is in any.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.each().iter().all(|zero| zero.is_empty())
     }
 }
 

@@ -12,7 +12,7 @@ mod plant;
 mod profile;
 mod signal;
 
-pub use job::{Analogue, JobPorts, JobSetup, Output, Spindle, Up};
+pub use job::{Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up};
 pub use machine::{Axes, Axis, End, Machine, Reference, Unit};
 pub use plant::{Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile};

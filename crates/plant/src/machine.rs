@@ -235,6 +235,7 @@ impl Machine {
             check_axis(text, &table.unwrap_or_default(), machine.axis(index))?;
         }
         check_job(text, &machine.job)?;
+        check_zeros(text, &machine)?;
         Ok(machine)
     }
 
@@ -301,6 +302,23 @@ fn check_job(text: &str, job: &JobSetup) -> Result<(), ProfileError> {
             "a spindle that never turns",
             "give its turns a minute at 255",
         );
+    }
+    Ok(())
+}
+
+/// A work-piece zero names axes that there are.
+fn check_zeros(text: &str, machine: &Machine) -> Result<(), ProfileError> {
+    let registers = machine.job.registers.each().into_iter().enumerate();
+    let registers = registers.map(|(index, zero)| (format!("job.registers.{}", index + 1), zero));
+    for (table, zero) in registers.chain([("job.zero".to_owned(), &machine.job.zero)]) {
+        let axes = [("x", zero.x), ("y", zero.y), ("z", zero.z), ("a", zero.a)];
+        for (index, (key, named)) in axes.into_iter().enumerate() {
+            if named.is_some() && !machine.fits(index) {
+                let message = format!("the machine has no axis {key} for a work-piece zero");
+                let help = "leave it out, or describe the axis";
+                return Err(ProfileError::about_key(text, &table, key, message, help));
+            }
+        }
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use vimc4::{Machine, Model};
-use vimc4_ncp::job::{Controller, Options, Target};
+use vimc4_ncp::job::{Controller, Options, Register, Target, Zero};
 use vimc4_ncp::language;
 use vimc4_ncp::{Problem, Severity};
 
@@ -25,6 +25,42 @@ pub(crate) struct JobArguments {
     pub(crate) machine: String,
     #[command(flatten)]
     pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) zeros: Zeros,
+}
+
+/// Where the work-piece lies, for files that leave it to the machine.
+#[derive(Clone, clap::Args)]
+pub(crate) struct Zeros {
+    /// Where the work-piece zero is before the file says anything: machine coordinates in µm, A in
+    /// arc seconds, or with a unit, as in 100mm,50mm,-20mm; an axis may be left out
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) zero: Option<Zero>,
+    /// What register N, 1 to 8, holds before the file fills it; may be given several times
+    #[arg(long, value_name = "N=X,Y,Z")]
+    pub(crate) wpreg: Vec<Register>,
+}
+
+impl Zeros {
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.zero.is_none() && self.wpreg.is_empty()
+    }
+
+    /// Takes them instead of those of the machine's profile.
+    pub(crate) fn set(&self, site: &mut Site) -> Result<(), Failure> {
+        let zeros = self.zero.iter().chain(self.wpreg.iter().map(|register| &register.zero));
+        if let Some(axis) = zeros.copied().find_map(|zero| zero.beyond(&site.machine)) {
+            let machine = &site.machine.name;
+            return Err(Failure::usage(format!(
+                "the machine {machine} has no {axis} axis for a work-piece zero; leave it out"
+            )));
+        }
+        let target = &mut site.target;
+        target.set_zero(self.zero.unwrap_or_default());
+        self.wpreg.iter().for_each(|register| target.fill(*register));
+        Ok(())
+    }
 }
 
 /// How a job file is read.
@@ -139,7 +175,9 @@ impl JobArguments {
 
     /// The controller and the machine.
     pub(crate) fn site(&self) -> Result<Site, Failure> {
-        Site::new(&self.model, &self.machine)
+        let mut site = Site::new(&self.model, &self.machine)?;
+        self.zeros.set(&mut site)?;
+        Ok(site)
     }
 }
 

@@ -13,7 +13,7 @@ use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread;
 
 use crate::failure::Failure;
-use crate::job::source::{Reading, Site};
+use crate::job::source::{Reading, Site, Zeros};
 
 use messages::{Incoming, Outgoing};
 use server::Server;
@@ -43,11 +43,14 @@ pub(crate) struct Arguments {
     machine: String,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    zeros: Zeros,
 }
 
 /// Serves until the client says `exit` or is gone; the exit code is 0 if it said `shutdown`.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
-    let site = Site::new(&arguments.model, &arguments.machine)?;
+    let mut site = Site::new(&arguments.model, &arguments.machine)?;
+    arguments.zeros.set(&mut site)?;
     let mut server = Server::new(site.target, arguments.reading);
     let (sender, incoming) = mpsc::channel();
     thread::spawn(move || read(&sender));

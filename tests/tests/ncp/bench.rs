@@ -7,7 +7,7 @@ use std::sync::Arc;
 use vimc4::{Machine, Model};
 use vimc4_ncp::job::{self, InputTest, Order, Question, Step, Target};
 use vimc4_ncp::{Diagnostic, Severity, language};
-use vimc4_tests::jobs::{self, Job};
+use vimc4_tests::jobs::Job;
 
 use crate::circle::Course;
 use crate::expect::{fits, same};
@@ -72,7 +72,7 @@ impl Said {
 impl<'j> Bench<'j> {
     fn new(job: &'j Job) -> Result<Bench<'j>, String> {
         let (model, machine) = (job.model()?, job.machine()?);
-        let target = jobs::target(&model, &machine)?;
+        let target = job.target(&model, &machine)?;
         Ok(Bench { job, model, machine, target, text: language::decode(&job.program) })
     }
 

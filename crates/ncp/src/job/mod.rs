@@ -9,6 +9,7 @@ mod place;
 mod problem;
 mod run;
 mod target;
+mod zero;
 
 pub use action::{InputTest, OutputChange, Question};
 pub use emitter::Step;
@@ -17,3 +18,4 @@ pub use interpreter::Options;
 pub use problem::Problem;
 pub use run::{Job, Order, Summary, check};
 pub use target::{Controller, Target};
+pub use zero::{NoZero, Register, Zero};

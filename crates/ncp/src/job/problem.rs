@@ -272,8 +272,12 @@ impl Problem {
             OutsidePlane(_) => {
                 "leave the word out, choose another PLANE, or make it a helix: CWHLXABS"
             }
-            BeyondLimit { .. } => "move the work-piece zero, or set another LIMIT",
-            BeyondTravel { .. } => "move the work-piece zero, or choose a larger machine",
+            BeyondLimit { .. } => {
+                "say with --zero X,Y,Z where the work-piece lies, or set another LIMIT"
+            }
+            BeyondTravel { .. } => {
+                "say where the work-piece lies, with --zero X,Y,Z or in the machine's profile, [job.zero], or choose a larger machine"
+            }
             BeyondCounter { .. } => "a counter has 24 bits: -8388608 to 8388607 steps",
             NoRadius => {
                 "I and J give the centre: in ABS from the work-piece zero, in REL from the start"

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use vimc4_isel_wire::{AxisSet, Dialect};
 use vimc4_plant::{JobSetup, Machine, Reference, Unit};
 
+use super::zero::{Register, Zero};
 use crate::geometry::{Scale, Speeds, Steps};
 use crate::language::Value;
 
@@ -46,6 +47,11 @@ pub struct Target {
     pub scales: [Scale; 4],
     /// The lowest and the highest counter of each axis.
     pub travel: [(Option<i64>, Option<i64>); 4],
+    /// Where the work-piece zero is before the job says anything; at the machine's zero on axes
+    /// that it does not name.
+    pub zero: Zero,
+    /// What is in the registers for work-piece zeros, 1 to 8, before the job fills them.
+    pub registers: [Zero; 8],
 }
 
 /// The sets that axes are told in where A goes alone: X, Y and Z together, and A.
@@ -77,6 +83,21 @@ impl Target {
                 Scale { steps: i64::from(axis.steps_per_turn), per }
             }),
             travel: std::array::from_fn(|axis| machine.axis(axis).travel()),
+            zero: Zero::of(&machine.job.zero),
+            registers: machine.job.registers.each().map(Zero::of),
+        }
+    }
+
+    /// Moves the work-piece zero that a job begins with, on the axes that are named.
+    pub fn set_zero(&mut self, zero: Zero) {
+        self.zero = zero.or(self.zero);
+    }
+
+    /// Fills a register for work-piece zeros, on the axes that are named.
+    pub fn fill(&mut self, Register { number, zero }: Register) {
+        let place = usize::from(number).checked_sub(1);
+        if let Some(held) = place.and_then(|place| self.registers.get_mut(place)) {
+            *held = zero.or(*held);
         }
     }
 

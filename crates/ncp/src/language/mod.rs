@@ -17,7 +17,7 @@ pub use command::*;
 pub use parse::parse;
 pub use problem::{Excerpt, Problem};
 pub use text::{Lines, TextLine, decode, lines};
-pub use value::Value;
+pub use value::{NotAValue, Value};
 
 #[cfg(test)]
 mod tests;

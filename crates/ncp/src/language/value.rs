@@ -1,8 +1,11 @@
 //! Numbers as job files have them.
 
 use std::fmt;
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+
+use super::token;
 
 /// A length in nm, an angle in thousandths of an arc second, a time in µs, or any other number of
 /// a job file in thousandths: what the file says, exactly.
@@ -35,6 +38,13 @@ impl Value {
         self.0
     }
 
+    /// So many times as much; `None` beyond [`Value::MOST`].
+    #[must_use]
+    pub fn times(self, factor: i64) -> Option<Value> {
+        let product = self.0.checked_mul(factor)?;
+        (product.unsigned_abs() <= Value::MOST.0.unsigned_abs()).then_some(Value(product))
+    }
+
     /// In units.
     #[must_use]
     pub fn as_f64(self) -> f64 {
@@ -51,6 +61,21 @@ impl fmt::Display for Value {
             return write!(f, "{sign}{whole}");
         }
         write!(f, "{sign}{whole}.{}", format!("{rest:03}").trim_end_matches('0'))
+    }
+}
+
+/// Why a text is no [`Value`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("this is no number with three decimal places at most")]
+pub struct NotAValue;
+
+/// As a file has it: `-2500`, `12.5`.
+impl FromStr for Value {
+    type Err = NotAValue;
+
+    fn from_str(text: &str) -> Result<Value, NotAValue> {
+        let number = token::number(text).filter(|number| number.exact).ok_or(NotAValue)?;
+        number.value.times(1).ok_or(NotAValue)
     }
 }
 

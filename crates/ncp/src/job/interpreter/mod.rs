@@ -22,6 +22,7 @@ use crate::job::drill::Definition;
 use crate::job::place::{Cylinder, Place};
 use crate::job::problem::Problem;
 use crate::job::target::Target;
+use crate::job::zero::Zero;
 use crate::language::{Command, Line, Placed, PortBit, Rate, Span, Value};
 
 use arcs::ArcWords;
@@ -50,7 +51,7 @@ struct State {
     place: Place,
     counters: Steps,
     zero: Place,
-    registers: [Option<[Option<Value>; 4]>; 8],
+    registers: [Zero; 8],
     normal: Value,
     rapid: Value,
     /// What was said of the normal, the rapid and the drilling speed since they were set.
@@ -111,8 +112,8 @@ impl<'t> Interpreter<'t> {
         let state = State {
             place: Place::default(),
             counters: Steps::default(),
-            zero: Place::default(),
-            registers: [None; 8],
+            zero: target.zero.0.map(Option::unwrap_or_default),
+            registers: target.registers,
             normal: Value::whole(setup.velocity.into()),
             rapid: Value::whole(setup.rapid_velocity.into()),
             told: [Told::default(); 3],
@@ -227,15 +228,12 @@ impl<'t> Interpreter<'t> {
             Command::Store(number, words) => {
                 let named = self.named(&words)?;
                 if let Some(register) = register(&mut self.state, number) {
-                    let stored = register.get_or_insert([None; 4]);
-                    for (stored, value) in stored.iter_mut().zip(named) {
-                        *stored = value.or(*stored);
-                    }
+                    *register = Zero(named).or(*register);
                 }
             }
-            Command::Recall(number) => match register(state, number).and_then(|stored| *stored) {
-                Some(named) => self.zero_at(&named),
-                None => sink.say(Problem::EmptyRegister(number)),
+            Command::Recall(number) => match register(state, number).copied() {
+                Some(stored) if !stored.is_empty() => self.zero_at(&stored.0),
+                _ => sink.say(Problem::EmptyRegister(number)),
             },
             Command::Teach => {
                 self.begin(sink);
@@ -280,6 +278,6 @@ fn sum(a: Value, b: Value) -> Value {
     Value::thousandths(a.in_thousandths().saturating_add(b.in_thousandths()))
 }
 
-fn register(state: &mut State, number: u8) -> Option<&mut Option<[Option<Value>; 4]>> {
+fn register(state: &mut State, number: u8) -> Option<&mut Zero> {
     state.registers.get_mut(usize::from(number).checked_sub(1)?)
 }
