@@ -192,9 +192,25 @@ fn a_conversation_has_a_beginning_and_an_end() {
     assert_eq!(server["serverInfo"]["name"], "vimc4");
     let capabilities = &server["capabilities"];
     assert_eq!(capabilities["textDocumentSync"], 2);
-    for what in ["hoverProvider", "documentSymbolProvider"] {
-        assert_eq!(capabilities[what], true);
-    }
+    // What is advertised is tested below, request by request.
+    let mut advertised: Vec<_> = capabilities.as_object().unwrap().keys().collect();
+    advertised.sort();
+    assert_eq!(
+        advertised,
+        [
+            "codeActionProvider",
+            "completionProvider",
+            "definitionProvider",
+            "documentFormattingProvider",
+            "documentSymbolProvider",
+            "foldingRangeProvider",
+            "hoverProvider",
+            "inlayHintProvider",
+            "referencesProvider",
+            "semanticTokensProvider",
+            "textDocumentSync",
+        ]
+    );
     assert_eq!(capabilities["completionProvider"]["triggerCharacters"], json!([" "]));
     editor.tell("initialized", json!({}));
     assert_eq!(editor.ask("initialize", json!({ "capabilities": {} })), Err(-32_600));
@@ -288,6 +304,9 @@ fn commands_and_words_are_explained() {
     let hover = editor.ask_at("hover", 1, 12).unwrap();
     assert!(hover["contents"]["value"].as_str().unwrap().ends_with("\n\n5 mm"));
     assert_eq!(end(&hover), json!({ "line": 1, "character": 16 }));
+    // The bench has a turning A, and no B.
+    let words = editor.ask_at("hover", 1, 4).unwrap()["contents"]["value"].to_string();
+    assert!(words.contains("`A`") && !words.contains("`B`"), "{words}");
     assert_eq!(editor.ask_at("hover", 0, 2), Ok(Value::Null));
     assert_eq!(editor.ask_at("hover", 99, 99), Ok(Value::Null));
 }
@@ -334,6 +353,218 @@ fn the_parts_of_a_job_are_listed() {
     assert_eq!(parts[0]["selectionRange"]["end"], json!({ "line": 0, "character": 9 }));
 }
 
+/// The text of a file after edits, which are those of lines from the last to the first.
+fn edited(text: &str, edits: &Value) -> String {
+    let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();
+    for edit in edits.as_array().unwrap().iter().rev() {
+        let at = |end: &str| {
+            let place = &edit["range"][end];
+            let number = |what: &str| place[what].as_u64().unwrap() as usize;
+            (number("line"), number("character"))
+        };
+        let ((line, from), (last, to)) = (at("start"), at("end"));
+        assert_eq!(line, last);
+        lines[line].replace_range(from..to, edit["newText"].as_str().unwrap());
+    }
+    lines.join("\n")
+}
+
+#[test]
+fn problems_are_mended() {
+    let text = "IMF_PBL\nN5 movabs X5 ; x\n(Steps: 64)\nREF X\n";
+    let mut editor = Editor::with(text);
+    let published = editor.hear();
+    let told = published["params"]["diagnostics"].clone();
+    assert_eq!(told.as_array().unwrap().len(), 2);
+    let mut ask = |line: u32, told: &Value, only: Value| {
+        let place = json!({ "line": line, "character": 4 });
+        let mut context = json!({ "diagnostics": told });
+        if !only.is_null() {
+            context["only"] = only;
+        }
+        let params = json!({
+            "textDocument": { "uri": FILE },
+            "range": { "start": place, "end": place },
+            "context": context,
+        });
+        editor.ask("textDocument/codeAction", params).unwrap()
+    };
+    let actions = ask(1, &told, Value::Null);
+    assert_eq!(actions.as_array().unwrap().len(), 1);
+    let action = &actions[0];
+    assert_eq!((&action["title"], &action["kind"]), (&json!("Write MOVEABS"), &json!("quickfix")));
+    assert_eq!(action["isPreferred"], true);
+    assert_eq!(action["diagnostics"], json!([told[0]]));
+    let after = edited(text, &action["edit"]["changes"][FILE]);
+    assert_eq!(after, "IMF_PBL\nN5 MOVEABS X5 ; x\n(Steps: 64)\nREF X\n");
+    let actions = ask(2, &json!([]), json!(["quickfix"]));
+    assert_eq!(
+        edited(text, &actions[0]["edit"]["changes"][FILE]).lines().nth(2),
+        Some("; (Steps: 64)")
+    );
+    assert_eq!(ask(3, &told, Value::Null), json!([]));
+    assert_eq!(ask(1, &told, json!(["refactor"])), json!([]));
+}
+
+#[test]
+fn a_file_is_formatted() {
+    let text = "imf_pbl\n  n5  moveabs x5y6 ;  there\nREF X\nqqq   x\n";
+    let mut editor = Editor::with(text);
+    let params = json!({
+        "textDocument": { "uri": FILE },
+        "options": { "tabSize": 4, "insertSpaces": true },
+    });
+    let edits = editor.ask("textDocument/formatting", params).unwrap();
+    assert_eq!(edits.as_array().unwrap().len(), 2, "only what changes is sent");
+    let after = edited(text, &edits);
+    assert_eq!(after, "IMF_PBL\nN5 MOVEABS X5 Y6 ;  there\nREF X\nqqq   x\n");
+}
+
+#[test]
+fn registers_and_tools_are_found() {
+    let mut editor = Editor::with("WPREG2 X5\nWPREG1 X5\nWPREG1ACT\nTOOLDEF T3 L5\nGETTOOL 3\n");
+    let lines = |places: &Value| {
+        let places = places.as_array().unwrap().iter();
+        places
+            .inspect(|place| assert_eq!(place["uri"], FILE))
+            .map(|place| place["range"]["start"]["line"].as_u64().unwrap())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(lines(&editor.ask_at("definition", 2, 3).unwrap()), [1]);
+    assert_eq!(lines(&editor.ask_at("definition", 4, 8).unwrap()), [3]);
+    assert_eq!(lines(&editor.ask_at("definition", 0, 9).unwrap()), <[u64; 0]>::default());
+    let mut references = |line: u32, with: bool| {
+        let params = json!({
+            "textDocument": { "uri": FILE },
+            "position": { "line": line, "character": 2 },
+            "context": { "includeDeclaration": with },
+        });
+        lines(&editor.ask("textDocument/references", params).unwrap())
+    };
+    assert_eq!(references(1, true), [1, 2]);
+    assert_eq!(references(1, false), [2]);
+    assert_eq!(references(3, true), [3, 4]);
+}
+
+#[test]
+fn parts_are_folded() {
+    let mut editor = Editor::with("; a part\n; of brass\nMOVEABS X5\nMOVEABS X6\nREF X\n");
+    let file = json!({ "textDocument": { "uri": FILE } });
+    let folds = editor.ask("textDocument/foldingRange", file).unwrap();
+    let shown: Vec<_> = folds
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|fold| {
+            (fold["startLine"].as_u64().unwrap(), fold["endLine"].as_u64().unwrap(), &fold["kind"])
+        })
+        .collect();
+    assert_eq!(
+        shown,
+        [(0, 1, &json!("comment")), (0, 3, &json!("region")), (2, 3, &json!("region"))]
+    );
+}
+
+#[test]
+fn pieces_are_coloured() {
+    let mut editor = Editor::silent("");
+    let server = editor.ask("initialize", json!({ "capabilities": {} })).unwrap();
+    let legend = server["capabilities"]["semanticTokensProvider"]["legend"]["tokenTypes"].clone();
+    editor.open("; 𝄞 x\nN5 MOVEABS X5 ; y\nHALT\n");
+    let file = json!({ "uri": FILE });
+    // Each token counts from the one before; what they are is in the legend.
+    let shown = |tokens: &Value| {
+        let numbers: Vec<u64> =
+            tokens["data"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect();
+        let token = |token: &[u64]| {
+            let kind = legend[token[3] as usize].as_str().unwrap();
+            format!("{} {} {} {kind}", token[0], token[1], token[2])
+        };
+        numbers.chunks(5).map(token).collect::<Vec<_>>()
+    };
+    let full =
+        editor.ask("textDocument/semanticTokens/full", json!({ "textDocument": file })).unwrap();
+    assert_eq!(
+        shown(&full),
+        [
+            "0 0 6 comment",
+            "1 0 2 decorator",
+            "0 3 7 keyword",
+            "0 8 1 parameter",
+            "0 1 1 number",
+            "0 2 3 comment",
+            "1 0 4 keyword",
+        ]
+    );
+    let place = json!({ "line": 2, "character": 1 });
+    let range = json!({ "start": place, "end": place });
+    let params = json!({ "textDocument": file, "range": range });
+    let part = editor.ask("textDocument/semanticTokens/range", params).unwrap();
+    assert_eq!(shown(&part), ["2 0 4 keyword"]);
+}
+
+#[test]
+fn lengths_are_shown_in_mm() {
+    let mut editor = Editor::with("VEL 8000\nMOVEABS X2500 Y0 A5400 ; 𝄞\nWAIT 500\n");
+    let params = json!({
+        "textDocument": { "uri": FILE },
+        "range": {
+            "start": { "line": 0, "character": 0 }, "end": { "line": 3, "character": 0 },
+        },
+    });
+    let hints = editor.ask("textDocument/inlayHint", params).unwrap();
+    let shown: Vec<_> = hints
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|hint| {
+            let place = &hint["position"];
+            format!("{}:{} {}", place["line"], place["character"], hint["label"].as_str().unwrap())
+        })
+        .collect();
+    assert_eq!(shown, ["0:8 8 mm/s", "1:13 2.5 mm", "1:22 1.5°"]);
+}
+
+/// How long it takes until the server is gone, which is at most a second.
+fn leaves(editor: &mut Editor) -> ExitStatus {
+    let begun = std::time::Instant::now();
+    loop {
+        if let Some(status) = editor.server.try_wait().unwrap() {
+            return status;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(1), "it is still there");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The server's input stays open here, as it does where something else has inherited it.
+#[test]
+#[cfg(target_os = "linux")]
+fn it_leaves_when_its_parent_is_killed() {
+    let mut parent = Command::new("sleep").arg("600").spawn().unwrap();
+    let mut editor = Editor::silent("");
+    let begin = json!({ "processId": parent.id(), "capabilities": {} });
+    editor.ask("initialize", begin).unwrap();
+    editor.open("HALT");
+    assert!(editor.ask_at("hover", 0, 0).unwrap()["contents"].is_object());
+    parent.kill().unwrap();
+    parent.wait().unwrap();
+    assert_eq!(leaves(&mut editor).code(), Some(1));
+
+    // One that is gone already is noticed too.
+    let mut editor = Editor::silent("");
+    let begin = json!({ "processId": parent.id(), "capabilities": {} });
+    editor.send(&json!({ "jsonrpc": "2.0", "id": 1, "method": "initialize", "params": begin }));
+    assert_eq!(leaves(&mut editor).code(), Some(1));
+}
+
+#[test]
+fn it_leaves_with_its_input() {
+    let mut editor = Editor::new("");
+    editor.to = None;
+    assert_eq!(leaves(&mut editor).code(), Some(1));
+}
+
 #[test]
 fn nothing_bad_ends_it() {
     let mut editor = Editor::with("HALT");
@@ -343,7 +574,21 @@ fn nothing_bad_ends_it() {
     assert_eq!(editor.ask("textDocument/completion", json!([1])), Err(-32_602));
     assert_eq!(editor.ask("textDocument/documentSymbol", Value::Null), Err(-32_602));
     let other = json!({ "textDocument": { "uri": "file:///other.ncp" } });
-    assert_eq!(editor.ask("textDocument/documentSymbol", other), Err(-32_602));
+    assert_eq!(editor.ask("textDocument/documentSymbol", other.clone()), Err(-32_602));
+    for method in [
+        "codeAction",
+        "formatting",
+        "definition",
+        "references",
+        "foldingRange",
+        "inlayHint",
+        "semanticTokens/full",
+        "semanticTokens/range",
+    ] {
+        let method = format!("textDocument/{method}");
+        assert_eq!(editor.ask(&method, json!([5])), Err(-32_602), "{method}");
+        assert_eq!(editor.ask(&method, other.clone()), Err(-32_602), "{method}");
+    }
 
     for method in ["textDocument/didOpen", "textDocument/didChange", "textDocument/didClose", "x"] {
         for params in [Value::Null, json!({}), json!({ "textDocument": 5 })] {

@@ -4,6 +4,7 @@
 
 mod document;
 mod messages;
+mod parent;
 mod server;
 mod show;
 
@@ -23,8 +24,12 @@ use server::Server;
     long_about = "\
 Help editors with job files: a language server on standard input and output
 
-It tells what `vimc4 ncp check` tells, as you type; it explains commands and their words, offers
-those that fit, and lists the parts of a job.",
+It tells what `vimc4 ncp check` tells, as you type, and mends what can be mended without thinking; it
+explains commands and their words, shows lengths in mm, offers what fits, formats and colours, folds
+and lists the parts of a job, and finds where registers and tools are set and used.
+
+It ends with its client: when its input ends, and on Linux also when the process that has started it
+does.",
     after_long_help = "\
 Examples:
   Helix, languages.toml:
@@ -51,7 +56,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let mut site = Site::new(&arguments.model, &arguments.machine)?;
     arguments.zeros.set(&mut site)?;
-    let mut server = Server::new(site.target, arguments.reading);
+    let mut server = Server::new(site.target, arguments.reading, parent::guard);
     let (sender, incoming) = mpsc::channel();
     thread::spawn(move || read(&sender));
     let mut out = BufWriter::new(io::stdout().lock());

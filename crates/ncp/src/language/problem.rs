@@ -152,17 +152,26 @@ impl Problem {
         }
     }
 
+    /// What is probably meant by it, as it would stand in its place.
+    #[must_use]
+    pub fn meant(self) -> Option<&'static str> {
+        match self {
+            Problem::UnknownCommand(name) => nearest(name.as_str()),
+            _ => None,
+        }
+    }
+
     /// What would be right.
     #[must_use]
     pub fn help(self) -> Option<String> {
+        if let Some(meant) = self.meant() {
+            return Some(format!("perhaps {meant} is meant"));
+        }
         Some(match self {
             Problem::NoCommand => "a line is `N` and a number, a command with its words, and a \
                                    comment behind `;`; each may be missing"
                 .to_owned(),
-            Problem::UnknownCommand(name) => match nearest(name.as_str()) {
-                Some(known) => format!("perhaps {known} is meant"),
-                None => "text that is no command stands behind `;`".to_owned(),
-            },
+            Problem::UnknownCommand(_) => "text that is no command stands behind `;`".to_owned(),
             Problem::UnknownWord { command, .. }
             | Problem::MissingWord { command, .. }
             | Problem::NothingNamed(command)

@@ -5,7 +5,7 @@
 
 use vimc4_motion::Turn;
 
-use super::command::{Command, Frame, Rate};
+use super::command::{Command, Frame, LETTERS, Rate};
 use super::value::Value;
 
 // The list below is a table, and reads like one without these prefixes.
@@ -148,6 +148,16 @@ impl CommandInfo {
         format!("{}{blank}{}", self.name, self.words)
     }
 
+    /// Which axis a word of it belongs to, if it belongs to one.
+    pub(super) fn axis(&self, parameter: &Parameter) -> Option<usize> {
+        // A table of axes has them in their order; the C of a drilling cycle stands elsewhere.
+        let mut axes = self.parameters.iter().zip(LETTERS).enumerate();
+        let is_it = |(_, (known, letter)): &(usize, (&Parameter, char))| {
+            known.name == parameter.name && known.name.chars().eq([*letter])
+        };
+        axes.find(is_it).map(|(axis, _)| axis)
+    }
+
     /// The words that it takes at a place among its words, counted from 0.
     pub(super) fn words_at(&self, place: usize) -> &'static [Parameter] {
         match self.form {
@@ -177,8 +187,8 @@ const fn word(name: &'static str, value: Option<Number>, meaning: &'static str) 
 /// The smallest value above nothing.
 const ABOVE_ZERO: Value = Value::thousandths(1);
 
-const WAY: &str = "µm, of a rotary axis arc seconds";
-const SPEED: &str = "µm/s, of rotary axes alone arc seconds/s";
+pub(super) const WAY: &str = "µm, of a rotary axis arc seconds";
+pub(super) const SPEED: &str = "µm/s, of rotary axes alone arc seconds/s";
 
 const NOTHING: &[Parameter] = &[];
 

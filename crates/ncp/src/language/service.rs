@@ -4,19 +4,64 @@
 //! counts as the nearest before it.
 
 mod complete;
+mod fixes;
+mod folds;
+mod format;
+mod hints;
 mod hover;
+mod mentions;
 mod outline;
+mod tokens;
 
 use std::ops::Range;
 
+use vimc4_isel_wire::AxisSet;
+
 use super::command::{Placed, Span};
 use super::reader::Reader;
-use super::reference::{self, CommandInfo};
+use super::reference::{self, CommandInfo, Parameter};
 use super::token;
 
 pub use complete::{Completion, complete};
+pub use fixes::{Fix, fixes};
+pub use folds::{Fold, folds};
+pub use format::{Edit, format};
+pub use hints::{Hint, hints};
 pub use hover::{Hover, hover};
+pub use mentions::{definitions, references};
 pub use outline::{Symbol, SymbolKind, outline};
+pub use tokens::{TextToken, TokenKind, tokens};
+
+/// What the job is for, as far as explanations depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Context {
+    /// The axes that the machine has.
+    pub axes: AxisSet,
+    /// Those that turn.
+    pub rotary: AxisSet,
+    /// The lengths of DRILLDEF are mm.
+    pub drill_in_mm: bool,
+}
+
+impl Context {
+    /// Whether a word means something on this machine: it does not if its axis is not there.
+    fn has(self, info: &CommandInfo, parameter: &Parameter) -> bool {
+        info.axis(parameter).is_none_or(|axis| self.axes.has(axis))
+    }
+
+    /// How a command is written for the axes of this machine.
+    fn pattern(self, info: &CommandInfo) -> String {
+        let pattern = info.pattern();
+        let fits = |word: &&str| {
+            let named = |parameter: &&Parameter| {
+                let word = word.strip_prefix('[').unwrap_or_default();
+                word.strip_prefix(parameter.name).is_some_and(|rest| rest.starts_with('n'))
+            };
+            info.parameters.iter().find(named).is_none_or(|found| self.has(info, found))
+        };
+        pattern.split(' ').filter(fits).collect::<Vec<_>>().join(" ")
+    }
+}
 
 /// A line and where it begins in its text.
 #[derive(Clone, Copy)]
@@ -80,4 +125,28 @@ impl<'t> Here<'t> {
         }
         Some(Anatomy { info, name: name.span, words, end: reader.place() })
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A machine with X, Y, Z and a turning A.
+    pub(super) const CONTEXT: Context = {
+        let (Some(axes), Some(rotary)) = (AxisSet::from_bits(0b1111), AxisSet::from_bits(0b1000))
+        else {
+            panic!("these are axes")
+        };
+        Context { axes, rotary, drill_in_mm: false }
+    };
+
+    /// Jobs of the fixtures; what else is in their files are lines that are wrong.
+    pub(super) const JOBS: [&str; 6] = [
+        include_str!("../../../../fixtures/ncp/gerbv/board.ncp"),
+        include_str!("../../../../fixtures/ncp/reading/field.toml"),
+        include_str!("../../../../fixtures/ncp/reading/lines.toml"),
+        include_str!("../../../../fixtures/ncp/reading/problems.toml"),
+        include_str!("../../../../fixtures/ncp/zero/registers.toml"),
+        include_str!("../../../../fixtures/ncp/drilling/cycles.toml"),
+    ];
 }

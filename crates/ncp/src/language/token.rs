@@ -1,7 +1,7 @@
 //! The grammar of what lines are made of.
 
 use nom::branch::alt;
-use nom::bytes::complete::{tag, take_while, take_while1};
+use nom::bytes::complete::{tag, take_while, take_while_m_n, take_while1};
 use nom::character::complete::{char, digit0, digit1, one_of, space0};
 use nom::combinator::{all_consuming, opt, recognize, verify};
 use nom::sequence::{pair, preceded, terminated};
@@ -109,6 +109,12 @@ pub(super) fn solid(input: &str) -> Token<'_, &str> {
 pub(super) fn junk(input: &str) -> Token<'_, &str> {
     let solid = |c: char| !is_blank(c) && !matches!(c, ';' | '+' | '-' | '.');
     take_while1(move |c: char| solid(c) && !c.is_ascii_alphanumeric())(input)
+}
+
+/// A single character that is no blank and no letter.
+pub(super) fn punctuation(input: &str) -> Token<'_, &str> {
+    let is_one = |c: char| !is_blank(c) && c != ';' && !c.is_ascii_alphabetic();
+    take_while_m_n(1, 1, is_one)(input)
 }
 
 /// Everything up to the comment.

@@ -33,10 +33,7 @@ impl Document {
     /// Follows a change. Without a range the whole text is new.
     pub(super) fn change(&mut self, change: TextDocumentContentChangeEvent) {
         match change.range {
-            Some(Range { start, end }) => {
-                let (start, end) = (self.offset(start), self.offset(end));
-                self.text.replace_range(start..end.max(start), &change.text);
-            }
+            Some(range) => self.text.replace_range(self.bytes(range), &change.text),
             None => self.text = change.text,
         }
         self.starts = starts(&self.text);
@@ -66,6 +63,12 @@ impl Document {
     /// The range of bytes.
     pub(super) fn range(&self, bytes: ops::Range<usize>) -> Range {
         Range { start: self.position(bytes.start), end: self.position(bytes.end) }
+    }
+
+    /// The bytes of a range.
+    pub(super) fn bytes(&self, range: Range) -> ops::Range<usize> {
+        let (start, end) = (self.offset(range.start), self.offset(range.end));
+        start..end.max(start)
     }
 
     /// The bytes of a line with its end; nothing, behind everything, for a line there is not.

@@ -1,18 +1,26 @@
 //! What the server knows, and how it answers.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use lsp_types::{
-    CompletionOptions, CompletionParams, CompletionResponse, DidChangeTextDocumentParams,
-    DidCloseTextDocumentParams, DidOpenTextDocumentParams, DocumentSymbolParams,
-    DocumentSymbolResponse, HoverParams, HoverProviderCapability, InitializeParams,
-    InitializeResult, OneOf, PublishDiagnosticsParams, ServerCapabilities, ServerInfo,
-    TextDocumentSyncCapability, TextDocumentSyncKind, Uri,
+    CodeActionKind, CodeActionOptions, CodeActionOrCommand, CodeActionParams,
+    CodeActionProviderCapability, CompletionOptions, CompletionParams, CompletionResponse,
+    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
+    DocumentFormattingParams, DocumentSymbolParams, DocumentSymbolResponse, FoldingRange,
+    FoldingRangeParams, FoldingRangeProviderCapability, GotoDefinitionParams,
+    GotoDefinitionResponse, HoverParams, HoverProviderCapability, InitializeParams,
+    InitializeResult, InlayHint, InlayHintParams, Location, OneOf, PublishDiagnosticsParams,
+    ReferenceParams, SemanticTokens, SemanticTokensFullOptions, SemanticTokensOptions,
+    SemanticTokensParams, SemanticTokensRangeParams, SemanticTokensServerCapabilities,
+    ServerCapabilities, ServerInfo, TextDocumentSyncCapability, TextDocumentSyncKind, TextEdit,
+    Uri,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use vimc4_ncp::job::{self, Target};
+use vimc4_ncp::language::service::Context;
 use vimc4_ncp::language::{lines, service};
 
 use super::document::Document;
@@ -35,6 +43,10 @@ enum Stage {
 pub(super) struct Server {
     target: Target,
     reading: Reading,
+    /// What explanations depend on.
+    context: Context,
+    /// What sees to it that the server ends with who has started it.
+    guard: fn(u32),
     stage: Stage,
     /// Whether the editor knows snippets.
     snippets: bool,
@@ -43,10 +55,15 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// A server that has not been spoken to.
-    pub(super) fn new(target: Target, reading: Reading) -> Server {
-        let documents = BTreeMap::new();
-        Server { target, reading, stage: Stage::Before, snippets: false, documents }
+    /// A server that has not been spoken to. `guard` is told the process of its client.
+    pub(super) fn new(target: Target, reading: Reading, guard: fn(u32)) -> Server {
+        let context = Context {
+            axes: target.axes,
+            rotary: target.rotary,
+            drill_in_mm: reading.options().drill_in_mm,
+        };
+        let (stage, documents) = (Stage::Before, BTreeMap::new());
+        Server { target, reading, context, guard, stage, snippets: false, documents }
     }
 
     /// Whether the client has said that it will end.
@@ -82,12 +99,29 @@ impl Server {
             (Stage::Running, "textDocument/hover") => result(self.hover(read(params)?)?),
             (Stage::Running, "textDocument/completion") => result(self.complete(read(params)?)?),
             (Stage::Running, "textDocument/documentSymbol") => result(self.outline(read(params)?)?),
+            (Stage::Running, "textDocument/codeAction") => result(self.actions(read(params)?)?),
+            (Stage::Running, "textDocument/formatting") => result(self.format(read(params)?)?),
+            (Stage::Running, "textDocument/definition") => result(self.define(read(params)?)?),
+            (Stage::Running, "textDocument/references") => result(self.references(read(params)?)?),
+            (Stage::Running, "textDocument/foldingRange") => result(self.folds(read(params)?)?),
+            (Stage::Running, "textDocument/inlayHint") => result(self.hints(read(params)?)?),
+            (Stage::Running, "textDocument/semanticTokens/full") => {
+                let params: SemanticTokensParams = read(params)?;
+                let document = self.document(&params.text_document.uri)?;
+                result(tokens(document, 0..document.text().len()))
+            }
+            (Stage::Running, "textDocument/semanticTokens/range") => {
+                let params: SemanticTokensRangeParams = read(params)?;
+                let document = self.document(&params.text_document.uri)?;
+                result(tokens(document, document.bytes(params.range)))
+            }
             (Stage::Running, _) => Err(Refusal::method(method)),
         }
     }
 
     fn initialize(&mut self, params: InitializeParams) -> InitializeResult {
         self.stage = Stage::Running;
+        params.process_id.into_iter().for_each(self.guard);
         let completion = params.capabilities.text_document.and_then(|text| text.completion);
         let item = completion.and_then(|completion| completion.completion_item);
         self.snippets = item.and_then(|item| item.snippet_support).unwrap_or_default();
@@ -102,6 +136,27 @@ impl Server {
                     ..CompletionOptions::default()
                 }),
                 document_symbol_provider: Some(OneOf::Left(true)),
+                code_action_provider: Some(CodeActionProviderCapability::Options(
+                    CodeActionOptions {
+                        code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
+                        ..CodeActionOptions::default()
+                    },
+                )),
+                document_formatting_provider: Some(OneOf::Left(true)),
+                definition_provider: Some(OneOf::Left(true)),
+                references_provider: Some(OneOf::Left(true)),
+                folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
+                inlay_hint_provider: Some(OneOf::Left(true)),
+                semantic_tokens_provider: Some(
+                    SemanticTokensServerCapabilities::SemanticTokensOptions(
+                        SemanticTokensOptions {
+                            legend: show::legend(),
+                            range: Some(true),
+                            full: Some(SemanticTokensFullOptions::Bool(true)),
+                            ..SemanticTokensOptions::default()
+                        },
+                    ),
+                ),
                 ..ServerCapabilities::default()
             },
             server_info: Some(ServerInfo {
@@ -114,14 +169,15 @@ impl Server {
     fn hover(&self, params: HoverParams) -> Result<Option<lsp_types::Hover>, Refusal> {
         let place = params.text_document_position_params;
         let document = self.document(&place.text_document.uri)?;
-        let hover = service::hover(document.text(), document.offset(place.position));
+        let hover = service::hover(document.text(), document.offset(place.position), self.context);
         Ok(hover.map(|hover| show::hover(document, hover)))
     }
 
     fn complete(&self, params: CompletionParams) -> Result<CompletionResponse, Refusal> {
         let place = params.text_document_position;
         let document = self.document(&place.text_document.uri)?;
-        let offers = service::complete(document.text(), document.offset(place.position));
+        let offset = document.offset(place.position);
+        let offers = service::complete(document.text(), offset, self.context);
         let offers = offers.into_iter();
         let items = offers.map(|offer| show::completion(document, offer, self.snippets));
         Ok(CompletionResponse::Array(items.collect()))
@@ -132,6 +188,54 @@ impl Server {
         let parts = service::outline(document.text()).into_iter();
         let symbols = parts.map(|part| show::symbol(document, part));
         Ok(DocumentSymbolResponse::Nested(symbols.collect()))
+    }
+
+    /// What mends the problems in a range, if the editor wants such things.
+    fn actions(&self, params: CodeActionParams) -> Result<Vec<CodeActionOrCommand>, Refusal> {
+        let document = self.document(&params.text_document.uri)?;
+        let wanted = params.context.only.is_none_or(|kinds| {
+            kinds.contains(&CodeActionKind::QUICKFIX) || kinds.contains(&CodeActionKind::EMPTY)
+        });
+        if !wanted {
+            return Ok(Vec::new());
+        }
+        let fixes = service::fixes(document.text(), document.bytes(params.range)).into_iter();
+        let told = params.context.diagnostics;
+        Ok(fixes.map(|fix| show::action(document, fix, &told)).collect())
+    }
+
+    fn format(&self, params: DocumentFormattingParams) -> Result<Vec<TextEdit>, Refusal> {
+        let document = self.document(&params.text_document.uri)?;
+        let edits = service::format(document.text()).into_iter();
+        Ok(edits.map(|edit| show::edit(document, edit.replaces, edit.with)).collect())
+    }
+
+    fn define(&self, params: GotoDefinitionParams) -> Result<GotoDefinitionResponse, Refusal> {
+        let place = params.text_document_position_params;
+        let document = self.document(&place.text_document.uri)?;
+        let places = service::definitions(document.text(), document.offset(place.position));
+        Ok(GotoDefinitionResponse::Array(show::locations(document, places)))
+    }
+
+    fn references(&self, params: ReferenceParams) -> Result<Vec<Location>, Refusal> {
+        let place = params.text_document_position;
+        let document = self.document(&place.text_document.uri)?;
+        let offset = document.offset(place.position);
+        let with_definitions = params.context.include_declaration;
+        let places = service::references(document.text(), offset, with_definitions);
+        Ok(show::locations(document, places))
+    }
+
+    fn folds(&self, params: FoldingRangeParams) -> Result<Vec<FoldingRange>, Refusal> {
+        let document = self.document(&params.text_document.uri)?;
+        let folds = service::folds(document.text()).into_iter();
+        Ok(folds.map(|fold| show::fold(document, fold)).collect())
+    }
+
+    fn hints(&self, params: InlayHintParams) -> Result<Vec<InlayHint>, Refusal> {
+        let document = self.document(&params.text_document.uri)?;
+        let hints = service::hints(document.text(), document.bytes(params.range), self.context);
+        Ok(hints.into_iter().map(|hint| show::hint(document, hint)).collect())
     }
 
     fn document(&self, uri: &Uri) -> Result<&Document, Refusal> {
@@ -197,6 +301,10 @@ fn check(document: &Document, target: &Target, reading: Reading) -> Vec<lsp_type
         shown.push(more);
     }
     shown
+}
+
+fn tokens(document: &Document, within: Range<usize>) -> SemanticTokens {
+    show::tokens(document, &service::tokens(document.text(), within))
 }
 
 fn publish(params: PublishDiagnosticsParams) -> Outgoing {

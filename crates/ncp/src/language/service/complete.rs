@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::hover::{command, meaning};
-use super::{Anatomy, Here};
+use super::{Anatomy, Context, Here};
 use crate::language::reader::Reader;
 use crate::language::reference::{COMMANDS, CommandInfo, Form, Parameter};
 use crate::language::token;
@@ -30,15 +30,16 @@ pub struct Completion {
 /// begins, behind a command the words that it still takes. It is for the editor to choose those
 /// that begin as what is written there.
 #[must_use]
-pub fn complete(text: &str, offset: usize) -> Vec<Completion> {
+pub fn complete(text: &str, offset: usize, context: Context) -> Vec<Completion> {
     let (here, place) = Here::at(text, offset);
     let (before, _) = here.line.split_at(place);
     if let Some(begun) = begun_name(before) {
         let replaces = here.in_text(begun);
-        return COMMANDS.iter().map(|info| whole_command(info, replaces.clone())).collect();
+        let whole = |info| whole_command(info, replaces.clone(), context);
+        return COMMANDS.iter().map(whole).collect();
     }
     match here.anatomy() {
-        Some(anatomy) if place <= anatomy.end as usize => words(here, place, &anatomy),
+        Some(anatomy) if place <= anatomy.end as usize => words(here, place, &anatomy, context),
         _ => Vec::new(),
     }
 }
@@ -55,7 +56,11 @@ fn begun_name(before: &str) -> Option<Span> {
     reader.rest().is_empty().then_some(Span { start, end: reader.place() })
 }
 
-fn whole_command(info: &'static CommandInfo, replaces: Range<usize>) -> Completion {
+fn whole_command(
+    info: &'static CommandInfo,
+    replaces: Range<usize>,
+    context: Context,
+) -> Completion {
     let words = info.example.strip_prefix(info.name).unwrap_or_default();
     let snippet = match words.strip_prefix(' ') {
         _ if words.is_empty() => info.name.to_owned(),
@@ -65,15 +70,15 @@ fn whole_command(info: &'static CommandInfo, replaces: Range<usize>) -> Completi
     Completion {
         label: info.name,
         is_command: true,
-        detail: info.pattern(),
-        markdown: command(info),
+        detail: context.pattern(info),
+        markdown: command(info, context),
         snippet,
         replaces,
     }
 }
 
-/// The words that are not there yet.
-fn words(here: Here<'_>, place: usize, anatomy: &Anatomy<'_>) -> Vec<Completion> {
+/// The words that are not there yet and mean something on the machine.
+fn words(here: Here<'_>, place: usize, anatomy: &Anatomy<'_>, context: Context) -> Vec<Completion> {
     let Some(begun) = begun_word(here.line, place, anatomy) else { return Vec::new() };
     let others = || anatomy.words.iter().filter(|word| word.letters.span != begun);
     let before = others().filter(|word| word.span.end <= begun.start).count();
@@ -85,8 +90,9 @@ fn words(here: Here<'_>, place: usize, anatomy: &Anatomy<'_>) -> Vec<Completion>
         })
     };
     let named = anatomy.info.words_at(before).iter().filter(|word| !word.name.is_empty());
-    let free = named.filter(|parameter| !is_there(parameter));
-    free.map(|parameter| word(parameter, here.in_text(begun))).collect()
+    let info = anatomy.info;
+    let free = named.filter(|parameter| !is_there(parameter) && context.has(info, parameter));
+    free.map(|parameter| word(info, parameter, here.in_text(begun), context)).collect()
 }
 
 /// The letters before the place, if a word may begin there. An axis of a reference run goes on
@@ -100,7 +106,12 @@ fn begun_word(line: &str, place: usize, anatomy: &Anatomy<'_>) -> Option<Span> {
     (letters.len() > anatomy.name.start as usize).then_some(span)
 }
 
-fn word(parameter: &'static Parameter, replaces: Range<usize>) -> Completion {
+fn word(
+    info: &'static CommandInfo,
+    parameter: &'static Parameter,
+    replaces: Range<usize>,
+    context: Context,
+) -> Completion {
     let snippet = match parameter.value {
         Some(number) => {
             let usual = Value::ZERO.clamp(number.least, number.most);
@@ -112,7 +123,7 @@ fn word(parameter: &'static Parameter, replaces: Range<usize>) -> Completion {
         label: parameter.name,
         is_command: false,
         detail: parameter.meaning.to_owned(),
-        markdown: meaning(parameter),
+        markdown: meaning(info, parameter, context),
         snippet,
         replaces,
     }
@@ -120,6 +131,7 @@ fn word(parameter: &'static Parameter, replaces: Range<usize>) -> Completion {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::CONTEXT;
     use super::*;
     use crate::language::parse;
 
@@ -127,7 +139,7 @@ mod tests {
     fn offered(text: &str) -> (Vec<&'static str>, String) {
         let offset = text.find('|').expect("a cursor");
         let text = text.replacen('|', "", 1);
-        let offers = complete(&text, offset);
+        let offers = complete(&text, offset, CONTEXT);
         let replaced = offers.first().map(|offer| text[offer.replaces.clone()].to_owned());
         assert!(offers.windows(2).all(|pair| pair[0].replaces == pair[1].replaces));
         (offers.into_iter().map(|offer| offer.label).collect(), replaced.unwrap_or_default())
@@ -152,19 +164,19 @@ mod tests {
     #[test]
     fn words_are_offered_behind_a_command() {
         let offers = |text| offered(text).0;
-        assert_eq!(offers("moveabs |"), ["X", "Y", "Z", "A", "B", "C"]);
-        assert_eq!(offers("MOVEABS X5 | z7 ; Y"), ["Y", "A", "B", "C"]);
+        assert_eq!(offers("moveabs |"), ["X", "Y", "Z", "A"]);
+        assert_eq!(offers("MOVEABS X5 | z7 ; Y"), ["Y", "A"]);
         assert_eq!(offers("DRILL X5 | ; deep"), ["Y"]);
         assert_eq!(
             offered("SPINDLE CW T|"),
             (vec!["ON", "OFF", "CCW", "RPM", "TIME"], "T".to_owned())
         );
         assert_eq!(offers("PLANE |"), ["XY", "XZ", "YZ"]);
-        assert_eq!(offered("REF ZX|"), (vec!["Y", "A", "B", "C"], String::new()));
-        assert_eq!(offers("WPREG1 A5 |"), ["X", "Y", "Z", "B", "C"]);
+        assert_eq!(offered("REF ZX|"), (vec!["Y", "A"], String::new()));
+        assert_eq!(offers("WPREG1 A5 |"), ["X", "Y", "Z"]);
         assert_eq!(offers("CYL |")[3], "A");
         assert_eq!(offers("CYL A5000 |"), ["X", "Y", "Z"]);
-        assert_eq!(complete("CYL A5000 ", 10)[0].snippet, "X");
+        assert_eq!(complete("CYL A5000 ", 10, CONTEXT)[0].snippet, "X");
     }
 
     #[test]
@@ -188,7 +200,7 @@ mod tests {
             parse(line, &mut |_, problem| told.push(problem));
             told
         };
-        for offer in complete("", 0) {
+        for offer in complete("", 0, CONTEXT) {
             let line = inserted(&offer.snippet);
             assert_eq!(told(&line), [], "{line}");
             assert!(offer.is_command && !offer.detail.is_empty() && !offer.markdown.is_empty());
@@ -196,7 +208,7 @@ mod tests {
         for (line, name) in
             [("ACCEL ", "X"), ("DRILLDEF ", "V"), ("SPINDLE ", "RPM"), ("REF X ", "Y")]
         {
-            let offers = complete(line, line.len());
+            let offers = complete(line, line.len(), CONTEXT);
             let offer = offers.iter().find(|offer| offer.label == name).expect("a word");
             let line = format!("{line}{}", inserted(&offer.snippet));
             assert_eq!(told(&line), [], "{line}");

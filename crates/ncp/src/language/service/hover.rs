@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::ops::Range;
 
-use super::{Here, LooseWord};
-use crate::language::reference::{CommandInfo, Number, Parameter, Source};
+use super::{Context, Here, LooseWord};
+use crate::language::reference::{CommandInfo, Form, Parameter, SPEED, Source, WAY};
 use crate::language::{Value, token};
 
 /// What is to be shown about a place.
@@ -18,28 +18,30 @@ pub struct Hover {
 
 /// The meaning of the command or of the word at a place, in bytes from the beginning of the text.
 #[must_use]
-pub fn hover(text: &str, offset: usize) -> Option<Hover> {
+pub fn hover(text: &str, offset: usize, context: Context) -> Option<Hover> {
     let (here, place) = Here::at(text, offset);
     let anatomy = here.anatomy()?;
     if anatomy.name.range().contains(&place) {
         let range = here.in_text(anatomy.name);
-        return Some(Hover { range, markdown: command(anatomy.info) });
+        return Some(Hover { range, markdown: command(anatomy.info, context) });
     }
     let mut words = (0..).zip(&anatomy.words);
     let (nth, word) = words.find(|(_, word)| word.span.range().contains(&place))?;
     let mut parameters = anatomy.info.words_at(nth).iter();
     let parameter =
         parameters.find(|parameter| parameter.name.eq_ignore_ascii_case(word.letters.value))?;
-    Some(Hover { range: here.in_text(word.span), markdown: explain(parameter, word) })
+    let markdown = explain(anatomy.info, parameter, word, context);
+    Some(Hover { range: here.in_text(word.span), markdown })
 }
 
-/// A command with all its words.
-pub(super) fn command(info: &CommandInfo) -> String {
-    let mut text = format!("```ncp\n{}\n```\n\n{}\n", info.pattern(), info.meaning);
-    for (place, parameter) in info.parameters.iter().enumerate() {
+/// A command with all the words that mean something on the machine.
+pub(super) fn command(info: &CommandInfo, context: Context) -> String {
+    let mut text = format!("```ncp\n{}\n```\n\n{}\n", context.pattern(info), info.meaning);
+    let words = info.parameters.iter().filter(|parameter| context.has(info, parameter));
+    for (place, parameter) in words.enumerate() {
         let gap = if place == 0 { "\n" } else { "" };
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{gap}- {}", meaning(parameter));
+        let _ = writeln!(text, "{gap}- {}", meaning(info, parameter, context));
     }
     let _ = write!(text, "\nFor example `{}`", info.example);
     if info.source == Source::Field {
@@ -49,21 +51,46 @@ pub(super) fn command(info: &CommandInfo) -> String {
 }
 
 /// A word, its meaning and its unit.
-pub(super) fn meaning(parameter: &Parameter) -> String {
+pub(super) fn meaning(info: &CommandInfo, parameter: &Parameter, context: Context) -> String {
     let Parameter { name, meaning, value } = parameter;
     let name = if name.is_empty() { String::new() } else { format!("`{name}`: ") };
-    match value.map(|number| number.unit).filter(|unit| !unit.is_empty()) {
+    match value.and_then(|_| unit(info, parameter, context)) {
         Some(unit) => format!("{name}{meaning}, in {unit}"),
         None => format!("{name}{meaning}"),
     }
 }
 
+/// The unit of a word; `None` if it counts nothing.
+fn unit(info: &CommandInfo, parameter: &Parameter, context: Context) -> Option<&'static str> {
+    let unit = parameter.value?.unit;
+    Some(match info.axis(parameter) {
+        _ if unit.is_empty() => return None,
+        _ if is_drilled_in_mm(info, parameter, context) => "mm",
+        Some(axis) if unit == WAY && context.rotary.has(axis) => "arc seconds",
+        // The centre of an arc is a place of linear axes.
+        Some(_) | None if unit == WAY => "µm",
+        _ if unit == SPEED && context.rotary.is_empty() => "µm/s",
+        _ => unit,
+    })
+}
+
+/// Whether DRILLDEF has mm here: the reference plane and the speed keep their units.
+fn is_drilled_in_mm(info: &CommandInfo, parameter: &Parameter, context: Context) -> bool {
+    let lengths = ["D", "F", "O", "I", "R", "L", "S"];
+    context.drill_in_mm && info.form == Form::DrillDefinition && lengths.contains(&parameter.name)
+}
+
 /// The meaning of a word, what its number is in larger units, and what it may be.
-fn explain(parameter: &Parameter, word: &LooseWord<'_>) -> String {
-    let mut text = meaning(parameter);
+fn explain(
+    info: &CommandInfo,
+    parameter: &Parameter,
+    word: &LooseWord<'_>,
+    context: Context,
+) -> String {
+    let mut text = meaning(info, parameter, context);
     let Some(allowed) = parameter.value else { return text };
     let value = word.number.and_then(token::number).map(|number| number.value);
-    if let Some(larger) = value.and_then(|value| larger(value, allowed, parameter.name)) {
+    if let Some(larger) = value.and_then(|value| larger(value, info, parameter, context)) {
         let _ = write!(text, "\n\n{larger}");
     }
     if allowed.whole {
@@ -73,29 +100,43 @@ fn explain(parameter: &Parameter, word: &LooseWord<'_>) -> String {
 }
 
 /// A number in the units that people think in.
-fn larger(value: Value, allowed: Number, name: &str) -> Option<String> {
-    let thousandth = |unit: &str| format!("{}{unit}", value.as_f64() / 1_000.0);
-    match allowed.unit {
-        unit if unit.starts_with("µm/s") => Some(thousandth(" mm/s")),
-        unit if unit.starts_with("µm") && matches!(name, "A" | "B" | "C") => {
-            Some(format!("{}, or {}°", thousandth(" mm"), value.as_f64() / 3_600.0))
-        }
-        unit if unit.starts_with("µm") => Some(thousandth(" mm")),
-        "ms" => Some(thousandth(" s")),
+pub(super) fn larger(
+    value: Value,
+    info: &CommandInfo,
+    parameter: &Parameter,
+    context: Context,
+) -> Option<String> {
+    let thousandth = |unit: &str| format!("{} {unit}", thousandth(value));
+    match unit(info, parameter, context)? {
+        "arc seconds" => Some(format!("{}°", libm::round(value.as_f64() / 0.36) / 10_000.0)),
+        unit if unit.starts_with("µm/s") => Some(thousandth("mm/s")),
+        "µm" => Some(thousandth("mm")),
+        "ms" => Some(thousandth("s")),
         _ => None,
     }
 }
 
+/// A thousandth of a number, exactly.
+pub(super) fn thousandth(value: Value) -> String {
+    let (whole, rest) = (value.in_thousandths() / 1_000_000, value.in_thousandths() % 1_000_000);
+    let sign = if value < Value::ZERO { "-" } else { "" };
+    let (whole, rest) = (whole.unsigned_abs(), rest.unsigned_abs());
+    let text = format!("{sign}{whole}.{rest:06}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::tests::CONTEXT;
     use super::*;
     use crate::language::reference::COMMANDS;
+    use vimc4_isel_wire::AxisSet;
 
     /// What is shown at the `|`, which is no part of the text: on what, and the first line.
     fn shown(text: &str) -> Option<(String, String)> {
         let offset = text.find('|').expect("a cursor");
         let text = text.replacen('|', "", 1);
-        let hover = hover(&text, offset)?;
+        let hover = hover(&text, offset, CONTEXT)?;
         Some((text[hover.range].to_owned(), hover.markdown))
     }
 
@@ -106,11 +147,9 @@ mod tests {
         assert!(markdown.starts_with(
             "```ncp\nMOVEABS [Xn] [Yn] [Zn] [An]\n```\n\nMoves in a straight line to a place"
         ));
-        assert!(markdown.contains(" rests.\n\n- `X`: where X goes, in µm,"));
-        assert!(
-            markdown
-                .contains("seconds\n- `Z`: where Z goes, in µm, of a rotary axis arc seconds\n")
-        );
+        assert!(markdown.contains(" rests.\n\n- `X`: where X goes, in µm\n"));
+        assert!(markdown.contains("\n- `A`: where the fourth axis goes, in arc seconds\n"));
+        assert!(!markdown.contains("`B`"), "the machine has no B");
         assert!(markdown.ends_with("\nFor example `MOVEABS X20000 Y15000 Z-5000`"));
         let (_, markdown) = shown("|TYPE 3").expect("a command");
         assert!(markdown.ends_with("the manual does not."));
@@ -121,12 +160,9 @@ mod tests {
         let at = |text| shown(text).expect("a word");
         assert_eq!(
             at("N5 MOVEABS Y|-2500 X5"),
-            (
-                "Y-2500".to_owned(),
-                "`Y`: where Y goes, in µm, of a rotary axis arc seconds\n\n-2.5 mm".to_owned()
-            )
+            ("Y-2500".to_owned(), "`Y`: where Y goes, in µm\n\n-2.5 mm".to_owned())
         );
-        assert!(at("MOVEREL a| 5400").1.ends_with("\n\n5.4 mm, or 1.5°"));
+        assert!(at("MOVEREL a| 5400").1.ends_with("\n\n1.5°"));
         assert!(at("DRILLDEF V|1500").1.ends_with("\n\n1.5 mm/s"));
         assert!(at("DRILLDEF T|1500").1.ends_with("\n\n1.5 s"));
         assert_eq!(at("ACCEL X|50").1, "`X`: acceleration of X, in %\n\nFrom 5 to 100");
@@ -137,19 +173,44 @@ mod tests {
     }
 
     #[test]
+    fn thousandths_are_exact() {
+        for (value, text) in
+            [(0, "0"), (-1, "-0.000001"), (69_625_000, "69.625"), (-2_500_000_000, "-2500")]
+        {
+            assert_eq!(thousandth(Value::thousandths(value)), text);
+        }
+    }
+
+    #[test]
+    fn a_machine_lists_its_own_axes() {
+        let axes = |bits| AxisSet::from_bits(bits).expect("axes");
+        let flat = Context { axes: axes(0b0011), rotary: AxisSet::NONE, drill_in_mm: true };
+        let markdown = |text| hover(text, 0, flat).expect("a command").markdown;
+        assert!(markdown("MOVEABS X5").starts_with("```ncp\nMOVEABS [Xn] [Yn]\n```"));
+        assert_eq!(markdown("MOVEABS X5").matches("\n- ").count(), 2);
+        assert!(markdown("LIMIT X0,5").starts_with("```ncp\nLIMIT [Xn,n] [Yn,n]\n```"));
+        assert!(markdown("VEL 5").contains("in µm/s\n"));
+        // The cycle of a drill is no axis, and its lengths may be mm.
+        let drill = markdown("DRILLDEF C1");
+        assert!(drill.contains("[Cn] [Pn]") && drill.contains("- `C`: cycle"));
+        assert!(drill.contains("below the reference plane, in mm\n"));
+        assert!(drill.contains("speed of drilling, in µm/s\n"));
+    }
+
+    #[test]
     fn elsewhere_there_is_nothing() {
         for text in
             ["|", "MOVEABS| X5", "MOVEABS X5 ; |X5", "MOVEABS Q|5", "MOV|ABS X5", "VEL 5|0", "(|x)"]
         {
             assert_eq!(shown(text), None, "{text}");
         }
-        assert_eq!(hover("HALT", 500), None);
+        assert_eq!(hover("HALT", 500, CONTEXT), None);
     }
 
     #[test]
     fn every_command_is_explained() {
         for info in COMMANDS {
-            let hover = hover(info.example, 0).expect("an explanation");
+            let hover = hover(info.example, 0, CONTEXT).expect("an explanation");
             assert!(hover.markdown.contains(info.meaning));
         }
     }

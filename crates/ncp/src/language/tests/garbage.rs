@@ -6,6 +6,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
+use vimc4_isel_wire::AxisSet;
+
 use super::read;
 use crate::Severity;
 use crate::language::reference::COMMANDS;
@@ -104,16 +106,40 @@ proptest! {
         pieces in vec(nearly_a_line(), 0..4), end in select(vec!["\n", "\r\n"]), at in 0..200_usize
     ) {
         let text = pieces.join(end);
-        if let Some(hover) = service::hover(&text, at) {
+        let axes = AxisSet::from_bits(0b1011).unwrap_or(AxisSet::NONE);
+        let context = service::Context { axes, rotary: AxisSet::NONE, drill_in_mm: false };
+        if let Some(hover) = service::hover(&text, at, context) {
             prop_assert!(text.get(hover.range).is_some_and(|text| !text.is_empty()));
         }
-        for offer in service::complete(&text, at) {
+        for offer in service::complete(&text, at, context) {
             let replaced = text.get(offer.replaces.clone());
             prop_assert!(replaced.is_some_and(|text| !text.contains('\n')));
             prop_assert!(offer.replaces.end <= at);
         }
         for symbol in service::outline(&text) {
             prop_assert!(text.get(symbol.range).is_some() && text.get(symbol.selection).is_some());
+        }
+        for fix in service::fixes(&text, 0..at) {
+            let places = (text.get(fix.about), text.get(fix.replaces));
+            prop_assert!(places.0.is_some() && places.1.is_some());
+        }
+        for fold in service::folds(&text) {
+            prop_assert!(text.get(fold.range).is_some());
+        }
+        for edit in service::format(&text) {
+            prop_assert!(text.get(edit.replaces).is_some_and(|text| !text.contains('\n')));
+        }
+        for hint in service::hints(&text, at / 2..at, context) {
+            prop_assert!(text.is_char_boundary(hint.at));
+        }
+        for range in service::references(&text, at, true) {
+            prop_assert!(text.get(range).is_some_and(|text| !text.is_empty()));
+        }
+        prop_assert!(service::definitions(&text, at).len() <= lines(&text).count());
+        let mut end = 0;
+        for token in service::tokens(&text, 0..at) {
+            prop_assert!(token.range.start >= end && text.get(token.range.clone()).is_some());
+            end = token.range.end;
         }
     }
 
