@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vimc4::Family;
-use vimc4_conform::format::{Evidence, Session, topics};
+use vimc4_conform::format::{Session, topics};
+use vimc4_conform::source::Evidence;
 use vimc4_lpkf::language::{Dialect, Status, forms};
 
 use crate::shown::{Shown, shown};
@@ -73,12 +74,13 @@ fn table(text: &mut String, heading: &str, sessions: &[&Session]) {
          |---|---|---|---|---|"
     );
     for session in sessions {
-        let Session { title, evidence, source, .. } = session;
+        let Session { title, source, .. } = session;
         let _ = writeln!(
             text,
-            "| {} | {evidence} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} |",
             cell(title),
-            cell(source),
+            source.evidence(),
+            cell(&source.to_string()),
             models(session),
             link(session, 2)
         );
@@ -160,7 +162,7 @@ fn link(session: &Session, left_out: usize) -> String {
 }
 
 fn count(sessions: &[Session], has: impl Fn(&Evidence) -> bool) -> usize {
-    sessions.iter().filter(|session| has(&session.evidence)).count()
+    sessions.iter().filter(|session| has(&session.source.evidence())).count()
 }
 
 /// The models in as few words as they have.

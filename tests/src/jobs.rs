@@ -11,6 +11,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 use vimc4::{Family, Machine, Model};
 use vimc4_conform::format::merge;
+use vimc4_conform::source::Source;
 use vimc4_conform::workshop;
 use vimc4_ncp::job::{Controller, NoZero, Options, Register, Target, Zero};
 
@@ -25,10 +26,8 @@ pub struct Job {
     pub id: String,
     /// What it shows, in one sentence.
     pub title: String,
-    /// How certain that is, as in `D+F`.
-    pub evidence: String,
-    /// What says so.
-    pub source: String,
+    /// What says so, and how certain that is.
+    pub source: Source,
     /// The name of the model.
     pub model: &'static str,
     /// The bytes of the file.
@@ -321,17 +320,11 @@ impl RawJob {
             .collect()
     }
 
-    /// Where it is known from: the marks, and what says so.
-    fn evidence(&self, file: &RawFile) -> Result<(String, String), String> {
+    /// Where it is known from.
+    fn source(&self, file: &RawFile) -> Result<Source, String> {
         let evidence = self.evidence.as_ref().or(file.evidence.as_ref()).ok_or("no evidence")?;
-        let known = |mark: &str| matches!(mark.trim(), "D" | "F" | "A");
-        if !evidence.split('+').all(known) {
-            return Err(format!(
-                "{evidence:?} is no evidence; D, F, A or several as in \"D+F\" are"
-            ));
-        }
         let source = self.source.as_ref().or(file.source.as_ref()).ok_or("no source")?;
-        Ok((evidence.clone(), source.clone()))
+        Source::parse(source, evidence)
     }
 
     fn on(&self, model: &'static str, file: &RawFile, id: &str) -> Result<Job, String> {
@@ -353,10 +346,9 @@ impl RawJob {
         let zero = self.zero.as_deref().unwrap_or_default().parse();
         let registers = self.wpreg.iter().map(|register| register.parse());
         let machine = self.machine.as_ref().or(file.machine.as_ref());
-        let (evidence, source) = self.evidence(file)?;
+        let source = self.source(file)?;
         Ok(Job {
             id: id.to_owned(),
-            evidence,
             source,
             title: self.title.clone(),
             model,

@@ -123,8 +123,8 @@ fn table(text: &mut String, heading: &str, jobs: &[&Job]) {
             text,
             "| {} | {} | {} | {models} | [{name}](../fixtures/ncp/{file}.toml) |",
             cell(&job.title),
-            job.evidence,
-            cell(&job.source),
+            job.source.evidence(),
+            cell(&job.source.to_string()),
         );
     }
 }

@@ -1,7 +1,6 @@
 //! The session files: what a session says about itself, besides its script.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +9,7 @@ use toml::{Spanned, Table};
 use vimc4::Family;
 
 use crate::script::{self, Action, Needs, Step};
+use crate::source::Source;
 
 /// Names that stand for several models, besides those of the families, which stand for all of
 /// theirs.
@@ -65,9 +65,7 @@ pub struct Session {
     /// The behaviour as one sentence.
     pub title: String,
     /// Where it is known from.
-    pub evidence: Evidence,
-    /// The sections of the manuals, or what kind of knowledge it is.
-    pub source: String,
+    pub source: Source,
     /// The models it applies to, all of its family, in the order of [`vimc4::models`].
     pub models: Vec<&'static str>,
     /// Values of the model's profile that differ from the built-in one.
@@ -87,40 +85,6 @@ pub struct MachineChoice {
     pub name: String,
     /// Values of its profile that differ.
     pub differs: Table,
-}
-
-/// Where a behaviour is known from; at least one is set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Evidence {
-    /// A manual says so.
-    pub documented: bool,
-    /// Host software in daily use depends on it.
-    pub field: bool,
-    /// Nobody says so; it was chosen.
-    pub assumed: bool,
-}
-
-impl Evidence {
-    fn parse(text: &str) -> Option<Evidence> {
-        let mut evidence = Evidence { documented: false, field: false, assumed: false };
-        for mark in text.split('+') {
-            match mark.trim() {
-                "D" => evidence.documented = true,
-                "F" => evidence.field = true,
-                "A" => evidence.assumed = true,
-                _ => return None,
-            }
-        }
-        Some(evidence)
-    }
-}
-
-impl fmt::Display for Evidence {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let marks = [(self.documented, "D"), (self.field, "F"), (self.assumed, "A")];
-        let marks: Vec<&str> = marks.iter().filter(|(set, _)| *set).map(|(_, m)| *m).collect();
-        f.write_str(&marks.join("+"))
-    }
 }
 
 impl Session {
@@ -155,7 +119,7 @@ pub struct FormatError {
 struct RawFile {
     models: Option<Spanned<RawModels>>,
     evidence: Option<Spanned<String>>,
-    source: Option<String>,
+    source: Option<Spanned<String>>,
     machine: Option<RawMachine>,
     setup: Option<Spanned<String>>,
     session: Vec<RawSession>,
@@ -168,7 +132,7 @@ struct RawSession {
     title: String,
     models: Option<Spanned<RawModels>>,
     evidence: Option<Spanned<String>>,
-    source: Option<String>,
+    source: Option<Spanned<String>>,
     #[serde(default)]
     quirks: Table,
     #[serde(default)]
@@ -232,6 +196,8 @@ pub fn parse(
         }
         let evidence = session.evidence.as_ref().or(raw.evidence.as_ref());
         let evidence = evidence.ok_or_else(|| missing("evidence"))?;
+        let source = session.source.as_ref().or(raw.source.as_ref());
+        let source = source.ok_or_else(|| missing("source"))?;
         let mut profile = session.profile.clone();
         if !session.quirks.is_empty() {
             merge(
@@ -256,16 +222,7 @@ pub fn parse(
         sessions.push(Session {
             path: path.to_owned(),
             title: session.title.clone(),
-            evidence: Evidence::parse(evidence.as_ref()).ok_or_else(|| {
-                let message = "no evidence mark; D, F, A or several as in \"D+F\" are".to_owned();
-                file.error(evidence.span(), message)
-            })?,
-            source: session
-                .source
-                .as_ref()
-                .or(raw.source.as_ref())
-                .ok_or_else(|| missing("source"))?
-                .clone(),
+            source: file.source(source, evidence, name, &models)?,
             family,
             models,
             profile,
@@ -386,6 +343,20 @@ impl File<'_> {
                 Err(self.error_at(at, message))
             })
             .collect()
+    }
+
+    /// Where a behaviour is known from.
+    fn source(
+        &self,
+        source: &Spanned<String>,
+        evidence: &Spanned<String>,
+        name: &str,
+        models: &[&str],
+    ) -> Result<Source, FormatError> {
+        let error = |message| self.error(source.span(), format!("{name:?}: {message}"));
+        let read = Source::parse(source.as_ref(), evidence.as_ref()).map_err(error)?;
+        read.is_about(models).map_err(error)?;
+        Ok(read)
     }
 
     /// The models that are named, one by one or in groups, and the family of all of them.

@@ -1,6 +1,7 @@
 //! The fixture sessions: what a controller must do, as files that people read and write.
 //!
-//! * [`mod@format`] and [`script`] read them, [`fixtures`] has those that are built in;
+//! * [`mod@format`] and [`script`] read them, [`source`] where each is known from, [`fixtures`]
+//!   has those that are built in;
 //! * [`workshop`] makes the controllers that they are about, and [`play`](mod@play) plays them
 //!   on such a device, in the model's own time;
 //! * [`choice`] says which of them can be played through a port, and what that would do to the
@@ -21,5 +22,6 @@ pub mod play;
 pub mod player;
 pub mod rehearsal;
 pub mod script;
+pub mod source;
 pub mod travel;
 pub mod workshop;

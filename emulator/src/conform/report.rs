@@ -182,8 +182,8 @@ impl Report {
         if let Some(object) = details.as_object_mut() {
             object.insert("id".to_owned(), json!(session.id));
             object.insert("title".to_owned(), json!(session.title));
-            object.insert("evidence".to_owned(), json!(session.evidence.to_string()));
-            object.insert("source".to_owned(), json!(session.source));
+            object.insert("evidence".to_owned(), json!(session.source.evidence().to_string()));
+            object.insert("source".to_owned(), json!(session.source.to_string()));
             object.insert("result".to_owned(), json!(result));
         }
         self.sessions.push(details);
@@ -210,9 +210,9 @@ impl Report {
 
 /// One difference, as a person can act on it.
 fn difference(session: &Session, miss: &Miss, causes: &[Cause]) -> String {
-    let Session { id, path, title, evidence, source, .. } = session;
+    let Session { id, path, title, source, .. } = session;
     let mut text = format!("FAILED  {id}  ({}:{})\n", path.display(), line(session, miss));
-    text += &format!("  {title}\n  evidence {evidence}: {source}\n\n");
+    text += &format!("  {title}\n  evidence {}: {source}\n\n", source.evidence());
     text += &excerpt(session, miss.step);
     text += &format!("  expected  {}\n  got       {}\n", miss.expected, miss.got);
     for cause in causes {

@@ -1,0 +1,80 @@
+//! Whether the marks of evidence hold: what a quirk can change is assumed, and what the tables of
+//! commands cite exists.
+
+#![expect(clippy::unwrap_used, reason = "what cannot be read fails the test")]
+
+use std::collections::BTreeSet;
+
+use vimc4_conform::fixtures;
+use vimc4_conform::format::{Session, merge};
+use vimc4_conform::play::{Drive, play};
+use vimc4_conform::source::Source;
+use vimc4_conform::workshop::Workshop;
+use vimc4_host::Line;
+use vimc4_lpkf::language::forms;
+
+#[test]
+fn nothing_documented_depends_on_a_quirk() {
+    let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
+    let assumed = assumed_quirks(&sessions);
+    let mut flips = BTreeSet::new();
+    for session in sessions.iter().filter(|session| session.source.evidence().documented) {
+        let evidence = session.source.evidence();
+        for model in &session.models {
+            for (quirk, values) in vimc4::quirks(&vimc4::model(model).unwrap()) {
+                // What the session itself sets is what it is about.
+                let about = own_quirks(session).any(|own| own == *quirk);
+                let said = evidence.assumed || evidence.field && !assumed.contains(*quirk);
+                if about || said {
+                    continue;
+                }
+                let flipped = values.iter().filter(|value| !passes(session, model, quirk, value));
+                flips.extend(flipped.map(|value| format!("{} {quirk} = {value}", session.id)));
+            }
+        }
+    }
+    let flips: Vec<String> = flips.into_iter().collect();
+    assert!(
+        flips.is_empty(),
+        "marked as documented, but a quirk changes it; say in its `source` what is assumed, or \
+         what the field shows:\n  {}",
+        flips.join("\n  ")
+    );
+}
+
+/// The quirks whose values are assumed, at least in part: what says so are the sessions that set
+/// them.
+fn assumed_quirks(sessions: &[Session]) -> BTreeSet<&str> {
+    sessions
+        .iter()
+        .filter(|session| session.source.evidence().assumed)
+        .flat_map(own_quirks)
+        .collect()
+}
+
+/// The quirks that a session sets.
+fn own_quirks(session: &Session) -> impl Iterator<Item = &str> {
+    let quirks = session.profile.get("quirks").and_then(toml::Value::as_table);
+    quirks.into_iter().flat_map(|quirks| quirks.keys().map(String::as_str))
+}
+
+/// Whether a session passes with another value of a quirk.
+fn passes(session: &Session, model: &str, quirk: &str, value: &str) -> bool {
+    let mut other = session.clone();
+    merge(&mut other.profile, toml::from_str(&format!("quirks.{quirk} = {value}")).unwrap());
+    let workshop = Workshop::new(&other, model).unwrap();
+    if session.line_pacing {
+        play(&other, Drive::Smooth, |flash| workshop.build(flash).map(Line::paced)).is_ok()
+    } else {
+        play(&other, Drive::Smooth, |flash| workshop.build(flash)).is_ok()
+    }
+}
+
+#[test]
+fn what_the_tables_of_commands_cite_exists() {
+    for form in forms() {
+        if let Err(error) = Source::parse(form.source, form.evidence) {
+            panic!("{}: {error}", form.mnemonic);
+        }
+    }
+}
