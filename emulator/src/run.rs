@@ -368,7 +368,9 @@ impl<D: Device> Session<D> {
 
     fn tell(&mut self, at: Time, news: News) {
         match news {
-            News::Line(line) => self.report.line(at, self.stored.get(line as usize), line),
+            News::Line(line) => {
+                self.report.line(at, self.stored.get(index_of(line)), line);
+            }
             News::Sent(bytes) => self.report.sent(at, &bytes),
             News::Warning(warning) => {
                 let text = match &warning {
@@ -399,7 +401,7 @@ impl<D: Device> Session<D> {
     fn halted(&mut self, halt: Halt, waiting: Option<&Line>) -> End {
         let now = self.driver.now();
         let view = self.driver.device().view(now);
-        let marker = view.program.as_ref().and_then(|program| program.marker);
+        let marker = view.program.as_ref().and_then(|program| program.marker).map(|at| at + 1);
         let place = match (marker, waiting) {
             (Some(line), _) => self.place(line),
             (None, Some(line)) => self.report.place(line),
@@ -429,16 +431,16 @@ impl<D: Device> Session<D> {
         End { line, ..End::of(why, text) }
     }
 
-    /// A line of the stored program, as it can be found in the file.
+    /// A line of the stored program, by its number, as it can be found in the file.
     fn place(&self, line: u32) -> String {
-        match self.stored.get(line as usize) {
+        match self.stored.get(index_of(line)) {
             Some(line) => self.report.place(line),
             None => format!("line {line} of the program"),
         }
     }
 
     fn number(&self, line: u32) -> Option<usize> {
-        self.stored.get(line as usize)?.number
+        self.stored.get(index_of(line))?.number
     }
 
     fn finish(mut self, end: End, machine: &Machine) -> Result<ExitCode, Failure> {
@@ -463,4 +465,9 @@ fn resumes(line: &Line) -> bool {
         (bytes.next(), bytes.next(), bytes.next(), bytes.next()),
         (Some(b'@'), Some(b'0'..=b'9'), Some(b'S' | b's'), None)
     )
+}
+
+/// Where the line of a program with this number, from 1, is among the stored ones.
+fn index_of(line: u32) -> usize {
+    (line as usize).wrapping_sub(1)
 }

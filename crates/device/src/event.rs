@@ -25,7 +25,7 @@ pub enum Event {
     },
     /// A line of a stored program is being executed.
     Line {
-        /// Its number, from 0.
+        /// Its number, from 1.
         line: u32,
         /// The stable mnemonic.
         mnemonic: &'static str,
@@ -131,7 +131,7 @@ pub enum Warning {
     ProgramError {
         /// The reply code that names the error.
         code: char,
-        /// The line, from 0.
+        /// The number of its line, from 1.
         line: u32,
     },
 }

@@ -434,12 +434,12 @@ const ROWS: &[Row] = &[
     row(Op::Reference, "reference run", Motion).needs_axes()
         .direct("@R", ["2.2.2", "2.2.2", "2.2.22"], AXIS_MOTION)
         .stored("7", ["3.2.2", "3.2.2", "3.2.8"], STORED_AXES),
-    row(Op::Start, "go on with stopped motion", Motion)
-        .direct("@S", ["2.2.12", "2.2.12", ""], &[
-            Done, LimitSwitch, Count, Plant, Stopped, DataField, Cover,
-        ]),
     // A program ends with what its own lines can end with: an absolute move without reference
-    // with `R`, a circle in a plane that is not configured with `3`.
+    // with `R` or `2`, a circle in a plane that is not configured with `3`.
+    row(Op::Start, "go on with stopped motion or program", Motion)
+        .direct("@S", ["2.2.12", "2.2.12", ""], &[
+            Done, LimitSwitch, Axis, Count, Plant, Stopped, DataField, Cover,
+        ]),
     row(Op::Start, "go on with stopped motion or run program", Motion)
         .direct("@S", ["", "", "2.2.23"], &[
             Done, LimitSwitch, Axis, Count, Plant, Stopped, DataField, Cover, Reference,

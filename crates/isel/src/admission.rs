@@ -27,8 +27,10 @@ impl Controller {
     pub(crate) fn admit(&self, frame: &Frame<'_>) -> Result<Command, Reply> {
         let state = &self.state;
         let spec = frame.spec();
-        if spec.class == Class::Motion || self.is_spindle_command(frame) {
+        if spec.class == Class::Motion {
             self.check_plant()?;
+        } else if let Some(write) = self.port_write(frame) {
+            self.check_switching(write)?;
         }
         if spec.needs_axes && state.axes.is_empty() {
             return Err(Reply::NoAxes);
@@ -85,16 +87,16 @@ impl Controller {
         }
     }
 
-    /// Whether a line writes to the spindle, whatever else may be wrong with it.
-    fn is_spindle_command(&self, frame: &Frame<'_>) -> bool {
+    /// What a line writes to which port, whatever else may be wrong with it.
+    fn port_write(&self, frame: &Frame<'_>) -> Option<BitTest> {
         if frame.op() != Op::WritePort {
-            return false;
+            return None;
         }
         let fractions = self.state.model.quirks.fractional_numbers.fractions();
         let number = |index| frame.number(index, fractions);
-        let Some(port) = number(0).and_then(|port| u16::try_from(port).ok()) else { return false };
-        let value = number(1).and_then(|value| u8::try_from(value).ok()).unwrap_or(0);
-        self.drives_spindle(&BitTest { port, bit: Bit::Byte, value })
+        let port = u16::try_from(number(0)?).ok()?;
+        let value = u8::try_from(number(1)?).ok()?;
+        Some(BitTest { port, bit: Bit::Byte, value })
     }
 
     /// `G` for a program or a remainder that is, or is not, there.
@@ -105,7 +107,8 @@ impl Controller {
             Op::Start => {
                 let program = state.flash.program.as_ref();
                 let valid = program.is_some_and(|program| program.validity == Validity::Valid);
-                state.remainder.is_some() || (self.starts_programs() && valid)
+                let stopped = state.remainder.is_some() || state.run.is_some();
+                stopped || self.starts_programs() && valid
             }
             _ => true,
         };

@@ -2,10 +2,10 @@
 
 use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Warning};
-use vimc4_isel_wire::{Addressed, AxisSet, Bit, BitTest, Command, Init, Mode, Op, Reply, parse};
+use vimc4_isel_wire::{Addressed, AxisSet, Command, Init, Mode, Op, Reply, parse};
 
 use crate::Controller;
-use crate::ports::{Output, Wire};
+use crate::ports::Output;
 use crate::settings::Settings;
 use crate::state::{Activity, Job, Wait};
 
@@ -102,6 +102,9 @@ impl Controller {
                 Reply::Done.into()
             }
             other => {
+                if matches!(other, Command::SimulateReference(_)) {
+                    self.forget_stopped_motion();
+                }
                 self.apply(&other);
                 Reply::Done.into()
             }
@@ -133,11 +136,7 @@ impl Controller {
                     self.state.zero[axis] = self.state.position[axis];
                 }
             }
-            Command::SimulateReference(axes) => {
-                for axis in axes.iter() {
-                    self.set_reference_point(axis);
-                }
-            }
+            Command::SimulateReference(axes) => self.simulate_reference(axes),
             _ => {}
         }
     }
@@ -222,40 +221,6 @@ impl Controller {
         self.state.ramp.start_stop = settings.start_stop;
         self.state.ramp.acceleration = settings.acceleration;
         self.state.settings = settings;
-    }
-
-    // --- ports ---
-
-    fn write_port(&mut self, port: u16, value: u8) {
-        let Some(wires) = self.state.model.ports.writable(port).map(<[Wire]>::to_vec) else {
-            return;
-        };
-        self.drive(|outputs| {
-            for (bit, wire) in wires.iter().enumerate() {
-                if let Wire::Output(output) = wire {
-                    outputs.set(*output, value >> bit & 1 == 1);
-                }
-            }
-        });
-    }
-
-    fn set_port(&mut self, BitTest { port, bit, value }: BitTest) {
-        let wires = self.state.model.ports.writable(port).unwrap_or_default();
-        match bit {
-            // Of a logical port any bit number means its one bit.
-            Bit::One(bit) if wires.len() > 1 => {
-                if let Some(&Wire::Output(output)) = wires.get(usize::from(bit)) {
-                    self.drive(|outputs| outputs.set(output, value & 1 == 1));
-                }
-            }
-            _ => self.write_port(port, value),
-        }
-    }
-
-    /// Writes `value` to the bits of `mask` of a port and leaves the others alone.
-    pub(crate) fn write_port_bits(&mut self, port: u16, mask: u8, value: u8) {
-        let now = self.driven_value(port);
-        self.write_port(port, now & !mask | value & mask);
     }
 
     // --- answers ---

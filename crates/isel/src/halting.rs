@@ -52,7 +52,7 @@ impl Controller {
 
     /// Puts the controller into the state after power-on and tells what that changed.
     pub(crate) fn reset(&mut self) {
-        let (baud, outputs) = (self.state.baud, self.state.outputs);
+        let (baud, outputs) = (self.state.baud, self.state.driven());
         self.state.reset();
         if baud != self.state.baud && self.wants(Kinds::LINE) {
             self.emit(Event::Baud { baud: self.state.baud });

@@ -33,6 +33,7 @@ mod settings;
 mod state;
 mod storing;
 mod switches;
+mod switching;
 mod view;
 
 /// How many axes these controllers have: X, Y, Z, A.

@@ -387,6 +387,14 @@ impl Model {
                 "0 or 1",
             );
         }
+        if self.ports.probe.is_some_and(|wire| !matches!(wire, Wire::Input(_))) {
+            return error(
+                "ports",
+                "probe",
+                "the tool length probe is wired to what is no user input".into(),
+                "`in1` to `in16`, or nothing where it has a wire of its own",
+            );
+        }
         for (table, ports) in [("ports.read", &self.ports.read), ("ports.write", &self.ports.write)]
         {
             for (number, wires) in ports {

@@ -13,9 +13,12 @@ use crate::state::{Activity, Ending, Wait};
 impl Controller {
     /// A signal of the plant takes a level.
     pub(crate) fn signal(&mut self, signal: PlantSignal, level: bool) {
+        let driven = self.state.driven();
         if !self.state.plant.set(signal, level) || !self.state.powered {
             return;
         }
+        // Supply and temperature take the power stages with them.
+        self.outputs_changed(driven);
         match (signal, level) {
             (PlantSignal::Stop, true) => self.stop_button(),
             (PlantSignal::Start, true) => self.start_button(),
@@ -45,9 +48,9 @@ impl Controller {
         self.stop();
     }
 
-    /// START runs a valid program, or goes on with one that was stopped. To a motion that was
-    /// stopped in DNC mode it does nothing: the host sees the button and sends `S`
-    /// (99 2.2.12).
+    /// START runs a valid program, or goes on with one that was stopped. With a motion that was
+    /// stopped in DNC mode the iMC-xx goes on as well (12 5, code F); on the older cards the host
+    /// sees the button and sends `S` (99 2.2.12).
     fn start_button(&mut self) {
         if !self.is_at_rest() || self.state.storing || self.check_plant().is_err() {
             return;
@@ -63,14 +66,16 @@ impl Controller {
         }
     }
 
-    /// ON switches the power stage on; with STOP held and the key on test it erases the
-    /// program, with START held it begins the self-test.
+    /// ON switches the power stage on. In the initial state, which an emergency stop leaves, it
+    /// does more: with STOP held and the key on test it erases the program, with START held it
+    /// begins the self-test (99 3.1, E1).
     fn on_button(&mut self) {
         let panel = *self.state.plant.panel();
         if panel.emergency_stop {
             return;
         }
-        let erases = panel.stop && !panel.automatic && self.is_at_rest();
+        let initial = !self.state.relay && self.is_at_rest();
+        let erases = initial && panel.stop && !panel.automatic;
         if let Some(ms) = self.state.model.timing.panel_erase_ms.filter(|_| erases) {
             self.state.run = None;
             self.state.storing = false;
@@ -83,7 +88,7 @@ impl Controller {
         }
         self.state.relay = true;
         self.drive(|outputs| outputs.set(Output::STAGE, true));
-        if panel.start && self.is_at_rest() && self.has_self_test() {
+        if panel.start && initial && self.has_self_test() {
             self.begin_self_test();
         }
     }
@@ -92,8 +97,16 @@ impl Controller {
     /// the controller starts again without it.
     fn emergency_stop(&mut self) {
         self.halt(Reply::Plant);
-        self.state.relay = false;
+        self.open_relay();
         self.reset();
+    }
+
+    /// The safety relay opens: the power stages are off until ON.
+    pub(crate) fn open_relay(&mut self) {
+        let driven = self.state.driven();
+        self.state.relay = false;
+        self.state.outputs.set(Output::STAGE, false);
+        self.outputs_changed(driven);
     }
 
     /// The cover was opened with the key on automatic, or the key turned with it open.
@@ -113,7 +126,7 @@ impl Controller {
         if !on {
             self.abandon_motion();
         }
-        let outputs = self.state.outputs;
+        let outputs = self.state.driven();
         self.state.powered = on;
         // A test double is ready when it has power: the power stage is switched on with it.
         self.state.relay = on && !self.state.plant.panel().emergency_stop;
@@ -122,7 +135,17 @@ impl Controller {
             self.state.outputs = crate::Outputs::default();
             self.state.activity = Activity::Idle;
             self.outputs_changed(outputs);
-        } else if self.state.plant.panel().start && self.has_self_test() {
+        } else if let Activity::Waiting { what, .. } = &mut self.state.activity {
+            *what = Wait::PowerUp;
+        } else {
+            self.powered_up();
+        }
+    }
+
+    /// The controller has been switched on: START, still held, begins the self-test (99 2.2.20).
+    pub(crate) fn powered_up(&mut self) {
+        let start = self.state.plant.panel().start;
+        if start && self.has_self_test() && self.check_plant().is_ok() {
             self.begin_self_test();
         }
     }

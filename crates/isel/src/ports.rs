@@ -102,6 +102,15 @@ impl Outputs {
         let bit = 1 << output.0;
         self.0 = if on { self.0 | bit } else { self.0 & !bit };
     }
+
+    /// The byte of a port that is written.
+    #[must_use]
+    pub fn value_of(self, wires: &[Wire]) -> u8 {
+        wires.iter().enumerate().fold(0, |value, (bit, wire)| match wire {
+            Wire::Output(output) => value | u8::from(self.get(*output)) << bit,
+            _ => value,
+        })
+    }
 }
 
 const AXIS_LETTERS: &str = "xyza";
@@ -238,6 +247,9 @@ impl Wire {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ports {
+    /// The user input that the tool length probe is wired to, if it has no wire of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<Wire>,
     /// What can be read.
     #[serde(with = "by_number")]
     pub read: BTreeMap<u16, Vec<Wire>>,

@@ -39,13 +39,19 @@ impl Controller {
     /// Begins a reference run. In test mode nothing moves and the current point becomes the
     /// reference point (99 2.2.15).
     pub(crate) fn begin_reference(&mut self, job: Job, axes: AxisSet) {
-        self.state.three_d = false;
         if self.state.test_mode {
-            axes.iter().for_each(|axis| self.set_reference_point(axis));
+            self.simulate_reference(axes);
             return self.finish(job, Ok(()));
         }
+        self.state.three_d = false;
         let axes = ORDER.into_iter().filter(|&axis| axes.has(axis)).map(|axis| axis as u8);
         self.reference_next(job, axes.collect());
+    }
+
+    /// What a reference run leaves, without moving (12 2.2.20).
+    pub(crate) fn simulate_reference(&mut self, axes: AxisSet) {
+        self.state.three_d = false;
+        axes.iter().for_each(|axis| self.set_reference_point(axis));
     }
 
     /// Begins to drive an axis out of whichever limit switch it stands on (12 2.2.9).

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use vimc4_device::{Event, Kinds};
-use vimc4_isel_wire::{AxisSet, Bit, BitTest, Reply};
+use vimc4_isel_wire::{AxisSet, Reply};
 use vimc4_plant::End;
 
 use crate::command::Answer;
@@ -40,7 +40,8 @@ impl Controller {
         }
     }
 
-    /// `H`: the operating elements, a line each.
+    /// `H`: the operating elements, a line each; then the limit switches (99 2.2.16), or the
+    /// inputs (05 2.2.16, 12 2.2.12).
     pub(crate) fn status_report(&self) -> Answer {
         let panel = self.state.plant.panel();
         let mut text = String::new();
@@ -57,10 +58,32 @@ impl Controller {
         let on_off = |on| if on { "on" } else { "off" };
         line("Spindle", on_off(self.state.outputs.get(Output::SPINDLE)));
         line("Power stage", on_off(self.state.motors_on()));
-        if !self.has_limit_report() {
-            text.push_str(&self.limit_lines());
+        match self.has_limit_report() {
+            true => self.input_lines(line),
+            false => text.push_str(&self.limit_lines()),
         }
         text_answer(&text)
+    }
+
+    /// The inputs that some port of the model shows and that are no operating elements.
+    fn input_lines(&self, mut line: impl FnMut(&str, &str)) {
+        let ports = &self.state.model.ports;
+        let is_shown = |wire: Wire| ports.read.values().flatten().any(|shown| *shown == wire);
+        for (wire, name, on, off) in [
+            (Wire::PowerOk, "Motor supply", "on", "off"),
+            (Wire::Overtemperature, "Stages", "too hot", "-"),
+            (Wire::Probe, "Probe", "touched", "-"),
+        ] {
+            if is_shown(wire) || wire == Wire::Probe && ports.probe.is_some() {
+                line(name, if self.level(wire) { on } else { off });
+            }
+        }
+        for wire in (0..16).map(Wire::Input).filter(|wire| is_shown(*wire)) {
+            if let Wire::Input(number) = wire {
+                let on = if self.level(wire) { "on" } else { "-" };
+                line(&format!("Input {}", number + 1), on);
+            }
+        }
     }
 
     /// `h`: the limit switches, a line for each axis.
@@ -117,7 +140,8 @@ impl Controller {
 
     /// The value of a port as its outputs drive it.
     pub(crate) fn driven_value(&self, port: u16) -> u8 {
-        self.state.model.ports.writable(port).map_or(0, |wires| self.value_of(wires))
+        let wires = self.state.model.ports.writable(port);
+        wires.map_or(0, |wires| self.state.driven().value_of(wires))
     }
 
     fn value_of(&self, wires: &[Wire]) -> u8 {
@@ -145,7 +169,9 @@ impl Controller {
             Wire::Overtemperature => panel.overtemperature,
             Wire::Probe => panel.probe,
             Wire::Motors => state.motors_on(),
-            Wire::Input(number) => state.plant.input(number),
+            Wire::Input(number) => {
+                state.plant.input(number) || panel.probe && state.model.ports.probe == Some(wire)
+            }
             Wire::SwitchLevel(axis, number) => {
                 let axis = usize::from(axis);
                 let carriage = self.carriage_now(axis);
@@ -157,44 +183,27 @@ impl Controller {
             }
             Wire::Configured(axis) => state.axes.has(usize::from(axis)),
             Wire::Rotary(axis) => state.settings.rotary.has(usize::from(axis)),
-            Wire::Output(output) => state.outputs.get(output),
+            Wire::Output(output) => state.driven().get(output),
         }
-    }
-
-    /// Whether writing to a port concerns the spindle: its own port does, a port that has it
-    /// among others only where it is switched on.
-    pub(crate) fn drives_spindle(&self, test: &BitTest) -> bool {
-        let spindle = Wire::Output(Output::SPINDLE);
-        let wires = self.state.model.ports.writable(test.port).unwrap_or_default();
-        let Some(place) = wires.iter().position(|wire| *wire == spindle) else { return false };
-        let on = match test.bit {
-            _ if wires.len() == 1 => return true,
-            Bit::One(bit) => usize::from(bit) == place && test.value == 1,
-            Bit::Byte => test.value >> place & 1 == 1,
-        };
-        on && !self.state.outputs.get(Output::SPINDLE)
     }
 
     /// Changes outputs, and tells which ports that changed.
     pub(crate) fn drive(&mut self, change: impl FnOnce(&mut Outputs)) {
-        let before = self.state.outputs;
+        let before = self.state.driven();
         change(&mut self.state.outputs);
         self.outputs_changed(before);
     }
 
-    /// Tells which output ports differ from what `before` drove.
+    /// Tells which output ports differ from what was driven before.
     pub(crate) fn outputs_changed(&mut self, before: Outputs) {
-        let after = self.state.outputs;
+        let after = self.state.driven();
         if before == after || !self.wants(Kinds::PORT) {
             return;
         }
         let model = std::sync::Arc::clone(&self.state.model);
         for (port, wires) in &model.ports.write {
-            let value = self.value_of(wires);
-            self.state.outputs = before;
-            let was = self.value_of(wires);
-            self.state.outputs = after;
-            if value != was {
+            let value = after.value_of(wires);
+            if value != before.value_of(wires) {
                 self.emit(Event::Port { port: *port, value });
             }
         }

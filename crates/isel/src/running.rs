@@ -90,7 +90,7 @@ impl Controller {
             self.signal_error(true);
             if self.wants(Kinds::WARNING) {
                 let code = char::from(reply.code());
-                self.emit(Event::Warning(Warning::ProgramError { code, line: run.line }));
+                self.emit(Event::Warning(Warning::ProgramError { code, line: run.line + 1 }));
             }
         }
         if run.by_command {
@@ -121,7 +121,7 @@ impl Controller {
         let Some(command) = command else { return self.end_run(Ok(())) };
         if self.wants(Kinds::COMMAND) {
             let mnemonic = self.mnemonic(Mode::Stored, command.op(Mode::Stored));
-            self.emit(Event::Line { line, mnemonic });
+            self.emit(Event::Line { line: line + 1, mnemonic });
         }
         if let Err(reply) = self.check_line(&command) {
             return self.end_run(Err(reply));
@@ -139,9 +139,10 @@ impl Controller {
                 | Command::Helix(..)
                 | Command::Reference(_)
         );
-        let spindle = matches!(command, Command::SetPort(test) if self.drives_spindle(test));
-        if moves || spindle {
+        if moves {
             self.check_plant()?;
+        } else if let Command::SetPort(write) = command {
+            self.check_switching(*write)?;
         }
         self.check_command(command)
     }
@@ -230,9 +231,11 @@ impl Controller {
             LoopCount::Extra => u32::from(count),
         };
         let Some(run) = &mut self.state.run else { return };
+        // Loops inside this one that a branch has left are over.
+        let first = i64::from(line) + i64::from(offset);
+        run.loops.retain(|open| !(first..i64::from(line)).contains(&i64::from(open.line)));
         let open = run.loops.iter().rposition(|open| open.line == line);
         if let Some(place) = open {
-            // Loops inside this one that a branch has left are over.
             run.loops.truncate(place + 1);
         }
         let left = match open {
@@ -269,6 +272,7 @@ impl Controller {
         self.state.activity = Activity::Idle;
         match what {
             Wait::Boot => {}
+            Wait::PowerUp => self.powered_up(),
             Wait::Erase => {
                 self.erase_program();
                 self.answer(Mode::Direct, Op::Erase, Reply::Done);
@@ -317,8 +321,8 @@ impl Controller {
         let (emergency, cover, abort) =
             (differs(settings.emergency), differs(settings.cover), differs(settings.abort));
         if emergency {
-            self.state.relay = false;
             self.halt(Reply::Plant);
+            self.open_relay();
         } else if cover {
             self.end_program_motion(Ending::Cover, Err(Reply::Cover));
         } else if abort {

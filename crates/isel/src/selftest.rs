@@ -1,21 +1,22 @@
-//! The self-test: version, every configured axis out and back, the ASCII characters, and an
-//! echo that only a reset ends (99 2.2.20).
+//! The self-test: version, every axis out and back, the ASCII characters, and an echo that only a
+//! reset ends (99 2.2.20).
 
 use vimc4_motion::Path;
 
-use crate::Controller;
 use crate::moves::along;
 use crate::state::{Activity, Job, Plan};
+use crate::{AXES, Controller};
 
 /// How far each axis moves out and back: one turn of a motor in half-steps.
 const STEPS: i64 = 400;
 
 impl Controller {
-    /// Begins the self-test.
+    /// Begins the self-test. It moves the axes whether they are configured or not, for when it is
+    /// begun at the panel none is.
     pub(crate) fn begin_self_test(&mut self) {
         self.send(self.version_text().into());
         let mut parts = std::collections::VecDeque::new();
-        for axis in self.state.axes.iter() {
+        for axis in 0..AXES {
             for way in [STEPS, -STEPS] {
                 parts.push_back((Path::Line(along(axis, way)), self.state.speeds[axis]));
             }

@@ -90,6 +90,8 @@ pub(crate) enum Activity {
 pub(crate) enum Wait {
     /// The reset to be over.
     Boot,
+    /// The controller to be ready after it was switched on.
+    PowerUp,
     /// The flash memory to be erased by command.
     Erase,
     /// The flash memory to be erased by the panel.
@@ -306,15 +308,23 @@ impl State {
         self.remainder = None;
     }
 
-    /// The motors have current: the safety relay holds, the power stage is enabled, and
-    /// supply and temperature are good.
+    /// The motors have current: the power stages are enabled and can be on.
     pub(crate) fn motors_on(&self) -> bool {
+        self.can_power_motors() && self.outputs.get(Output::STAGE)
+    }
+
+    /// The power stages can be switched on: there is power, the safety relay holds, and supply
+    /// and temperature are good.
+    pub(crate) fn can_power_motors(&self) -> bool {
         let panel = self.plant.panel();
-        self.powered
-            && self.relay
-            && self.outputs.get(Output::STAGE)
-            && panel.power_ok
-            && !panel.overtemperature
+        self.powered && self.relay && panel.power_ok && !panel.overtemperature
+    }
+
+    /// The outputs as they are driven: a power stage that is off is not shown on.
+    pub(crate) fn driven(&self) -> Outputs {
+        let mut driven = self.outputs;
+        driven.set(Output::STAGE, self.motors_on());
+        driven
     }
 
     /// The cover forbids motion: open with the key on automatic.

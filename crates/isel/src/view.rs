@@ -92,7 +92,7 @@ impl Controller {
                 Phase::Free => "reference run, free steps",
             },
             Activity::Waiting { what, .. } => match what {
-                Wait::Boot => "starting up",
+                Wait::Boot | Wait::PowerUp => "starting up",
                 Wait::Erase | Wait::PanelErase => "erasing the program",
                 Wait::Delay => "program delay",
                 Wait::Line => "program line",

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use vimc4_device::{Condition, Device, Input, Output, Time};
+use vimc4_device::{Condition, Device, Event, Input, Kinds, Output, Time, Warning};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};
 
@@ -160,4 +160,26 @@ fn a_snapshot_is_small_and_continues_anywhere() {
     pair.controller.restore(snapshot);
     assert_eq!(pair.run(), first);
     assert_eq!(*pair.controller.state(), end);
+}
+
+#[test]
+fn lines_of_a_program_count_from_1() {
+    let mut pair = Pair::new("imc-s8", "bench");
+    pair.controller.watch(Kinds::COMMAND.and(Kinds::WARNING));
+    let program = b"@03\r@0i\re1\r05,300,5,300\ry8,300,0,5,5,1,1\r9\r@0S\r";
+    pair.controller.handle(Input::Bytes(program), Time::ZERO);
+    let mut lines = Vec::new();
+    let mut errors = Vec::new();
+    loop {
+        match pair.controller.poll_output() {
+            Output::Event(_, Event::Line { line, .. }) => lines.push(line),
+            Output::Event(_, Event::Warning(Warning::ProgramError { code, line })) => {
+                errors.push((code, line));
+            }
+            Output::Wake(Some(wake)) => pair.controller.handle(Input::Wake, wake),
+            Output::Wake(None) => break,
+            _ => {}
+        }
+    }
+    assert_eq!((lines, errors), (vec![1, 2, 3], vec![('3', 3)]));
 }

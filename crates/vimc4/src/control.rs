@@ -232,13 +232,24 @@ impl Control {
         self.handle.set_input(port, bit, level)
     }
 
-    /// Erases the stored program as a person does at the panel: key on test, STOP held, ON.
+    /// Erases the stored program as a person does at the panel: the emergency stop pressed and
+    /// released, key on test, STOP held, ON. The controller has then been reset, and its power
+    /// stages are off until ON is pressed or it is switched off and on.
     pub fn erase(&self) -> Reply<()> {
         if let Some(why) = self.model.refuses_to_erase() {
             return self.handle.with(move |_| Err(ControlError::Unsupported(why)));
         }
         let key = i32::from(self.key_on_auto.load(Ordering::Relaxed));
-        let hands = [("key", 0), ("stop", 1), ("on", 1), ("on", 0), ("stop", 0), ("key", key)];
+        let hands = [
+            ("estop", 1),
+            ("estop", 0),
+            ("key", 0),
+            ("stop", 1),
+            ("on", 1),
+            ("on", 0),
+            ("stop", 0),
+            ("key", key),
+        ];
         self.handle.set_all(&hands)
     }
 

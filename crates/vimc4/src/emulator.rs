@@ -253,8 +253,10 @@ impl Emulator {
         Ok(self.control.input(port, bit, level).wait()?)
     }
 
-    /// Erases the stored program as a person does at the panel: key on test, STOP held, ON. It
-    /// takes its time, and the key is turned back at once.
+    /// Erases the stored program as a person does at the panel: the emergency stop pressed and
+    /// released, key on test, STOP held, ON. It takes its time, and the key is turned back at
+    /// once. The controller has then been reset, and its power stages are off until ON is pressed
+    /// or it is switched off and on.
     pub fn erase(&self) -> Result<(), Error> {
         Ok(self.control.erase().wait()?)
     }

@@ -21,7 +21,7 @@ key auto|test         turn the key switch
 cover open|closed     open or close the cover
 input 0.3 1           set bit 3 of input port 0
 set SIGNAL VALUE      set any signal; `signals` lists them
-erase                 erase the stored program at the panel: key on test, STOP and ON
+erase                 erase the stored program at the panel: emergency stop, then STOP and ON
 power off|on          the mains switch
 advance 250ms         move time forward (manual or instant clock)
 run until idle        let time pass until nothing moves

@@ -208,7 +208,7 @@ impl<D: Device> Driver<D> {
                 self.news.push_back((at, News::Answer(bytes.to_vec())));
             }
             Event::Line { line, .. } => {
-                self.rounds.line(line);
+                self.rounds.line(line.saturating_sub(1));
                 self.news.push_back((at, News::Line(line)));
             }
             Event::Motion(motion) => {

@@ -102,7 +102,7 @@ fn model(setup: Setup) -> Arc<Model> {
         quirks.cond_branch_base = BranchBase::Own;
     }
     if setup.quirk(4) {
-        quirks.start_resumes_dnc = true;
+        quirks.start_resumes_dnc ^= true;
         quirks.fractional_numbers = match quirks.fractional_numbers {
             FractionalNumbers::Reject => FractionalNumbers::Truncate,
             FractionalNumbers::Truncate => FractionalNumbers::Reject,

@@ -281,6 +281,7 @@ fn controllers(model: usize, dialect: Dialect) -> Vec<(String, Vec<u8>)> {
     }
     script = script.then(Operation::Power(false)).ask("@0P\r").then(Operation::Power(true));
     script = script.ask("@0k\r").then(Operation::Before(1)).then(Operation::Next).ask("@0P\r");
+    script = script.signal(PlantSignal::EmergencyStop, 1).signal(PlantSignal::EmergencyStop, 0);
     script = script.signal(PlantSignal::Key, 0).signal(PlantSignal::Stop, 1).press(PlantSignal::On);
     script = script.signal(PlantSignal::Stop, 0).signal(PlantSignal::Start, 1);
     script = script.press(PlantSignal::On).ask("echo").then(Operation::Power(false));
@@ -315,6 +316,10 @@ fn start_replies(setup: Setup, dialect: Dialect) -> Script {
     let script = script.send("@0R7\r").wait().ask([255]);
     let mut script = script.then(Operation::Restore).ask("@07\r").send("@0k\r");
     script = script.signal(PlantSignal::EmergencyStop, 1).then(Operation::Rest);
+    // A program that START began and that was stopped ends with an error.
+    let lines = "@03\r@0i\re1\r03000,9000,0,900\ry400,900,0,100,0,-1,1\r9\r";
+    script = script.then(Operation::Restore).ask(lines).signal(PlantSignal::Start, 1).wait();
+    script = script.ask([253]).ask("@0S\r");
     if dialect == Dialect::ImcXx {
         // A program that is started, stopped, goes on; ends well or with what went wrong.
         script = store(script, "03000,9000,0,900,0,900,0,900\r").send("@0S\r").wait().ask([253]);
