@@ -38,6 +38,11 @@ pub enum Event {
         /// What it answered, whole.
         bytes: Bytes,
     },
+    /// What the answer before says, where its bytes alone say little.
+    Meaning {
+        /// For people: what is wrong, and what the device waits for now.
+        text: Cow<'static, str>,
+    },
     // --- segment ---
     /// A motion begins, changes its course or ends.
     Motion(Motion),
@@ -145,7 +150,7 @@ impl Kinds {
     pub const NONE: Kinds = Kinds(0);
     /// Commands, and the lines of a running program.
     pub const COMMAND: Kinds = Kinds(1);
-    /// Answers.
+    /// Answers and what they say.
     pub const ANSWER: Kinds = Kinds(1 << 1);
     /// Motions.
     pub const MOTION: Kinds = Kinds(1 << 2);

@@ -56,6 +56,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 let took = self.began.take().map(|began| took(at - began)).unwrap_or_default();
                 self.line(at, format_args!("{}  {took}", escape(bytes)));
             }
+            Event::Meaning { text } => self.line(at, format_args!("        {text}")),
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
             Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
             // That nobody listens is part of a conversation, or of its absence: a program that

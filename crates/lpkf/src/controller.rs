@@ -72,11 +72,7 @@ impl Controller {
         }
         let outputs = self.outputs();
         self.state.powered = on;
-        self.state.reader = State::unread(&self.state.model);
-        self.state.initialise();
-        self.state.position = Default::default();
-        self.state.referenced = Default::default();
-        self.state.origin = self.state.plant.carriage();
+        self.state.switched_on();
         self.outputs_changed(&outputs);
     }
 
@@ -161,7 +157,7 @@ impl Device for Controller {
     }
 
     fn explain(&self, command: &[u8]) -> String {
-        match parse(command, self.state.model.command_set.dialect()) {
+        match parse(command, self.state.model.grammar()) {
             Ok(command) => command.describe(),
             Err(status) => status.meaning().to_owned(),
         }

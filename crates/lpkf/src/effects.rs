@@ -9,6 +9,11 @@ impl Command {
         matches!(
             self,
             Command::ArcAbsolute { .. }
+                | Command::Circle(_)
+                | Command::EdgeAbsolute(_)
+                | Command::EdgeRelative(_)
+                | Command::SpaceAbsolute(_)
+                | Command::SpaceRelative(_)
                 | Command::ArcRelative { .. }
                 | Command::PlotAbsolute(_)
                 | Command::PlotRelative(_)

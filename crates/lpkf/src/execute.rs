@@ -4,14 +4,21 @@ use std::collections::VecDeque;
 
 use bytes::Bytes;
 use vimc4_device::{AXES, Event, Kinds, Point, Warning};
+use vimc4_plant::Unit;
 
 use crate::Controller;
 use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits, Status};
-use crate::model::{CommandSet, DecimalSpeed, InitReply, StatusDigits};
+use crate::model::{
+    AfterStatus, CommandSet, DecimalSpeed, InitReply, Model, ResolutionUnit, StatusDigits,
+};
 use crate::state::{Activity, Buffer, Job, Pause, Stage, Stop};
 use crate::text::Line;
 
 const NANOS_PER_MS: u64 = 1_000_000;
+/// A turn in millionths of a degree.
+const TURN: i64 = 360_000_000;
+/// The highest acceleration of a rotary axis in the manual, mrad/s².
+const TURN_ACCELERATION_MAX: u32 = 800_000;
 
 impl Controller {
     /// Begins a command whose turn has come.
@@ -35,8 +42,11 @@ impl Controller {
     /// A command has been executed.
     pub(crate) fn executed(&mut self, command: Command) {
         self.answer_done(&command);
-        // What goes on with another command is not what `!RP` means.
-        if !matches!(command, Command::Continue | Command::GoBack | Command::RepeatBroken) {
+        // What goes on with another command is not what `!RP` means, and after `IN` there is none.
+        if !matches!(
+            command,
+            Command::Continue | Command::GoBack | Command::RepeatBroken | Command::Initialize
+        ) {
             self.state.last = Some(command);
         }
     }
@@ -88,6 +98,25 @@ impl Controller {
                 let centre = [here[0] + i64::from(*x), here[1] + i64::from(*y)];
                 stages.push_back(Stage::Arc(centre, *angle));
             }
+            Command::Circle(radius) => {
+                let (x, y) = (here[0], here[1]);
+                let rim = flat(here, [x + i64::from(radius.unsigned_abs()), y]);
+                stages.extend([Stage::To(rim), Stage::Arc([x, y], TURN), Stage::To(here)]);
+            }
+            Command::EdgeAbsolute(corner) => stages = edge(here, corner.map(i64::from)),
+            Command::EdgeRelative([x, y]) => {
+                stages = edge(here, [here[0] + i64::from(*x), here[1] + i64::from(*y)]);
+            }
+            Command::SpaceAbsolute(place) => {
+                let place = place.map(i64::from);
+                let axes = |axis| place.get(axis).copied().unwrap_or(here[axis]);
+                stages.push_back(Stage::To(self.where_fitted(axes)));
+            }
+            Command::SpaceRelative(way) => {
+                let way = way.map(i64::from);
+                let axes = |axis: usize| here[axis] + way.get(axis).copied().unwrap_or(0);
+                stages.push_back(Stage::To(self.where_fitted(axes)));
+            }
             Command::FollowVectors { axes, vectors } => {
                 stages.push_back(Stage::Vectors(*axes, vectors.clone()));
             }
@@ -125,7 +154,16 @@ impl Controller {
                 }
             }
             Command::Wait(ms) => stages.push_back(wait(Pause::Once, *ms)),
-            Command::Reference(axis) => stages = self.reference_stages(*axis)?,
+            Command::Reference(axis) => stages = self.state.reference_stages(*axis)?,
+            Command::Initialize => {
+                self.initialise();
+                stages = self.state.homing_stages();
+                if !stages.is_empty()
+                    && let Some(status) = self.standing_fault()
+                {
+                    return Err(status);
+                }
+            }
             Command::HardClipLimits(axis) => stages = self.hard_clip_stages(*axis),
             command => self.apply(command)?,
         }
@@ -155,7 +193,6 @@ impl Controller {
             None => 0..AXES,
         };
         match command {
-            Command::Initialize => self.initialise(),
             Command::Window([[ax, ay], [bx, by]]) => {
                 let low = [ax.min(bx), ay.min(by)].map(|place| i64::from(*place));
                 let high = [ax.max(bx), ay.max(by)].map(|place| i64::from(*place));
@@ -168,8 +205,12 @@ impl Controller {
             Command::PenSpeed(speed) => {
                 let metres = self.state.model.quirks.decimal_speed == DecimalSpeed::Metres;
                 settings.speed_down = speed.speed(metres).unsigned_abs();
+                settings.speed_set_last = settings.speed_down;
             }
-            Command::TravelSpeed(speed) => settings.speed_up = speed.unsigned_abs(),
+            Command::TravelSpeed(speed) => {
+                settings.speed_up = speed.unsigned_abs();
+                settings.speed_set_last = settings.speed_up;
+            }
             Command::ZSpeed(speed) => settings.axis_speed[2] = speed.unsigned_abs(),
             Command::AxisSpeed { axis, speed } => {
                 settings.axis_speed[axis.index()] = speed.unsigned_abs();
@@ -178,7 +219,17 @@ impl Controller {
                 settings.acceleration[of(axis)].fill(acceleration.unsigned_abs());
             }
             Command::Resolution { axis, resolution } => {
-                settings.resolution[of(axis)].fill(resolution.thousandths());
+                let micrometres =
+                    self.state.model.language.resolution_unit == ResolutionUnit::Micrometres;
+                let machine = self.state.plant.machine();
+                for axis in of(axis) {
+                    let linear = machine.axis(axis).unit == Unit::Linear;
+                    // Millionths of a µm are the thousandths of a nm that are kept.
+                    settings.resolution[axis] = match linear && micrometres {
+                        true => resolution.millionths(),
+                        false => resolution.thousandths(),
+                    };
+                }
             }
             Command::SetMode(mode) => settings.mode = *mode,
             Command::DrillingTimes(times) => settings.drill_times = *times,
@@ -199,9 +250,17 @@ impl Controller {
             Command::OutputStatus => {
                 let texts = &self.state.model.texts;
                 let mut line = Line::new(b'S');
-                line.number(i64::from(texts.version), 3);
-                line.push(b',');
-                line.numbers(&[i64::from(texts.date), i64::from(texts.identity)]);
+                if self.state.model.language.status_texts == StatusDigits::Hexadecimal {
+                    line.hexadecimal(texts.version.into());
+                    for number in [texts.date, texts.identity] {
+                        line.push(b',');
+                        line.hexadecimal(number);
+                    }
+                } else {
+                    line.number(i64::from(texts.version), 3);
+                    line.push(b',');
+                    line.numbers(&[i64::from(texts.date), i64::from(texts.identity)]);
+                }
                 self.send_line(command, line);
             }
             Command::NominalPosition(axis) => {
@@ -222,21 +281,16 @@ impl Controller {
             }
             Command::OpenInterface(use_of) => self.open_interface(*use_of)?,
             Command::CloseInterface => self.close_interface(),
-            // The reader has opened the channel already, and `!TA` does nothing.
+            // The reader has opened the channel already.
             _ => {}
         }
         Ok(())
     }
 
-    /// `IN`. What waits behind it is lost, as if the power had been off.
+    /// `IN`. What waits behind it is for the controller as it is afterwards.
     fn initialise(&mut self) {
-        let lost = self.state.buffer.bytes as u64;
-        if lost > 0 && self.wants(Kinds::WARNING) {
-            self.emit(Event::Warning(Warning::ReceiveOverflow { lost }));
-        }
         let outputs = self.outputs();
         self.state.initialise();
-        self.state.settings.echo = self.state.model.quirks.init_reply == InitReply::C;
         self.outputs_changed(&outputs);
     }
 
@@ -272,13 +326,22 @@ impl Controller {
         let limits = &self.state.model.limits;
         let axes = Axis::ALL.map(|axis| {
             let rotary = self.is_rotary(axis);
+            let (kind, speed, acceleration) = match rotary {
+                true => (AxisKind::Rotation, limits.turn_max, TURN_ACCELERATION_MAX),
+                false => (AxisKind::Translation, limits.speed_max, limits.acceleration_max),
+            };
             self.state.is_fitted(axis).then_some(AxisLimits {
-                kind: if rotary { AxisKind::Rotation } else { AxisKind::Translation },
-                max_speed: if rotary { limits.turn_max as i32 } else { limits.speed_max as i32 },
+                kind,
+                max_speed: speed as i32,
+                max_acceleration: acceleration as i32,
             })
         });
-        let metres = self.state.model.quirks.decimal_speed == DecimalSpeed::Metres;
-        Limits { axes, metres }
+        let Model { language, quirks, .. } = &*self.state.model;
+        Limits {
+            axes,
+            metres: quirks.decimal_speed == DecimalSpeed::Metres,
+            micrometres: language.resolution_unit == ResolutionUnit::Micrometres,
+        }
     }
 
     // --- answers ---
@@ -287,8 +350,12 @@ impl Controller {
     pub(crate) fn answer_done(&mut self, command: &Command) {
         let mnemonic = command.form().mnemonic;
         match command {
-            Command::Initialize if self.state.model.quirks.init_reply == InitReply::Z => {
-                self.answer(mnemonic, Bytes::from_static(b"Z"));
+            Command::Initialize => {
+                let bytes: &[u8] = match self.state.model.quirks.init_reply {
+                    InitReply::Z => b"Z",
+                    InitReply::C => b"C\r",
+                };
+                self.answer(mnemonic, Bytes::from_static(bytes));
             }
             Command::OpenChannel(_) => {}
             _ if self.state.settings.echo => self.answer(mnemonic, Bytes::from_static(b"C\r")),
@@ -300,6 +367,25 @@ impl Controller {
     pub(crate) fn answer_status(&mut self, mnemonic: &'static str, status: Status) {
         if let Some(text) = self.written(status) {
             self.answer(mnemonic, text.into());
+            if self.wants(Kinds::ANSWER) {
+                let text = format!("{}{}", status.meaning(), self.waits_for()).into();
+                self.emit(Event::Meaning { text });
+            }
+        }
+    }
+
+    /// What a controller that executes nothing waits for, as the end of a sentence.
+    fn waits_for(&self) -> &'static str {
+        if self.state.ball.open.is_some() {
+            return "; the trackball is open until !CI";
+        }
+        match (self.state.stopped, self.state.model.quirks.after_status) {
+            (None, _) => "",
+            (Some(Stop::Command), _) => "; commands wait for !GO",
+            (Some(_), AfterStatus::Refuse) => {
+                "; now only !GO, !CS, !GB, !RC, !CB and questions are taken"
+            }
+            (Some(_), _) => "; commands wait for !GO, IN begins anew",
         }
     }
 
@@ -348,6 +434,12 @@ impl Controller {
             CommandSet::MotionSystem => point,
         }
     }
+}
+
+/// The four ways around a rectangle between a place and the corner opposite, along X first.
+fn edge(here: Point, [x, y]: [i64; 2]) -> VecDeque<Stage> {
+    let corners = [[x, here[1]], [x, y], [here[0], y], [here[0], here[1]]];
+    corners.map(|corner| Stage::To(flat(here, corner))).into()
 }
 
 /// X and Y of a place.

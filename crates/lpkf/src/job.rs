@@ -67,6 +67,7 @@ impl Controller {
             Stage::Free(axis, way, speed) => self.begin_free(axis, way, speed),
             Stage::Zero(axis) => self.set_zero(axis),
             Stage::Found(axis) => self.end_found(axis),
+            Stage::Return(axis) => self.begin_return(axis),
             Stage::HardClipLimits(axis) => self.send_hard_clip_limits(axis),
         }
     }

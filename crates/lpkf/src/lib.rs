@@ -35,7 +35,8 @@ mod view;
 
 pub use controller::Controller;
 pub use model::{
-    BarePairs, Buffer, CommandSet, DecimalSpeed, Defaults, InitReply, Interface, Io, Limits,
-    LineProfile, Model, Quirks, Reference, SpindleUnit, StatusDigits, Ta, Texts, UnknownCommand,
+    AfterStatus, BarePairs, Buffer, CommandSet, DecimalSpeed, Defaults, InitEcho, InitReply,
+    Interface, Io, Language, Limits, LineFeed, LineProfile, Model, Quirks, Reference,
+    ResolutionUnit, SpindleUnit, StatusDigits, Ta, Texts, UnknownCommand, UnknownPairs,
 };
 pub use state::State;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_device::AXES;
 use vimc4_plant::{Builtins, ProfileError, parse_profile};
 
-use crate::language::Dialect;
+use crate::language::{Dialect, Grammar};
 
 /// The models that are built in, name and profile.
 static BUILTIN: Builtins<Model, 2> = Builtins::new([
@@ -45,6 +45,8 @@ pub struct Model {
     pub interface: Interface,
     /// The spindle unit on the second channel.
     pub spindle_unit: SpindleUnit,
+    /// What other machines of the family read and write otherwise.
+    pub language: Language,
     /// Behaviour that differs from machine to machine or is not documented.
     pub quirks: Quirks,
 }
@@ -100,7 +102,7 @@ pub struct Buffer {
     pub high_water: usize,
 }
 
-/// Ranges of values that the manual does not give.
+/// Ranges of values that differ or that the manual does not give.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -108,12 +110,17 @@ pub struct Limits {
     pub speed_max: u32,
     /// The highest speed of a rotary axis, tenths of a degree a second.
     pub turn_max: u32,
+    /// The highest acceleration of a linear axis, mm/s²: 20,000 in the manual, 50,000 in that of
+    /// the ProtoMat 93s.
+    pub acceleration_max: u32,
 }
 
 /// What holds after power-on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Defaults {
+    /// Whether the echo mode is on, in which commands that are done are answered `C`.
+    pub echo: bool,
     /// The way of a step of a linear axis, pm.
     pub resolution_pm: u64,
     /// The way of a step of a rotary axis, thousandths of a second of arc.
@@ -175,6 +182,26 @@ pub struct SpindleUnit {
     pub start_ms: u64,
 }
 
+/// What machines of the family read and write otherwise, as their own manuals have it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Language {
+    /// What LF does besides separating.
+    pub line_feed: LineFeed,
+    /// What the parameters of an unknown command mean.
+    pub unknown_pairs: UnknownPairs,
+    /// Whether an SMCU has `CI`, `EA` and `ER`.
+    pub shapes: bool,
+    /// Whether an SMCU has `!RD`.
+    pub read_port: bool,
+    /// What the unit of `!RS` is on a linear axis.
+    pub resolution_unit: ResolutionUnit,
+    /// How many values `OH` answers: 3 or 6. Axes that are not there read 0.
+    pub hard_clip_values: usize,
+    /// How the numbers of `OS` are written.
+    pub status_texts: StatusDigits,
+}
+
 /// Behaviour that differs from machine to machine or is not documented.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -183,15 +210,19 @@ pub struct Quirks {
     pub unknown_command: UnknownCommand,
     /// What `IN` answers.
     pub init_reply: InitReply,
+    /// Whether the echo mode is on after `IN`.
+    pub init_echo: InitEcho,
+    /// What becomes of commands after something has broken one off: a limit, a border, a stop.
+    pub after_status: AfterStatus,
     /// Whether a blank follows the `W` of the hard clip limits, as the manual prints it.
     pub hard_clip_blank: bool,
     /// How an SMCU writes the number of a status.
     pub status_digits: StatusDigits,
     /// What `VS` with a decimal point and below 1 means.
     pub decimal_speed: DecimalSpeed,
-    /// What pairs of numbers after a complete command mean.
+    /// What pairs of numbers after a complete command mean, those after `PU` and `PD` too.
     pub bare_pairs: BarePairs,
-    /// What `!TA` does.
+    /// What `!TA` and `!TR` do.
     pub ta: Ta,
 }
 
@@ -210,19 +241,42 @@ pub enum UnknownCommand {
 /// What `IN` answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InitReply {
-    /// `Z` without an end, and the echo mode is off.
+    /// `Z` without an end.
     Z,
-    /// `C`, and the echo mode is on.
+    /// `C`.
     C,
 }
 
-/// How an SMCU writes the number of a status.
+/// Whether the echo mode is on after `IN`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InitEcho {
+    /// It is on.
+    On,
+    /// It is off.
+    Off,
+}
+
+/// What becomes of commands after something has broken one off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AfterStatus {
+    /// They wait until `!GO`; questions are answered, and `IN` is obeyed.
+    Wait,
+    /// Everything but questions and what goes on is refused with a status. An SMCU has none for that
+    /// and says nothing, and obeys `IN`.
+    Refuse,
+    /// They are executed as if nothing had been.
+    Execute,
+}
+
+/// How a number is written: that of a status of an SMCU, or those of `OS`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StatusDigits {
-    /// In two hexadecimal digits.
+    /// In hexadecimal digits.
     Hexadecimal,
-    /// In two decimal digits.
+    /// In decimal digits.
     Decimal,
 }
 
@@ -236,6 +290,36 @@ pub enum DecimalSpeed {
     Micrometres,
 }
 
+/// What the unit of `!RS` is on a linear axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ResolutionUnit {
+    /// Nanometres, 100 to 1,000,000.
+    Nanometres,
+    /// Micrometres, 1 to 32,000.
+    Micrometres,
+}
+
+/// What LF does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LineFeed {
+    /// It separates parameters.
+    Separate,
+    /// It ends a command.
+    End,
+}
+
+/// What the parameters of an unknown command mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum UnknownPairs {
+    /// Nothing.
+    Ignore,
+    /// The last move goes on to them.
+    Move,
+}
+
 /// What pairs of numbers after a complete command mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -246,14 +330,14 @@ pub enum BarePairs {
     Repeat,
 }
 
-/// What `!TA` does.
+/// What `!TA` and `!TR` do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ta {
-    /// It is acknowledged and has no effect.
-    Accept,
-    /// It is unknown.
-    Unknown,
+    /// They move X, Y and Z together.
+    Move,
+    /// Nothing: they are unknown.
+    None,
 }
 
 impl Model {
@@ -284,6 +368,21 @@ impl Model {
         let model: Model = parse_profile(text)?;
         model.check(text)?;
         Ok(model)
+    }
+
+    /// How it reads what comes over the line.
+    #[must_use]
+    pub fn grammar(&self) -> Grammar {
+        let Model { language, quirks, .. } = self;
+        Grammar {
+            dialect: self.command_set.dialect(),
+            bare_pairs: quirks.bare_pairs == BarePairs::Repeat,
+            unknown_pairs: language.unknown_pairs == UnknownPairs::Move,
+            line_feed_ends: language.line_feed == LineFeed::End,
+            shapes: language.shapes,
+            space_moves: quirks.ta == Ta::Move,
+            reads_ports: language.read_port,
+        }
     }
 
     fn check(&self, text: &str) -> Result<(), ProfileError> {
@@ -333,7 +432,11 @@ impl Model {
                 "1 at least, the buffer's bytes at most",
             );
         }
-        let Limits { speed_max, turn_max } = self.limits;
+        let Limits { speed_max, turn_max, acceleration_max } = self.limits;
+        if !(10..=100_000).contains(&acceleration_max) {
+            let message = format!("{acceleration_max} mm/s2 is no highest acceleration");
+            return error("limits", "acceleration_max", message, "10 to 100000 mm/s2");
+        }
         if !(10..=10_000_000).contains(&speed_max) {
             let message = format!("{speed_max} um/s is no highest speed");
             return error("limits", "speed_max", message, "10 to 10000000 um/s");
@@ -343,6 +446,7 @@ impl Model {
             return error("limits", "turn_max", message, "1 to 360000");
         }
         self.check_defaults(text)?;
+        self.check_language(text)?;
         if self.io.read.len() > 8 {
             let message = format!("{} ports to read are too many", self.io.read.len());
             return error("io", "read", message, "eight at most");
@@ -354,8 +458,31 @@ impl Model {
         Ok(())
     }
 
+    fn check_language(&self, text: &str) -> Result<(), ProfileError> {
+        let error = |table: &str, key: &str, message: &str, help: &str| {
+            Err(ProfileError::about_key(text, table, key, message.to_owned(), help))
+        };
+        let smcu = self.command_set == CommandSet::Smcu;
+        if !matches!(self.language.hard_clip_values, 3 | 6) {
+            let message = format!("OH cannot answer {} values", self.language.hard_clip_values);
+            return error("language", "hard_clip_values", &message, "3 or 6");
+        }
+        if !smcu && self.language.shapes {
+            return error(
+                "language",
+                "shapes",
+                "a MotionSystem has neither CI nor EA nor ER",
+                "false; they are known of machines with an SMCU",
+            );
+        }
+        if !smcu && !self.language.read_port {
+            return error("language", "read_port", "every MotionSystem has !RD", "true");
+        }
+        Ok(())
+    }
+
     fn check_defaults(&self, text: &str) -> Result<(), ProfileError> {
-        let Limits { speed_max, turn_max } = self.limits;
+        let Limits { speed_max, turn_max, acceleration_max } = self.limits;
         let speed = 10..=speed_max;
         let turn = 1..=turn_max;
         let defaults = &self.defaults;
@@ -396,8 +523,8 @@ impl Model {
             (
                 "defaults",
                 "acceleration",
-                (10..=20_000).contains(&defaults.acceleration),
-                "10 to 20000 mm/s2",
+                (10..=acceleration_max).contains(&defaults.acceleration),
+                "10 mm/s2 to limits.acceleration_max",
             ),
             (
                 "defaults",

@@ -7,7 +7,7 @@ use vimc4_plant::{End, Unit};
 use crate::Controller;
 use crate::language::{Axis, Status, Turn, Vector};
 use crate::model::CommandSet;
-use crate::state::{Activity, Link, Meeting, Moving, Stop};
+use crate::state::{Activity, Link, Meeting, Moving, State, Stop};
 
 /// nm in a µm.
 const PER_MICROMETRE: u64 = 1_000;
@@ -77,11 +77,24 @@ fn part(stretch: Stretch, steps: u64) -> Stretch {
     Stretch { steps, length: u64::try_from(length).unwrap_or(u64::MAX) }
 }
 
+impl State {
+    pub(crate) fn is_rotary(&self, axis: Axis) -> bool {
+        self.plant.machine().axis(axis.index()).unit == Unit::Rotary
+    }
+
+    /// Steps a second of an axis at a speed in nm/s or thousandths of a second of arc a second.
+    pub(crate) fn steps_per_second(&self, axis: Axis, speed: u64) -> u32 {
+        let resolution = u128::from(self.settings.resolution[axis.index()]);
+        let hertz = u128::from(speed) * 1_000 / resolution.max(1);
+        u32::try_from(hertz).unwrap_or(u32::MAX).max(1)
+    }
+}
+
 impl Controller {
     // --- speeds ---
 
     pub(crate) fn is_rotary(&self, axis: Axis) -> bool {
-        self.state.plant.machine().axis(axis.index()).unit == Unit::Rotary
+        self.state.is_rotary(axis)
     }
 
     /// The speed of an axis by itself, nm/s or thousandths of a second of arc a second.
@@ -91,7 +104,7 @@ impl Controller {
     }
 
     /// Its acceleration, nm/s² or thousandths of a second of arc a second a second.
-    fn axis_acceleration(&self, axis: Axis) -> u64 {
+    pub(crate) fn axis_acceleration(&self, axis: Axis) -> u64 {
         let acceleration = u64::from(self.state.settings.acceleration[axis.index()]);
         acceleration * if self.is_rotary(axis) { PER_MILLIRADIAN } else { PER_MILLIMETRE }
     }
@@ -103,13 +116,13 @@ impl Controller {
         u64::from(speed) * PER_MICROMETRE
     }
 
-    /// Speed and acceleration along a straight way. An SMCU keeps the speed of the path; in a
-    /// MotionSystem each axis keeps within its own.
+    /// Speed and acceleration along a straight way. An SMCU keeps the speed of the path, and of Z
+    /// on a way in space; in a MotionSystem each axis keeps within its own.
     fn pace(&self, delta: &Point) -> (u64, u64) {
         let in_plane = delta[0] != 0 || delta[1] != 0;
-        if self.state.model.command_set == CommandSet::Smcu {
-            let speed = if in_plane { self.plane_speed() } else { self.axis_speed(Axis::Z0) };
-            return (speed, self.axis_acceleration(if in_plane { Axis::X } else { Axis::Z0 }));
+        let is_smcu = self.state.model.command_set == CommandSet::Smcu;
+        if is_smcu && in_plane && delta[2] == 0 {
+            return (self.plane_speed(), self.axis_acceleration(Axis::X));
         }
         let resolution = &self.state.settings.resolution;
         let whole = u128::from(chord(delta, resolution));
@@ -122,6 +135,11 @@ impl Controller {
             });
             u64::try_from(along.min().unwrap_or(1)).unwrap_or(u64::MAX)
         };
+        if is_smcu {
+            let of_z = |axis| if axis == Axis::Z0 { self.axis_speed(axis) } else { u64::MAX };
+            let along = if in_plane { self.plane_speed() } else { u64::MAX };
+            return (slowest(&of_z).min(along), self.axis_acceleration(Axis::Z0));
+        }
         (slowest(&|axis| self.axis_speed(axis)), slowest(&|axis| self.axis_acceleration(axis)))
     }
 
@@ -132,13 +150,6 @@ impl Controller {
             CommandSet::Smcu => (self.plane_speed(), acceleration),
             CommandSet::MotionSystem => (self.axis_speed(a).min(self.axis_speed(b)), acceleration),
         }
-    }
-
-    /// Steps a second of an axis at a speed in nm/s or thousandths of a second of arc a second.
-    pub(crate) fn steps_per_second(&self, axis: Axis, speed: u64) -> u32 {
-        let resolution = u128::from(self.state.settings.resolution[axis.index()]);
-        let hertz = u128::from(speed) * 1_000 / resolution.max(1);
-        u32::try_from(hertz).unwrap_or(u32::MAX).max(1)
     }
 
     // --- from a stage to a segment ---

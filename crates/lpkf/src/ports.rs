@@ -60,17 +60,10 @@ impl Controller {
         self.switch(|state| state.head_down = down);
     }
 
-    /// `!WR`. A port has eight bits; an SMCU has no status for a module that is not there.
+    /// `!WR`. A port has eight bits.
     pub(crate) fn write_port(&mut self, port: u8, data: u16) -> Result<(), Status> {
         if !self.state.model.io.write.contains(&port) {
-            if self.state.model.command_set == CommandSet::MotionSystem {
-                return Err(Status::NoSuchIoModule);
-            }
-            if self.wants(Kinds::WARNING) {
-                let what = format!("port {port}: no such module").into();
-                self.emit(Event::Warning(Warning::NoEffect { what }));
-            }
-            return Ok(());
+            return self.no_such_module(port);
         }
         self.switch(|state| {
             state.ports.insert(port, data as u8);
@@ -78,13 +71,24 @@ impl Controller {
         Ok(())
     }
 
-    /// `!RD`.
-    pub(crate) fn read_module(&self, port: u8) -> Result<u8, Status> {
-        if self.state.model.io.read.contains(&port) {
-            Ok(self.read_port(u16::from(port)))
-        } else {
-            Err(Status::NoSuchIoModule)
+    /// `!RD`. What is not there reads 0 where there is no status for it.
+    pub(crate) fn read_module(&mut self, port: u8) -> Result<u8, Status> {
+        if !self.state.model.io.read.contains(&port) {
+            self.no_such_module(port)?;
         }
+        Ok(self.read_port(u16::from(port)))
+    }
+
+    /// An SMCU has no status for a module that is not there.
+    fn no_such_module(&mut self, port: u8) -> Result<(), Status> {
+        if self.state.model.command_set == CommandSet::MotionSystem {
+            return Err(Status::NoSuchIoModule);
+        }
+        if self.wants(Kinds::WARNING) {
+            let what = format!("port {port}: no such module").into();
+            self.emit(Event::Warning(Warning::NoEffect { what }));
+        }
+        Ok(())
     }
 
     /// The value of an input port; 0 where there is none.

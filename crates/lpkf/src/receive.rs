@@ -5,8 +5,8 @@ use vimc4_device::{Event, Kinds, Warning};
 
 use crate::Controller;
 use crate::language::{Command, Item, Reader, Status};
-use crate::model::{CommandSet, Ta, UnknownCommand};
-use crate::state::{Entry, Stop};
+use crate::model::{AfterStatus, CommandSet, UnknownCommand};
+use crate::state::{Buffer, Entry, Stop};
 
 impl Controller {
     /// Bytes have arrived.
@@ -14,7 +14,7 @@ impl Controller {
         if !self.state.powered {
             return;
         }
-        let unread = Reader::new(self.state.model.command_set.dialect());
+        let unread = Reader::new(self.state.model.grammar());
         let mut reader = std::mem::replace(&mut self.state.reader, unread);
         for &byte in bytes {
             let was_open = reader.channel_open();
@@ -55,12 +55,6 @@ impl Controller {
     }
 
     fn take_command(&mut self, raw: &[u8], command: Result<Command, Status>) {
-        let command = command.and_then(|command| match command {
-            Command::NoEffect if self.state.model.quirks.ta == Ta::Unknown => {
-                Err(Status::UnknownCommand)
-            }
-            command => Ok(command),
-        });
         if command == Err(Status::UnknownCommand) && !self.answers_unknown() {
             return self.command_event(&command, raw);
         }
@@ -76,7 +70,12 @@ impl Controller {
                     self.execute_directly(direct);
                 }
             }
-            // A stopped MotionSystem carries these out at once; what waits goes on waiting.
+            // It is obeyed in every state: whatever was before it does not matter any more.
+            Ok(Command::Initialize) if self.is_held_up() => {
+                self.state.buffer = Buffer::default();
+                self.carry_out(raw, command);
+            }
+            // A stopped controller carries these out at once; what waits goes on waiting.
             Ok(query) if self.is_interrupted() && is_query(&query) => {
                 let command = Ok(query);
                 self.command_event(&command, raw);
@@ -85,11 +84,12 @@ impl Controller {
                 }
             }
             // So it does with what goes on; and only this ends what an open interface does.
-            command
-                if self.is_interrupted()
-                    || (self.state.ball.open.is_some()
-                        && command == Ok(Command::CloseInterface)) =>
+            Ok(Command::Continue | Command::GoBack | Command::RepeatBroken)
+                if self.is_interrupted() =>
             {
+                self.carry_out(raw, command);
+            }
+            Ok(Command::CloseInterface) if self.state.ball.open.is_some() => {
                 self.carry_out(raw, command);
             }
             // Nothing is in the way of it.
@@ -187,19 +187,24 @@ impl Controller {
         }
     }
 
-    /// Whether something has broken off what a MotionSystem did, so that it expects to be told
+    /// Whether something has broken off what the controller did, so that it expects to be told
     /// how to go on.
     pub(crate) fn is_interrupted(&self) -> bool {
-        self.state.model.command_set == CommandSet::MotionSystem
-            && self.state.stopped.is_some_and(|stop| stop != Stop::Command)
+        self.state.stopped.is_some_and(|stop| stop != Stop::Command)
     }
 
-    /// Why a MotionSystem does not take a command at all, if it does not.
+    /// Whether nothing executes, and nothing that waits may.
+    fn is_held_up(&self) -> bool {
+        self.state.job.is_none() && !self.is_free()
+    }
+
+    /// Why the controller does not take a command at all, if it does not.
     fn refusal(&self, command: Option<&Command>) -> Option<Status> {
-        if self.state.model.command_set != CommandSet::MotionSystem {
+        let is_smcu = self.state.model.command_set == CommandSet::Smcu;
+        if is_smcu && command == Some(&Command::Initialize) {
             return None;
         }
-        if self.state.ball.open.is_some() {
+        if self.state.ball.open.is_some() && !is_smcu {
             let closes = command == Some(&Command::CloseInterface);
             return (!closes).then_some(Status::WrongAfterOpenInterface);
         }
@@ -207,8 +212,9 @@ impl Controller {
             let lifts = matches!(command, Command::GoOn | Command::ClearBuffer);
             lifts || is_query(command) || self.may_resume(command)
         });
+        let refuses = self.state.model.quirks.after_status == AfterStatus::Refuse;
         match self.state.stopped? {
-            _ if goes_on => None,
+            _ if goes_on || !refuses => None,
             Stop::Command => None,
             Stop::External => Some(Status::WrongAfterStop),
             Stop::Limit => Some(Status::WrongAfterLimit),
@@ -227,7 +233,7 @@ impl Controller {
             if self.state.job.is_none() && std::mem::take(&mut self.state.stop_requested) {
                 self.state.stopped.get_or_insert(Stop::Command);
             }
-            if !self.is_free() {
+            if !self.is_free() && !self.drop_before_reset() {
                 return;
             }
             let Some(entry) = self.state.buffer.waiting.pop_front() else { return };
@@ -237,6 +243,21 @@ impl Controller {
                 Entry::Command { raw, command } => self.carry_out(&raw, command),
             }
         }
+    }
+
+    /// Whether the controller is held up and an `IN` waits: then what waits before it is dropped.
+    fn drop_before_reset(&mut self) -> bool {
+        if !self.is_held_up() || self.refusal(Some(&Command::Initialize)).is_some() {
+            return false;
+        }
+        let is_reset = |entry: &Entry| {
+            matches!(entry, Entry::Command { command: Ok(Command::Initialize), .. })
+        };
+        let buffer = &mut self.state.buffer;
+        let Some(place) = buffer.waiting.iter().position(is_reset) else { return false };
+        let dropped: usize = buffer.waiting.drain(..place).map(|entry| entry.size()).sum();
+        buffer.bytes -= dropped;
+        true
     }
 
     /// Whether the next command may begin.

@@ -9,16 +9,25 @@ use crate::Controller;
 use crate::language::{Axis, Command, Status};
 use crate::model::CommandSet;
 use crate::moves::along;
-use crate::state::{Link, Meeting, Stage};
+use crate::state::{Link, Meeting, Stage, State};
 use crate::text::Line;
 
 /// So many steps stand for "on and on": they are more than the counters have.
 const ON_AND_ON: i64 = 1 << 40;
 
-impl Controller {
+impl State {
+    /// What a machine that homes by itself does at power-on and on `IN`: the reference run of all
+    /// axes.
+    pub(crate) fn homing_stages(&self) -> VecDeque<Stage> {
+        match self.plant.machine().homes {
+            true => self.reference_stages(None).unwrap_or_default(),
+            false => VecDeque::new(),
+        }
+    }
+
     /// `!IS`: all axes one after the other, or one.
     pub(crate) fn reference_stages(&self, only: Option<Axis>) -> Result<VecDeque<Stage>, Status> {
-        let machine = self.state.plant.machine();
+        let machine = self.plant.machine();
         let kind = |axis: Axis| machine.axis(axis.index()).reference;
         let mut stages = VecDeque::new();
         if only.is_some_and(|axis| kind(axis) == Reference::None) {
@@ -26,16 +35,16 @@ impl Controller {
         }
         let axes: Vec<Axis> = match only {
             Some(axis) => vec![axis],
-            None => self.state.fitted().filter(|axis| kind(*axis) != Reference::None).collect(),
+            None => self.fitted().filter(|axis| kind(*axis) != Reference::None).collect(),
         };
-        let profile = &self.state.model.reference;
+        let profile = &self.model.reference;
         for axis in axes {
             let speed = self.reference_speed(axis, profile.speed);
             let leave = self.reference_speed(axis, profile.leave_speed);
             let end = match kind(axis) {
                 Reference::Home => {
-                    let home = -self.state.plant.carriage()[axis.index()];
-                    let way = home * self.state.carriage_sign(axis.index());
+                    let home = -self.plant.carriage()[axis.index()];
+                    let way = home * self.carriage_sign(axis.index());
                     stages.extend([Stage::Free(axis, way, speed), Stage::Zero(axis)]);
                     continue;
                 }
@@ -43,8 +52,7 @@ impl Controller {
                 _ => End::Negative,
             };
             let inwards = if end == End::Negative { 1 } else { -1 };
-            let free =
-                inwards * self.state.carriage_sign(axis.index()) * i64::from(profile.free_steps);
+            let free = inwards * self.carriage_sign(axis.index()) * i64::from(profile.free_steps);
             stages.extend([
                 Stage::Onto(axis, end, speed),
                 Stage::Off(axis, end, leave),
@@ -55,6 +63,14 @@ impl Controller {
         Ok(stages)
     }
 
+    /// A reference speed in steps a second, from µm/s or hundredths of a degree a second.
+    fn reference_speed(&self, axis: Axis, speed: u32) -> u32 {
+        let unit = if self.is_rotary(axis) { 36_000 } else { 1_000 };
+        self.steps_per_second(axis, u64::from(speed) * unit)
+    }
+}
+
+impl Controller {
     /// `OH`: each axis to its positive switch and back to 0 at the speed set last. An axis
     /// without a switch is not moved: its limit is what the machine's profile says.
     pub(crate) fn hard_clip_stages(&self, only: Option<Axis>) -> VecDeque<Stage> {
@@ -63,20 +79,14 @@ impl Controller {
             Some(axis) => vec![axis],
             None => self.state.fitted().collect(),
         };
-        let mut home = self.state.position;
         for axis in axes {
             let index = axis.index();
             let end = self.outer_end(axis);
             if self.state.plant.machine().axis(index).switch(end).is_some() {
-                let speed = match self.state.model.command_set {
-                    CommandSet::Smcu if index < 2 => self.plane_speed(),
-                    _ => self.axis_speed(axis),
-                };
-                let speed = self.steps_per_second(axis, speed);
-                home[index] = 0;
+                let speed = self.state.steps_per_second(axis, self.speed_set_last(axis));
                 stages.push_back(Stage::Onto(axis, end, speed));
                 stages.push_back(Stage::Found(axis));
-                stages.push_back(Stage::To(home));
+                stages.push_back(Stage::Return(axis));
             } else {
                 stages.push_back(Stage::Found(axis));
             }
@@ -85,18 +95,32 @@ impl Controller {
         stages
     }
 
+    /// The speed that was set last for an axis: of X and Y of an SMCU `VS` or `!VU`.
+    fn speed_set_last(&self, axis: Axis) -> u64 {
+        match self.state.model.command_set {
+            CommandSet::Smcu if axis.index() < 2 => {
+                u64::from(self.state.settings.speed_set_last) * 1_000
+            }
+            _ => self.axis_speed(axis),
+        }
+    }
+
+    /// `OH`: back to 0.
+    pub(crate) fn begin_return(&mut self, axis: Axis) {
+        let index = axis.index();
+        let mut delta = vimc4_device::Point::default();
+        delta[index] = -self.state.position[index];
+        let link = Link::line(&delta, &self.state.settings.resolution);
+        let speed = self.speed_set_last(axis);
+        self.begin_links(vec![link], speed, self.axis_acceleration(axis));
+    }
+
     /// The end of the carriage's travel where the counters are largest.
     fn outer_end(&self, axis: Axis) -> End {
         match self.state.carriage_sign(axis.index()) {
             1 => End::Positive,
             _ => End::Negative,
         }
-    }
-
-    /// A reference speed in steps a second, from µm/s or hundredths of a degree a second.
-    fn reference_speed(&self, axis: Axis, speed: u32) -> u32 {
-        let unit = if self.is_rotary(axis) { 36_000 } else { 1_000 };
-        self.steps_per_second(axis, u64::from(speed) * unit)
     }
 
     /// Drives onto a limit switch, or off it; nothing if that is so already.
@@ -196,7 +220,10 @@ impl Controller {
         }
         match only {
             Some(axis) => line.number(job.found[axis.index()], 1),
-            None => line.numbers(self.places(&job.found)),
+            None => {
+                let values = self.state.model.language.hard_clip_values.min(job.found.len());
+                line.numbers(&job.found[..values]);
+            }
         }
         self.send_line(&Command::HardClipLimits(only), line);
     }

@@ -28,6 +28,8 @@ pub(crate) struct Settings {
     pub(crate) speed_down: u32,
     /// Their speed with the head up, µm/s.
     pub(crate) speed_up: u32,
+    /// Whichever of the two was set last, µm/s.
+    pub(crate) speed_set_last: u32,
     /// Which times `PD` and `PU` take.
     pub(crate) mode: Mode,
     /// Before and after lowering, before and after lifting, ms.
@@ -49,7 +51,7 @@ impl Settings {
         let of_axes =
             |linear: u32, rotary: u32| std::array::from_fn(|axis| by_unit(axis, linear, rotary));
         Settings {
-            echo: true,
+            echo: defaults.echo,
             external_stop: false,
             window: None,
             ranges: [None; AXES],
@@ -61,6 +63,7 @@ impl Settings {
             axis_speed: of_axes(defaults.axis_speed, defaults.axis_turn),
             speed_down: defaults.speed_down,
             speed_up: defaults.speed_up,
+            speed_set_last: defaults.speed_up,
             mode: Mode::Drilling,
             drill_times: defaults.drill_times,
             mill_times: defaults.mill_times,

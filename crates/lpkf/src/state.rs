@@ -12,7 +12,7 @@ use vimc4_plant::{End, Machine, Plant};
 use crate::channel::Unit;
 use crate::interface::Ball;
 use crate::language::{Axis, Command, Reader, Status, Vector};
-use crate::model::{BarePairs, Model};
+use crate::model::{InitEcho, Model};
 use crate::settings::Settings;
 
 /// The version of the state's layout, for states that are kept.
@@ -160,6 +160,8 @@ pub(crate) enum Stage {
     Zero(Axis),
     /// Here is the end of an axis: `OH` has found it.
     Found(Axis),
+    /// An axis goes back to 0 at the speed that was set last.
+    Return(Axis),
     /// What `OH` has found is sent.
     HardClipLimits(Option<Axis>),
 }
@@ -222,7 +224,7 @@ impl State {
     /// A controller that has just been switched on.
     pub(crate) fn new(model: Arc<Model>, machine: Arc<Machine>) -> State {
         let plant = Plant::new(machine);
-        State {
+        let mut state = State {
             version: VERSION,
             now: Time::ZERO,
             powered: true,
@@ -247,19 +249,49 @@ impl State {
             ball: Ball::default(),
             plant,
             model,
-        }
+        };
+        state.home();
+        state
     }
 
     /// A line on which nothing has arrived yet.
     pub(crate) fn unread(model: &Model) -> Reader {
-        let repeats = model.quirks.bare_pairs == BarePairs::Repeat;
-        Reader::new(model.command_set.dialect()).with_bare_pairs(repeats)
+        Reader::new(model.grammar())
     }
 
-    /// Everything as after power-on (`IN`), except where the axes are and what the line brings.
-    pub(crate) fn initialise(&mut self) {
+    /// The power is back: everything begins anew but the carriages, which are where they are.
+    pub(crate) fn switched_on(&mut self) {
+        self.reader = State::unread(&self.model);
         self.buffer = Buffer::default();
+        self.initialise();
+        self.settings.echo = self.model.defaults.echo;
+        self.position = [0; AXES];
+        self.referenced = [false; AXES];
+        self.origin = self.plant.carriage();
+        self.home();
+    }
+
+    /// A machine that homes by itself makes a reference run that no command asked for.
+    fn home(&mut self) {
+        let stages = self.homing_stages();
+        if !stages.is_empty() {
+            self.job = Some(Job {
+                command: Command::Initialize,
+                start: self.position,
+                stages,
+                stage: None,
+                activity: Activity::Between,
+                silent: true,
+                found: [0; AXES],
+            });
+        }
+    }
+
+    /// Everything as after power-on (`IN`), except where the axes are and what the line brings:
+    /// what has come behind `IN` waits for its turn.
+    pub(crate) fn initialise(&mut self) {
         self.settings = Settings::new(&self.model, self.plant.machine());
+        self.settings.echo = self.model.quirks.init_echo == InitEcho::On;
         self.head_down = false;
         self.spindle = false;
         self.half_current = false;

@@ -7,7 +7,7 @@ use vimc4_plant::End;
 
 use crate::Controller;
 use crate::language::{Axis, Command, Side, Status};
-use crate::model::CommandSet;
+use crate::model::{AfterStatus, CommandSet};
 use crate::state::{Activity, Broken, Job, Moving, Stage, Stop};
 
 impl Controller {
@@ -39,17 +39,23 @@ impl Controller {
     // --- breaking off ---
 
     /// Whatever executes is broken off and answers the status; without a command it is sent by
-    /// itself. Nothing is executed from now on until `!GO`. What was left of a motion after its
-    /// last step is kept.
+    /// itself. Nothing is executed from now on until `!GO`, unless commands go on as if nothing had
+    /// been. What was left of a motion after its last step is kept.
     pub(crate) fn break_off(&mut self, motion: Option<(&Moving, u64)>, stop: Stop, status: Status) {
         let job = self.state.job.take();
+        let executes = self.state.model.quirks.after_status == AfterStatus::Execute;
+        if !executes {
+            self.state.stopped = Some(stop);
+        }
         match &job {
             Some(job) if !job.silent => {
                 self.answer_status(job.command.form().mnemonic, status);
             }
             _ => self.report(status),
         }
-        self.state.stopped = Some(stop);
+        if executes {
+            return;
+        }
         let Some(Job { command, start, mut stages, stage, silent: false, .. }) = job else {
             return;
         };

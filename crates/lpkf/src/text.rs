@@ -43,6 +43,14 @@ impl Line {
         digits[first..].iter().for_each(|digit| self.push(*digit));
     }
 
+    /// Adds a number that is not negative in hexadecimal digits.
+    pub(crate) fn hexadecimal(&mut self, number: u32) {
+        let digits = (number.max(1).ilog2() / 4) + 1;
+        for place in (0..digits).rev() {
+            self.push(b"0123456789ABCDEF"[(number >> (4 * place) & 15) as usize]);
+        }
+    }
+
     /// Adds numbers with commas between them.
     pub(crate) fn numbers(&mut self, numbers: &[i64]) {
         for (index, number) in numbers.iter().enumerate() {
@@ -69,6 +77,11 @@ mod tests {
         let mut line = Line::new(b'P');
         line.numbers(&[0, -5, 19_100, i64::from(i32::MIN)]);
         assert_eq!(&line.finish()[..], b"P0,-5,19100,-2147483648\r");
+        let mut line = Line::new(b'S');
+        line.hexadecimal(0);
+        line.hexadecimal(0x29C8);
+        line.hexadecimal(u32::MAX);
+        assert_eq!(&line.finish()[..], b"S029C8FFFFFFFF\r");
         let mut line = Line::new(b'R');
         line.number(7, 4);
         assert_eq!(&line.finish()[..], b"R0007\r");

@@ -44,10 +44,18 @@ fn way(random: &mut Random) -> i64 {
 }
 
 fn command(random: &mut Random, model: &str) -> String {
-    match random.range(0, if model == "smcu" { 2 } else { 4 }) {
+    match random.range(-4, if model == "smcu" { 2 } else { 4 }) {
+        // What only some machines have; an SMCU of these tests does.
+        -4 if model == "smcu" => format!("CI{}", random.range(-300, 300)),
+        -3 if model == "smcu" => format!("EA{},{}", way(random), way(random)),
+        -2 if model == "smcu" => format!("ER{},{}", way(random), way(random)),
+        -4..=-1 => {
+            let letters = if random.one_in(2) { "!TA" } else { "!TR" };
+            format!("{letters}{},{},{}", way(random), way(random), way(random))
+        }
         0 => format!("PR{},{}", way(random), way(random)),
         1 => {
-            let degrees = random.range(-720_000, 720_000) as f64 / 1_000.0;
+            let degrees = random.range(-360_000, 360_000) as f64 / 1_000.0;
             format!("AR{},{},{degrees}", random.range(-300, 300), random.range(-300, 300))
         }
         2 => format!("PA{},{},{},{}", way(random), way(random), way(random), way(random)),
@@ -75,7 +83,9 @@ fn command(random: &mut Random, model: &str) -> String {
 }
 
 fn controller(model: &str, machine: &Arc<Machine>, setup: &str) -> Controller {
-    let model = Model::builtin(model).expect("built in");
+    let mut model = Model::builtin(model).expect("built in");
+    let is_smcu = model.name == "smcu";
+    Arc::make_mut(&mut model).language.shapes = is_smcu;
     let mut controller = Controller::new(model, Arc::clone(machine));
     controller.handle(Input::Bytes(setup.as_bytes()), Time::ZERO);
     let mut record = Record::default();

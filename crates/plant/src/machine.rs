@@ -153,6 +153,10 @@ pub struct Machine {
     /// Whether a pressed limit switch reads 0 on the raw port instead of 1.
     #[serde(default)]
     pub switches_low_active: bool,
+    /// Whether it finds its reference points by itself: an LPKF controller then makes a reference
+    /// run of all axes when it is switched on, and on `IN`. isel's wait for the command.
+    #[serde(default)]
+    pub homes: bool,
     /// How job files are run on it.
     #[serde(default, skip_serializing_if = "is_default")]
     pub job: JobSetup,

@@ -46,11 +46,12 @@ for end in [b"\r", b"\r\n", b";\r\n", b";\n", b";\0", b"\r\0"]:
     done(b"PR1,1" + end)
 assert position() == "P16,16,0", position()
 
-# `IN` sends a single Z without an end and switches the echo off; the settings are restored.
-port.write(b"IN;")
+# `IN` sends a single Z without an end; the settings are restored.
+port.write(b"IN;!CT1;")
 assert port.read(1) == b"Z"
-port.write(b"VS0.005000;!VU40000;!TD0,20,0,20;!CT1;")
 assert line() == "C"
+port.write(b"VS5000;!VU40000;!TD0,20,0,20;")
+assert [line() for _ in range(3)] == ["C", "C", "C"]
 port.write(b"OS;")
 assert line().startswith("S") and line() == "C"
 

@@ -15,6 +15,12 @@ pub(crate) fn emulator(clock: Clock) -> Emulator {
     builder.time(clock).pty(true).tcp("127.0.0.1:0").start().expect("an emulator")
 }
 
+/// A controller on a machine with limit switches, which homes by itself.
+pub(crate) fn plotter(clock: Clock) -> Emulator {
+    let builder = Emulator::builder().model("smcu").machine("board-plotter");
+    builder.time(clock).pty(true).tcp("127.0.0.1:0").start().expect("an emulator")
+}
+
 /// One answer, without its CR.
 fn answer(port: &mut impl BufRead) -> String {
     let mut line = Vec::new();

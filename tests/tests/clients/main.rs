@@ -8,7 +8,7 @@
 mod lpkf;
 
 use std::fs::OpenOptions;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode, Stdio};
@@ -130,14 +130,32 @@ fn runs(mut command: Command) {
     );
 }
 
-fn pyserial(script: &str, emulator: &Emulator, over_tcp: bool) {
+fn python(script: &str, emulator: &Emulator, over_tcp: bool) -> Command {
     let port = match over_tcp {
         true => format!("socket://{}", emulator.tcp_addr().unwrap()),
         false => emulator.port().unwrap().display().to_string(),
     };
     let mut command = Command::new("python3");
     command.arg(file(script)).arg(port);
-    runs(command);
+    command
+}
+
+fn pyserial(script: &str, emulator: &Emulator, over_tcp: bool) {
+    runs(python(script, emulator, over_tcp));
+}
+
+/// Jobs that end in E08, E09 and E0A, each followed by one that must run. Where the client prints
+/// the name of a button, that is pressed.
+fn next_job(clock: Clock, over_tcp: bool) {
+    let emulator = lpkf::plotter(clock);
+    let mut client = python("next_job.py", &emulator, over_tcp)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the client runs");
+    for button in BufReader::new(client.stdout.take().unwrap()).lines() {
+        emulator.press(button.unwrap()).unwrap();
+    }
+    assert!(client.wait().unwrap().success(), "the next job did not run");
 }
 
 fn socat(clock: Clock) {
@@ -210,6 +228,21 @@ fn main() -> ExitCode {
         ),
         with(with_pyserial, needs_pyserial, "pyserial drives a board plotter over TCP", || {
             pyserial("board.py", &lpkf::emulator(Clock::Instant), true);
+        }),
+        with(with_pyserial, needs_pyserial, "the job after a stop over a pseudo-terminal", || {
+            next_job(Clock::Instant, false);
+        }),
+        with(with_pyserial, needs_pyserial, "the job after a stop over TCP", || {
+            next_job(Clock::Instant, true);
+        }),
+        with(
+            with_pyserial,
+            needs_pyserial,
+            "the job after a stop over a pseudo-terminal in real time",
+            || next_job(Clock::Real, false),
+        ),
+        with(with_pyserial, needs_pyserial, "the job after a stop over TCP in real time", || {
+            next_job(Clock::Real, true);
         }),
         test("100,000 commands over a pseudo-terminal are acknowledged once, in order", || {
             lpkf::stream(terminal);

@@ -1,8 +1,11 @@
 //! What only who knows the machine can check.
 
+use std::cmp::Ordering;
+
 use serde::{Deserialize, Serialize};
 
 use super::command::{Axis, Command};
+use super::number::Number;
 use super::parameter::{AxisKind, Kind};
 use super::status::Status;
 
@@ -13,6 +16,8 @@ pub struct Limits {
     pub axes: [Option<AxisLimits>; 6],
     /// Whether a small `VS` is in m/s, see [`Number::speed`](super::Number::speed).
     pub metres: bool,
+    /// Whether the resolution of a linear axis is in µm instead of nm.
+    pub micrometres: bool,
 }
 
 /// What there is to know about one axis.
@@ -22,6 +27,8 @@ pub struct AxisLimits {
     pub kind: AxisKind,
     /// The highest speed it can be given, in µm/s or 0.1°/s.
     pub max_speed: i32,
+    /// The highest acceleration it can be given, in mm/s² or mrad/s².
+    pub max_acceleration: i32,
 }
 
 impl Command {
@@ -67,9 +74,7 @@ impl Command {
             &Self::Acceleration { axis, acceleration } => {
                 limits.value(axis, Kind::Acceleration, acceleration)
             }
-            &Self::Resolution { axis, resolution } => {
-                limits.value(axis, Kind::Resolution, resolution.whole())
-            }
+            &Self::Resolution { axis, resolution } => limits.resolution(axis, resolution),
             Self::MoveZAbsolute(_) | Self::MoveZRelative(_) => limits.fitted(Axis::Z0).map(drop),
             Self::HardClipLimits(Some(axis))
             | Self::Reference(Some(axis))
@@ -84,17 +89,48 @@ impl Command {
     }
 }
 
+/// The lowest and the highest resolution in µm, from machines of the family that take it so.
+const MICROMETRES: (Option<i32>, Option<i32>) = (Some(1), Some(32_000));
+
 impl Limits {
     fn fitted(&self, axis: Axis) -> Result<&AxisLimits, Status> {
         self.axes[axis.index()].as_ref().ok_or(Status::NoSuchAxis)
     }
 
-    /// Checks a value for one axis, or for all.
-    fn value(&self, axis: Option<Axis>, kind: Kind, value: i32) -> Result<(), Status> {
+    /// Checks something for one axis, or for all.
+    fn each(
+        &self,
+        axis: Option<Axis>,
+        allow: impl Fn(&AxisLimits) -> Result<(), Status>,
+    ) -> Result<(), Status> {
         match axis {
-            Some(axis) => self.fitted(axis)?.allow(kind, value),
-            None => self.axes.iter().flatten().try_for_each(|axis| axis.allow(kind, value)),
+            Some(axis) => allow(self.fitted(axis)?),
+            None => self.axes.iter().flatten().try_for_each(allow),
         }
+    }
+
+    fn value(&self, axis: Option<Axis>, kind: Kind, value: i32) -> Result<(), Status> {
+        self.each(axis, |axis| axis.allow(kind, value))
+    }
+
+    /// A resolution is compared with its decimals: 99.5 nm are too few.
+    fn resolution(&self, axis: Option<Axis>, resolution: Number) -> Result<(), Status> {
+        self.each(axis, |axis| {
+            let (low, high) = match (axis.kind, self.micrometres) {
+                (AxisKind::Translation, true) => MICROMETRES,
+                (kind, _) => Kind::Resolution.limits(kind),
+            };
+            let beyond = |limit: Option<i32>, order| {
+                limit.is_some_and(|limit| resolution.cmp(&Number::from(limit)) == order)
+            };
+            if beyond(low, Ordering::Less) {
+                Err(Status::ResolutionTooSmall)
+            } else if beyond(high, Ordering::Greater) {
+                Err(Status::ResolutionTooLarge)
+            } else {
+                Ok(())
+            }
+        })
     }
 
     /// Checks a speed of X and Y together.
@@ -105,16 +141,18 @@ impl Limits {
 
 impl AxisLimits {
     fn allow(&self, kind: Kind, value: i32) -> Result<(), Status> {
-        let (low, high) = kind.limits(self.kind);
+        let (low, _) = kind.limits(self.kind);
         let (too_low, too_high) = match kind {
             Kind::Acceleration => (Status::AccelerationTooLow, Status::AccelerationTooHigh),
-            Kind::Resolution => (Status::ResolutionTooSmall, Status::ResolutionTooLarge),
             _ => (Status::SpeedTooLow, Status::SpeedTooHigh),
         };
-        let high = high.or(Some(self.max_speed).filter(|_| kind == Kind::Speed));
+        let high = match kind {
+            Kind::Acceleration => self.max_acceleration,
+            _ => self.max_speed,
+        };
         if low.is_some_and(|low| value < low) {
             Err(too_low)
-        } else if high.is_some_and(|high| value > high) {
+        } else if value > high {
             Err(too_high)
         } else {
             Ok(())
@@ -129,9 +167,18 @@ mod tests {
 
     /// X and Y linear, Z0 rotary, nothing else.
     fn limits() -> Limits {
-        let linear = Some(AxisLimits { kind: AxisKind::Translation, max_speed: 40_000 });
-        let rotary = Some(AxisLimits { kind: AxisKind::Rotation, max_speed: 3_600 });
-        Limits { axes: [linear, linear, rotary, None, None, None], metres: true }
+        let linear = Some(AxisLimits {
+            kind: AxisKind::Translation,
+            max_speed: 40_000,
+            max_acceleration: 20_000,
+        });
+        let rotary = Some(AxisLimits {
+            kind: AxisKind::Rotation,
+            max_speed: 3_600,
+            max_acceleration: 800_000,
+        });
+        let axes = [linear, linear, rotary, None, None, None];
+        Limits { axes, metres: true, micrometres: false }
     }
 
     fn check(text: &str, model: Dialect) -> Result<(), Status> {

@@ -130,6 +130,15 @@ pub enum Command {
         /// How far, in millionths of a degree; positive is counter-clockwise.
         angle: i64,
     },
+    /// `CI r`: a circle around here.
+    Circle(
+        /// Its radius, in steps.
+        i32,
+    ),
+    /// `EA x,y`: the edge of a rectangle between here and a place.
+    EdgeAbsolute([i32; 2]),
+    /// `ER x,y`: the edge of a rectangle between here and a place that far away.
+    EdgeRelative([i32; 2]),
     /// `IN`: as after power-on.
     Initialize,
     /// `IW x0,y0,x1,y1`: the window X and Y may move in, by two corners in any order.
@@ -273,8 +282,10 @@ pub enum Command {
     Repeat,
     /// `!ST`: stop when the running command has ended. Direct.
     Stop,
-    /// `!TA`: acknowledged, nothing else is known of it.
-    NoEffect,
+    /// `!TA x,y,z`: move X, Y and Z0 together to a position.
+    SpaceAbsolute([i32; 3]),
+    /// `!TR x,y,z`: move X, Y and Z0 together by a way.
+    SpaceRelative([i32; 3]),
 }
 
 impl Command {
@@ -284,6 +295,9 @@ impl Command {
         match self {
             Self::ArcAbsolute { .. } => Op::ArcAbsolute,
             Self::ArcRelative { .. } => Op::ArcRelative,
+            Self::Circle(_) => Op::Circle,
+            Self::EdgeAbsolute(_) => Op::EdgeAbsolute,
+            Self::EdgeRelative(_) => Op::EdgeRelative,
             Self::Initialize => Op::Initialize,
             Self::Window(_) => Op::Window,
             Self::HardClipLimits(None) => Op::HardClipLimits,
@@ -338,7 +352,8 @@ impl Command {
             Self::GoOn => Op::GoOn,
             Self::Repeat => Op::Repeat,
             Self::Stop => Op::Stop,
-            Self::NoEffect => Op::NoEffect,
+            Self::SpaceAbsolute(_) => Op::SpaceAbsolute,
+            Self::SpaceRelative(_) => Op::SpaceRelative,
         }
     }
 

@@ -29,6 +29,13 @@ impl Display for Command {
                 let (x, y) = (Signed(*x), Signed(*y));
                 write!(f, "arc around X {x} Y {y} from here, {}", Angle(*angle))
             }
+            Self::Circle(radius) => write!(f, "circle with the radius {}", Plain(*radius)),
+            Self::EdgeAbsolute([x, y]) => {
+                write!(f, "rectangle to X {} Y {}", Plain(*x), Plain(*y))
+            }
+            Self::EdgeRelative([x, y]) => {
+                write!(f, "rectangle by X {} Y {}", Signed(*x), Signed(*y))
+            }
             Self::Initialize => f.write_str("initialize"),
             Self::Window([[x0, y0], [x1, y1]]) => {
                 let (x0, y0, x1, y1) = (Plain(*x0), Plain(*y0), Plain(*x1), Plain(*y1));
@@ -111,7 +118,12 @@ impl Display for Command {
             Self::GoOn => f.write_str("go on"),
             Self::Repeat => f.write_str("repeat the last command"),
             Self::Stop => f.write_str("stop after this command"),
-            Self::NoEffect => f.write_str("no effect"),
+            Self::SpaceAbsolute([x, y, z]) => {
+                write!(f, "move to X {} Y {} Z {}", Plain(*x), Plain(*y), Plain(*z))
+            }
+            Self::SpaceRelative([x, y, z]) => {
+                write!(f, "move by X {} Y {} Z {}", Signed(*x), Signed(*y), Signed(*z))
+            }
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The language of the LPKF controllers: bytes to meaning and back.
 //!
 //! The SMCU and the MotionSystem are spoken to in HPGL with commands of their own, which begin
-//! with `!`. Two [`Dialect`]s of the language exist.
+//! with `!`. Two [`Dialect`]s of the language exist, and a [`Grammar`] says what else differs
+//! between machines that speak one.
 //!
 //! 1. A [`Reader`] takes the bytes of the line and hands out [`Item`]s: commands, and what is
 //!    for the unit on the second channel.
@@ -44,6 +45,7 @@ mod check;
 mod command;
 mod describe;
 mod dialect;
+mod grammar;
 mod number;
 mod parameter;
 mod parse;
@@ -57,6 +59,7 @@ mod tests;
 pub use check::{AxisLimits, Limits};
 pub use command::{Axis, Command, Mode, Trackball, Turn, Vector};
 pub use dialect::Dialect;
+pub use grammar::Grammar;
 pub use number::Number;
 pub use parameter::{AxisKind, Kind, Parameter};
 pub use parse::{VECTORS_MAX, parse};

@@ -32,7 +32,8 @@ impl Number {
         clip(self.nearest())
     }
 
-    /// A speed in µm/s. With `metres`, a quirk seen in the field, a number below 1 is in m/s:
+    /// A speed in µm/s. With `metres`, as an early program in the field took it, a number below 1 is
+    /// in m/s:
     /// `0.005` is 5,000 µm/s.
     #[must_use]
     pub fn speed(self, metres: bool) -> i32 {
@@ -46,7 +47,13 @@ impl Number {
     /// The nearest number of thousandths; 0 for a negative one.
     #[must_use]
     pub fn thousandths(self) -> u64 {
-        u64::try_from(self.millionths).map_or(0, |millionths| (millionths + 500) / 1_000)
+        (self.millionths() + 500) / 1_000
+    }
+
+    /// The number of millionths; 0 for a negative one.
+    #[must_use]
+    pub fn millionths(self) -> u64 {
+        u64::try_from(self.millionths).unwrap_or(0)
     }
 
     fn nearest(self) -> i64 {

@@ -9,16 +9,20 @@
 //!    mean nothing (assumed). If the model lacks it: unknown command.
 //! 4. An odd number of coordinates where pairs are repeated: a single coordinate.
 //! 5. Values that fit no machine, in the order in which they are written: an axis that can never
-//!    exist; the address of a port beyond 255, and a trackball that is to do anything but 1 to 3.
-//!    For the latter two the SMCU has no status of its own and answers that a parameter is
-//!    missing (assumed).
+//!    exist; the address of a port beyond 255, and a trackball that is to do anything but 1 to 3;
+//!    an arc of more than a turn. For the address and the trackball the SMCU has no status of its
+//!    own, for the arc nobody has: they answer that a parameter is missing (assumed).
 //! 6. The records of `!PH`: one with too much in it, then none, which is a missing parameter,
 //!    then too many.
+//!
+//! `!VA v,n` is `!VZ v,n` (assumed: the manual describes the latter where the letters of the former
+//! would stand).
 //!
 //! What depends on the machine comes after all that: [`Command::check`].
 
 use super::command::{Axis, Command, Mode, Trackball, Turn, Vector};
 use super::dialect::Dialect;
+use super::grammar::Grammar;
 use super::number::{Number, numbers};
 use super::status::Status;
 use super::table::{Count, Form, Op, forms_of};
@@ -40,11 +44,15 @@ pub(super) fn letters(raw: &[u8]) -> &[u8] {
 /// # Errors
 ///
 /// The status of the first check that fails, in the order this module describes.
-pub fn parse(raw: &[u8], model: Dialect) -> Result<Command, Status> {
+pub fn parse(raw: &[u8], grammar: impl Into<Grammar>) -> Result<Command, Status> {
+    let grammar = grammar.into();
     let letters = letters(raw);
     let rest = &raw[letters.len()..];
-    let forms = forms_of(letters);
-    if !forms.clone().any(|form| form.known_to(model)) {
+    let forms = forms_of(match (letters, grammar.dialect) {
+        (b"!VA", Dialect::MotionSystem) => b"!VZ",
+        (letters, _) => letters,
+    });
+    if !forms.clone().any(|form| grammar.knows(form)) {
         return Err(Status::UnknownCommand);
     }
     let (head, records) = match letters {
@@ -72,14 +80,17 @@ pub fn parse(raw: &[u8], model: Dialect) -> Result<Command, Status> {
         .filter(|form| form.least() <= values.len())
         .max_by_key(|form| form.least())
         .ok_or_else(|| incomplete(forms, values.len()))?;
-    if !form.known_to(model) {
+    if !grammar.knows(form) {
         return Err(Status::UnknownCommand);
     }
     if form.count == Count::Repeated && !values.len().is_multiple_of(form.least()) {
         return Err(Status::SingleCoordinate);
     }
-    Values { values, model, at: 0 }.command(form.op, records)
+    Values { values, model: grammar.dialect, at: 0 }.command(form.op, records)
 }
+
+/// A turn in millionths of a degree.
+const TURN: u64 = 360_000_000;
 
 /// So many parameters are read without asking for memory.
 const FEW: usize = 8;
@@ -89,7 +100,13 @@ fn incomplete(mut forms: impl Iterator<Item = &'static Form>, count: usize) -> S
     let in_pairs = forms.any(|form| {
         matches!(
             form.op,
-            Op::ArcAbsolute | Op::ArcRelative | Op::Window | Op::PlotAbsolute | Op::PlotRelative
+            Op::ArcAbsolute
+                | Op::ArcRelative
+                | Op::EdgeAbsolute
+                | Op::EdgeRelative
+                | Op::Window
+                | Op::PlotAbsolute
+                | Op::PlotRelative
         )
     });
     if in_pairs && count % 2 == 1 { Status::SingleCoordinate } else { Status::MissingParameter }
@@ -113,6 +130,9 @@ impl Values<'_> {
         Ok(match op {
             Op::ArcAbsolute => Command::ArcAbsolute { centre: self.pair()?, angle: self.angle()? },
             Op::ArcRelative => Command::ArcRelative { centre: self.pair()?, angle: self.angle()? },
+            Op::Circle => Command::Circle(self.whole()?),
+            Op::EdgeAbsolute => Command::EdgeAbsolute(self.pair()?),
+            Op::EdgeRelative => Command::EdgeRelative(self.pair()?),
             Op::Initialize => Command::Initialize,
             Op::Window => Command::Window([self.pair()?, self.pair()?]),
             Op::HardClipLimits => Command::HardClipLimits(None),
@@ -190,7 +210,8 @@ impl Values<'_> {
             Op::GoOn => Command::GoOn,
             Op::Repeat => Command::Repeat,
             Op::Stop => Command::Stop,
-            Op::NoEffect => Command::NoEffect,
+            Op::SpaceAbsolute => Command::SpaceAbsolute(self.space()?),
+            Op::SpaceRelative => Command::SpaceRelative(self.space()?),
         })
     }
 
@@ -204,8 +225,14 @@ impl Values<'_> {
         self.number().map(Number::whole)
     }
 
+    /// At most a turn, either way.
     fn angle(&mut self) -> Result<i64, Status> {
-        Ok(self.number()?.millionths)
+        let angle = self.number()?.millionths;
+        if angle.unsigned_abs() > TURN { Err(Status::MissingParameter) } else { Ok(angle) }
+    }
+
+    fn space(&mut self) -> Result<[i32; 3], Status> {
+        Ok([self.whole()?, self.whole()?, self.whole()?])
     }
 
     fn pair(&mut self) -> Result<[i32; 2], Status> {

@@ -38,6 +38,8 @@ impl Printer {
             Command::PlotAbsolute(pairs) | Command::PlotRelative(pairs) => {
                 self.wholes(pairs.as_flattened());
             }
+            Command::EdgeAbsolute(place) | Command::EdgeRelative(place) => self.wholes(place),
+            Command::SpaceAbsolute(place) | Command::SpaceRelative(place) => self.wholes(place),
             Command::PenSpeed(speed) => self.number(*speed),
             Command::Acceleration { axis, acceleration } => {
                 self.whole(*acceleration);
@@ -80,6 +82,7 @@ impl Printer {
             Command::SettlingTime(time) | Command::Wait(time) => self.whole(*time),
             Command::TravelSpeed(value)
             | Command::ZSpeed(value)
+            | Command::Circle(value)
             | Command::MoveZAbsolute(value)
             | Command::MoveZRelative(value) => self.whole(*value),
             Command::AxisSpeed { axis, speed: value }
@@ -105,8 +108,7 @@ impl Printer {
             | Command::ClearBuffer
             | Command::GoOn
             | Command::Repeat
-            | Command::Stop
-            | Command::NoEffect => {}
+            | Command::Stop => {}
         }
     }
 

@@ -9,13 +9,16 @@
 //! - at `;` or CR, which belong to no command;
 //! - at the next capital letter or `!`, with which the next command begins.
 //!
+//! LF separates, or ends a command as CR does: [`Grammar::line_feed_ends`]. `OH` ends at a colon, too.
+//!
 //! `!PH` is the exception: its records stand between CRs and are made of letters, so it ends
-//! at `;` only, or at a `!` (assumed: a host that has given up begins anew). That is so on the
-//! SMCU as well, which does not know the command: its records are no commands there either.
+//! at `;` only, or at a `!` (assumed: a host that has given up begins anew). The SMCU, which does
+//! not know the command, does not know its records either: each letter of them begins an unknown
+//! command.
 //!
 //! Letters that anything else than a letter breaks off are an unknown command, and so is a `!` on
-//! its own. Numbers outside a command are ignored, unless the quirk of
-//! [`Reader::with_bare_pairs`] makes them moves.
+//! its own. Numbers outside a command are ignored, unless [`Grammar::bare_pairs`] makes them moves,
+//! and so are those of an unknown command, unless [`Grammar::unknown_pairs`] does.
 //!
 //! Once `!OC` has been read every byte is for the unit on the second channel, until `!CC`.
 
@@ -25,7 +28,8 @@ use serde::{Deserialize, Serialize};
 
 use super::command::Command;
 use super::dialect::Dialect;
-use super::number::numbers;
+use super::grammar::Grammar;
+use super::number::{Number, numbers};
 use super::parse::{letters, parse};
 use super::status::Status;
 use super::table;
@@ -74,8 +78,7 @@ impl Item<&[u8]> {
 /// Reads what arrives on the line of a controller.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Reader {
-    model: Dialect,
-    bare_pairs: bool,
+    grammar: Grammar,
     /// Whether bare pairs are ways, because the last move was `PR`.
     relative: bool,
     /// The command that has been begun.
@@ -93,10 +96,9 @@ pub struct Reader {
 impl Reader {
     /// A line on which nothing has arrived yet.
     #[must_use]
-    pub const fn new(model: Dialect) -> Self {
+    pub fn new(grammar: impl Into<Grammar>) -> Self {
         Self {
-            model,
-            bare_pairs: false,
+            grammar: grammar.into(),
             relative: false,
             raw: Vec::new(),
             too_long: false,
@@ -106,14 +108,6 @@ impl Reader {
         }
     }
 
-    /// Whether numbers outside a command are a move: relative if the last move was one, absolute
-    /// at first and after `IN`. Such pairs end like a command. Off by default.
-    #[must_use]
-    pub const fn with_bare_pairs(mut self, on: bool) -> Self {
-        self.bare_pairs = on;
-        self
-    }
-
     /// Takes one byte and hands out what it completes: mostly nothing, and in order if it is
     /// more than one item.
     pub fn feed(&mut self, byte: u8, mut emit: impl FnMut(Item)) {
@@ -121,7 +115,7 @@ impl Reader {
     }
 
     /// The same, with the bytes of a command lent for as long as it is looked at.
-    pub fn read(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
+    pub fn read(&mut self, byte: u8, emit: impl FnMut(Item<&[u8]>)) {
         if self.channel.is_some() {
             return self.pass(byte, emit);
         }
@@ -130,11 +124,10 @@ impl Reader {
             b'A'..=b'Z' if self.in_vectors() || self.takes_letter() => self.push(byte, emit),
             b'A'..=b'Z' => self.begin(byte, emit),
             b'\r' if self.in_vectors() => self.push(byte, emit),
-            b';' | b'\r' => {
-                self.ignores = false;
-                self.end(&mut emit);
-            }
-            b'0'..=b'9' | b'+' | b'-' | b'.' if self.bare_pairs => self.push(byte, emit),
+            b';' | b'\r' => self.end_here(emit),
+            b'\n' if self.grammar.line_feed_ends && !self.in_vectors() => self.end_here(emit),
+            b':' if self.raw.starts_with(b"OH") => self.end_here(emit),
+            b'0'..=b'9' | b'+' | b'-' | b'.' if self.grammar.bare_pairs => self.push(byte, emit),
             // What comes before the first command, or after the end of one, means nothing.
             _ if self.raw.is_empty() => {
                 self.stray |= byte.is_ascii_digit() && !self.ignores;
@@ -189,7 +182,13 @@ impl Reader {
 
     /// Whether the command is one with records.
     fn in_vectors(&self) -> bool {
-        self.raw.starts_with(b"!PH")
+        self.grammar.dialect == Dialect::MotionSystem && self.raw.starts_with(b"!PH")
+    }
+
+    /// Takes a byte that ends the command before it and belongs to none.
+    fn end_here(&mut self, mut emit: impl FnMut(Item<&[u8]>)) {
+        self.ignores = false;
+        self.end(&mut emit);
     }
 
     /// Takes a byte that cannot belong to the command before it.
@@ -236,8 +235,8 @@ impl Reader {
         }
         if too_long {
             // A `!PH` that long has more records than there is room for.
-            let too_many = raw.starts_with(b"!PH") && self.model == Dialect::MotionSystem;
-            return emit(if too_many {
+            let dialect = self.grammar.dialect;
+            return emit(if raw.starts_with(b"!PH") && dialect == Dialect::MotionSystem {
                 Item::Command { raw: &raw[..3], command: Err(Status::VectorBufferFull) }
             } else {
                 Item::TooLong
@@ -254,11 +253,33 @@ impl Reader {
     }
 
     fn understand(&self, raw: &[u8]) -> Result<Command, Status> {
-        if !letters(raw).is_empty() {
-            return parse(raw, self.model);
+        let letters = letters(raw);
+        if letters.is_empty() {
+            return self.move_by(numbers(raw));
         }
-        let letters: &[u8] = if self.relative { b"PR" } else { b"PA" };
-        parse(&[letters, raw].concat(), self.model)
+        match parse(raw, self.grammar) {
+            Err(Status::UnknownCommand) if self.grammar.unknown_pairs => {
+                let numbers: Vec<Number> = numbers(&raw[letters.len()..]).collect();
+                let whole = numbers.len() & !1;
+                if whole == 0 {
+                    return Err(Status::UnknownCommand);
+                }
+                self.move_by(numbers.into_iter().take(whole))
+            }
+            command => command,
+        }
+    }
+
+    /// The move that numbers without a command are.
+    fn move_by(&self, numbers: impl Iterator<Item = Number>) -> Result<Command, Status> {
+        let numbers: Vec<i32> = numbers.map(Number::whole).collect();
+        let (pairs, rest) = numbers.as_chunks::<2>();
+        match (pairs, rest, self.relative) {
+            ([], [], _) => Err(Status::MissingParameter),
+            (_, [_, ..], _) => Err(Status::SingleCoordinate),
+            (pairs, _, false) => Ok(Command::PlotAbsolute(pairs.to_vec())),
+            (pairs, _, true) => Ok(Command::PlotRelative(pairs.to_vec())),
+        }
     }
 
     /// Takes a byte while the second channel is open.

@@ -1,7 +1,8 @@
 //! Which commands there are: every form of every command, and which models have it.
 //!
 //! A form is a command with a number of parameters. The manual says of each whether a model has
-//! it; what it calls "in preparation" counts as no. Letters that the scanned manual shows as
+//! it; what it calls "in preparation" counts as no, except where other machines of the family have
+//! it: then the profile says so, see [`Grammar`](super::Grammar). Letters that the scanned manual shows as
 //! `I` and two more are `!` and these two.
 
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,12 @@ pub enum Op {
     ArcAbsolute,
     /// `AR x,y,a`.
     ArcRelative,
+    /// `CI r`.
+    Circle,
+    /// `EA x,y`.
+    EdgeAbsolute,
+    /// `ER x,y`.
+    EdgeRelative,
     /// `IN`.
     Initialize,
     /// `IW x0,y0,x1,y1`.
@@ -130,8 +137,10 @@ pub enum Op {
     Repeat,
     /// `!ST`.
     Stop,
-    /// `!TA`.
-    NoEffect,
+    /// `!TA x,y,z`.
+    SpaceAbsolute,
+    /// `!TR x,y,z`.
+    SpaceRelative,
 }
 
 impl Op {
@@ -151,8 +160,6 @@ pub enum Count {
     Listed,
     /// Those listed, once or more often.
     Repeated,
-    /// Any number; they mean nothing.
-    Any,
 }
 
 /// What a command sends when it has succeeded.
@@ -236,7 +243,7 @@ impl Form {
 
     /// Whether it can have parameters.
     fn takes_parameters(&self) -> bool {
-        !self.parameters.is_empty() || self.count == Count::Any
+        !self.parameters.is_empty()
     }
 }
 
@@ -327,6 +334,7 @@ const SWITCH: Parameter = a("n", Kind::Switch);
 const CHANNEL: Parameter = a("n", Kind::Channel);
 const PORT: Parameter = a("a", Kind::Port);
 const ARC: &[Parameter] = &[X, Y, ANGLE];
+const SPACE: &[Parameter] = &[X, Y, a("z", Kind::Coordinate)];
 const WINDOW: &[Parameter] = &[
     a("x0", Kind::Coordinate),
     a("y0", Kind::Coordinate),
@@ -376,11 +384,6 @@ impl Form {
         self
     }
 
-    const fn any(mut self) -> Self {
-        self.count = Count::Any;
-        self
-    }
-
     const fn answers(mut self, answer: Answer) -> Self {
         self.answer = answer;
         self
@@ -403,6 +406,9 @@ impl Form {
 const FORMS: &[Form] = &[
     form(Op::ArcAbsolute, "AA", "arc around absolute centre", ARC, BOTH),
     form(Op::ArcRelative, "AR", "arc around relative centre", ARC, BOTH),
+    form(Op::Circle, "CI", "circle around here", &[a("r", Kind::Coordinate)], SMCU).seen_in_the_field(),
+    form(Op::EdgeAbsolute, "EA", "rectangle to a place", &[X, Y], SMCU).seen_in_the_field(),
+    form(Op::EdgeRelative, "ER", "rectangle by a way", &[X, Y], SMCU).seen_in_the_field(),
     form(Op::Initialize, "IN", "initialize", &[], BOTH),
     form(Op::Window, "IW", "set window", WINDOW, BOTH),
     form(Op::HardClipLimits, "OH/0", "find limits of all axes", &[], BOTH).answers(HardClip),
@@ -438,7 +444,7 @@ const FORMS: &[Form] = &[
     form(Op::NominalPosition, "!ON", "read nominal position", &[a("n", Kind::Nominal)], BOTH)
         .answers(Nominal),
     form(Op::FollowVectors, "!PH", "follow vectors", &[a("a", Kind::Axis), a("b", Kind::Axis)], MOTION),
-    form(Op::ReadPort, "!RD", "read port", &[PORT], MOTION).answers(Port),
+    form(Op::ReadPort, "!RD", "read port", &[PORT], BOTH).answers(Port),
     form(Op::RepeatBroken, "!RC", "repeat broken-off command", &[], MOTION),
     form(Op::ResolutionOf, "!RS/2", "set resolution of axis", &[RESOLUTION, AXIS], MOTION),
     form(Op::Resolution, "!RS/1", "set resolution", &[RESOLUTION], SMCU),
@@ -459,5 +465,6 @@ const FORMS: &[Form] = &[
     form(Op::GoOn, "!GO", "go on", &[], BOTH).direct(),
     form(Op::Repeat, "!RP", "repeat last command", &[], MOTION).direct(),
     form(Op::Stop, "!ST", "stop after this command", &[], BOTH).direct(),
-    form(Op::NoEffect, "!TA", "no effect", &[], BOTH).any().seen_in_the_field(),
+    form(Op::SpaceAbsolute, "!TA", "absolute move in space", SPACE, BOTH).seen_in_the_field(),
+    form(Op::SpaceRelative, "!TR", "relative move in space", SPACE, BOTH).seen_in_the_field(),
 ];

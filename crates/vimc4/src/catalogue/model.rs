@@ -141,11 +141,13 @@ impl Model {
             Model::Lpkf(_) => &[
                 ("unknown_command", &["\"echo\"", "\"never\"", "\"always\""]),
                 ("init_reply", &["\"Z\"", "\"C\""]),
+                ("init_echo", &["\"on\"", "\"off\""]),
+                ("after_status", &["\"wait\"", "\"refuse\"", "\"execute\""]),
                 ("hard_clip_blank", &["false", "true"]),
                 ("status_digits", &["\"hexadecimal\"", "\"decimal\""]),
-                ("decimal_speed", &["\"metres\"", "\"micrometres\""]),
+                ("decimal_speed", &["\"micrometres\"", "\"metres\""]),
                 ("bare_pairs", &["\"ignore\"", "\"repeat\""]),
-                ("ta", &["\"accept\"", "\"unknown\""]),
+                ("ta", &["\"move\"", "\"none\""]),
             ],
         }
     }

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use vimc4_device::Point;
-use vimc4_lpkf::language::{Command, Dialect, Item, Reader, Status};
-use vimc4_lpkf::{BarePairs, CommandSet};
+use vimc4_lpkf::CommandSet;
+use vimc4_lpkf::language::{Command, Dialect, Grammar, Item, Reader, Status};
 
 use super::{Effects, Handling, Piece};
 use crate::catalogue::Model;
@@ -67,8 +67,7 @@ pub(super) fn moving(model: &vimc4_lpkf::Model, by: Point, speed: u64) -> Vec<St
 }
 
 pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
-    let repeats = model.quirks.bare_pairs == BarePairs::Repeat;
-    let mut reader = Reader::new(model.command_set.dialect()).with_bare_pairs(repeats);
+    let mut reader = Reader::new(model.grammar());
     let mut pieces = Vec::new();
     let piece = |command, bytes| Piece { bytes, command };
     // Where what has not been completed yet begins.
@@ -120,8 +119,9 @@ pub(super) fn effects_of(sent: &[u8]) -> Effects {
     let mut effects = Effects::default();
     let mut passed = Vec::new();
     for dialect in Dialect::ALL {
-        // Bare pairs after a command may be taken for moves.
-        let mut reader = Reader::new(dialect).with_bare_pairs(true);
+        // Pairs after a command, also an unknown one, may be taken for moves.
+        let mut reader =
+            Reader::new(Grammar { bare_pairs: true, unknown_pairs: true, ..dialect.into() });
         passed.clear();
         for byte in sent.iter().chain(b";") {
             reader.feed(*byte, |item| match item {

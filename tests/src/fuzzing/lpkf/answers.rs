@@ -170,11 +170,18 @@ fn is_data(letter: char, line: &[u8], dialect: Dialect) -> bool {
     };
     let axes = if dialect == Dialect::Smcu { 3 } else { 6 };
     match letter {
-        // A quirk puts a blank behind the letter.
+        // A quirk puts a blank behind the letter, another answers as many as the other model.
         'W' => {
-            count(fields.strip_prefix(b" ").unwrap_or(fields)).is_some_and(|n| n == 1 || n == axes)
+            let values = count(fields.strip_prefix(b" ").unwrap_or(fields));
+            values.is_some_and(|n| matches!(n, 1 | 3 | 6))
         }
-        'S' => count(fields) == Some(3) && matches!(fields.len(), 16 | 17),
+        // A quirk writes them in hexadecimal digits.
+        'S' => {
+            let hexadecimal = fields.split(|&byte| byte == b',').all(|number| {
+                (1..=8).contains(&number.len()) && number.iter().all(u8::is_ascii_hexdigit)
+            });
+            hexadecimal && fields.iter().filter(|&&byte| byte == b',').count() == 2
+        }
         'R' => fields.len() == 4 && count(fields) == Some(1),
         _ => count(fields).is_some_and(|n| n == 1 || n == axes),
     }

@@ -1,7 +1,8 @@
 //! Commands from bytes and back.
 
 use vimc4_lpkf::language::{
-    AxisKind, AxisLimits, COMMAND_MAX, Command, Dialect, Item, Limits, Reader, Status, parse,
+    AxisKind, AxisLimits, COMMAND_MAX, Command, Dialect, Grammar, Item, Limits, Reader, Status,
+    parse,
 };
 
 use crate::fuzzing::Chance;
@@ -11,13 +12,22 @@ use crate::fuzzing::Chance;
 /// back, in the middle goes on as if nothing had been.
 ///
 /// Of the first byte, the lowest bit says which dialect, the next whether bare pairs are moves,
-/// the third whether what costs most is done, writing down; what remains comes over the line.
+/// the third whether what costs most is done, writing down, and the others what else differs
+/// between machines; what remains comes over the line.
 pub fn language(data: &[u8]) {
     let [habits, line @ ..] = data else { return };
     let dialect = Dialect::ALL[usize::from(habits & 1)];
-    let bare_pairs = habits & 2 != 0;
     let write_down = habits & 4 != 0;
-    let new = || Reader::new(dialect).with_bare_pairs(bare_pairs);
+    let grammar = Grammar {
+        bare_pairs: habits & 2 != 0,
+        line_feed_ends: habits & 8 != 0,
+        unknown_pairs: habits & 16 != 0,
+        shapes: habits & 32 == 0,
+        space_moves: habits & 64 == 0,
+        reads_ports: habits & 128 == 0,
+        ..dialect.into()
+    };
+    let new = || Reader::new(grammar);
     let (mut reader, mut other) = (new(), new());
     let (mut items, mut others) = (Vec::new(), Vec::new());
     let copied = Chance::of(data).below(line.len() as u64 + 1) as usize;
@@ -39,7 +49,7 @@ pub fn language(data: &[u8]) {
             match item {
                 Item::Command { raw, command } => {
                     let so_far = &line[..=at];
-                    check_command(&raw, &command, so_far, dialect, bare_pairs, write_down);
+                    check_command(&raw, &command, so_far, grammar, write_down);
                 }
                 Item::TooLong => assert!(at >= COMMAND_MAX, "{at} bytes are no long command"),
                 Item::Through(_) => {
@@ -68,8 +78,7 @@ fn check_command(
     raw: &[u8],
     command: &Result<Command, Status>,
     so_far: &[u8],
-    dialect: Dialect,
-    bare_pairs: bool,
+    grammar: Grammar,
     write_down: bool,
 ) {
     let text = raw.escape_ascii();
@@ -77,25 +86,28 @@ fn check_command(
     let came = raw == b"!PH" || so_far.windows(raw.len()).any(|window| window == raw);
     assert!(came, "{text} has not been received");
     let is_bare = !matches!(raw[0], b'A'..=b'Z' | b'!');
-    assert!(bare_pairs || !is_bare, "{text} is no command");
+    assert!(grammar.bare_pairs || !is_bare, "{text} is no command");
     let parsed = match is_bare {
-        false => parse(raw, dialect),
+        false => parse(raw, grammar),
         // A move to these places, or by these ways.
         true => {
-            let move_by = |letters: &[u8]| parse(&[letters, raw].concat(), dialect);
+            let move_by = |letters: &[u8]| parse(&[letters, raw].concat(), grammar);
             let relative = matches!(command, Ok(Command::PlotRelative(_)));
             move_by(if relative { b"PR" } else { b"PA" })
         }
     };
     // What was read is a whole command, which reads the same by itself.
-    let again = read(&[raw, b";"].concat(), Reader::new(dialect));
+    let again = read(&[raw, b";"].concat(), Reader::new(grammar));
     let alone = Item::Command { raw: raw.to_vec(), command: command.clone() };
     let is_long_vectors = raw == b"!PH" && *command == Err(Status::VectorBufferFull);
-    assert!(is_long_vectors || parsed == *command, "{text} by itself is {parsed:?}");
-    assert!(is_long_vectors || is_bare || again == [alone], "{text} by itself is {again:?}");
+    // What the numbers of an unknown command do depends on the last move.
+    let is_move = grammar.unknown_pairs && parsed == Err(Status::UnknownCommand);
+    let is_context = is_long_vectors || is_move;
+    assert!(is_context || parsed == *command, "{text} by itself is {parsed:?}");
+    assert!(is_context || is_bare || again == [alone], "{text} by itself is {again:?}");
     match command {
-        Err(status) => assert!(status.known_to(dialect), "{status:?} is unknown"),
-        Ok(command) => check_meaning(command, dialect, write_down),
+        Err(status) => assert!(status.known_to(grammar.dialect), "{status:?} is unknown"),
+        Ok(command) => check_meaning(command, grammar, write_down),
     }
 }
 
@@ -109,17 +121,17 @@ fn read(bytes: &[u8], mut reader: Reader) -> Vec<Item> {
 }
 
 /// What is printed means the same, and so is what is written down.
-fn check_meaning(command: &Command, dialect: Dialect, write_down: bool) {
-    assert!(command.form().known_to(dialect), "{command:?} is unknown");
+fn check_meaning(command: &Command, grammar: Grammar, write_down: bool) {
+    assert!(grammar.knows(command.form()), "{command:?} is unknown");
     assert!(!command.describe().is_empty());
     let mut printed = Vec::new();
     command.print(&mut printed);
     let text = printed.escape_ascii();
-    let again = read(&printed, Reader::new(dialect));
+    let again = read(&printed, Reader::new(grammar));
     let same = matches!(&again[..], [Item::Command { command: Ok(again), .. }] if again == command);
     assert!(same, "printed as {text}, which is {again:?}");
     if let Err(status) = command.check(&LIMITS) {
-        assert!(status.known_to(dialect), "{status:?} is unknown");
+        assert!(status.known_to(grammar.dialect), "{status:?} is unknown");
     }
     if write_down {
         let kept = serde_json::to_string(command).unwrap_or_default();
@@ -129,7 +141,13 @@ fn check_meaning(command: &Command, dialect: Dialect, write_down: bool) {
 
 /// Some machine: X and Y linear, Z0 rotary, nothing else.
 const LIMITS: Limits = {
-    let linear = Some(AxisLimits { kind: AxisKind::Translation, max_speed: 40_000 });
-    let rotary = Some(AxisLimits { kind: AxisKind::Rotation, max_speed: 3_600 });
-    Limits { axes: [linear, linear, rotary, None, None, None], metres: true }
+    let linear = Some(AxisLimits {
+        kind: AxisKind::Translation,
+        max_speed: 40_000,
+        max_acceleration: 20_000,
+    });
+    let rotary =
+        Some(AxisLimits { kind: AxisKind::Rotation, max_speed: 3_600, max_acceleration: 800_000 });
+    let axes = [linear, linear, rotary, None, None, None];
+    Limits { axes, metres: true, micrometres: false }
 };

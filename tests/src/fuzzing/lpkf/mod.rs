@@ -13,7 +13,8 @@ use serde_json::Value;
 use vimc4_device::{Device, Input};
 use vimc4_lpkf::language::{COMMAND_MAX, Dialect};
 use vimc4_lpkf::{
-    BarePairs, Controller, DecimalSpeed, InitReply, Model, StatusDigits, Ta, UnknownCommand,
+    AfterStatus, BarePairs, Controller, DecimalSpeed, InitEcho, InitReply, LineFeed, Model,
+    ResolutionUnit, StatusDigits, Ta, UnknownCommand, UnknownPairs,
 };
 use vimc4_plant::PlantSignal;
 
@@ -80,7 +81,7 @@ fn model_name(setup: Setup) -> &'static str {
     setup.model_of(&Model::names())
 }
 
-/// The model that a setup is about. Every bit of the quirks turns one of them over; the highest
+/// The model that a setup is about. Every bit of the quirks turns some of them over; the highest
 /// makes the buffer so small that it fills up, and has the spindle turn at once.
 fn model(setup: Setup) -> Arc<Model> {
     let mut model = Model::builtin(model_name(setup)).unwrap_or_else(|| unreachable!());
@@ -88,33 +89,46 @@ fn model(setup: Setup) -> Arc<Model> {
         return model;
     }
     let other = Arc::make_mut(&mut model);
-    let quirks = &mut other.quirks;
+    let (quirks, language) = (&mut other.quirks, &mut other.language);
+    let is_smcu = other.command_set.dialect() == Dialect::Smcu;
     if setup.quirk(0) {
-        quirks.unknown_command = match other.command_set.dialect() {
-            Dialect::Smcu => UnknownCommand::Never,
-            Dialect::MotionSystem => UnknownCommand::Always,
+        quirks.unknown_command = match is_smcu {
+            true => UnknownCommand::Never,
+            false => UnknownCommand::Always,
         };
+        language.unknown_pairs = UnknownPairs::Move;
     }
     if setup.quirk(1) {
         quirks.init_reply = match quirks.init_reply {
             InitReply::Z => InitReply::C,
             InitReply::C => InitReply::Z,
         };
+        quirks.init_echo = InitEcho::Off;
     }
     if setup.quirk(2) {
         quirks.hard_clip_blank = true;
+        language.hard_clip_values = if is_smcu { 6 } else { 3 };
+        quirks.after_status = if is_smcu { AfterStatus::Execute } else { AfterStatus::Wait };
     }
     if setup.quirk(3) {
         quirks.status_digits = StatusDigits::Decimal;
+        language.status_texts = StatusDigits::Hexadecimal;
     }
     if setup.quirk(4) {
-        quirks.decimal_speed = DecimalSpeed::Micrometres;
+        quirks.decimal_speed = DecimalSpeed::Metres;
+        language.resolution_unit = ResolutionUnit::Micrometres;
+        if !is_smcu {
+            quirks.after_status = AfterStatus::Execute;
+        }
     }
     if setup.quirk(5) {
         quirks.bare_pairs = BarePairs::Repeat;
+        language.line_feed = LineFeed::End;
     }
     if setup.quirk(6) {
-        quirks.ta = Ta::Unknown;
+        quirks.ta = Ta::None;
+        language.shapes = is_smcu;
+        language.read_port = true;
     }
     if setup.quirk(7) {
         other.buffer.bytes = 64;
@@ -141,7 +155,7 @@ pub(super) fn inputs() -> [Input<'static>; 13] {
         Input::Bytes(b"!GO!OC;!SV7\r!RM 9000\r!CC;!OI2;!CI;!VZ 99;!VZ 99,2;!AS 50;!RS 7937.5,1;"),
         Input::Power(false),
         Input::Power(true),
-        Input::Bytes(b"VS0.005;VU 10;!CT0;QQ;!CT1;QQ;!TA1;IN;"),
+        Input::Bytes(b"VS0.005;VU 10;!CT0;QQ;!CT1;QQ;!TA1,2,3;!TR1,1,1;IN;"),
         Input::Bytes(b"OS;"),
     ]
 }

@@ -250,7 +250,9 @@ impl Scripts {
         ];
         for bit in 0..7 {
             let script = Script::new(self.usual.with_quirks(1 << bit));
-            let script = script.ask("QQ;!TA1;PA1,1;2,2;PR1,1;2,2;VS0.005;OH;PA1;!IS9;");
+            let script = script.ask("QQ5,5;!TA1,2,3;PA1,1;2,2;PR1,1\n;2,2;VS0.005;!RS8;OS;OH:PA1;");
+            let script =
+                script.ask("PA50,50;CI9;EA60,60;ER5,5;!RD0;!IS9;IW0,0,9,9;PA99,99;PA1,1;!GO");
             let script = script.ask("!CT0;QQ;OH;IN;PA1,1;QQ;!CT1;QQ;");
             scripts.push((format!("quirk-{bit}"), script));
         }

@@ -5,13 +5,13 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::{feed, print};
-use crate::language::{COMMAND_MAX, Dialect, Item, Reader, parse};
+use crate::language::{COMMAND_MAX, Dialect, Grammar, Item, Reader, parse};
 
 /// Pieces of which commands are made, so that some of the garbage nearly is one.
 fn piece() -> impl Strategy<Value = Vec<u8>> {
     const LETTERS: &str = "AA AR IN IW OH OS PA PD PR PU VS !AS !CC !CI !CM !CS !CT !ES !EM !FP \
                            !GB !HP !IS !MA !MR !OA !OC !OI !ON !PH !RD !RC !RS !SR !TD !TM !TS \
-                           !TW !VZ !VU !WR !ZA !ZR !CB !GO !RP !ST !TA ! !C P pa !XX";
+                           !TW !VZ !VA !VU !WR !ZA !ZR !CB !GO !RP !ST !TA !TR CI EA ER OH: ! !C P pa !XX";
     const NUMBERS: &str = "0 1 -1 +7 5 6 100 106 255 256 2147483648 -99999999999999999999 0.005 .5 \
                            5. - .";
     const RECORDS: &str = "X1 Y-2 I3 J F O1 O-1";
@@ -26,6 +26,22 @@ fn piece() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![8 => piece.prop_map(|piece| piece.as_bytes().to_vec()), 1 => vec(any::<u8>(), 0..4)]
 }
 
+/// Every way to read.
+fn grammar() -> impl Strategy<Value = Grammar> {
+    (select(Dialect::ALL.to_vec()), any::<[bool; 6]>()).prop_map(|(dialect, on)| {
+        let [bare_pairs, unknown_pairs, line_feed_ends, shapes, space_moves, reads_ports] = on;
+        Grammar {
+            dialect,
+            bare_pairs,
+            unknown_pairs,
+            line_feed_ends,
+            shapes,
+            space_moves,
+            reads_ports,
+        }
+    })
+}
+
 fn garbage() -> impl Strategy<Value = Vec<u8>> {
     vec(piece(), 0..60).prop_map(|pieces| pieces.concat())
 }
@@ -36,10 +52,10 @@ proptest! {
     #[test]
     fn no_stream_of_bytes_is_too_strange(
         bytes in garbage(),
-        model in select(Dialect::ALL.to_vec()),
-        bare_pairs in any::<bool>(),
+        grammar in grammar(),
     ) {
-        let mut reader = Reader::new(model).with_bare_pairs(bare_pairs);
+        let model = grammar.dialect;
+        let mut reader = Reader::new(grammar);
         for &byte in &bytes {
             let mut items = Vec::new();
             reader.feed(byte, |item| items.push(item));
@@ -51,9 +67,9 @@ proptest! {
                 match command {
                     // What was understood can be said again.
                     Ok(command) => {
-                        prop_assert!(command.form().known_to(model));
+                        prop_assert!(grammar.knows(command.form()));
                         prop_assert!(!command.describe().is_empty());
-                        prop_assert_eq!(parse(&print(&command), model), Ok(command));
+                        prop_assert_eq!(parse(&print(&command), grammar), Ok(command));
                     }
                     Err(status) => prop_assert!(status.known_to(model)),
                 }
@@ -67,12 +83,11 @@ proptest! {
     #[test]
     fn a_line_may_be_saved_and_restored_anywhere(
         bytes in garbage(),
-        model in select(Dialect::ALL.to_vec()),
-        bare_pairs in any::<bool>(),
+        grammar in grammar(),
         cut in any::<prop::sample::Index>(),
     ) {
         let (before, after) = bytes.split_at(cut.index(bytes.len() + 1));
-        let mut reader = Reader::new(model).with_bare_pairs(bare_pairs);
+        let mut reader = Reader::new(grammar);
         let mut whole = reader.clone();
         let all = feed(&mut whole, &bytes);
 
@@ -88,10 +103,10 @@ proptest! {
     #[test]
     fn parsing_alone_takes_anything(
         bytes in prop_oneof![garbage(), vec(any::<u8>(), 0..50)],
-        model in select(Dialect::ALL.to_vec()),
+        grammar in grammar(),
     ) {
-        if let Err(status) = parse(&bytes, model) {
-            prop_assert!(status.known_to(model));
+        if let Err(status) = parse(&bytes, grammar) {
+            prop_assert!(status.known_to(grammar.dialect));
         }
     }
 }

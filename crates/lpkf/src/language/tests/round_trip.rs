@@ -25,8 +25,12 @@ fn pair() -> impl Strategy<Value = [i32; 2]> {
     [whole(), whole()]
 }
 
+fn space() -> impl Strategy<Value = [i32; 3]> {
+    [whole(), whole(), whole()]
+}
+
 fn angle() -> impl Strategy<Value = i64> {
-    prop_oneof![-720_000_000_i64..=720_000_000, (-720_i64..=720).prop_map(|a| a * 1_000_000)]
+    prop_oneof![-360_000_000_i64..=360_000_000, (-360_i64..=360).prop_map(|a| a * 1_000_000)]
 }
 
 fn time() -> impl Strategy<Value = u32> {
@@ -68,6 +72,9 @@ fn commands(op: Op) -> BoxedStrategy<Command> {
     match op {
         Op::ArcAbsolute => arc(|centre, angle| Command::ArcAbsolute { centre, angle }),
         Op::ArcRelative => arc(|centre, angle| Command::ArcRelative { centre, angle }),
+        Op::Circle => one(Command::Circle),
+        Op::EdgeAbsolute => pair().prop_map(Command::EdgeAbsolute).boxed(),
+        Op::EdgeRelative => pair().prop_map(Command::EdgeRelative).boxed(),
         Op::Initialize => Just(Command::Initialize).boxed(),
         Op::Window => [pair(), pair()].prop_map(Command::Window).boxed(),
         Op::HardClipLimits => Just(Command::HardClipLimits(None)).boxed(),
@@ -145,7 +152,8 @@ fn commands(op: Op) -> BoxedStrategy<Command> {
         Op::GoOn => Just(Command::GoOn).boxed(),
         Op::Repeat => Just(Command::Repeat).boxed(),
         Op::Stop => Just(Command::Stop).boxed(),
-        Op::NoEffect => Just(Command::NoEffect).boxed(),
+        Op::SpaceAbsolute => space().prop_map(Command::SpaceAbsolute).boxed(),
+        Op::SpaceRelative => space().prop_map(Command::SpaceRelative).boxed(),
     }
 }
 
@@ -186,5 +194,5 @@ fn on_the_other_model_it_is_unknown() {
             unknown.insert(form.mnemonic);
         }
     }
-    assert_eq!(unknown.len(), 33);
+    assert_eq!(unknown.len(), 35);
 }

@@ -29,8 +29,13 @@ fn samples_mean_what_they_say() {
         read(MotionSystem, "!VZ 700,5;"),
         Ok(Command::AxisSpeed { axis: Axis::Z3, speed: 700 })
     );
-    assert_eq!(read(Smcu, "!TA;"), Ok(Command::NoEffect));
-    assert_eq!(read(Smcu, "!TA 1,2;"), Ok(Command::NoEffect));
+    assert_eq!(read(Smcu, "!TA 1,-2,3;"), Ok(Command::SpaceAbsolute([1, -2, 3])));
+    assert_eq!(read(MotionSystem, "!TR 1,-2,3;"), Ok(Command::SpaceRelative([1, -2, 3])));
+    assert_eq!(read(Smcu, "CI 50,5;"), Ok(Command::Circle(50)));
+    assert_eq!(read(Smcu, "EA 5,6;"), Ok(Command::EdgeAbsolute([5, 6])));
+    assert_eq!(read(Smcu, "ER 5,6;"), Ok(Command::EdgeRelative([5, 6])));
+    assert_eq!(read(MotionSystem, "!VA 700,5;"), read(MotionSystem, "!VZ 700,5;"));
+    assert_eq!(read(Smcu, "!VA 700;"), Err(UnknownCommand));
     assert_eq!(read(Smcu, "!WR 33,255;"), Ok(Command::WritePort { port: 0x21, data: 255 }));
 }
 
@@ -69,11 +74,30 @@ fn coordinates_come_in_pairs() {
     assert_eq!(refused(Smcu, "IW 1,2,3;"), SingleCoordinate);
     assert_eq!(refused(Smcu, "IW 1,2;"), MissingParameter);
     assert_eq!(refused(Smcu, "AA 1,2;"), MissingParameter);
+    assert_eq!(refused(Smcu, "EA 1;"), SingleCoordinate);
+    assert_eq!(refused(Smcu, "ER;"), MissingParameter);
+}
+
+#[test]
+fn an_arc_is_a_turn_at_most() {
+    for model in Dialect::ALL {
+        for angle in ["360", "-360.000000", "359.999999"] {
+            assert!(read(model, &format!("AA 1,2,{angle};")).is_ok(), "{angle}");
+        }
+        for angle in ["360.000001", "-361", "99999999999999"] {
+            for command in ["AA", "AR"] {
+                let text = format!("{command} 1,2,{angle};");
+                assert_eq!(refused(model, &text), MissingParameter, "{angle}");
+            }
+        }
+    }
 }
 
 #[test]
 fn parameters_can_be_missing_and_superfluous() {
-    for command in ["VS", "!VU", "!AS", "!RS", "!VZ", "!ZA", "!ZR", "!TD 1,2,3", "!WR 1"] {
+    for command in
+        ["VS", "!VU", "!AS", "!RS", "!VZ", "!ZA", "!ZR", "!TD 1,2,3", "!WR 1", "!TA 1,2", "CI"]
+    {
         assert_eq!(refused(Smcu, &format!("{command};")), MissingParameter, "{command}");
     }
     for command in ["!AS", "!RS", "!VZ", "!ZA", "!ZR", "!SR 1,2", "!MA 1,2,3,4,5", "!PH 1", "!OA"] {
@@ -96,7 +120,7 @@ fn a_form_is_chosen_by_its_parameters_and_then_known_or_not() {
         assert_eq!(refused(MotionSystem, &format!("{command};")), UnknownCommand, "{command}");
         assert!(read(Smcu, &format!("{command};")).is_ok(), "{command}");
     }
-    for command in ["OH 1", "!IS 1", "!OC 2", "!CC 2", "!MA", "!RD 1", "!RP", "!SR", "!PH", "!CS"] {
+    for command in ["OH 1", "!IS 1", "!OC 2", "!CC 2", "!MA", "!RP", "!SR", "!PH", "!CS"] {
         assert_eq!(refused(Smcu, &format!("{command};")), UnknownCommand, "{command}");
     }
     for command in ["PD", "PU", "VS", "!VU 1", "!CM", "!FP", "!HP", "!TD", "!TM 1,2,3,4"] {
@@ -216,6 +240,11 @@ fn commands_are_told_in_words() {
         (Smcu, "AR1,2,45;", "arc around X +1 Y +2 from here, 45° counter-clockwise"),
         (Smcu, "VS 5000;", "speed with the pen down 5,000 µm/s"),
         (Smcu, "VS0.005000;", "speed with the pen down 0.005 (m/s or µm/s)"),
+        (Smcu, "CI1500;", "circle with the radius 1,500"),
+        (Smcu, "EA10,-20;", "rectangle to X 10 Y -20"),
+        (Smcu, "ER10,-20;", "rectangle by X +10 Y -20"),
+        (Smcu, "!TA1,2,3;", "move to X 1 Y 2 Z 3"),
+        (Smcu, "!TR1,2,-3;", "move by X +1 Y +2 Z -3"),
         (Smcu, "!VU40000;", "speed with the pen up 40,000 µm/s"),
         (Smcu, "!VZ 1000;", "speed of Z0 1,000 (µm/s or 0.1°/s)"),
         (Smcu, "!AS 800;", "acceleration of all axes 800 (mm/s² or mrad/s²)"),

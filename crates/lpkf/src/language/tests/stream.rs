@@ -1,7 +1,7 @@
 //! Where commands begin and end on the line.
 
 use super::{feed, items};
-use crate::language::{COMMAND_MAX, Command, Dialect, Item, Reader, Status};
+use crate::language::{COMMAND_MAX, Command, Dialect, Grammar, Item, Reader, Status};
 
 /// What arrives, in short: commands by their bytes, `?` before those that are refused, and what
 /// goes through between `<` and `>`.
@@ -82,7 +82,7 @@ fn what_is_no_command_is_unknown_once() {
 
 #[test]
 fn bare_pairs_are_moves_if_the_quirk_is_on() {
-    let mut reader = Reader::new(Dialect::Smcu).with_bare_pairs(true);
+    let mut reader = Reader::new(Grammar { bare_pairs: true, ..Dialect::Smcu.into() });
     let mut moves = |bytes: &str| -> Vec<_> {
         let command = |item| match item {
             Item::Command { command, .. } => command,
@@ -148,11 +148,60 @@ fn a_channel_can_be_closed_from_outside() {
 fn the_records_of_ph_are_no_commands() {
     let vectors = "!PH0,1\rX1Y2PA3\r\nPDIN!";
     assert_eq!(motion("!PH0,1\rX1Y1\rX2\r;PD"), "!PH0,1\\rX1Y1\\rX2|?PD");
-    assert_eq!(smcu("!PH0,1\rX1Y1\rX2\r;PD"), "?!PH0,1\\rX1Y1\\rX2|PD");
-    for model in Dialect::ALL {
-        // They go on to the `;`, or to a `!`.
-        assert_eq!(told(&items(model, vectors.as_bytes())), "?!PH0,1\\rX1Y2PA3\\r\\nPDIN");
+    // They go on to the `;`, or to a `!`.
+    assert_eq!(motion(vectors), "?!PH0,1\\rX1Y2PA3\\r\\nPDIN");
+    // To an SMCU they are whatever else they look like.
+    assert_eq!(smcu("!PH0,1\rX1Y1\rX2\r;PD"), "?!PH0,1|?X1|?Y1|?X2|PD");
+}
+
+#[test]
+fn a_colon_ends_oh_and_only_separates_elsewhere() {
+    assert_eq!(smcu("OH:"), "OH");
+    assert_eq!(motion("OH 2:;PA1:2;"), "OH 2|PA1:2");
+    assert_eq!(smcu("O:;"), "?O:");
+}
+
+#[test]
+fn lf_ends_commands_where_it_does() {
+    let grammar = |dialect: Dialect| Grammar { line_feed_ends: true, ..dialect.into() };
+    let read = |dialect, bytes: &[u8]| told(&feed(&mut Reader::new(grammar(dialect)), bytes));
+    assert_eq!(read(Dialect::Smcu, b"PA1,2\nPA3\n,4\r\nXX\n"), "PA1,2|?PA3|?XX");
+    assert_eq!(read(Dialect::MotionSystem, b"!PH0,1\nX1\n\r;PD"), "!PH0,1\\nX1|?PD");
+}
+
+#[test]
+fn the_numbers_of_unknown_commands_are_moves_where_they_are() {
+    let grammar = Grammar { unknown_pairs: true, ..Dialect::Smcu.into() };
+    let mut reader = Reader::new(grammar);
+    let mut moves = |bytes: &str| -> Vec<_> {
+        let command = |item| match item {
+            Item::Command { command, .. } => command,
+            other => panic!("{other:?}"),
+        };
+        feed(&mut reader, bytes.as_bytes()).into_iter().map(command).collect()
+    };
+    assert_eq!(moves("XX1,2,3;"), [Ok(Command::PlotAbsolute(vec![[1, 2]]))]);
+    assert_eq!(moves("SP1;LT;"), [Err(Status::UnknownCommand), Err(Status::UnknownCommand)]);
+    assert_eq!(
+        moves("PR1,1;!XX2,2;"),
+        [Ok(Command::PlotRelative(vec![[1, 1]])), Ok(Command::PlotRelative(vec![[2, 2]]))]
+    );
+    // A form that another model has is unknown, too.
+    assert_eq!(moves("!MA1,2,3,4,5,6;"), [Ok(Command::PlotRelative(vec![[1, 2], [3, 4], [5, 6]]))]);
+    assert_eq!(moves("PA5;"), [Err(Status::SingleCoordinate)]);
+}
+
+#[test]
+fn machines_lack_forms_that_others_have() {
+    let grammar =
+        Grammar { shapes: false, space_moves: false, reads_ports: false, ..Dialect::Smcu.into() };
+    for command in ["CI5;", "EA5,5;", "ER;", "!TA1,2,3;", "!TR1;", "!RD0;"] {
+        let items = feed(&mut Reader::new(grammar), command.as_bytes());
+        assert_eq!(told(&items), format!("?{}", command.trim_end_matches(';')));
+        assert!(matches!(&items[..], [Item::Command { command: Err(Status::UnknownCommand), .. }]));
     }
+    let motion = Grammar { reads_ports: false, ..Dialect::MotionSystem.into() };
+    assert_eq!(told(&feed(&mut Reader::new(motion), b"!RD0;")), "!RD0");
 }
 
 #[test]
@@ -163,15 +212,9 @@ fn what_is_too_long_is_told_at_its_end() {
     assert_eq!(smcu(&format!("PA{digits}1PD")), "too long|PD");
     assert_eq!(smcu(&format!("XX{digits}1\rPD")), "too long|PD");
     let blanks = " ".repeat(COMMAND_MAX);
-    for (model, status) in
-        [(Dialect::Smcu, None), (Dialect::MotionSystem, Some(Status::VectorBufferFull))]
-    {
-        let expected = match status {
-            Some(status) => Item::Command { raw: b"!PH".to_vec(), command: Err(status) },
-            None => Item::TooLong,
-        };
-        assert_eq!(items(model, format!("!PH0,1\r{blanks}X1\r;").as_bytes()), [expected]);
-    }
+    let expected = Item::Command { raw: b"!PH".to_vec(), command: Err(Status::VectorBufferFull) };
+    let vectors = format!("!PH0,1\r{blanks}X1\r;");
+    assert_eq!(items(Dialect::MotionSystem, vectors.as_bytes()), [expected]);
 }
 
 #[test]

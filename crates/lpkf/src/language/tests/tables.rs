@@ -41,9 +41,8 @@ fn those(condition: impl Fn(&crate::language::Form) -> bool) -> String {
 #[test]
 fn some_forms_are_special() {
     assert_eq!(those(|form| form.direct), "!CB !GO !RP !ST");
-    assert_eq!(those(|form| form.evidence == "F"), "PU VS !TA");
+    assert_eq!(those(|form| form.evidence == "F"), "CI EA ER PU VS !TA !TR");
     assert_eq!(those(|form| form.count == Count::Repeated), "PA PR");
-    assert_eq!(those(|form| form.count == Count::Any), "!TA");
     assert_eq!(those(|form| form.answer == Answer::Silence), "!OC/0 !OC/1");
     for (letter, names) in
         [('W', "OH/0 OH/1"), ('S', "OS"), ('P', "!ON"), ('A', "!OA"), ('R', "!RD")]
@@ -57,11 +56,11 @@ fn each_model_has_its_forms() {
     let only = |model| those(move |form| form.models == [model]);
     assert_eq!(
         only(Dialect::Smcu),
-        "PD PU VS !AS/1 !CM !FP !HP !RS/1 !TD !TM !VU !VZ/1 !ZA/1 !ZR/1"
+        "CI EA ER PD PU VS !AS/1 !CM !FP !HP !RS/1 !TD !TM !VU !VZ/1 !ZA/1 !ZR/1"
     );
     assert_eq!(
         only(Dialect::MotionSystem),
-        "OH/1 !AS/2 !CC/1 !CS !GB !IS/1 !MA !MR !OA !OC/1 !PH !RD !RC !RS/2 !SR !VZ/2 !ZA/2 !ZR/2 \
+        "OH/1 !AS/2 !CC/1 !CS !GB !IS/1 !MA !MR !OA !OC/1 !PH !RC !RS/2 !SR !VZ/2 !ZA/2 !ZR/2 \
          !RP"
     );
 }
