@@ -26,6 +26,9 @@ pub struct Diagnostic {
     pub span: Span,
     /// What is to be said.
     pub problem: Problem,
+    /// Whether who lets errors pass leaves the line out, because nothing that the tool does
+    /// depends on it. At other errors the job ends.
+    pub left_out: bool,
 }
 
 /// What is to be said: of how a line is written, or of what it asks for.

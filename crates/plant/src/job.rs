@@ -1,5 +1,8 @@
 //! What a machine is like to job files: speeds, ports, spindle and coolant.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// How job files, such as those of the isel NC intermediate format, are run on a machine. Every
@@ -22,6 +25,9 @@ pub struct JobSetup {
     pub spindle: Option<Spindle>,
     /// How the coolant pump is switched; absent if the controller does not switch it.
     pub coolant: Option<Output>,
+    /// How everything else is switched; what is not there, the controller does not switch.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub accessories: BTreeMap<Accessory, Output>,
     /// Where the work-piece zero is before a job says anything.
     #[serde(skip_serializing_if = "JobZero::is_empty")]
     pub zero: JobZero,
@@ -40,9 +46,83 @@ impl Default for JobSetup {
             ports: JobPorts::default(),
             spindle: None,
             coolant: None,
+            accessories: BTreeMap::new(),
             zero: JobZero::default(),
             registers: JobRegisters::default(),
         }
+    }
+}
+
+impl JobSetup {
+    /// The output that switches an accessory, if one does.
+    #[must_use]
+    pub fn accessory(&self, accessory: Accessory) -> Option<Output> {
+        let own = self.coolant.filter(|_| accessory == Accessory::Coolant);
+        own.or_else(|| self.accessories.get(&accessory).copied())
+    }
+}
+
+/// What a job switches on and off beside the spindle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Accessory {
+    /// `COOLANT`.
+    Coolant,
+    /// `COOLANT2`.
+    Coolant2,
+    /// `COOLANT3`.
+    Coolant3,
+    /// `COOLANT4`.
+    Coolant4,
+    /// `WPCLAMP`: the clamp of the work-piece.
+    Wpclamp,
+    /// `PUMP`.
+    Pump,
+    /// `LAMP`.
+    Lamp,
+    /// `POPTION1`.
+    Poption1,
+    /// `POPTION2`.
+    Poption2,
+    /// `POPTION3`.
+    Poption3,
+    /// `POPTION4`.
+    Poption4,
+}
+
+impl Accessory {
+    /// All of them.
+    pub const ALL: [Accessory; 11] = [
+        Accessory::Coolant,
+        Accessory::Coolant2,
+        Accessory::Coolant3,
+        Accessory::Coolant4,
+        Accessory::Wpclamp,
+        Accessory::Pump,
+        Accessory::Lamp,
+        Accessory::Poption1,
+        Accessory::Poption2,
+        Accessory::Poption3,
+        Accessory::Poption4,
+    ];
+}
+
+/// As job files have it.
+impl fmt::Display for Accessory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Accessory::Coolant => "COOLANT",
+            Accessory::Coolant2 => "COOLANT2",
+            Accessory::Coolant3 => "COOLANT3",
+            Accessory::Coolant4 => "COOLANT4",
+            Accessory::Wpclamp => "WPCLAMP",
+            Accessory::Pump => "PUMP",
+            Accessory::Lamp => "LAMP",
+            Accessory::Poption1 => "POPTION1",
+            Accessory::Poption2 => "POPTION2",
+            Accessory::Poption3 => "POPTION3",
+            Accessory::Poption4 => "POPTION4",
+        })
     }
 }
 

@@ -12,7 +12,9 @@ mod plant;
 mod profile;
 mod signal;
 
-pub use job::{Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up};
+pub use job::{
+    Accessory, Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up,
+};
 pub use machine::{Axes, Axis, End, Machine, Reference, Unit};
 pub use plant::{Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile};

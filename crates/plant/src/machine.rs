@@ -294,7 +294,8 @@ fn check_job(text: &str, job: &JobSetup) -> Result<(), ProfileError> {
         ),
         ("job.coolant", job.coolant),
     ];
-    for (table, output) in outputs {
+    let accessories = job.accessories.values().map(|output| ("job.accessories", Some(*output)));
+    for (table, output) in outputs.into_iter().chain(accessories) {
         if output.and_then(|output| output.bit).is_some_and(|bit| bit > 7) {
             return error(table, "bit", "a port has eight bits", "give it a number from 0 to 7");
         }

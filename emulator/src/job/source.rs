@@ -8,7 +8,7 @@ use std::sync::Arc;
 use vimc4::{Machine, Model};
 use vimc4_ncp::job::{Controller, Options, Register, Target, Zero};
 use vimc4_ncp::language;
-use vimc4_ncp::{Problem, Severity};
+use vimc4_ncp::{Diagnostic, Severity};
 
 use crate::failure::Failure;
 
@@ -70,10 +70,11 @@ pub(crate) struct Reading {
     /// of referencing all axes first
     #[arg(long)]
     pub(crate) no_ref: bool,
-    /// The unit of D F O I R L S V in DRILLDEF
+    /// The unit of D F O I R L S in DRILLDEF
     #[arg(long, value_name = "UNIT", value_enum, default_value = "um")]
     pub(crate) drilldef_unit: Unit,
-    /// Leave out lines that cannot be read, and stop where one cannot be carried out
+    /// Leave out comments in brackets, unknown words and accessories that cannot be read or
+    /// switched, and end the job at any other line that cannot be read or carried out
     #[arg(long)]
     pub(crate) lenient: bool,
 }
@@ -90,10 +91,11 @@ pub(crate) enum Unit {
 impl Reading {
     /// How bad a problem is to who reads so: a line that is left out is no reason not to carry the
     /// others out.
-    pub(crate) fn severity(self, problem: Problem) -> Severity {
-        match problem {
-            Problem::Written(_) if self.lenient => problem.severity().min(Severity::Warning),
-            _ => problem.severity(),
+    pub(crate) fn severity(self, diagnostic: &Diagnostic) -> Severity {
+        let severity = diagnostic.problem.severity();
+        match diagnostic.left_out && self.lenient {
+            true => severity.min(Severity::Warning),
+            false => severity,
         }
     }
 

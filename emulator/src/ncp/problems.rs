@@ -74,7 +74,7 @@ impl<'t> Problems<'t> {
     }
 
     pub(crate) fn show(&mut self, diagnostic: Diagnostic) {
-        let severity = self.reading.severity(diagnostic.problem);
+        let severity = self.reading.severity(&diagnostic);
         self.summary.count(severity);
         let line = self.line(diagnostic.line);
         if self.written.is_ok() {

@@ -48,7 +48,7 @@ struct Said {
 
 impl Said {
     fn hear(&mut self, bench: &Bench<'_>, diagnostic: &Diagnostic) {
-        let Diagnostic { line, span, problem } = diagnostic;
+        let Diagnostic { line, span, problem, .. } = diagnostic;
         let severity = match problem.severity() {
             Severity::Note => "note",
             Severity::Warning => "warning",

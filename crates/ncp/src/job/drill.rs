@@ -120,8 +120,9 @@ impl Definition {
         }
     }
 
-    /// The legs of a hole. No step is less deep than `least`, a step of the axis.
-    pub(super) fn legs(&self, least: Value) -> Legs {
+    /// The legs of a hole that is begun at a height. No step is less deep than `least`, a step of
+    /// the axis.
+    pub(super) fn legs(&self, least: Value, from: Value) -> Legs {
         let other = self.other.in_thousandths();
         // Without F the first step is O already, and the second one is shallower.
         let after =
@@ -132,7 +133,8 @@ impl Definition {
             depth: 0,
             step: self.first_step(),
             after,
-            next: Next::Safety,
+            // S is the height after a hole; before one it is only to keep clear of the work.
+            next: if from < self.safety { Next::Safety } else { Next::Across },
         }
     }
 
@@ -200,10 +202,13 @@ impl Legs {
 mod tests {
     use super::*;
 
+    /// Below everything.
+    const LOW: Value = Value::whole(-1_000_000);
+
     /// The legs as text: `r` and `f` with heights in µm, `x` across, `t` with ms.
     fn legs(definition: Definition) -> String {
         let height = |way: &str, value: Value| format!("{way}{value}");
-        let text = definition.legs(Value::whole(10)).map(|leg| match leg {
+        let text = definition.legs(Value::whole(10), LOW).map(|leg| match leg {
             Leg::Rapid(to) => height("r", to),
             Leg::Feed(to) => height("f", to),
             Leg::Dwell(time) => height("t", time),
@@ -254,7 +259,7 @@ mod tests {
         };
         // 30, 20, then no less than a step of 10.
         let depths: Vec<_> = shrinking
-            .legs(Value::whole(10))
+            .legs(Value::whole(10), LOW)
             .filter_map(|leg| if let Leg::Feed(to) = leg { Some(to) } else { None })
             .collect();
         assert_eq!(depths, [-30, -50, -60, -70, -80, -90, -100].map(Value::whole));
@@ -280,10 +285,11 @@ mod tests {
                     ..example(cycle)
                 };
                 let (lowest, highest) = definition.extent();
-                let mut heights = definition.legs(Value::whole(10)).filter_map(|leg| match leg {
-                    Leg::Rapid(to) | Leg::Feed(to) => Some(to),
-                    _ => None,
-                });
+                let mut heights =
+                    definition.legs(Value::whole(10), LOW).filter_map(|leg| match leg {
+                        Leg::Rapid(to) | Leg::Feed(to) => Some(to),
+                        _ => None,
+                    });
                 assert!(
                     heights.all(|height| (lowest..=highest).contains(&height)),
                     "{definition:?}"

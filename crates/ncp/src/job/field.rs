@@ -27,8 +27,8 @@ pub struct Field {
 const TENTH: u64 = 100_000;
 
 /// Turns a job into a data field; `None` if it is beyond the controller's memory, or if a line
-/// cannot be carried out. Lines that cannot be read, or cannot be expressed in a data field, are
-/// reported as errors and left out.
+/// cannot be carried out. Lines that cannot be expressed in a data field are reported as errors and
+/// left out, and so are those that cannot be read and nothing depends on.
 pub fn compile(
     text: &str,
     target: &Target,
@@ -43,7 +43,7 @@ pub fn compile(
     let mut job = Job::new(text, target, options);
     while let Some(Order { line, span, step }) = job.next(report) {
         if let Err(problem) = writer.step(step) {
-            report(Diagnostic { line, span, problem: problem.into() });
+            report(Diagnostic { line, span, problem: problem.into(), left_out: false });
             if matches!(problem, Problem::TooLarge(_)) {
                 return None;
             }
@@ -51,7 +51,8 @@ pub fn compile(
     }
     // The end takes its byte too.
     if let Err(problem) = writer.push(&Command::End) {
-        report(Diagnostic { line: job.line(), span: Default::default(), problem: problem.into() });
+        let (line, span) = (job.line(), Default::default());
+        report(Diagnostic { line, span, problem: problem.into(), left_out: false });
         return None;
     }
     (!job.has_failed()).then_some(writer.field)

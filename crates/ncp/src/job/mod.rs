@@ -15,7 +15,7 @@ pub use action::{InputTest, OutputChange, Question};
 pub use emitter::Step;
 pub use field::{Field, compile};
 pub use interpreter::Options;
-pub use problem::Problem;
+pub use problem::{Accessories, Problem};
 pub use run::{Job, Order, Summary, check};
 pub use target::{Controller, Target};
 pub use zero::{NoZero, Register, Zero};

@@ -1,9 +1,11 @@
 //! What can be wrong with what a line asks for.
 
+use std::fmt;
+
 use thiserror::Error;
 
 use crate::diagnostic::Severity;
-use crate::language::{LETTERS, Value};
+use crate::language::{Accessory, LETTERS, Value};
 
 /// What can be wrong with what a line asks for. Axes are given by index, X the first.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -62,6 +64,25 @@ pub enum Problem {
         /// The counter it would need.
         at: i64,
     },
+    /// A word that would lead elsewhere is not used.
+    #[error("{} does not go to {at}: it is not in the plane of the arc", LETTERS[*axis])]
+    OffPlane {
+        /// The axis.
+        axis: usize,
+        /// Where the word would lead, in machine coordinates.
+        at: Value,
+    },
+    /// J and K are both given for the same axis.
+    #[error("J and K both give the centre in Z")]
+    TwoCentres,
+    /// W is not how far it is from the start to the end.
+    #[error("W says {said} degrees, but from the start to the end it is {is}")]
+    SweepDiffers {
+        /// What W says.
+        said: Value,
+        /// How far it is, and whole turns more.
+        is: Value,
+    },
     /// An arc whose centre is where it starts.
     #[error("the arc has no radius: its centre is where it starts")]
     NoRadius,
@@ -75,23 +96,31 @@ pub enum Problem {
     },
     /// The controller is not fast enough.
     #[error(
-        "this needs {asked} Hz; the controller makes {given} Hz at most, and so the tool is slower"
+        "a speed of {wanted} needs {asked} Hz; the controller makes {given} Hz at most, a speed of {speed}"
     )]
     SpeedCapped {
+        /// The speed that was asked for.
+        wanted: Value,
         /// Hz.
         asked: u64,
         /// Hz.
         given: u32,
+        /// The speed that it is.
+        speed: Value,
     },
     /// The controller is not slow enough.
     #[error(
-        "this needs {asked} Hz; the controller makes {given} Hz at least, and so the tool is faster"
+        "a speed of {wanted} needs {asked} Hz; the controller makes {given} Hz at least, a speed of {speed}"
     )]
     SpeedRaised {
+        /// The speed that was asked for.
+        wanted: Value,
         /// Hz.
         asked: u64,
         /// Hz.
         given: u32,
+        /// The speed that it is.
+        speed: Value,
     },
     /// The controller has no command for its ramps.
     #[error("ACCEL has no effect: this controller cannot change its acceleration")]
@@ -124,9 +153,20 @@ pub enum Problem {
     /// The spindle does not turn that fast.
     #[error("the spindle makes {0} turns a minute at most")]
     SpindleCapped(u32),
-    /// The coolant pump is not switched by the controller.
-    #[error("COOLANT has no effect: the machine's profile connects no coolant pump")]
-    NoCoolant,
+    /// Things that the controller does not switch.
+    #[error("no effect: the machine's profile connects nothing for {0}")]
+    NotConnected(Accessories),
+    /// Something follows the end.
+    #[error("nothing behind PROGEND counts, and here is more")]
+    BehindEnd,
+    /// A radius of a few µm.
+    #[error("a radius of {0} µm is very little")]
+    MillimetreRadius(Value),
+    /// The drill goes across where it has come out of a hole.
+    #[error(
+        "the tool goes across the work at its surface: S is the height after a hole, and it is not above the reference plane"
+    )]
+    AtSurface,
     /// PATH, PATHEND.
     #[error("path processing has no effect: the moves run as they are written")]
     PathIgnored,
@@ -168,6 +208,34 @@ pub enum Problem {
     TooLarge(u32),
 }
 
+/// Things that a job switches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Accessories(u16);
+
+impl Accessories {
+    /// Adds one.
+    pub(super) fn insert(&mut self, accessory: Accessory) {
+        self.0 |= 1 << accessory as u16;
+    }
+
+    /// How many there are.
+    fn number(self) -> u32 {
+        self.0.count_ones()
+    }
+}
+
+/// `WPCLAMP, PUMP and LAMP`
+impl fmt::Display for Accessories {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all = Accessory::ALL.into_iter().filter(|one| self.0 >> *one as u16 & 1 == 1);
+        (1..=self.number()).zip(all).try_for_each(|(place, accessory)| match place {
+            1 => write!(f, "{accessory}"),
+            last if last == self.number() => write!(f, " and {accessory}"),
+            _ => write!(f, ", {accessory}"),
+        })
+    }
+}
+
 impl Problem {
     /// How bad it is.
     #[must_use]
@@ -187,7 +255,12 @@ impl Problem {
             | NoSpindle
             | NoSpindleDirection
             | SpindleCapped(_)
-            | NoCoolant
+            | NotConnected(_)
+            | BehindEnd
+            | MillimetreRadius(_)
+            | AtSurface
+            | OffPlane { .. }
+            | SweepDiffers { .. }
             | PathIgnored
             | EmptyRegister(_)
             | NoDepth
@@ -199,6 +272,7 @@ impl Problem {
             | BeyondTravel { .. }
             | BeyondCounter { .. }
             | NoRadius
+            | TwoCentres
             | UnevenRadius { .. }
             | PortUnmapped { .. }
             | NoSuchPort { .. }
@@ -238,7 +312,13 @@ impl Problem {
             NoSpindleDirection => "no-spindle-direction",
             NoSpindleSpeed => "no-spindle-speed",
             SpindleCapped(_) => "spindle-capped",
-            NoCoolant => "no-coolant",
+            NotConnected(_) => "not-connected",
+            BehindEnd => "behind-end",
+            MillimetreRadius(_) => "millimetre-radius",
+            AtSurface => "at-surface",
+            OffPlane { .. } => "off-plane",
+            TwoCentres => "two-centres",
+            SweepDiffers { .. } => "sweep-differs",
             PathIgnored => "path-ignored",
             ToolIgnored => "tool-ignored",
             EmptyRegister(_) => "empty-register",
@@ -269,7 +349,7 @@ impl Problem {
             NotReferenced(_) => "name the axis in a REF before",
             NoReferenceSwitch(_) => "leave it out of the REF",
             NoSuchAxis(_) => "leave the word out, or choose a machine that has the axis",
-            OutsidePlane(_) => {
+            OutsidePlane(_) | OffPlane { .. } => {
                 "leave the word out, choose another PLANE, or make it a helix: CWHLXABS"
             }
             BeyondLimit { .. } => {
@@ -301,7 +381,14 @@ impl Problem {
             NoSpindleSpeed => {
                 "name its analogue output in the machine's profile, [job.spindle.analogue]"
             }
-            NoCoolant => "name its output in the machine's profile, [job.coolant]",
+            NotConnected(_) => {
+                "name the outputs in the machine's profile, [job.coolant] and [job.accessories]"
+            }
+            BehindEnd => "move PROGEND to the end, or leave the rest out",
+            MillimetreRadius(_) => "radii are in µm: CYL A25000 Y for 25 mm",
+            AtSurface => "set S above the work, as in DRILLDEF S5000",
+            TwoCentres => "leave one of them",
+            SweepDiffers { .. } => "leave W out, or mend the end",
             PathIgnored | ToolIgnored | SpindleCapped(_) | WaitRounded(_) => return None,
             EmptyRegister(number) => {
                 return Some(format!("fill it first, as in WPREG{number} X0 Y0"));

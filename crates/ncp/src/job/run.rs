@@ -58,7 +58,10 @@ pub fn check(
         }
         actions.clear();
     }
-    summary.lines = reader.number;
+    summary.lines = match reader.g_code {
+        Some(_) => language::lines(text).count() as u32,
+        None => reader.number,
+    };
     summary
 }
 
@@ -70,6 +73,10 @@ struct Reader<'t> {
     number: u32,
     /// Where the command of the line stands.
     span: Span,
+    /// What was said of how a line is written.
+    said: Vec<(Span, language::Problem)>,
+    /// Where the file begins, if it is G-code.
+    g_code: Option<TextLine<'t>>,
     over: bool,
 }
 
@@ -80,6 +87,8 @@ impl<'t> Reader<'t> {
             interpreter: Interpreter::new(target, options),
             number: 0,
             span: Span::default(),
+            said: Vec::new(),
+            g_code: language::g_code(text),
             over: false,
         }
     }
@@ -93,20 +102,61 @@ impl<'t> Reader<'t> {
         if self.over {
             return None;
         }
+        if let Some(line) = self.g_code {
+            return Some(self.is_g_code(line, report));
+        }
         let next = if self.interpreter.has_ended() { None } else { self.lines.next() };
         let Some(TextLine { number, text, .. }) = next else {
             self.over = true;
-            if self.interpreter.lacks_mark() {
-                let problem = Problem::MarkMissing.into();
-                report(Diagnostic { line: 1, span: Span::default(), problem });
-            }
+            self.at_the_end(report);
             return None;
         };
         self.number = number;
-        let line = language::parse(text, &mut |span, problem| {
-            report(Diagnostic { line: number, span, problem: problem.into() });
+        let said = &mut self.said;
+        let line = language::parse(text, &mut |span, problem| said.push((span, problem)));
+        let mut failed = false;
+        for (span, problem) in self.said.drain(..) {
+            let error = problem.severity() == Severity::Error;
+            failed |= error && !line.harmless;
+            let left_out = error && line.harmless;
+            report(Diagnostic { line: number, span, problem: problem.into(), left_out });
+        }
+        Some(self.carry_out(&line, actions, report) && !failed)
+    }
+
+    /// All of it is in another language, which is said once.
+    fn is_g_code(&mut self, line: TextLine<'_>, report: &mut dyn FnMut(Diagnostic)) -> bool {
+        self.over = true;
+        self.number = line.number;
+        let span = Span { start: 0, end: line.text.len() as u32 };
+        let problem = language::Problem::GCode.into();
+        report(Diagnostic { line: line.number, span, problem, left_out: false });
+        false
+    }
+
+    /// What only the end of a job shows.
+    fn at_the_end(&mut self, report: &mut dyn FnMut(Diagnostic)) {
+        let mut say = |line, span, problem: Problem| {
+            report(Diagnostic { line, span, problem: problem.into(), left_out: false });
+        };
+        if let Some((line, span, problem)) = self.interpreter.unconnected() {
+            say(line, span, problem);
+        }
+        if self.interpreter.lacks_mark() {
+            say(1, Span::default(), Problem::MarkMissing);
+        }
+        // Blank lines, comments and numbers of lines are nothing.
+        let behind = self.lines.find_map(|TextLine { number, text, .. }| {
+            let code = text.split(';').next().unwrap_or_default().trim_end();
+            let start = code.find(|c: char| !c.is_ascii_whitespace())?;
+            let rest = code.get(start..)?.trim_start_matches(['N', 'n']);
+            let is_number = rest.bytes().all(|byte| byte.is_ascii_digit());
+            let span = Span { start: start as u32, end: code.len() as u32 };
+            (!is_number).then_some((number, span))
         });
-        Some(self.carry_out(&line, actions, report))
+        if let Some((line, span)) = behind {
+            say(line, span, Problem::BehindEnd);
+        }
     }
 
     fn carry_out(
@@ -117,9 +167,12 @@ impl<'t> Reader<'t> {
     ) -> bool {
         let number = self.number;
         self.span = line.command.map(|command| command.span).unwrap_or_default();
-        self.interpreter.line(line, number, actions, &mut |span, problem| {
-            report(Diagnostic { line: number, span, problem: problem.into() });
-        })
+        let left_out = line.command.is_some_and(|command| command.value.is_accessory());
+        let done = self.interpreter.line(line, number, actions, &mut |span, problem| {
+            let left_out = left_out && problem.severity() == Severity::Error;
+            report(Diagnostic { line: number, span, problem: problem.into(), left_out });
+        });
+        done || left_out
     }
 }
 
@@ -180,8 +233,8 @@ impl<'t> Job<'t> {
         }
     }
 
-    /// What to do next; `None` at the end, and from a line on that cannot be carried out. A line
-    /// that cannot be read is left out.
+    /// What to do next; `None` at the end, and from a line on that cannot be read or carried out.
+    /// A line that nothing depends on is left out.
     pub fn next(&mut self, report: &mut dyn FnMut(Diagnostic)) -> Option<Order> {
         loop {
             if let Some(step) = self.emitter.next() {
@@ -234,7 +287,7 @@ impl<'t> Job<'t> {
     pub fn enter(&mut self, text: &str, again: Question, report: &mut dyn FnMut(Diagnostic)) {
         let number = self.reader.number;
         let line = language::parse(text, &mut |span, problem| {
-            report(Diagnostic { line: number, span, problem: problem.into() });
+            report(Diagnostic { line: number, span, problem: problem.into(), left_out: false });
         });
         self.reader.carry_out(&line, &mut self.scratch, report);
         self.actions.extend(self.scratch.drain(..));

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::Plane;
 use vimc4_motion::Turn;
+pub use vimc4_plant::Accessory;
 
 use super::value::Value;
 
@@ -52,6 +53,8 @@ pub struct Line<'t> {
     pub command: Option<Placed<Command>>,
     /// What is behind the semicolon, without blanks around it.
     pub comment: Option<&'t str>,
+    /// Whether nothing that the tool does depends on what cannot be read of it.
+    pub harmless: bool,
 }
 
 /// Whether coordinates count from the work-piece zero or from where the tool is.
@@ -126,6 +129,37 @@ pub struct SpindleWords {
     pub time: Option<Word>,
 }
 
+/// The unit of lengths and speeds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Units {
+    /// µm.
+    #[default]
+    Metric,
+    /// Thousandths of an inch, 25.4 µm.
+    Inch,
+}
+
+impl Command {
+    /// Whether it only switches something beside the tool, or does nothing: what the tool does
+    /// is the same without it.
+    #[must_use]
+    pub fn is_accessory(&self) -> bool {
+        use Command::{Path, PathEnd, SetBit, SetPort, Switch, ToolDefinition, ToolInit, Type};
+        matches!(
+            self,
+            Switch(..)
+                | SetPort(..)
+                | SetBit(..)
+                | ToolDefinition
+                | ToolInit
+                | Type
+                | Path
+                | PathEnd
+        )
+    }
+}
+
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
@@ -151,8 +185,10 @@ pub enum Command {
         turn: Turn,
         /// Whether the third axis moves too.
         helix: bool,
-        /// I and J.
-        centre: [Option<Word>; 2],
+        /// I, J and K.
+        centre: [Option<Word>; 3],
+        /// W of a helix: how far it goes round, in degrees.
+        sweep: Option<Word>,
         /// Where it ends.
         to: Words,
     },
@@ -160,6 +196,8 @@ pub enum Command {
     Wait(Word),
     /// `WPZERO`: the work-piece zero is here.
     ZeroHere,
+    /// `WPZERO STANDARD`: the work-piece zero is where it was before the job.
+    ZeroStandard,
     /// `WPZEROABS`: the work-piece zero is there.
     ZeroAt(Words),
     /// `WPCLEAR`: the work-piece zero is the machine's.
@@ -196,8 +234,10 @@ pub enum Command {
     Acceleration(Words),
     /// `SPINDLE`.
     Spindle(SpindleWords),
-    /// `COOLANT`.
-    Coolant(bool),
+    /// `COOLANT`, `WPCLAMP`, `PUMP`, `LAMP`, `POPTIONn`: what is switched on or off.
+    Switch(Accessory, bool),
+    /// `METRIC`, `INCH`.
+    Units(Units),
     /// `TOOLDEF`.
     ToolDefinition,
     /// `INITTOOL`.

@@ -1,6 +1,7 @@
 //! How job files are written: lines, commands, words, and what people are told about them.
 
 mod command;
+mod lenient;
 mod parse;
 mod ports;
 mod print;
@@ -14,6 +15,7 @@ mod value;
 mod words;
 
 pub use command::*;
+pub(crate) use lenient::g_code;
 pub use parse::parse;
 pub use problem::{Excerpt, Problem};
 pub use text::{Lines, TextLine, decode, lines};

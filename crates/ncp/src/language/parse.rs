@@ -10,8 +10,9 @@ use vimc4_isel_wire::Plane;
 use vimc4_motion::Turn;
 
 use super::command::{
-    Command, DrillWords, Groups, LETTERS, Line, Placed, Span, SpindleWords, Word,
+    Accessory, Command, DrillWords, Groups, LETTERS, Line, Placed, Span, SpindleWords, Word,
 };
+use super::lenient;
 use super::problem::Problem;
 use super::reader::Reader;
 use super::reference::{self, CommandInfo, Form};
@@ -25,10 +26,13 @@ const REGISTERS: RangeInclusive<u8> = 1..=8;
 pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> Line<'t> {
     let mut reader = Reader::new(line, report);
     let number = reader.line_number();
-    let command = reader.command();
-    reader.pass_over();
+    let sound = !reader.failed();
+    let (command, harmless) = reader.command();
+    let passed = reader.pass_over();
     let comment = reader.rest().strip_prefix(';').map(str::trim);
-    Line { number, command, comment }
+    // What is passed over here may be anything, but for a comment in brackets that was told.
+    let harmless = sound && harmless && passed.start == passed.end;
+    Line { number, command, comment, harmless }
 }
 
 impl<'t> Reader<'t, '_> {
@@ -42,22 +46,34 @@ impl<'t> Reader<'t, '_> {
         number
     }
 
-    fn command(&mut self) -> Option<Placed<Command>> {
+    /// The command, if it can be read, and whether it does no harm to leave out what cannot.
+    fn command(&mut self) -> (Option<Placed<Command>>, bool) {
         if self.ends() {
-            return None;
+            self.bracket_comment();
+            return (None, true);
         }
         let Some(name) = self.take(token::name) else {
             let text = self.pass_over();
             self.say(text, Problem::NoCommand);
-            return None;
+            return (None, false);
         };
         let Some(info) = reference::find(name.value) else {
+            let harmless = lenient::is_no_motion(self.text(self.whole_line(name.span)));
             self.unknown_command(name.span);
-            return None;
+            self.pass_over();
+            return (None, harmless);
         };
-        let value = self.form(info, name.span)?;
+        let Some(value) = self.form(info, name.span) else {
+            self.pass_over();
+            return (None, info.is_accessory());
+        };
         let span = self.whole_command(info, name.span);
-        (!self.failed()).then_some(Placed { value, span })
+        let harmless = info.is_accessory() || !self.failed();
+        let command = (!self.failed()).then_some(Placed { value, span });
+        if command.is_some() {
+            self.bracket_comment();
+        }
+        (command, harmless)
     }
 
     /// A name may have digits, though no command has one: `G00`.
@@ -67,10 +83,19 @@ impl<'t> Reader<'t, '_> {
         self.say(span, Problem::UnknownCommand(self.excerpt(span)));
     }
 
+    /// Tells of a comment in brackets, up to the end of the line, and passes over it.
+    fn bracket_comment(&mut self) -> bool {
+        let comment = self.take(token::bracket_comment);
+        if let Some(comment) = comment {
+            self.say(comment.span, Problem::BracketComment);
+        }
+        comment.is_some()
+    }
+
     /// From the name of a command to its last word, behind which there may be nothing else.
     fn whole_command(&mut self, info: &'static CommandInfo, name: Span) -> Span {
         let span = self.until_here(name);
-        if !self.failed() && !self.ends() {
+        if !self.failed() && !self.ends() && !self.next_is(token::bracket_comment) {
             let text = self.pass_over();
             self.say(text, Problem::Surplus(info.name));
         }
@@ -94,11 +119,12 @@ impl<'t> Reader<'t, '_> {
             Form::ZeroAt => Command::ZeroAt(self.axes(info, name)),
             Form::Acceleration => Command::Acceleration(self.axes(info, name)),
             Form::Arc { frame, turn, helix } => {
-                let [x, y, z, a, b, c, i, j, ..] = self.words(info);
-                if i.or(j).is_none() {
+                let [x, y, z, a, b, c, i, j, k, sweep, ..] = self.words(info);
+                if i.or(j).or(k).is_none() {
                     self.missing(info, name, "centre, I or J");
                 }
-                Command::Arc { frame, turn, helix, centre: [i, j], to: [x, y, z, a, b, c] }
+                let (centre, to) = ([i, j, k], [x, y, z, a, b, c]);
+                Command::Arc { frame, turn, helix, centre, sweep, to }
             }
             Form::Velocity => Command::Velocity(self.only_value(info, name)?),
             Form::RapidVelocity => Command::RapidVelocity(self.only_value(info, name)?),
@@ -134,14 +160,25 @@ impl<'t> Reader<'t, '_> {
             }
             Form::Cylinder => self.cylinder(info, name)?,
             Form::Spindle => self.spindle(info, name),
-            Form::Coolant => {
-                let [on, off, ..] = self.words(info);
-                if on.or(off).is_none() {
-                    self.missing(info, name, "ON or OFF");
-                }
-                self.only_one(on, off, ["ON", "OFF"]);
-                Command::Coolant(on.is_some())
+            Form::Switch(accessory) => self.switch(info, name, accessory),
+            Form::Numbered(accessories) => {
+                self.ends();
+                // The first coolant needs no number.
+                let number = match self.next_is(token::digits) {
+                    false if accessories.contains(&Accessory::Coolant) => 1,
+                    false => {
+                        self.missing(info, name, "number");
+                        return None;
+                    }
+                    true => self.count("the number", 1..=accessories.len() as u8)?,
+                };
+                let place = usize::from(number).checked_sub(1)?;
+                self.switch(info, name, *accessories.get(place)?)
             }
+            Form::ZeroHere => match self.take(token::standard) {
+                Some(_) => Command::ZeroStandard,
+                None => Command::ZeroHere,
+            },
             Form::ToolDefinition => {
                 self.words(info);
                 Command::ToolDefinition
@@ -185,6 +222,15 @@ impl<'t> Reader<'t, '_> {
             |word: Option<Word>, value| word.map(|Placed { span, .. }| Placed { value, span });
         let turn = turn(cw, Turn::Clockwise).or(turn(ccw, Turn::Counterclockwise));
         Command::Spindle(SpindleWords { off: off.is_some(), turn, rpm, time })
+    }
+
+    fn switch(&mut self, info: &'static CommandInfo, name: Span, accessory: Accessory) -> Command {
+        let [on, off, ..] = self.words(info);
+        if on.or(off).is_none() {
+            self.missing(info, name, "ON or OFF");
+        }
+        self.only_one(on, off, ["ON", "OFF"]);
+        Command::Switch(accessory, on.is_some())
     }
 
     /// Of two words that contradict each other only one may be there.

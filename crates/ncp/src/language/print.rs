@@ -6,7 +6,7 @@ use vimc4_isel_wire::Plane;
 use vimc4_motion::Turn;
 
 use super::command::{
-    Command, DrillWords, Frame, LETTERS, PortBit, Rate, SpindleWords, Word, Words,
+    Command, DrillWords, Frame, LETTERS, PortBit, Rate, SpindleWords, Units, Word, Words,
 };
 
 /// As files have it, in the usual order of words: `MOVEABS X20000 Y15000`.
@@ -36,14 +36,15 @@ impl Display for Command {
             Command::Plane(Plane::Xy) => f.write_str("PLANE XY"),
             Command::Plane(Plane::Xz) => f.write_str("PLANE XZ"),
             Command::Plane(Plane::Yz) => f.write_str("PLANE YZ"),
-            Command::Arc { frame, turn, helix, centre: [i, j], to } => {
+            Command::Arc { frame, turn, helix, centre: [i, j, k], sweep, to } => {
                 let helix = if *helix { "HLX" } else { "" };
                 write!(f, "{}{helix}{frame}", turn_name(*turn))?;
-                words(f, [("I", i), ("J", j)])?;
+                words(f, [("I", i), ("J", j), ("K", k), ("W", sweep)])?;
                 write!(f, "{}", Axes(to))
             }
             Command::Wait(time) => write!(f, "WAIT {}", time.value),
             Command::ZeroHere => f.write_str("WPZERO"),
+            Command::ZeroStandard => f.write_str("WPZERO STANDARD"),
             Command::ZeroAt(zero) => write!(f, "WPZEROABS{}", Axes(zero)),
             Command::ZeroClear => f.write_str("WPCLEAR"),
             Command::Store(register, zero) => write!(f, "WPREG{register}{}", Axes(zero)),
@@ -67,8 +68,11 @@ impl Display for Command {
             Command::Halt => f.write_str("HALT"),
             Command::Acceleration(percents) => write!(f, "ACCEL{}", Axes(percents)),
             Command::Spindle(words) => words.fmt(f),
-            Command::Coolant(true) => f.write_str("COOLANT ON"),
-            Command::Coolant(false) => f.write_str("COOLANT OFF"),
+            Command::Switch(accessory, on) => {
+                write!(f, "{accessory} {}", if *on { "ON" } else { "OFF" })
+            }
+            Command::Units(Units::Metric) => f.write_str("METRIC"),
+            Command::Units(Units::Inch) => f.write_str("INCH"),
             Command::ToolDefinition => f.write_str("TOOLDEF"),
             Command::ToolInit => f.write_str("INITTOOL"),
             Command::Type => f.write_str("TYPE"),

@@ -15,6 +15,12 @@ pub enum Problem {
     /// The line does not begin with the name of a command.
     #[error("this is no command")]
     NoCommand,
+    /// A comment in brackets.
+    #[error("a comment in brackets")]
+    BracketComment,
+    /// The file is in another language.
+    #[error("this is G-code, not the isel NC format: nothing of it can be read")]
+    GCode,
     /// There is no command of this name.
     #[error("unknown command {0}")]
     UnknownCommand(Excerpt),
@@ -124,6 +130,8 @@ impl Problem {
     pub fn code(self) -> &'static str {
         match self {
             Problem::NoCommand => "no-command",
+            Problem::BracketComment => "bracket-comment",
+            Problem::GCode => "g-code",
             Problem::UnknownCommand(_) => "unknown-command",
             Problem::UnknownWord { .. } => "unknown-word",
             Problem::UnknownAxis(_) => "unknown-axis",
@@ -154,9 +162,9 @@ impl Problem {
 
     /// What is probably meant by it, as it would stand in its place.
     #[must_use]
-    pub fn meant(self) -> Option<&'static str> {
+    pub fn meant(self) -> Option<String> {
         match self {
-            Problem::UnknownCommand(name) => nearest(name.as_str()),
+            Problem::UnknownCommand(name) => meant(name.as_str()),
             _ => None,
         }
     }
@@ -171,6 +179,12 @@ impl Problem {
             Problem::NoCommand => "a line is `N` and a number, a command with its words, and a \
                                    comment behind `;`; each may be missing"
                 .to_owned(),
+            Problem::BracketComment => "a comment begins with `;`".to_owned(),
+            Problem::GCode => {
+                "choose the post-processor for isel, with files that end in .ncp, in \
+                               the program that has written it"
+                    .to_owned()
+            }
             Problem::UnknownCommand(_) => "text that is no command stands behind `;`".to_owned(),
             Problem::UnknownWord { command, .. }
             | Problem::MissingWord { command, .. }
@@ -263,6 +277,25 @@ impl fmt::Debug for Excerpt {
     }
 }
 
+/// What somebody may have meant by the name of no command: one that is written nearly so, or one
+/// without a blank behind it.
+fn meant(name: &str) -> Option<String> {
+    glued(name).or_else(|| nearest(name).map(str::to_owned))
+}
+
+/// A command and its first word without a blank between them: `MOVEABSX1000`.
+fn glued(name: &str) -> Option<String> {
+    let upper = name.to_ascii_uppercase();
+    let known = reference::COMMANDS.iter().filter_map(|info| {
+        let rest = upper.strip_prefix(info.name)?;
+        let word = rest.trim_end_matches(|c: char| c.is_ascii_digit());
+        let takes = info.parameters.iter().any(|parameter| parameter.name == word);
+        (takes && !word.is_empty()).then_some((info.name, rest))
+    });
+    let (command, word) = known.max_by_key(|(command, _)| command.len())?;
+    Some(format!("{command} {word}"))
+}
+
 /// The name of a command that is written nearly so: a letter in three may be wrong.
 fn nearest(name: &str) -> Option<&'static str> {
     let name = name.to_ascii_uppercase();
@@ -273,7 +306,7 @@ fn nearest(name: &str) -> Option<&'static str> {
 
 /// How many letters must be put in, left out or changed to make one word of the other
 /// (Levenshtein).
-fn distance(one: &str, other: &str) -> usize {
+pub(super) fn distance(one: &str, other: &str) -> usize {
     let mut row: Vec<usize> = (1..=other.len()).collect();
     for (place, letter) in one.bytes().enumerate() {
         let (mut diagonal, mut left) = (place, place + 1);

@@ -79,7 +79,7 @@ impl<'t, 'p> Reader<'t, 'p> {
     /// Reads blanks, and tells whether there is nothing behind them but perhaps a comment.
     pub(super) fn ends(&mut self) -> bool {
         self.take(token::blanks);
-        self.rest.is_empty() || self.rest.starts_with(';')
+        self.rest.is_empty() || self.rest.starts_with(';') || self.next_is(token::bracket_comment)
     }
 
     /// Passes over everything up to the comment, and tells where it was.
@@ -93,6 +93,12 @@ impl<'t, 'p> Reader<'t, 'p> {
     pub(super) fn until_here(&self, beginning: Span) -> Span {
         let text = self.text(self.since(beginning)).trim_end_matches(token::is_blank);
         Span { end: beginning.start + text.len() as u32, ..beginning }
+    }
+
+    /// From the beginning of something to the comment.
+    pub(super) fn whole_line(&self, beginning: Span) -> Span {
+        let code = token::code(self.rest).map_or(0, |(_, code)| code.len() as u32);
+        Span { end: self.place() + code, ..beginning }
     }
 
     /// Passes over the rest of the line.

@@ -5,7 +5,7 @@
 
 use vimc4_motion::Turn;
 
-use super::command::{Command, Frame, LETTERS, Rate};
+use super::command::{Accessory, Command, Frame, LETTERS, Rate, Units};
 use super::value::Value;
 
 // The list below is a table, and reads like one without these prefixes.
@@ -109,7 +109,11 @@ pub(super) enum Form {
     Cylinder,
     Acceleration,
     Spindle,
-    Coolant,
+    /// On or off.
+    Switch(Accessory),
+    /// A number, then on or off.
+    Numbered(&'static [Accessory]),
+    ZeroHere,
     ToolDefinition,
 }
 
@@ -144,7 +148,8 @@ impl CommandInfo {
     #[must_use]
     pub fn pattern(&self) -> String {
         // The number of a register follows its name at once.
-        let blank = if self.words.is_empty() || self.form == Form::Register { "" } else { " " };
+        let at_once = matches!(self.form, Form::Register | Form::Numbered(_));
+        let blank = if self.words.is_empty() || at_once { "" } else { " " };
         format!("{}{blank}{}", self.name, self.words)
     }
 
@@ -156,6 +161,20 @@ impl CommandInfo {
             known.name == parameter.name && known.name.chars().eq([*letter])
         };
         axes.find(is_it).map(|(axis, _)| axis)
+    }
+
+    /// Whether what the tool does is the same without it.
+    #[must_use]
+    pub fn is_accessory(&self) -> bool {
+        match self.form {
+            Form::Plain(command) | Form::Anything(command) => command.is_accessory(),
+            Form::Switch(_)
+            | Form::Numbered(_)
+            | Form::SetPort
+            | Form::SetBit(_)
+            | Form::ToolDefinition => true,
+            _ => false,
+        }
     }
 
     /// The words that it takes at a place among its words, counted from 0.
@@ -213,19 +232,27 @@ const WAYS: &[Parameter] = &[
 ];
 
 /// The end of an arc and its centre, from the work-piece zero.
-const ARC_PLACES: &[Parameter] = &[
+const ARC_PLACES: &[Parameter] = HELIX_PLACES.split_at(9).0;
+
+/// The same of a helix.
+const HELIX_PLACES: &[Parameter] = &[
     word("X", number(WAY), "where the arc ends in X"),
     word("Y", number(WAY), "where the arc ends in Y"),
     word("Z", number(WAY), "where the arc ends in Z"),
     word("A", number(WAY), "not used by arcs"),
     word("B", number(WAY), "not used by arcs"),
     word("C", number(WAY), "not used by arcs"),
-    word("I", number(WAY), "centre on the first axis of the plane"),
-    word("J", number(WAY), "centre on the second axis of the plane"),
+    word("I", number(WAY), "where the centre is on the first axis of the plane"),
+    word("J", number(WAY), "where the centre is on the second axis of the plane"),
+    word("K", number(WAY), "where the centre is in Z; beside it I belongs to X and J to Y"),
+    word("W", from("degrees", Value::ZERO), "how far it goes round, if more than a turn too"),
 ];
 
 /// The end of an arc and its centre, from where the tool is.
-const ARC_WAYS: &[Parameter] = &[
+const ARC_WAYS: &[Parameter] = HELIX_WAYS.split_at(9).0;
+
+/// The same of a helix.
+const HELIX_WAYS: &[Parameter] = &[
     word("X", number(WAY), "how far away the arc ends in X"),
     word("Y", number(WAY), "how far away the arc ends in Y"),
     word("Z", number(WAY), "how far away the arc ends in Z"),
@@ -234,6 +261,8 @@ const ARC_WAYS: &[Parameter] = &[
     word("C", number(WAY), "not used by arcs"),
     word("I", number(WAY), "how far away the centre is on the first axis of the plane"),
     word("J", number(WAY), "how far away the centre is on the second axis of the plane"),
+    word("K", number(WAY), "how far away the centre is in Z; beside it I belongs to X and J to Y"),
+    word("W", from("degrees", Value::ZERO), "how far it goes round, if more than a turn too"),
 ];
 
 /// A machine coordinate of each axis.
@@ -323,7 +352,13 @@ const SPINDLE_WORDS: &[Parameter] = &[
 ];
 
 const SWITCH: &[Parameter] =
-    &[word("ON", None, "the coolant flows"), word("OFF", None, "the coolant stops")];
+    &[word("ON", None, "it is switched on"), word("OFF", None, "it is switched off")];
+
+const STANDARD: &[Parameter] = &[word(
+    "STANDARD",
+    None,
+    "the zero that was there before the job: the machine's, or the one from outside",
+)];
 
 const TOOL_WORDS: &[Parameter] = &[
     word("T", range("", 0, TOOLS), "number of the tool"),
@@ -339,7 +374,17 @@ const DELAY: &[Parameter] = &[word("", from("ms", Value::ZERO), "how long")];
 const TOOL: &[Parameter] = &[word("", range("", 0, TOOLS), "number of the tool")];
 
 const MOVE: &str = "[Xn] [Yn] [Zn] [An]";
-const ARC: &str = "[In] [Jn] [Xn] [Yn] [Zn]";
+const ARC: &str = "[In] [Jn] [Kn] [Xn] [Yn] [Zn]";
+const HELIX: &str = "[In] [Jn] [Kn] [Wn] [Xn] [Yn] [Zn]";
+const ON_OFF: &str = "ON | OFF";
+
+/// The coolants by number.
+const COOLANTS: &[Accessory] =
+    &[Accessory::Coolant, Accessory::Coolant2, Accessory::Coolant3, Accessory::Coolant4];
+
+/// The options of the periphery by number.
+const OPTIONS: &[Accessory] =
+    &[Accessory::Poption1, Accessory::Poption2, Accessory::Poption3, Accessory::Poption4];
 
 const fn row(
     name: &'static str,
@@ -350,6 +395,11 @@ const fn row(
     meaning: &'static str,
 ) -> CommandInfo {
     CommandInfo { name, words, meaning, parameters, source: Manual, example, form }
+}
+
+/// The same, known from files that are in use.
+const fn field(info: CommandInfo) -> CommandInfo {
+    CommandInfo { source: Field, ..info }
 }
 
 const fn arc(frame: Frame, turn: Turn, helix: bool) -> Form {
@@ -440,33 +490,33 @@ pub static COMMANDS: &[CommandInfo] = &[
     ),
     row(
         "CWHLXABS",
-        ARC,
+        HELIX,
         arc(Absolute, Clockwise, true),
-        ARC_PLACES,
+        HELIX_PLACES,
         "CWHLXABS I75000 J50000 X75000 Y75000 Z-2000",
         "Moves along a clockwise helix to a place: an arc while the third axis moves evenly.",
     ),
     row(
         "CCWHLXABS",
-        ARC,
+        HELIX,
         arc(Absolute, Counterclockwise, true),
-        ARC_PLACES,
+        HELIX_PLACES,
         "CCWHLXABS I75000 J50000 Z-2000",
         "Moves along a counterclockwise helix to a place: an arc while the third axis moves evenly.",
     ),
     row(
         "CWHLXREL",
-        ARC,
+        HELIX,
         arc(Relative, Clockwise, true),
-        ARC_WAYS,
+        HELIX_WAYS,
         "CWHLXREL I20000 Z-2000",
         "Moves along a clockwise helix, centre and end counted from where the tool is.",
     ),
     row(
         "CCWHLXREL",
-        ARC,
+        HELIX,
         arc(Relative, Counterclockwise, true),
-        ARC_WAYS,
+        HELIX_WAYS,
         "CCWHLXREL I20000 Z-2000",
         "Moves along a counterclockwise helix, centre and end counted from where the tool is.",
     ),
@@ -497,11 +547,11 @@ pub static COMMANDS: &[CommandInfo] = &[
     row("WAIT", "time", Form::Wait, DELAY, "WAIT 2000", "Waits before the job goes on."),
     row(
         "WPZERO",
-        "",
-        Form::Plain(Command::ZeroHere),
-        NOTHING,
+        "[STANDARD]",
+        Form::ZeroHere,
+        STANDARD,
         "WPZERO",
-        "Makes the place of the tool the work-piece zero.",
+        "Makes the place of the tool the work-piece zero; with STANDARD it is again where it was before the job.",
     ),
     row(
         "WPZEROABS",
@@ -586,12 +636,60 @@ pub static COMMANDS: &[CommandInfo] = &[
     ),
     row(
         "COOLANT",
-        "ON | OFF",
-        Form::Coolant,
+        "[n] ON | OFF",
+        Form::Numbered(COOLANTS),
         SWITCH,
         "COOLANT ON",
-        "Starts or stops the coolant pump.",
+        "Starts or stops a coolant pump; without a number, the first of four.",
     ),
+    field(row(
+        "WPCLAMP",
+        ON_OFF,
+        Form::Switch(Accessory::Wpclamp),
+        SWITCH,
+        "WPCLAMP ON",
+        "Clamps the work-piece, or lets it go.",
+    )),
+    field(row(
+        "PUMP",
+        ON_OFF,
+        Form::Switch(Accessory::Pump),
+        SWITCH,
+        "PUMP ON",
+        "Starts or stops a pump, such as that of a vacuum table.",
+    )),
+    field(row(
+        "LAMP",
+        ON_OFF,
+        Form::Switch(Accessory::Lamp),
+        SWITCH,
+        "LAMP ON",
+        "Switches the light.",
+    )),
+    field(row(
+        "POPTION",
+        "n ON | OFF",
+        Form::Numbered(OPTIONS),
+        SWITCH,
+        "POPTION1 ON",
+        "Switches something else at the machine, 1 to 4.",
+    )),
+    field(row(
+        "METRIC",
+        "",
+        Form::Plain(Command::Units(Units::Metric)),
+        NOTHING,
+        "METRIC",
+        "Lengths are in µm from now on, as they are at first.",
+    )),
+    field(row(
+        "INCH",
+        "",
+        Form::Plain(Command::Units(Units::Inch)),
+        NOTHING,
+        "INCH",
+        "Lengths are in thousandths of an inch from now on, speeds in thousandths of an inch a second.",
+    )),
     row(
         "DRILLDEF",
         "[Cn] [Pn] [Dn] [Tn] [Vn] [Fn] [On] [In] [Rn] [Ln] [Sn]",
@@ -665,17 +763,14 @@ pub static COMMANDS: &[CommandInfo] = &[
         "IMF_PBL_V1.0",
         "Marks the file as a job; it stands in the first line, with any text behind it.",
     ),
-    CommandInfo {
-        source: Field,
-        ..row(
-            "TYPE",
-            "…",
-            Form::Anything(Command::Type),
-            NOTHING,
-            "TYPE 3",
-            "Tells something of the program that wrote the file; it has no effect.",
-        )
-    },
+    field(row(
+        "TYPE",
+        "…",
+        Form::Anything(Command::Type),
+        NOTHING,
+        "TYPE 3",
+        "Tells something of the program that wrote the file; it has no effect.",
+    )),
     row(
         "PROGEND",
         "",

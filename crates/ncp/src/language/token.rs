@@ -67,6 +67,25 @@ pub(super) fn act(input: &str) -> Token<'_, &str> {
     verify(letters, |word: &str| word.eq_ignore_ascii_case("ACT")).parse(input)
 }
 
+/// The word that leads back to the work-piece zero from outside.
+pub(super) fn standard(input: &str) -> Token<'_, &str> {
+    let word = verify(letters, |word: &str| word.eq_ignore_ascii_case("STANDARD"));
+    preceded(blanks, word).parse(input)
+}
+
+/// A comment as other languages have it: in brackets, up to the end of the line or the semicolon.
+pub(super) fn bracket_comment(input: &str) -> Token<'_, &str> {
+    if !input.starts_with('(') {
+        return Err(nom::Err::Error(()));
+    }
+    let (rest, code) = code(input)?;
+    let comment = code.trim_end_matches(is_blank);
+    match comment.ends_with(')') {
+        true => Ok((rest, comment)),
+        false => Err(nom::Err::Error(())),
+    }
+}
+
 /// The value of a port; `None` if it is none.
 pub(super) fn port_value(input: &str) -> Token<'_, Option<u32>> {
     let written = take_while1(|c: char| c.is_ascii_alphanumeric());

@@ -292,7 +292,7 @@ fn check(document: &Document, target: &Target, reading: Reading) -> Vec<lsp_type
     for diagnostic in found.iter().take(MOST_PROBLEMS + 1) {
         while all_lines.next_if(|line| line.number < diagnostic.line).is_some() {}
         let bytes = all_lines.peek().map_or(0..0, |line| line.in_text(diagnostic.span));
-        let severity = reading.severity(diagnostic.problem);
+        let severity = reading.severity(diagnostic);
         shown.push(show::diagnostic(document, bytes, severity, diagnostic.problem));
     }
     if let Some(surplus) = shown.get(MOST_PROBLEMS) {

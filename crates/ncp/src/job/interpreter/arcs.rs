@@ -1,11 +1,11 @@
 //! Arcs and helices.
 
-use vimc4_isel_wire::Dialect;
+use vimc4_isel_wire::{Dialect, Plane};
 use vimc4_motion::Turn;
 
 use super::sink::Sink;
 use super::{Interpreter, Pace, Refusal, State, sum};
-use crate::geometry::{Circle, Curve, CurveParameters, NoCircle};
+use crate::geometry::{Circle, Curve, CurveParameters, NoCircle, Scale, Steps, StraightParameters};
 use crate::job::action::Action;
 use crate::job::place::{Place, counters};
 use crate::job::problem::Problem;
@@ -18,10 +18,18 @@ impl Interpreter<'_> {
         let third = plane.third();
         let in_use = |axis| axis == first || axis == second || words.helix && axis == third;
         let mut to = words.to;
+        let asked = self.place_of(words.frame, &words.to).ok();
         for (axis, word) in to.iter_mut().enumerate().filter(|(axis, _)| !in_use(*axis)) {
-            if let Some(word) = word.take() {
-                sink.say_at(word.span, Problem::OutsidePlane(axis));
-            }
+            let Some(word) = word.take() else { continue };
+            let at = asked.and_then(|asked| asked.get(axis).copied());
+            let elsewhere = at.filter(|at| self.state.place.get(axis) != Some(at));
+            sink.say_at(
+                word.span,
+                match elsewhere {
+                    Some(at) => Problem::OffPlane { axis, at },
+                    None => Problem::OutsidePlane(axis),
+                },
+            );
         }
         for axis in (0..3).filter(|&axis| in_use(axis)) {
             // A helix without a third word needs no third axis.
@@ -33,15 +41,25 @@ impl Interpreter<'_> {
             }
         }
         let to_place = self.place_of(words.frame, &to)?;
+        let centre_words = words.centre_of(plane, sink)?;
         self.begin(sink);
+        self.warn_of_surface(&to_place, true, sink);
         let from = self.state.place;
-        let centre = self.centre(words, (first, second));
+        let centre = self.centre(words.frame, centre_words, (first, second));
         let end = (to[first].is_some() || to[second].is_some())
             .then(|| [to_place[first], to_place[second]]);
         let scales = [self.target.scales[first], self.target.scales[second]];
         let start = [from[first], from[second]];
         self.warn_of_unreferenced(&to_place, sink);
-        let circle = Circle::new(plane, words.turn, centre, start, end, scales).map_err(|no| {
+        let circle = Circle::new(plane, words.turn, centre, start, end, scales);
+        if self.is_less_than_a_step(&circle, centre, start, end, scales) {
+            let way = self.straight(to_place, Pace::Normal, sink)?;
+            if way.by != Steps::default() {
+                sink.push(Action::Straight(way));
+            }
+            return Ok(());
+        }
+        let circle = circle.map_err(|no| {
             let problem = match no {
                 NoCircle::NoRadius => Problem::NoRadius,
                 NoCircle::Apart { start, end } => Problem::UnevenRadius { start, end },
@@ -54,33 +72,154 @@ impl Interpreter<'_> {
             self.check_extent(&circle, &to_place, sink.span)?;
             Ok(circle)
         });
+        let rise =
+            (words.helix && from[third] != to_place[third]).then(|| (from[third], to_place[third]));
         let parameters = checked.map(|circle| CurveParameters {
             circle,
             scales: self.target.scales,
             from: self.state.counters,
             to: counters,
-            rise: (words.helix && from[third] != to_place[third])
-                .then(|| (from[third], to_place[third])),
+            rise,
             velocity: self.state.normal.in_thousandths() as f64,
             speeds: self.target.speeds(),
             has_helix: self.target.controller.dialect == Dialect::ImcXx,
         });
+        let turns = match (parameters, words.sweep) {
+            (Ok(parameters), Some(sweep)) => self.turns(&parameters, sweep, sink),
+            _ => Ok(Turns::None),
+        };
         (self.state.place, self.state.counters) = (to_place, counters);
-        let parameters = parameters?;
+        let mut parameters = parameters?;
+        match turns? {
+            Turns::None => {}
+            Turns::Backwards(way) => {
+                sink.push(Action::Straight(way));
+                return Ok(());
+            }
+            Turns::Whole(first, number) => {
+                parameters = self.whole_turns(parameters, first, number, sink);
+            }
+        }
         self.warn_of_curve_speed(&parameters, sink);
         sink.push(Action::Curve(Box::new(parameters)));
         Ok(())
     }
 
+    /// Whether an arc is so small that a step is longer than its radius. A centre that is the
+    /// start is a mistake.
+    fn is_less_than_a_step(
+        &self,
+        circle: &Result<Circle, NoCircle>,
+        centre: [Value; 2],
+        start: [Value; 2],
+        end: Option<[Value; 2]>,
+        scales: [Scale; 2],
+    ) -> bool {
+        // Two steps are what the ends of any arc may be apart.
+        let room = 2.5 * scales[0].step().min(scales[1].step());
+        let near = |end: [Value; 2]| {
+            let [x, y] = [0, 1].map(|axis: usize| {
+                end[axis].in_thousandths().saturating_sub(centre[axis].in_thousandths()) as f64
+            });
+            libm::sqrt(x * x + y * y) <= room
+        };
+        *circle == Err(NoCircle::NoRadius) && centre != start && end.is_none_or(near)
+    }
+
+    /// How many whole turns a helix makes more than it must, as W says.
+    fn turns(
+        &mut self,
+        parameters: &CurveParameters,
+        sweep: Word,
+        sink: &mut Sink<'_>,
+    ) -> Result<Turns, Refusal> {
+        const DEGREES: f64 = 360.0;
+        let said = sweep.value.as_f64();
+        let own = parameters.circle.sweep().to_degrees();
+        let turns = libm::round((said - own) / DEGREES);
+        let is = own + turns * DEGREES;
+        // Programs write whole degrees.
+        if (said - is).abs() > 2.0 {
+            let is = Value::thousandths(libm::round(is * 1_000.0) as i64);
+            sink.say_at(sweep.span, Problem::SweepDiffers { said: sweep.value, is });
+            return Ok(Turns::None);
+        }
+        if turns < 0.0 {
+            // The end is rounded to be behind the start: it is hardly any way.
+            let (first, second) = parameters.circle.plane().axes();
+            let third = parameters.circle.plane().third();
+            let mut to = self.state.place;
+            to[first] = parameters.circle.end()[0];
+            to[second] = parameters.circle.end()[1];
+            to[third] = parameters.rise.map_or(to[third], |(_, to)| to);
+            let counters = counters(&to, self.target, self.state.cylinder.as_ref());
+            return Ok(Turns::Backwards(self.parameters(&to, &counters, Pace::Normal, sink)));
+        }
+        if turns < 1.0 {
+            return Ok(Turns::None);
+        }
+        let circle = &parameters.circle;
+        let (first, second) = circle.plane().axes();
+        let scales = [self.target.scales[first], self.target.scales[second]];
+        let whole = Circle::new(
+            circle.plane(),
+            circle.turn(),
+            circle.centre(),
+            circle.start(),
+            None,
+            scales,
+        );
+        let Ok(whole) = whole else { return Ok(Turns::None) };
+        let place = self.state.place;
+        self.check_extent(&whole, &place, sink.span)?;
+        Ok(Turns::Whole(whole, turns as u32))
+    }
+
+    /// Makes whole turns, and returns what is left of the helix.
+    fn whole_turns(
+        &mut self,
+        mut rest: CurveParameters,
+        whole: Circle,
+        number: u32,
+        sink: &mut Sink<'_>,
+    ) -> CurveParameters {
+        let third = whole.plane().third();
+        let total = f64::from(number) * whole.sweep() + rest.circle.sweep();
+        let ends = rest.rise;
+        let mut at = rest;
+        for turn in 1..=number {
+            let part = f64::from(turn) * whole.sweep() / total;
+            let mut curve = CurveParameters { circle: whole, to: at.from, ..at };
+            if let (Some((from, to)), Some((low, _))) = (ends, at.rise) {
+                let way = to.in_thousandths() - from.in_thousandths();
+                let made = libm::round(way as f64 * part) as i64;
+                let high = Value::thousandths(from.in_thousandths() + made);
+                curve.rise = Some((low, high));
+                curve.to[third] = self.target.scales[third].round(high);
+                at.rise = Some((high, to));
+                at.from = curve.to;
+            }
+            self.warn_of_curve_speed(&curve, sink);
+            sink.push(Action::Curve(Box::new(curve)));
+        }
+        (rest.from, rest.rise) = (at.from, at.rise);
+        rest
+    }
+
     /// The centre that I and J give. Absolute ones that are missing are where the tool is.
-    pub(super) fn centre(&self, words: &ArcWords, (first, second): (usize, usize)) -> [Value; 2] {
+    pub(super) fn centre(
+        &self,
+        frame: Frame,
+        words: [Option<Word>; 2],
+        (first, second): (usize, usize),
+    ) -> [Value; 2] {
         let Interpreter { state: State { place, zero, .. }, .. } = self;
-        let of = |axis: usize, word: Option<Word>| match (words.frame, word) {
+        let of = |axis: usize, word: Option<Word>| match (frame, word) {
             (Frame::Absolute, Some(word)) => sum(zero[axis], word.value),
             (Frame::Relative, Some(word)) => sum(place[axis], word.value),
             (_, None) => place[axis],
         };
-        [of(first, words.centre[0]), of(second, words.centre[1])]
+        [of(first, words[0]), of(second, words[1])]
     }
 
     /// Whether all of an arc may be come to.
@@ -134,6 +273,40 @@ pub(super) struct ArcWords {
     pub(super) frame: Frame,
     pub(super) turn: Turn,
     pub(super) helix: bool,
-    pub(super) centre: [Option<Word>; 2],
+    pub(super) centre: [Option<Word>; 3],
+    pub(super) sweep: Option<Word>,
     pub(super) to: Words,
+}
+
+impl ArcWords {
+    /// The words for the centre on the first and the second axis of a plane. As the manual has it
+    /// these are I and J; where there is a K, each letter belongs to its own axis.
+    fn centre_of(&self, plane: Plane, sink: &mut Sink<'_>) -> Result<[Option<Word>; 2], Refusal> {
+        let [i, j, k] = self.centre;
+        let (Some(z), Plane::Xz | Plane::Yz) = (k, plane) else {
+            if let Some(word) = k {
+                sink.say_at(word.span, Problem::OutsidePlane(2));
+            }
+            return Ok([i, j]);
+        };
+        match (plane, i, j) {
+            (Plane::Xz, _, Some(_)) => Err((z.span, Problem::TwoCentres)),
+            (Plane::Yz, Some(word), _) => {
+                sink.say_at(word.span, Problem::OutsidePlane(0));
+                Ok([j, k])
+            }
+            (Plane::Xz, ..) => Ok([i, k]),
+            _ => Ok([j, k]),
+        }
+    }
+}
+
+/// What W adds to a helix.
+enum Turns {
+    /// Nothing.
+    None,
+    /// So many whole turns before it.
+    Whole(Circle, u32),
+    /// It is none, but hardly any way.
+    Backwards(StraightParameters),
 }

@@ -6,7 +6,7 @@ use super::sink::Sink;
 use super::{Interpreter, Pace, Refusal, Told};
 use crate::job::action::{Action, Hole, place_at};
 use crate::job::drill::{Cycle, Definition};
-use crate::job::place::counters;
+use crate::job::place::{Place, counters};
 use crate::job::problem::Problem;
 use crate::language::{DrillWords, Frame, Value, Word, Words};
 
@@ -33,12 +33,15 @@ impl Interpreter<'_> {
         {
             sink.say_at(word.span, Problem::MillimetresMeant(word.value));
         }
+        if words.safety.or(words.plane).is_some() {
+            self.state.told_of_surface = false;
+        }
         self.state.drill = Definition {
             cycle,
             plane: words.plane.map_or(old.plane, |word| word.value),
             depth: length(words.depth, old.depth),
             dwell: words.dwell.map_or(old.dwell, |word| word.value),
-            speed: length(words.speed, old.speed),
+            speed: words.speed.map_or(old.speed, |word| word.value),
             first: length(words.first, old.first),
             other: length(words.other, old.other),
             decrease: length(words.decrease, old.decrease),
@@ -69,6 +72,9 @@ impl Interpreter<'_> {
         }
         let up = if self.target.setup.up == Up::Positive { 1 } else { -1 };
         let plane = place_at(self.state.zero[Z], up, definition.plane);
+        // It goes across at the higher of S and where it is.
+        let here = self.state.place[Z].in_thousandths().saturating_sub(plane.in_thousandths());
+        let height = Value::thousandths(up * here);
         // All of the cycle is checked before anything of it is done.
         let (low, high) = definition.extent();
         let mut checked = Ok(());
@@ -78,6 +84,9 @@ impl Interpreter<'_> {
             checked = checked.and_then(|()| self.check(&to, &counters, sink.span));
         }
         to[Z] = place_at(plane, up, definition.safety);
+        if height <= definition.safety {
+            self.warn_of_surface(&to, false, sink);
+        }
         let z = self.state.counters[Z];
         self.warn_of_unreferenced(&to, sink);
         let end = counters(&to, self.target, self.state.cylinder.as_ref());
@@ -89,7 +98,7 @@ impl Interpreter<'_> {
         let scale = self.target.scales[Z];
         let frequency = |velocity: Value| velocity.in_thousandths() as f64 / scale.step();
         let hole = Hole {
-            legs: definition.legs(Value::thousandths(libm::ceil(scale.step()) as i64)),
+            legs: definition.legs(Value::thousandths(libm::ceil(scale.step()) as i64), height),
             across,
             z,
             plane,
@@ -99,8 +108,21 @@ impl Interpreter<'_> {
             rapid: self.fit(frequency(self.state.rapid), Pace::Rapid, sink),
         };
         (self.state.place, self.state.counters) = (to, end);
+        self.state.at_surface = definition.safety <= Value::ZERO && definition.depth > Value::ZERO;
         checked?;
         sink.push(Action::Drill(Box::new(hole)));
         Ok(())
+    }
+
+    /// Says once after a hole that the tool goes across where it has come out of it.
+    pub(super) fn warn_of_surface(&mut self, to: &Place, round: bool, sink: &mut Sink<'_>) {
+        let state = &mut self.state;
+        let stays = to[2] == state.place[2];
+        let across = round || to[..2] != state.place[..2];
+        if state.at_surface && stays && across && !state.told_of_surface {
+            state.told_of_surface = true;
+            sink.say(Problem::AtSurface);
+        }
+        state.at_surface &= stays && !across;
     }
 }

@@ -13,6 +13,7 @@ mod reference;
 mod settings;
 mod sink;
 mod straight;
+mod units;
 
 use vimc4_isel_wire::{AxisSet, Plane};
 
@@ -20,10 +21,10 @@ use crate::geometry::Steps;
 use crate::job::action::{Action, InputTest, OutputChange, Question};
 use crate::job::drill::Definition;
 use crate::job::place::{Cylinder, Place};
-use crate::job::problem::Problem;
+use crate::job::problem::{Accessories, Problem};
 use crate::job::target::Target;
 use crate::job::zero::Zero;
-use crate::language::{Command, Line, Placed, PortBit, Rate, Span, Value};
+use crate::language::{Command, Line, Placed, PortBit, Rate, Span, Units, Value};
 
 use arcs::ArcWords;
 use sink::{Report, Sink};
@@ -54,6 +55,19 @@ struct State {
     registers: [Zero; 8],
     normal: Value,
     rapid: Value,
+    /// The same where only turning axes move.
+    turning: [Value; 2],
+    units: Units,
+    /// The line that is carried out.
+    line: u32,
+    /// What is switched that nothing is connected to, and where it is switched first.
+    unconnected: Accessories,
+    first_unconnected: Option<(u32, Span)>,
+    /// What was said of the spindle.
+    told_of_spindle: [bool; 3],
+    /// Where the drill is since a hole that it was not lifted from above the work.
+    at_surface: bool,
+    told_of_surface: bool,
     /// What was said of the normal, the rapid and the drilling speed since they were set.
     told: [Told; 3],
     plane: Plane,
@@ -116,6 +130,14 @@ impl<'t> Interpreter<'t> {
             registers: target.registers,
             normal: Value::whole(setup.velocity.into()),
             rapid: Value::whole(setup.rapid_velocity.into()),
+            turning: [setup.velocity, setup.rapid_velocity].map(|speed| Value::whole(speed.into())),
+            units: Units::Metric,
+            line: 0,
+            unconnected: Accessories::default(),
+            first_unconnected: None,
+            told_of_spindle: [false; 3],
+            at_surface: false,
+            told_of_surface: false,
             told: [Told::default(); 3],
             plane: Plane::Xy,
             limits: [None; 4],
@@ -150,6 +172,13 @@ impl<'t> Interpreter<'t> {
         self.state.mark != Mark::Seen
     }
 
+    /// What was switched although nothing is connected, and where first. Only the end of a job
+    /// shows all of it.
+    pub(in crate::job) fn unconnected(&self) -> Option<(u32, Span, Problem)> {
+        let (line, span) = self.state.first_unconnected?;
+        Some((line, span, Problem::NotConnected(self.state.unconnected)))
+    }
+
     /// Makes the present place the work-piece zero, as the operator says at WPTEACH.
     pub(in crate::job) fn take_zero(&mut self) {
         self.state.zero = self.state.place;
@@ -168,9 +197,11 @@ impl<'t> Interpreter<'t> {
         if self.state.ended {
             return true;
         }
+        self.state.line = number;
         let before = actions.len();
         let mut sink = Sink { span, actions, report };
         self.mark(&command, number, &mut sink);
+        let command = self.state.units.metric(command, self.target.rotary);
         match self.command(&command, &mut sink) {
             Ok(()) => true,
             Err((span, problem)) => {
@@ -202,10 +233,12 @@ impl<'t> Interpreter<'t> {
             Command::Limit(limits) => self.limit(&limits)?,
             Command::Velocity(word) => {
                 state.normal = word.value;
+                state.turning[0] = state.units.back(word.value);
                 state.told[Pace::Normal as usize] = Told::default();
             }
             Command::RapidVelocity(word) => {
                 state.rapid = word.value;
+                state.turning[1] = state.units.back(word.value);
                 state.told[Pace::Rapid as usize] = Told::default();
             }
             Command::Move(frame, rate, words) => {
@@ -217,12 +250,13 @@ impl<'t> Interpreter<'t> {
                 }
             }
             Command::Plane(plane) => state.plane = plane,
-            Command::Arc { frame, turn, helix, centre, to } => {
-                let to = ArcWords { frame, turn, helix, centre, to };
+            Command::Arc { frame, turn, helix, centre, sweep, to } => {
+                let to = ArcWords { frame, turn, helix, centre, sweep, to };
                 self.arc(&to, sink)?;
             }
             Command::Wait(word) => sink.dwell(word),
             Command::ZeroHere => state.zero = state.place,
+            Command::ZeroStandard => state.zero = self.target.zero.0.map(Option::unwrap_or_default),
             Command::ZeroAt(words) => self.zero_at(&self.named(&words)?),
             Command::ZeroClear => state.zero = Place::default(),
             Command::Store(number, words) => {
@@ -261,11 +295,14 @@ impl<'t> Interpreter<'t> {
             Command::Tool(number) => sink.push(Action::Ask(Question::Tool(number))),
             Command::DrillDefinition(words) => self.drill_definition(&words, sink),
             Command::Drill(words) => self.drill(&words, sink)?,
-            Command::Cylinder(turning, radius, linear) => self.cylinder(turning, radius, linear)?,
+            Command::Cylinder(turning, radius, linear) => {
+                self.cylinder(turning, radius, linear, sink)?
+            }
             Command::Halt => sink.push(Action::Ask(Question::Halt)),
             Command::Acceleration(words) => self.acceleration(&words, sink)?,
             Command::Spindle(words) => self.spindle(&words, sink)?,
-            Command::Coolant(on) => self.coolant(on, sink)?,
+            Command::Switch(accessory, on) => self.accessory(accessory, on, sink)?,
+            Command::Units(units) => state.units = units,
             Command::ToolDefinition | Command::ToolInit => sink.say(Problem::ToolIgnored),
             Command::End => state.ended = true,
         }

@@ -7,7 +7,7 @@ use super::sink::Sink;
 use super::{Interpreter, Refusal};
 use crate::job::action::{Action, OutputChange};
 use crate::job::problem::Problem;
-use crate::language::{Span, SpindleWords, Value};
+use crate::language::{Accessory, Span, SpindleWords, Value};
 
 impl Interpreter<'_> {
     pub(super) fn output_port(&self, number: u8, span: Span) -> Result<u16, Refusal> {
@@ -49,7 +49,7 @@ impl Interpreter<'_> {
         sink: &mut Sink<'_>,
     ) -> Result<(), Refusal> {
         let Some(spindle) = self.target.setup.spindle else {
-            sink.say(Problem::NoSpindle);
+            self.say_of_spindle(0, sink.span, Problem::NoSpindle, sink);
             return Ok(());
         };
         if let (Some(turn), false) = (words.turn, words.off) {
@@ -57,13 +57,15 @@ impl Interpreter<'_> {
             match spindle.counterclockwise {
                 Some(output) => self.switch(output, reverse, sink)?,
                 // It always turns the one way.
-                None if reverse => sink.say_at(turn.span, Problem::NoSpindleDirection),
+                None if reverse => {
+                    self.say_of_spindle(1, turn.span, Problem::NoSpindleDirection, sink);
+                }
                 None => {}
             }
         }
         if let (Some(rpm), false) = (words.rpm, words.off) {
             match spindle.analogue {
-                None => sink.say_at(rpm.span, Problem::NoSpindleSpeed),
+                None => self.say_of_spindle(2, rpm.span, Problem::NoSpindleSpeed, sink),
                 Some(analogue) => {
                     let port = self.writable(analogue.port, rpm.span)?;
                     let full = Value::whole(analogue.full_rpm.into());
@@ -81,13 +83,26 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    pub(super) fn coolant(&mut self, on: bool, sink: &mut Sink<'_>) -> Result<(), Refusal> {
-        match self.target.setup.coolant {
-            Some(output) => self.switch(output, on, sink),
-            None => {
-                sink.say(Problem::NoCoolant);
-                Ok(())
-            }
+    pub(super) fn accessory(
+        &mut self,
+        accessory: Accessory,
+        on: bool,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Refusal> {
+        let Some(output) = self.target.setup.accessory(accessory) else {
+            let state = &mut self.state;
+            state.unconnected.insert(accessory);
+            state.first_unconnected.get_or_insert((state.line, sink.span));
+            return Ok(());
+        };
+        self.switch(output, on, sink)
+    }
+
+    /// Says something of the spindle, once.
+    fn say_of_spindle(&mut self, what: usize, span: Span, problem: Problem, sink: &mut Sink<'_>) {
+        if let Some(told) = self.state.told_of_spindle.get_mut(what).filter(|told| !**told) {
+            *told = true;
+            sink.say_at(span, problem);
         }
     }
 }

@@ -26,7 +26,11 @@ impl Interpreter<'_> {
         turning: Placed<usize>,
         radius: Word,
         linear: Option<Placed<usize>>,
+        sink: &mut Sink<'_>,
     ) -> Result<(), Refusal> {
+        if radius.value > Value::ZERO && radius.value < Value::whole(100) {
+            sink.say_at(radius.span, Problem::MillimetreRadius(radius.value));
+        }
         let Placed { value: axis, span } = turning;
         if !self.target.axes.has(axis) {
             return Err((span, Problem::NoSuchAxis(axis)));

@@ -16,6 +16,7 @@ impl Interpreter<'_> {
         sink: &mut Sink<'_>,
     ) -> Result<StraightParameters, Refusal> {
         self.warn_of_unreferenced(&to, sink);
+        self.warn_of_surface(&to, false, sink);
         let cylinder = self.state.cylinder;
         let counters = counters(&to, self.target, cylinder.as_ref());
         let checked = self.check(&to, &counters, sink.span);
@@ -40,7 +41,13 @@ impl Interpreter<'_> {
             return StraightParameters { by, speed: lowest, a_speed: lowest };
         }
         let way = Way::between(&state.place, to, self.target, state.cylinder.as_ref());
-        let (linear, turning) = way.frequencies(self.velocity(pace));
+        let turns = by[..3] == [0; 3] && self.state.cylinder.is_none();
+        let velocity = match pace {
+            Pace::Normal if turns => self.state.turning[0],
+            Pace::Rapid if turns => self.state.turning[1],
+            _ => self.velocity(pace),
+        };
+        let (linear, turning) = way.frequencies(velocity);
         // Beside other axes A moves a step or two at a time, as fast as it can be told.
         let (speed, a_speed) = match (by[..3] != [0; 3], by[3] != 0) {
             (true, false) => (self.fit(linear, pace, sink), lowest),
@@ -71,16 +78,22 @@ impl Interpreter<'_> {
     /// Says once for a speed that it cannot be kept.
     pub(super) fn tell(&mut self, fitted: Fitted, asked: f64, pace: Pace, sink: &mut Sink<'_>) {
         let speeds = self.target.speeds();
+        let wanted = self.velocity(pace);
+        let velocity = |given: u32| {
+            Value::whole(libm::round(wanted.as_f64() * f64::from(given) / asked) as i64)
+        };
         let told = &mut self.state.told[pace as usize];
-        let asked = libm::round(asked) as u64;
+        let (velocity, asked) = (velocity, libm::round(asked.max(0.0)) as u64);
         match fitted {
             Fitted::Capped if !told.capped => {
                 told.capped = true;
-                sink.say(Problem::SpeedCapped { asked, given: speeds.highest });
+                let (given, speed) = (speeds.highest, velocity(speeds.highest));
+                sink.say(Problem::SpeedCapped { wanted, asked, given, speed });
             }
             Fitted::Raised if !told.raised => {
                 told.raised = true;
-                sink.say(Problem::SpeedRaised { asked, given: speeds.lowest });
+                let (given, speed) = (speeds.lowest, velocity(speeds.lowest));
+                sink.say(Problem::SpeedRaised { wanted, asked, given, speed });
             }
             _ => {}
         }

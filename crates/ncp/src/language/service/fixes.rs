@@ -52,12 +52,12 @@ fn fix(about: Range<usize>, problem: Problem) -> Option<Fix> {
     let (title, replaces, with) = match problem {
         _ if problem.meant().is_some() => {
             let meant = problem.meant()?;
-            (format!("Write {meant}"), about.clone(), meant.to_owned())
+            (format!("Write {meant}"), about.clone(), meant)
         }
         Problem::Unexpected(written) if written.as_str() == "," => {
             ("Write a point".to_owned(), about.clone(), ".".to_owned())
         }
-        Problem::NoCommand | Problem::UnknownCommand(_) => {
+        Problem::NoCommand | Problem::BracketComment | Problem::UnknownCommand(_) => {
             ("Make it a comment".to_owned(), start..start, "; ".to_owned())
         }
         Problem::Unexpected(_) | Problem::Surplus(_) => {

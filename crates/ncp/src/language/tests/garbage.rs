@@ -163,6 +163,7 @@ proptest! {
 fn problems_have_codes_of_their_own() {
     let wrong = [
         "(x)",
+        "(x",
         "FOO",
         "DRILL Z1",
         "REF Q",

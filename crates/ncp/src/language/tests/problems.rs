@@ -5,7 +5,8 @@ use crate::Severity;
 
 #[test]
 fn lines_that_are_no_command_are_told_as_a_whole() {
-    assert_eq!(told("(Steps per circle: 64)"), [("no-command", "(Steps per circle: 64)")]);
+    assert_eq!(told("(Steps per circle: 64)"), [("bracket-comment", "(Steps per circle: 64)")]);
+    assert_eq!(told("(Steps per circle: 64"), [("no-command", "(Steps per circle: 64")]);
     assert_eq!(told("N5 % 12  ; x"), [("no-command", "% 12")]);
     assert_eq!(told("5 MOVEABS X5"), [("no-command", "5 MOVEABS X5")]);
     assert_eq!(told("\u{b} "), [("no-command", "\u{b}")]);

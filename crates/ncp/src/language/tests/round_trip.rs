@@ -3,14 +3,14 @@
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
-use proptest::sample::{Index, subsequence};
+use proptest::sample::{Index, select, subsequence};
 use vimc4_isel_wire::Plane;
 use vimc4_motion::Turn;
 
 use super::{command, read};
 use crate::language::{
-    Command, DrillWords, Frame, Groups, Placed, PortBit, Rate, Span, SpindleWords, Value, Word,
-    Words,
+    Accessory, Command, DrillWords, Frame, Groups, Placed, PortBit, Rate, Span, SpindleWords,
+    Units, Value, Word, Words,
 };
 
 /// Something without a place.
@@ -118,11 +118,13 @@ fn spindle() -> impl Strategy<Value = Command> {
 }
 
 fn arc() -> impl Strategy<Value = Command> {
-    let centre = [option::of(any_value()), option::of(any_value())]
+    let centre = [option::of(any_value()), option::of(any_value()), option::of(any_value())]
         .prop_filter("some", |centre| centre.iter().any(Option::is_some));
     let to = option::of(axes(any_value())).prop_map(Option::unwrap_or_default);
-    (frame(), turn(), any::<bool>(), centre, to).prop_map(|(frame, turn, helix, centre, to)| {
-        Command::Arc { frame, turn, helix, centre, to }
+    let sweep = option::of(option::of(positive(0)));
+    (frame(), turn(), centre, sweep, to).prop_map(|(frame, turn, centre, sweep, to)| {
+        let (helix, sweep) = (sweep.is_some(), sweep.flatten());
+        Command::Arc { frame, turn, helix, centre, sweep, to }
     })
 }
 
@@ -142,7 +144,11 @@ fn plain() -> impl Strategy<Value = Command> {
         Just(Command::Plane(Plane::Xy)),
         Just(Command::Plane(Plane::Xz)),
         Just(Command::Plane(Plane::Yz)),
-        any::<bool>().prop_map(Command::Coolant),
+        Just(Command::ZeroStandard),
+        Just(Command::Units(Units::Metric)),
+        Just(Command::Units(Units::Inch)),
+        (select(&Accessory::ALL), any::<bool>())
+            .prop_map(|(accessory, on)| Command::Switch(accessory, on)),
     ]
 }
 
@@ -199,11 +205,13 @@ pub(super) fn one_of_each() -> Vec<Command> {
             frame: Frame::Absolute,
             turn: Turn::Clockwise,
             helix: false,
-            centre: [Some(number), None],
+            centre: [Some(number), None, None],
+            sweep: None,
             to: words,
         },
         Command::Wait(number),
         Command::ZeroHere,
+        Command::ZeroStandard,
         Command::ZeroAt(words),
         Command::ZeroClear,
         Command::Store(1, words),
@@ -222,7 +230,8 @@ pub(super) fn one_of_each() -> Vec<Command> {
         Command::Halt,
         Command::Acceleration(words),
         Command::Spindle(SpindleWords::default()),
-        Command::Coolant(true),
+        Command::Switch(Accessory::Pump, true),
+        Command::Units(Units::Inch),
         Command::ToolDefinition,
         Command::ToolInit,
         Command::Type,
@@ -239,7 +248,8 @@ pub(super) fn one_of_each() -> Vec<Command> {
         Command::SetBit(..) | Command::WaitBit(..) | Command::WaitPort(..) | Command::Path => 0,
         Command::PathEnd | Command::Tool(_) | Command::DrillDefinition(_) | Command::Drill(_) => 0,
         Command::Cylinder(..) | Command::Halt | Command::Acceleration(_) => 0,
-        Command::Spindle(_) | Command::Coolant(_) | Command::ToolDefinition => 0,
+        Command::Spindle(_) | Command::Switch(..) | Command::ToolDefinition => 0,
+        Command::ZeroStandard | Command::Units(_) => 0,
         Command::ToolInit | Command::Type | Command::End => 0,
     };
     assert_eq!(all.iter().map(known).sum::<u32>(), 0);
@@ -257,8 +267,9 @@ fn bare(command: Command) -> Command {
         Command::Velocity(speed) => Command::Velocity(at(speed.value)),
         Command::RapidVelocity(speed) => Command::RapidVelocity(at(speed.value)),
         Command::Move(frame, rate, to) => Command::Move(frame, rate, words(to)),
-        Command::Arc { frame, turn, helix, centre, to } => {
-            Command::Arc { frame, turn, helix, centre: centre.map(word), to: words(to) }
+        Command::Arc { frame, turn, helix, centre, sweep, to } => {
+            let (centre, sweep, to) = (centre.map(word), word(sweep), words(to));
+            Command::Arc { frame, turn, helix, centre, sweep, to }
         }
         Command::Wait(time) => Command::Wait(at(time.value)),
         Command::ZeroAt(zero) => Command::ZeroAt(words(zero)),

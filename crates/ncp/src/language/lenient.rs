@@ -1,0 +1,106 @@
+//! What may be left out of a file that cannot be read as a whole: nothing that the tool's way
+//! depends on.
+
+use super::problem::distance;
+use super::reference;
+use super::text::{TextLine, lines};
+use super::token;
+
+/// Whether a line whose command nobody knows cannot have been one that moves something or sets
+/// what later ones count on. It has no coordinates, and its name is not like that of such a
+/// command, be it cut off or half of it wrong.
+pub(super) fn is_no_motion(line: &str) -> bool {
+    let name = token::name(line).map_or("", |(_, name)| name).to_ascii_uppercase();
+    let rest = line.get(name.len()..).unwrap_or_default();
+    let matters = reference::COMMANDS.iter().filter(|info| !info.is_accessory());
+    let mut names = matters.map(|info| info.name).filter(|name| *name != reference::MARK);
+    !name.is_empty() && !has_coordinates(rest) && !names.any(|known| is_like(&name, known))
+}
+
+/// Whether there is a number behind one of the letters of coordinates, or by itself: that may be
+/// what a letter was lost of.
+fn has_coordinates(text: &str) -> bool {
+    let mut before = ' ';
+    text.chars().any(|character| {
+        let number = character.is_ascii_digit() || matches!(character, '+' | '-' | '.');
+        let letter = matches!(before.to_ascii_uppercase(), 'X' | 'Y' | 'Z' | 'A'..='C' | 'I'..='K');
+        let stands = before == ' ' || before == '\t';
+        before = character;
+        number && (letter || stands)
+    })
+}
+
+fn is_like(name: &str, known: &str) -> bool {
+    known.starts_with(name)
+        || known.ends_with(name)
+        || name.contains(known)
+        || distance(name, known) * 2 <= known.len() + 1
+}
+
+/// So many lines are looked at to tell one language from another.
+const LOOK: usize = 200;
+
+/// The first line of G-code in a file that is that and nothing else.
+pub(crate) fn g_code(text: &str) -> Option<TextLine<'_>> {
+    let mut first = None;
+    for line in lines(text).take(LOOK) {
+        let code = line.text.trim_start();
+        let code = token::line_number(code).map_or(code, |(rest, _)| rest.trim_start());
+        if token::name(code).is_ok_and(|(_, name)| reference::find(name).is_some()) {
+            return None;
+        }
+        if first.is_none() && is_g_code(code) {
+            first = Some(line);
+        }
+    }
+    first
+}
+
+/// Whether a line begins with G or M and a number.
+fn is_g_code(code: &str) -> bool {
+    let mut characters = code.chars();
+    let letter = characters.next().is_some_and(|c| matches!(c.to_ascii_uppercase(), 'G' | 'M'));
+    letter && characters.next().is_some_and(|c| c.is_ascii_digit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_may_move_is_not_left_out() {
+        for line in [
+            "MOVABS X5",
+            "M",
+            "OVEABS",
+            "ABS X5",
+            "WP",
+            "ZERO",
+            "RF XYZ",
+            "VLE 500",
+            "FOO X5",
+            "CY",
+            "FOO 5",
+            "WPZEROX",
+            "PLAEN XY",
+            "ETTOOL 5",
+            "",
+        ] {
+            assert!(!is_no_motion(line), "{line}");
+        }
+        for line in ["TOOLCHANGERLIGHT ON", "MESSAGE done", "SUCTION OFF", "AIRBLAST ON"] {
+            assert!(is_no_motion(line), "{line}");
+        }
+    }
+
+    #[test]
+    fn g_code_is_known_by_its_words() {
+        let found = g_code("%\nO1000\n(a part)\nN10 G21 G90\nG0 X5\n").map(|line| line.number);
+        assert_eq!(found, Some(4));
+        for text in
+            ["", "%\n", "IMF_PBL\nG00 X5\n", "G00 X5\nMOVEABS X5\n", "GETTOOL 1\n", "MOVABS X1\n"]
+        {
+            assert_eq!(g_code(text), None, "{text}");
+        }
+    }
+}
