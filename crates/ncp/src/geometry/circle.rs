@@ -92,6 +92,24 @@ impl Circle {
         end: Option<[Value; 2]>,
         scales: [Scale; 2],
     ) -> Result<Circle, NoCircle> {
+        Circle::written_to(Value::ZERO, plane, turn, centre, start, end, scales)
+    }
+
+    /// The same of an arc whose coordinates are written to a unit: start and end may be two of
+    /// these apart, if that is more than two steps.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Circle::new`].
+    pub fn written_to(
+        unit: Value,
+        plane: Plane,
+        turn: Turn,
+        centre: [Value; 2],
+        start: [Value; 2],
+        end: Option<[Value; 2]>,
+        scales: [Scale; 2],
+    ) -> Result<Circle, NoCircle> {
         let step = scales[0].step().min(scales[1].step());
         let end = end.unwrap_or(start);
         let (from, to) = (between(centre, start), between(centre, end));
@@ -99,7 +117,8 @@ impl Circle {
         if radius < LEAST_RADIUS * step {
             return Err(NoCircle::NoRadius);
         }
-        if (radius - end_radius).abs() > MOST_APART * step {
+        let room = step.max(unit.in_thousandths() as f64);
+        if (radius - end_radius).abs() > MOST_APART * room {
             let value = |length: f64| Value::thousandths(libm::round(length) as i64);
             return Err(NoCircle::Apart { start: value(radius), end: value(end_radius) });
         }

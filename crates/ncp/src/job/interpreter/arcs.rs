@@ -51,7 +51,9 @@ impl Interpreter<'_> {
         let scales = [self.target.scales[first], self.target.scales[second]];
         let start = [from[first], from[second]];
         self.warn_of_unreferenced(&to_place, sink);
-        let circle = Circle::new(plane, words.turn, centre, start, end, scales);
+        let unit = self.state.units.resolution();
+        let circle =
+            Circle::written_to(unit, plane, words.turn, centre, start, end, scales);
         if self.is_less_than_a_step(&circle, centre, start, end, scales) {
             let way = self.straight(to_place, Pace::Normal, sink)?;
             if way.by != Steps::default() {

@@ -50,6 +50,14 @@ impl Units {
         }
     }
 
+    /// To what places are written: programs give whole numbers, which in µm is less than a step.
+    pub(super) fn resolution(self) -> Value {
+        match self {
+            Units::Metric => Value::ZERO,
+            Units::Inch => in_um(Value::whole(1)),
+        }
+    }
+
     /// A speed as the file has it, which is that of turning axes.
     pub(super) fn back(self, speed: Value) -> Value {
         match self {
