@@ -5,6 +5,7 @@
 mod bench;
 mod circle;
 mod coverage;
+mod damage;
 mod expect;
 mod gerbv;
 mod player;
@@ -25,6 +26,7 @@ fn main() -> ExitCode {
     };
     let mut trials = coverage::trials(&jobs);
     trials.extend(gerbv::trials());
+    trials.extend(damage::trials());
     trials.extend(jobs.into_iter().map(trial));
     libtest_mimic::run(&arguments, trials).exit_code()
 }

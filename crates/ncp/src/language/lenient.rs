@@ -7,19 +7,36 @@ use super::text::{TextLine, lines};
 use super::token;
 
 /// Whether a line whose command nobody knows cannot have been one that moves something or sets
-/// what later ones count on. It has no coordinates, and its name is not like that of such a
-/// command, be it cut off or half of it wrong.
+/// what later ones count on. It has no coordinates, it says more than a word, and its name is not
+/// like that of such a command, be it cut off or half of it wrong.
 pub(super) fn is_no_motion(line: &str) -> bool {
     let name = token::name(line).map_or("", |(_, name)| name).to_ascii_uppercase();
     let rest = line.get(name.len()..).unwrap_or_default();
     let matters = reference::COMMANDS.iter().filter(|info| !info.is_accessory());
     let mut names = matters.map(|info| info.name).filter(|name| *name != reference::MARK);
-    !name.is_empty() && !has_coordinates(rest) && !names.any(|known| is_like(&name, known))
+    // What is shorter, or stands alone, may be what is left of anything.
+    let mut others = rest.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| word.len() > 1);
+    let says_more = others.clone().next().is_some();
+    let standard = others.any(|word| is_like(&word.to_ascii_uppercase(), "STANDARD"));
+    let is_text = name.len() >= SHORTEST && says_more && !standard;
+    is_text && !has_coordinates(rest) && !names.any(|known| is_like(&name, known))
 }
 
-/// Whether there is a number behind one of the letters of coordinates, or by itself: that may be
-/// what a letter was lost of.
+/// The letters of the shortest word that is taken for one.
+const SHORTEST: usize = 4;
+
+/// Whether a word names axes and nothing else, as behind REF and PLANE.
+fn is_axes(word: &str) -> bool {
+    word.bytes().all(|letter| matches!(letter.to_ascii_uppercase(), b'X'..=b'Z' | b'A'..=b'C'))
+}
+
+/// Whether axes are named, or there is a number behind one of the letters of coordinates or by
+/// itself: that may be what a letter was lost of.
 fn has_coordinates(text: &str) -> bool {
+    if text.split(|c: char| !c.is_ascii_alphabetic()).any(|word| !word.is_empty() && is_axes(word))
+    {
+        return true;
+    }
     let mut before = ' ';
     text.chars().any(|character| {
         let number = character.is_ascii_digit() || matches!(character, '+' | '-' | '.');
@@ -31,10 +48,13 @@ fn has_coordinates(text: &str) -> bool {
 }
 
 fn is_like(name: &str, known: &str) -> bool {
-    known.starts_with(name)
+    // What follows the name may have lost its blank.
+    let beginning = name.get(..known.len()).unwrap_or(name);
+    distance(beginning, known) * 3 <= known.len()
+        || known.starts_with(name)
         || known.ends_with(name)
         || name.contains(known)
-        || distance(name, known) * 2 <= known.len() + 1
+        || distance(name, known) * 3 <= known.len() * 2
 }
 
 /// So many lines are looked at to tell one language from another.

@@ -52,8 +52,7 @@ impl Interpreter<'_> {
         let start = [from[first], from[second]];
         self.warn_of_unreferenced(&to_place, sink);
         let unit = self.state.units.resolution();
-        let circle =
-            Circle::written_to(unit, plane, words.turn, centre, start, end, scales);
+        let circle = Circle::written_to(unit, plane, words.turn, centre, start, end, scales);
         if self.is_less_than_a_step(&circle, centre, start, end, scales) {
             let way = self.straight(to_place, Pace::Normal, sink)?;
             if way.by != Steps::default() {
