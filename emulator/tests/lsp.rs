@@ -276,7 +276,7 @@ fn columns_are_those_of_utf_16() {
 fn arguments_say_how_a_file_is_read() {
     let mut editor = Editor::new("--lenient");
     editor.open("IMF_PBL\n(Steps per circle: 64)\nREF XYZ\n");
-    assert_eq!(editor.problems(Some(1)), [problem("no-command", 2, [1, 0, 1, 22])]);
+    assert_eq!(editor.problems(Some(1)), [problem("bracket-comment", 2, [1, 0, 1, 22])]);
 }
 
 #[test]
