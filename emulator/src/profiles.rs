@@ -1,5 +1,6 @@
 //! `vimc4 models` and `vimc4 machines`
 
+use std::fs;
 use std::io::{self, Write};
 
 use vimc4::Error;
@@ -16,7 +17,8 @@ pub(crate) struct Arguments {
 enum Show {
     /// Print a profile as TOML, to start your own from
     Show {
-        /// Its name
+        /// Its name, or a profile file, which is checked first
+        #[arg(value_name = "NAME|FILE")]
         name: String,
     },
 }
@@ -38,7 +40,16 @@ fn list_or_show(
     profile: impl Fn(&str) -> Result<&'static str, Error>,
 ) -> Result<(), Failure> {
     let text = match arguments.show {
-        Some(Show::Show { name }) => profile(&name)?.to_owned(),
+        Some(Show::Show { name }) => match profile(&name) {
+            Ok(text) => text.to_owned(),
+            Err(_) => {
+                // What is no name is a file; whether it holds a profile is known from its title.
+                title(&name)?;
+                fs::read_to_string(&name).map_err(|error| {
+                    Failure::usage(format!("cannot read {name}: {error}; is it still there?"))
+                })?
+            }
+        },
         None => {
             let line = |name: &&str| Ok(format!("{name:<15}{}\n", title(name)?));
             names.iter().map(line).collect::<Result<String, Error>>()?

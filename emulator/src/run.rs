@@ -40,7 +40,9 @@ With --press start@TIME it is pressed then, and not before. Blank lines, and lin
 ; or #, mean nothing. Lines may end with LF, CR LF or CR.
 
 LPKF: a file is a stream of commands, as it goes over the line. Each command is sent when the one
-before was completed; in the mode without echo, as long as the buffer has room.
+before was completed; in the mode without echo, as long as the buffer has room. Numbers that belong to
+no command, such as pairs after PU and PD, mean nothing to most models: they are listed at the end,
+with the value of the profile that would take them, and the exit code is 1.
 
 It ends with the last command or with the program; then the exit code is 0. An error reply ends it
 with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.",
@@ -49,6 +51,7 @@ Examples:
   vimc4 run job.txt --machine mill
   vimc4 run program.txt --model imc4-m --loops 3
   vimc4 run board.plt --model smcu --machine board-plotter
+  vimc4 run board.plt --model smcu --keep-going --ignore-numbers
   vimc4 run program.txt --input 0.3=1@2s --input 0.3=0@2.5s --press stop@5s --press start@8s
   vimc4 circle --radius 200 | cat axes.txt - | vimc4 run -"
 )]
@@ -73,6 +76,14 @@ pub(crate) struct Arguments {
     loops: Option<u64>,
     #[command(flatten)]
     world: World,
+    /// Go on after commands that the controller does not know, in a plot file: they are left out and
+    /// listed at the end
+    #[arg(long)]
+    keep_going: bool,
+    /// Leave it at numbers that belong to no command, in a plot file: without this they make the
+    /// exit code 1
+    #[arg(long)]
+    ignore_numbers: bool,
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
@@ -106,7 +117,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let report = Report::new(&arguments, &script, model.axis_names());
-    let mut session = Session { family: model.family(), driver, report, stored: Vec::new() };
+    let family = model.family();
+    let mut session = Session { family, handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, time: arguments.time };
     let end = match script.kind {
@@ -233,6 +245,7 @@ fn timed_input(text: &str) -> Result<(Order, Duration), String> {
 /// A run of one script.
 struct Session<D> {
     family: Family,
+    handling: Handling,
     driver: Driver<D>,
     report: Report,
     /// The lines of the file that the controller has stored, in order.

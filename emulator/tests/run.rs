@@ -373,6 +373,160 @@ fn a_status_ends_a_stream_with_its_line() {
     assert_eq!((&json["ended"], &json["line"]), (&json!("error"), &json!(2)), "it has no head");
 }
 
+/// Runs a plot of this text: exit code and standard output.
+fn plot(text: &[u8], arguments: &str) -> (i32, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plot.plt");
+    fs::write(&file, text).unwrap();
+    let output = vimc4(&file, arguments);
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "", "{arguments}");
+    (output.status.code().unwrap(), String::from_utf8(output.stdout).unwrap())
+}
+
+/// The same as JSON.
+fn plot_summary(text: &[u8], arguments: &str) -> (i32, Value) {
+    let (code, text) = plot(text, &format!("{arguments} --json"));
+    (code, serde_json::from_str(&text).unwrap())
+}
+
+/// A frame as plot programs write it: pairs behind the head's commands, several in one.
+const FRAME: &str = "IN;PU400,300;PD1600,300,1600,900,400,900,400,300;PU0,0;";
+
+#[test]
+fn a_plot_that_moves_nothing_is_no_success() {
+    let spread = FRAME.replace(';', ";\n");
+    let with_line_feeds = FRAME.replace([';', ','], "\n");
+    for (text, second) in [(FRAME, 1), (&spread, 3), (&with_line_feeds, 4)] {
+        let (code, said) = plot(text.as_bytes(), "--model smcu");
+        assert_eq!(code, 1, "{said}");
+        assert_eq!(
+            ended(&said),
+            "the end of the file was reached, but 12 numbers that belong to no command were ignored \
+             at 3 places"
+        );
+        assert!(said.contains("bare_pairs = \"repeat\" under [quirks] smcu takes them"), "{said}");
+        assert!(said.contains("path      0.000 mm"), "{said}");
+        let (code, json) = plot_summary(text.as_bytes(), "--model smcu");
+        assert_eq!((code, &json["ended"]), (1, &json!("error")));
+        let places = json["ignored"].as_array().unwrap();
+        let numbers: Vec<u64> = places.iter().map(|p| p["numbers"].as_u64().unwrap()).collect();
+        assert_eq!(numbers, [2, 8, 2], "{json}");
+        assert_eq!(places[1]["line"], second, "{json}");
+        assert!(places[0]["text"].as_str().unwrap().starts_with("400"), "{json}");
+        // Whoever asks for it gets it.
+        let (code, said) = plot(text.as_bytes(), "--model smcu --ignore-numbers");
+        assert_eq!(code, 0, "{said}");
+        assert!(ended(&said).contains("12 numbers"), "{said}");
+    }
+    // One number, and more places than anybody wants to read.
+    let (_, said) = plot(b"PU5;PA1,1;", "--model smcu");
+    assert!(ended(&said).contains("1 number that belongs to no command was ignored"), "{said}");
+    assert!(said.contains("line 1     5\n"), "{said}");
+    let (_, said) = plot("PU5,5;PD;\n".repeat(25).as_bytes(), "--model smcu");
+    assert!(said.contains("line 20    5,5\n          and 5 more\n"), "{said}");
+}
+
+#[test]
+fn the_value_of_the_profile_that_is_named_takes_the_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let profile = vimc4::model_profile("smcu").unwrap();
+    let profile = profile.replace("bare_pairs = \"ignore\"", "bare_pairs = \"repeat\"");
+    let profile = profile.replace("line_feed = \"separate\"", "line_feed = \"end\"");
+    let file = folder.path().join("mine.toml");
+    fs::write(&file, profile).unwrap();
+    let arguments = format!("--model {}", file.display());
+    for text in [FRAME, &FRAME.replace(';', "\n"), &FRAME.replace(';', ";\r\n")] {
+        let (code, said) = plot(text.as_bytes(), &arguments);
+        assert_eq!((code, ended(&said)), (0, "every command was carried out"), "{said}");
+        // 1,200 and 600 steps of 12.5 µm, twice.
+        assert!(said.contains("45.000 mm of it with the head down"), "{said}");
+    }
+}
+
+#[test]
+fn unknown_commands_are_left_out_when_asked() {
+    let text = b"IN;SP1;VS20000;\nPA100,0;LT;PD;PA200,0;PU;SP0;";
+    let (code, said) = plot(text, "--model smcu");
+    assert_eq!(code, 1);
+    assert!(ended(&said).contains("plot.plt, line 1 (`SP1`) was answered E0D: "), "{said}");
+    assert!(said.contains("--keep-going leaves out"), "{said}");
+    let (code, said) = plot(text, "--model smcu --keep-going");
+    assert_eq!(code, 0, "{said}");
+    assert!(ended(&said).contains("3 commands that the controller does not know were left out"));
+    assert!(said.contains("line 1     SP1\n          line 2     LT\n          line 2     SP0\n"));
+    assert!(said.contains("1.250 mm of it with the head down"), "{said}");
+    // It goes on after nothing else.
+    let (code, said) = plot(b"SP1;PA5;PA5,5;", "--model smcu --keep-going");
+    assert_eq!(code, 1);
+    assert!(ended(&said).contains("(`PA5`) was answered E06: "), "{said}");
+    // Without echo nobody says so, but they are left out all the same.
+    let (code, json) = plot_summary(b"!CT0;SP1;PA5,5;", "--model smcu");
+    assert_eq!((code, &json["unknown"]), (1, &json!([{ "line": 1, "command": "SP1" }])));
+    assert_eq!(plot(b"!CT0;SP1;PA5,5;", "--model smcu --keep-going").0, 0);
+}
+
+#[test]
+fn without_echo_times_belong_to_their_commands() {
+    // 1,000 steps of 7.9375 µm at 50 mm/s and 1,000 mm/s²: 208.75 ms.
+    let text = b"!CT0;PA1000,0;XX;PA0,0;!GO;PD;PA1000,0;PU;";
+    let (_, json) = plot_summary(text, "--model smcu --keep-going");
+    let answers = json["answers"].as_array().unwrap().iter();
+    let took: Vec<(&str, u64)> = answers
+        .map(|answer| (answer["command"].as_str().unwrap(), answer["took_ns"].as_u64().unwrap()))
+        .collect();
+    let took_of = |command: &str| {
+        let of = took.iter().filter(|(name, _)| *name == command).map(|(_, took)| took / 10_000);
+        of.collect::<Vec<_>>()
+    };
+    assert_eq!(took_of("PA1000,0")[0], 20_875, "{took:?}");
+    assert_eq!(took_of("PA0,0"), [20_875], "{took:?}");
+    assert_eq!(took_of("XX"), [0], "{took:?}");
+    assert_eq!(took_of("!GO"), [0], "{took:?}");
+    // What overtakes the others may take them away.
+    let (code, said) = plot(b"!CT0;PA1000,0;PA0,0;PD;\n!CB;PA5,5;", "--model smcu");
+    assert_eq!(code, 0, "{said}");
+    assert!(ended(&said).contains("2 commands were taken away before their turn"), "{said}");
+    assert!(said.contains("line 1     PA0,0\n          line 1     PD\n"), "{said}");
+}
+
+#[test]
+fn a_stop_in_a_file_is_told_how_it_ends() {
+    let (code, said) = plot(b"PA100,0;!ST;\nPA5,5;", "--model smcu");
+    assert_eq!(code, 3, "{said}");
+    assert!(ended(&said).contains("line 2 (`PA5,5`): stopped"), "{said}");
+    assert!(said.contains("`!GO;` lets commands go on"), "{said}");
+    assert!(!said.contains("--input"), "{said}");
+    let (_, said) = plot(b"!OI2;PA5,5;", "--model smcu");
+    assert!(said.contains("`!CI;` closes the trackball"), "{said}");
+}
+
+#[test]
+fn a_binary_file_is_said_to_be_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes: Vec<u8> = (0..2_000u32).map(|n| (n * n / 7) as u8).collect();
+    for (name, what) in [("board.LMD", "LMD"), ("board.plt", "not text")] {
+        let file = folder.path().join(name);
+        fs::write(&file, &bytes).unwrap();
+        let said = complaint(&file, "--model smcu");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(said.contains("is binary") && said.contains(what), "{said}");
+        assert!(said.contains("HPGL"), "{said}");
+    }
+    // A text of that name is a plot, and NULs may follow the ends of commands.
+    let file = folder.path().join("text.lmd");
+    fs::write(&file, "IN;\0PA5,5;\0PU;\0").unwrap();
+    assert_eq!(vimc4(&file, "--model smcu").status.code(), Some(0));
+}
+
+#[test]
+fn a_machine_homes_before_time_counts() {
+    let (_, json) = plot_summary(b"PA100,0;", "--model smcu --machine board-plotter");
+    assert_eq!(json["axes"]["X"]["travelled"], 100);
+    assert_eq!(json["axes"]["Y"]["travelled"], 0);
+    let (_, bench) = plot_summary(b"PA100,0;", "--model smcu");
+    assert_eq!(json["time_ns"], bench["time_ns"]);
+}
+
 #[test]
 fn circles_can_be_piped_into_it() {
     let circle = Command::new(env!("CARGO_BIN_EXE_vimc4"))

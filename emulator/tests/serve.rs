@@ -211,6 +211,9 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     let mut client = connect(&places["controllers"][0]);
     assert_eq!(ask(&mut client, "PR20,10;!ON0;", 13), "C\rP20,10,0\rC\r");
     assert_eq!(serve.order("position"), "X 20 Y 10");
+    // A border, behind which nothing is executed; then the next job.
+    assert_eq!(ask(&mut client, "IW0,0,25,25;PA90,10;", 6), "C\rE08\r");
+    assert_eq!(ask(&mut client, "PA5,5;IN;!CT1;", 3), "ZC\r");
     assert!(serve.order("erase").contains("no memory that could be erased"));
     assert!(serve.order("run until z9 5").contains("as in `run until x 2500`"));
     assert_eq!(serve.order("quit"), "");
@@ -218,6 +221,9 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     assert_eq!(code, 0, "{errors}");
     assert!(errors.contains("waits for CTS needs TCP or a serial port"), "{errors}");
     assert!(errors.contains("PR20,10  move by X +20 Y +10"), "{errors}");
+    let meaning = "work area left; commands wait for !GO, IN begins anew";
+    assert!(errors.contains(meaning), "{errors}");
+    assert!(!errors.contains("buffer was full"), "{errors}");
 }
 
 #[test]
@@ -347,4 +353,14 @@ fn the_lists_and_the_version_are_printed() {
     assert!(text(&["--version"]).starts_with("vimc4 0.1.0 (commit "));
     assert!(text(&["completions", "bash"]).contains("complete"));
     assert_eq!(run(folder.path(), &["models", "show", "imc5"]).status.code(), Some(2));
+    // A profile of one's own is shown, too, if it is one.
+    for (what, name) in [("models", "smcu"), ("machines", "mill")] {
+        let own = format!("# my own\n{}", text(&[what, "show", name]));
+        std::fs::write(folder.path().join("own.toml"), &own).unwrap();
+        assert_eq!(text(&[what, "show", "own.toml"]), own);
+        std::fs::write(folder.path().join("own.toml"), own + "more = 1\n").unwrap();
+        let output = run(folder.path(), &[what, "show", "own.toml"]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains("more"));
+    }
 }

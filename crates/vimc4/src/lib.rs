@@ -59,7 +59,7 @@ pub use catalogue::{
 pub use control::{Button, Control, Snapshot};
 pub use emulator::Emulator;
 pub use error::{Error, MemoryError, ProfileFileError};
-pub use handling::{Effects, Handling, Piece};
+pub use handling::{Effects, Handling, Piece, Turn};
 pub use order::{HELP, Order, OrderError, Outcome};
 pub use record::Command;
 pub use vimc4_device::{

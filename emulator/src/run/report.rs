@@ -56,13 +56,39 @@ pub(super) struct End {
     pub(super) text: String,
     /// The line of the file where it ended.
     pub(super) line: Option<usize>,
+    /// What a person can do, and what else there is to say of it, line by line.
+    pub(super) help: Vec<String>,
 }
 
 impl End {
     pub(super) fn of(why: Why, text: impl Into<String>) -> End {
-        End { why, text: text.into(), line: None }
+        End { why, text: text.into(), line: None, help: Vec::new() }
     }
 }
+
+/// What a controller leaves out of a stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Left {
+    /// A command that it does not know.
+    Command,
+    /// Numbers that belong to no command.
+    Numbers,
+    /// A command that another has taken out of the buffer.
+    TakenAway,
+}
+
+/// What was left out, and where.
+#[derive(Debug)]
+struct LeftOut {
+    what: Left,
+    line: Option<usize>,
+    text: String,
+    /// How many numbers.
+    numbers: usize,
+}
+
+/// So many places are listed that have something left out.
+const PLACES: usize = 20;
 
 /// A command and what became of it.
 pub(super) struct Answer<'a> {
@@ -92,6 +118,12 @@ pub(super) struct Report {
     began: Time,
     answers: Vec<Value>,
     warnings: Vec<Value>,
+    /// What the controller has left out.
+    left: Vec<LeftOut>,
+    /// The name of the model.
+    model: String,
+    keep_going: bool,
+    ignore_numbers: bool,
     /// Characters to and from the controller.
     characters: u64,
 }
@@ -116,6 +148,10 @@ impl Report {
             began: Time::ZERO,
             answers: Vec::new(),
             warnings: Vec::new(),
+            left: Vec::new(),
+            model: arguments.model.clone(),
+            keep_going: arguments.keep_going,
+            ignore_numbers: arguments.ignore_numbers,
             characters: 0,
         }
     }
@@ -169,6 +205,85 @@ impl Report {
             said += &format!("  ({meaning})");
         }
         self.say(&said);
+    }
+
+    /// Whether commands that the controller does not know are left out.
+    pub(super) fn keeps_going(&self) -> bool {
+        self.keep_going
+    }
+
+    /// The controller leaves something out.
+    pub(super) fn left(&mut self, what: Left, line: &Line) {
+        let (text, numbers) = (escape(line.bytes.trim_ascii()), line.numbers);
+        self.left.push(LeftOut { what, line: line.number, text, numbers });
+    }
+
+    /// A command was refused, and that is the end.
+    pub(super) fn refused(&self, line: Option<&Line>, refusal: &str, unknown: bool) -> End {
+        let text = match line {
+            Some(line) => format!("{} was answered {refusal}", self.place(line)),
+            None => format!("it said {refusal}"),
+        };
+        let help = match unknown {
+            true => vec!["--keep-going leaves out what the controller does not know".to_owned()],
+            false => Vec::new(),
+        };
+        End { line: line.and_then(|line| line.number), help, ..End::of(Why::Error, text) }
+    }
+
+    /// The end of a stream: whether everything was carried out, and what was not.
+    pub(super) fn carried_out(&self) -> End {
+        let of = |what| self.left.iter().filter(move |left| left.what == what);
+        let (commands, places) = (of(Left::Command).count(), of(Left::Numbers).count());
+        let numbers: usize = of(Left::Numbers).map(|left| left.numbers).sum();
+        let mut help = Vec::new();
+        let mut unsaid = Vec::new();
+        if commands > 0 {
+            unsaid.push(match commands {
+                1 => "1 command that the controller does not know was left out".to_owned(),
+                _ => format!("{commands} commands that the controller does not know were left out"),
+            });
+            help.extend(listed(of(Left::Command)));
+            if !self.keep_going {
+                help.push("--keep-going leaves it at that".to_owned());
+            }
+        }
+        if numbers > 0 {
+            let at = if places == 1 { String::new() } else { format!(" at {places} places") };
+            unsaid.push(match numbers {
+                1 => "1 number that belongs to no command was ignored".to_owned(),
+                _ => format!("{numbers} numbers that belong to no command were ignored{at}"),
+            });
+            help.extend(listed(of(Left::Numbers)));
+            let model = &self.model;
+            let takes =
+                format!("with bare_pairs = \"repeat\" under [quirks] {model} takes them for moves");
+            help.push(match vimc4::models().contains(&model.as_str()) {
+                true => {
+                    format!("{takes}; your own begins with vimc4 models show {model} > my.toml")
+                }
+                false => takes,
+            });
+            if !self.ignore_numbers {
+                help.push("--ignore-numbers leaves it at that".to_owned());
+            }
+        }
+        let taken = of(Left::TakenAway).count();
+        if taken > 0 {
+            unsaid.push(match taken {
+                1 => "1 command was taken away before its turn".to_owned(),
+                _ => format!("{taken} commands were taken away before their turn"),
+            });
+            help.extend(listed(of(Left::TakenAway)));
+        }
+        if unsaid.is_empty() {
+            return End::of(Why::Done, "every command was carried out");
+        }
+        let fails = commands > 0 && !self.keep_going || numbers > 0 && !self.ignore_numbers;
+        let why = if fails { Why::Error } else { Why::Done };
+        let line = self.left.first().and_then(|left| left.line).filter(|_| fails);
+        let text = format!("the end of the file was reached, but {}", unsaid.join(", and "));
+        End { line, help, ..End::of(why, text) }
     }
 
     /// A program was stored and is to be started.
@@ -266,6 +381,15 @@ impl Report {
                 "answers": self.answers,
                 "warnings": self.warnings,
             });
+            if let (Kind::Stream, Some(summary)) = (self.kind, summary.as_object_mut()) {
+                let left = |what| {
+                    let left = self.left.iter().filter(|left| left.what == what);
+                    left.map(LeftOut::json).collect::<Vec<_>>()
+                };
+                summary.insert("unknown".to_owned(), left(Left::Command).into());
+                summary.insert("ignored".to_owned(), left(Left::Numbers).into());
+                summary.insert("taken_away".to_owned(), left(Left::TakenAway).into());
+            }
             if let (true, Some(summary)) = (has_head, summary.as_object_mut()) {
                 let down = json!({ "path_mm": down_mm, "time_ns": nanos(down_time) });
                 summary.insert("head_down".to_owned(), down);
@@ -305,7 +429,10 @@ impl Report {
             }
             self.say(&line);
             self.say(&format!("ended     {}", end.text));
-            if end.why == Why::Waits {
+            for line in &end.help {
+                self.say(&format!("          {line}"));
+            }
+            if end.why == Why::Waits && end.help.is_empty() {
                 self.say("          give it what it waits for, as in --input 0.2=1@2s or --press start@5s");
             }
         }
@@ -318,6 +445,31 @@ impl Report {
             self.written = writeln!(self.out, "{text}");
         }
     }
+}
+
+impl LeftOut {
+    fn json(&self) -> Value {
+        match self.what {
+            Left::Command | Left::TakenAway => json!({ "line": self.line, "command": self.text }),
+            Left::Numbers => {
+                json!({ "line": self.line, "text": self.text, "numbers": self.numbers })
+            }
+        }
+    }
+}
+
+/// Where something was left out, a line each.
+fn listed<'l>(left: impl Iterator<Item = &'l LeftOut> + Clone) -> Vec<String> {
+    let more = left.clone().count().saturating_sub(PLACES);
+    let place = |left: &LeftOut| {
+        let line = left.line.map(|line| line.to_string()).unwrap_or_default();
+        format!("line {line:<6}{}", left.text)
+    };
+    let mut lines: Vec<String> = left.take(PLACES).map(place).collect();
+    if more > 0 {
+        lines.push(format!("and {more} more"));
+    }
+    lines
 }
 
 /// Shows that something is going on, where somebody watches.

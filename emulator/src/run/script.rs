@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vimc4::{Handling, escape};
+use vimc4::{Family, Handling, escape};
 
 use crate::failure::Failure;
 use crate::job::source;
@@ -36,8 +36,11 @@ pub(crate) struct Line {
     pub(crate) bytes: Vec<u8>,
     /// The end.
     pub(crate) end: u8,
-    /// Whether it is a command; else it passes through the controller to what is behind it.
+    /// Whether it is a command; else it passes through the controller to what is behind it, or is
+    /// nothing but numbers.
     pub(crate) command: bool,
+    /// How many numbers it has that belong to no command and mean nothing.
+    pub(crate) numbers: usize,
 }
 
 impl Line {
@@ -47,7 +50,7 @@ impl Line {
     }
 
     fn read(number: Option<usize>, text: &[u8]) -> Line {
-        Line { number, bytes: text.to_vec(), end: b'\r', command: true }
+        Line { number, bytes: text.to_vec(), end: b'\r', command: true, numbers: 0 }
     }
 
     /// All that is sent.
@@ -76,6 +79,18 @@ impl Script {
     pub(crate) fn read(path: &Path, handling: &Handling) -> Result<Script, Failure> {
         let bytes = source::read(path, "a file of commands")?;
         let name = path.display();
+        if handling.model().family() == Family::Lpkf && is_binary(&bytes) {
+            let lmd =
+                path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lmd"));
+            let what = match lmd {
+                true => "LMD, the layers and tools of a board for LPKF's programs",
+                false => "not text",
+            };
+            return Err(Failure::usage(format!(
+                "{name} is binary, {what}: it has no commands that could be sent; plot it into a file \
+                 in the program that wrote it: HPGL, text such as PU;PA1000,2000;PD;"
+            )));
+        }
         let script = match Script::stream(&bytes, handling) {
             Some(script) if script.lines.is_empty() => {
                 Err("a stream of commands has some such as PA1000,2000;")
@@ -98,7 +113,10 @@ impl Script {
                 [text @ .., end @ (b';' | b'\r')] => (text, *end),
                 text => (text, b';'),
             };
-            Line { end, command: piece.command, ..Line::read(Some(number), text) }
+            // Blanks and ends of lines at the end mean nothing, but to what is behind it.
+            let text = if piece.command { text.trim_ascii_end() } else { text };
+            let line = Line::read(Some(number), text);
+            Line { end, command: piece.command, numbers: piece.numbers, ..line }
         });
         Some(Script { lines: pieces.collect(), kind: Kind::Stream })
     }
@@ -124,6 +142,22 @@ impl Script {
         }
         Some(Script { kind, lines })
     }
+}
+
+/// So many bytes at the beginning of a file show what it is.
+const LOOKED_AT: usize = 4_096;
+
+/// Whether this is no text. A NUL may stand behind the end of a command, and text has an ESC or an
+/// ETX here and there; but not one byte in ten is a control character, or none of ASCII.
+fn is_binary(bytes: &[u8]) -> bool {
+    let bytes = &bytes[..bytes.len().min(LOOKED_AT)];
+    let before = [b'\n'].into_iter().chain(bytes.iter().copied());
+    let strange = bytes.iter().zip(before).filter(|&(&byte, before)| match byte {
+        0 => !matches!(before, b';' | b'\r' | b'\n'),
+        b'\t' | b'\n' | b'\r' | b'\x0C' => false,
+        byte => !(b' '..=b'~').contains(&byte),
+    });
+    strange.count() * 10 > bytes.len()
 }
 
 /// How many lines end in a text, however they do.
@@ -197,6 +231,22 @@ mod tests {
         assert_eq!(stream(b"\n ; \n"), []);
         let isel = Handling::of(&vimc4::model("imc4").unwrap());
         assert_eq!(Script::stream(b"@07\n", &isel), None);
+    }
+
+    #[test]
+    fn what_is_binary_is_seen() {
+        for text in [
+            &b""[..],
+            b"IN;\0PA1,2;\0PD;\r\0PU;\0",
+            b"\x1B.(;IN;SP1;PU0,0;LBnote\x03;PD10,10;PU;SP0;",
+            b"PA1,2;\n\x0C\t PU;\r\n",
+            b"P",
+        ] {
+            assert!(!is_binary(text), "{}", escape(text));
+        }
+        for binary in [&b"LMD\0\x01\0\0\0PA1,2;"[..], b"\0\0\0\0", b"\x89LMD\r\n\x1A\n\0\0\0\x0D"] {
+            assert!(is_binary(binary), "{}", escape(binary));
+        }
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use vimc4::Time;
 use vimc4::device::Device;
+use vimc4::{Time, Turn};
 
 use super::driver::{Halt, News};
-use super::report::{Answer, End, Why};
+use super::report::{Answer, End, Left, Why};
 use super::script::Line;
 use super::{Outside, Session};
 
@@ -18,6 +18,8 @@ struct Feed<'l> {
     waiting: VecDeque<&'l Line>,
     /// The command that began last, unless what became of it was told.
     running: Option<Command<'l>>,
+    /// A command that has overtaken others, or that nobody knows, likewise. It takes no time.
+    aside: Option<Command<'l>>,
     /// Whether every command says when it was completed, so that the next one waits for that.
     echo: bool,
 }
@@ -26,6 +28,7 @@ struct Feed<'l> {
 struct Command<'l> {
     line: &'l Line,
     at: Time,
+    turn: Turn,
     meaning: String,
     answer: Vec<u8>,
 }
@@ -33,25 +36,41 @@ struct Command<'l> {
 impl<'l> Feed<'l> {
     /// The next piece, if it may be sent to a controller with room for so many bytes.
     fn next(&mut self, room: usize) -> Option<&'l Line> {
+        let begun = self.running.is_some() || self.aside.is_some();
         let may = match self.echo {
-            true => self.waiting.is_empty() && self.running.is_none(),
+            true => self.waiting.is_empty() && !begun,
             // What is longer than the room there ever is goes nevertheless.
             false => self.waiting.is_empty() || self.lines.as_slice().first()?.length() <= room,
         };
         if may { self.lines.next() } else { None }
+    }
+
+    /// Which of the commands that wait was sent like this. Some overtake others.
+    fn begins(&mut self, bytes: &[u8]) -> Option<&'l Line> {
+        let place = self.waiting.iter().position(|line| line.bytes.trim_ascii_end() == bytes)?;
+        self.waiting.remove(place)
     }
 }
 
 impl<D: Device> Session<D> {
     /// Sends the pieces, each when the one before was completed, or as long as there is room.
     pub(super) fn stream(&mut self, lines: &[Line], outside: &Outside) -> Result<End, End> {
+        self.wait_until_ready();
         self.begin(outside);
-        let mut feed =
-            Feed { lines: lines.iter(), waiting: VecDeque::new(), running: None, echo: true };
+        let mut feed = Feed {
+            lines: lines.iter(),
+            waiting: VecDeque::new(),
+            running: None,
+            aside: None,
+            echo: true,
+        };
         loop {
             while let Some(line) = feed.next(self.driver.device().room(true)) {
                 if line.command {
                     feed.waiting.push_back(line);
+                }
+                if line.numbers > 0 {
+                    self.report.left(Left::Numbers, line);
                 }
                 self.driver.send(&line.whole());
                 self.hear(&mut feed)?;
@@ -62,14 +81,20 @@ impl<D: Device> Session<D> {
                 feed.echo = false;
                 continue;
             }
+            if idle && !feed.waiting.is_empty() && self.is_at_rest() {
+                // Nothing holds them up, and still they do not begin: `!CB` or `IN` took them away.
+                for line in feed.waiting.drain(..) {
+                    self.report.left(Left::TakenAway, line);
+                }
+            }
             if idle && feed.waiting.is_empty() {
                 // Whoever has not answered until now does not.
-                if let Some(command) = feed.running.take() {
-                    feed.echo = false;
-                    self.told(command);
-                }
+                let now = self.driver.now();
+                let begun = [feed.aside.take(), feed.running.take()];
+                feed.echo &= begun.iter().all(Option::is_none);
+                begun.into_iter().flatten().for_each(|command| self.told(command, now));
                 if feed.lines.as_slice().is_empty() {
-                    return Ok(End::of(Why::Done, "every command was carried out"));
+                    return Ok(self.report.carried_out());
                 }
                 continue;
             }
@@ -82,55 +107,93 @@ impl<D: Device> Session<D> {
         }
     }
 
+    /// Lets a machine that homes by itself do so before time counts.
+    fn wait_until_ready(&mut self) {
+        self.driver.meter.references = true;
+        while !self.driver.device().is_idle() && self.driver.advance().is_ok() {}
+        self.driver.meter.references = false;
+    }
+
+    /// Whether the controller would begin whatever it is sent.
+    fn is_at_rest(&self) -> bool {
+        self.driver.device().view(self.driver.now()).activity == "idle"
+    }
+
     /// Takes in what has happened.
     fn hear(&mut self, feed: &mut Feed<'_>) -> Result<(), End> {
         while let Some((at, news)) = self.driver.news.pop_front() {
             match news {
                 News::Begun(bytes) => {
-                    // Some commands overtake others.
-                    let is_it = |line: &&Line| line.bytes.trim_ascii_end() == bytes;
-                    let place = feed.waiting.iter().position(is_it).unwrap_or(0);
-                    let Some(line) = feed.waiting.remove(place) else { continue };
-                    if let Some(command) = feed.running.take() {
-                        self.told(command);
+                    // A command that is repeated begins without having been sent again.
+                    let Some(line) = feed.begins(&bytes) else { continue };
+                    if let Some(command) = feed.aside.take() {
+                        self.told(command, at);
                     }
+                    let turn = self.handling.turn(&line.bytes);
                     let meaning = self.driver.device().explain(&line.bytes);
-                    feed.running = Some(Command { line, at, meaning, answer: Vec::new() });
-                }
-                News::Answer(answer) => {
-                    let completes = self.family.completes(&answer);
-                    let refusal = self.family.refusal(&answer);
-                    match &mut feed.running {
-                        Some(command) => command.answer.extend_from_slice(&answer),
-                        None => self.report.sent(at, &answer),
-                    }
-                    if let Some(refusal) = refusal {
-                        let line = feed.running.as_ref().map(|command| command.line);
-                        let place = line.map(|line| self.report.place(line));
-                        let text = match place {
-                            Some(place) => format!("{place} was answered {refusal}"),
-                            None => format!("it said {refusal}"),
-                        };
-                        feed.running.take().into_iter().for_each(|command| self.told(command));
-                        let line = line.and_then(|line| line.number);
-                        return Err(End { line, ..End::of(Why::Error, text) });
-                    }
-                    if completes && let Some(command) = feed.running.take() {
-                        feed.echo = answer.starts_with(b"C");
-                        self.told(command);
+                    let command = Command { line, at, turn, meaning, answer: Vec::new() };
+                    match turn {
+                        Turn::InOrder => {
+                            let before = feed.running.replace(command);
+                            before.into_iter().for_each(|before| self.told(before, at));
+                        }
+                        Turn::Overtakes | Turn::Unknown => feed.aside = Some(command),
                     }
                 }
+                News::Answer(answer) => self.answered(feed, at, &answer)?,
                 news => self.tell(at, news),
             }
         }
         Ok(())
     }
 
+    /// Something was answered: by the command that has just overtaken the others, or by the one
+    /// that runs.
+    fn answered(&mut self, feed: &mut Feed<'_>, at: Time, answer: &[u8]) -> Result<(), End> {
+        let over = |command: &mut Command<'_>| command.at != at;
+        if feed.running.is_some()
+            && let Some(command) = feed.aside.take_if(over)
+        {
+            self.told(command, at);
+        }
+        let slot = if feed.aside.is_some() { &mut feed.aside } else { &mut feed.running };
+        let completes = self.family.completes(answer);
+        let refusal = self.family.refusal(answer);
+        match slot {
+            Some(command) => command.answer.extend_from_slice(answer),
+            None => self.report.sent(at, answer),
+        }
+        let (line, turn) = match slot {
+            Some(command) => (Some(command.line), command.turn),
+            None => (None, Turn::InOrder),
+        };
+        let is_over = completes || refusal.is_some();
+        let command = if is_over { slot.take() } else { None };
+        command.into_iter().for_each(|command| self.told(command, at));
+        if let Some(refusal) = refusal {
+            if turn == Turn::Unknown && self.report.keeps_going() {
+                return Ok(());
+            }
+            return Err(self.report.refused(line, &refusal, turn == Turn::Unknown));
+        }
+        if completes && line.is_some() {
+            feed.echo = answer.starts_with(b"C");
+        }
+        Ok(())
+    }
+
     /// Says what became of a command.
-    fn told(&mut self, command: Command<'_>) {
-        let Command { line, at, meaning, answer } = command;
+    fn told(&mut self, command: Command<'_>, now: Time) {
+        let Command { line, at, turn, meaning, answer } = command;
+        if turn == Turn::Unknown {
+            self.report.left(Left::Command, line);
+        }
+        // What overtakes others takes no time, whenever it is told; unless it was waited for.
+        let took = match (turn, answer.is_empty()) {
+            (Turn::Overtakes | Turn::Unknown, true) => std::time::Duration::ZERO,
+            _ => now - at,
+        };
         let answer = (!answer.is_empty()).then_some(answer.as_slice());
-        let took = self.driver.now() - at;
         self.report.answer(Answer { line, answer, at, took, meaning });
     }
 
@@ -148,6 +211,13 @@ impl<D: Device> Session<D> {
                 (Why::Waits, format!("{place}: {activity}, and nothing will change that"))
             }
         };
-        End { line: line.and_then(|line| line.number), ..End::of(why, text) }
+        let help = match activity.as_str() {
+            "stopped" => {
+                vec!["`!GO;` lets commands go on after `!ST;`: put it behind it".to_owned()]
+            }
+            "trackball" => vec!["`!CI;` closes the trackball: put it behind `!OI`".to_owned()],
+            _ => Vec::new(),
+        };
+        End { line: line.and_then(|line| line.number), help, ..End::of(why, text) }
     }
 }

@@ -87,8 +87,8 @@ fn clip(number: i64) -> i32 {
     i32::try_from(number).unwrap_or(if number < 0 { i32::MIN } else { i32::MAX })
 }
 
-/// The numbers among these bytes, in order.
-pub(super) fn numbers(bytes: &[u8]) -> impl Iterator<Item = Number> {
+/// The numbers among these bytes, in order: what a controller makes of the parameters of a command.
+pub fn numbers(bytes: &[u8]) -> impl Iterator<Item = Number> {
     let mut rest = bytes;
     std::iter::from_fn(move || {
         while !rest.is_empty() {

@@ -31,7 +31,8 @@ use super::table::{Count, Form, Op, forms_of};
 pub const VECTORS_MAX: usize = 65;
 
 /// The bytes a command is written with, without the number that may follow them.
-pub(super) fn letters(raw: &[u8]) -> &[u8] {
+#[must_use]
+pub fn letters(raw: &[u8]) -> &[u8] {
     let rest = raw.strip_prefix(b"!").unwrap_or(raw);
     let count = rest.iter().take(2).take_while(|byte| byte.is_ascii_uppercase()).count();
     &raw[..raw.len() - rest.len() + count]

@@ -4,9 +4,11 @@ use std::time::Duration;
 
 use vimc4_device::Point;
 use vimc4_lpkf::CommandSet;
-use vimc4_lpkf::language::{Command, Dialect, Grammar, Item, Reader, Status};
+use vimc4_lpkf::language::{
+    Command, Dialect, Grammar, Item, Reader, Status, letters, numbers, parse,
+};
 
-use super::{Effects, Handling, Piece};
+use super::{Effects, Handling, Piece, Turn};
 use crate::catalogue::Model;
 
 pub(super) fn handling(model: Model) -> Handling {
@@ -69,7 +71,11 @@ pub(super) fn moving(model: &vimc4_lpkf::Model, by: Point, speed: u64) -> Vec<St
 pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
     let mut reader = Reader::new(model.grammar());
     let mut pieces = Vec::new();
-    let piece = |command, bytes| Piece { bytes, command };
+    let piece = |command, bytes| Piece { bytes, command, numbers: 0 };
+    let ignored = |bytes: std::ops::Range<usize>| {
+        let numbers = file.get(bytes.clone()).map_or(0, |bytes| numbers(bytes).count());
+        Piece { bytes, command: false, numbers }
+    };
     // Where what has not been completed yet begins.
     let mut begun = None;
     // Where numbers without a command begin. They are sent, so that the controller can say so.
@@ -87,7 +93,7 @@ pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
             stray = Some(at);
         }
         if pending || matches!(byte, b'\r' | b';') {
-            pieces.extend(stray.take().map(|start| piece(false, start..at)));
+            pieces.extend(stray.take().map(|start| ignored(start..at)));
         }
         if was_open {
             // A line for the unit on the second channel, until the channel is closed.
@@ -109,10 +115,20 @@ pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
             begun.get_or_insert(at);
         }
     }
-    pieces.extend(stray.map(|start| piece(false, start..file.len())));
+    pieces.extend(stray.map(|start| ignored(start..file.len())));
     let command = !reader.channel_open();
     pieces.extend(begun.map(|start| piece(command, start..file.len())));
     pieces
+}
+
+pub(super) fn turn(model: &vimc4_lpkf::Model, command: &[u8]) -> Turn {
+    match parse(command, model.grammar()) {
+        // Numbers by themselves are a move, or are not sent as a command.
+        Err(Status::UnknownCommand) if letters(command).is_empty() => Turn::InOrder,
+        Err(Status::UnknownCommand) => Turn::Unknown,
+        Ok(command) if command.is_direct() => Turn::Overtakes,
+        _ => Turn::InOrder,
+    }
 }
 
 pub(super) fn effects_of(sent: &[u8]) -> Effects {
@@ -219,6 +235,33 @@ mod tests {
         let stray = "PU 10,20;PD 30PA1,1;5";
         assert_eq!(pieces(stray, true), ["PU", "PD", "PA1,1;"]);
         assert_eq!(pieces(stray, false), ["10,20", "30", "5"]);
+    }
+
+    #[test]
+    fn numbers_without_a_command_are_counted() {
+        let numbers = |text: &str| {
+            let pieces = stream(&builtin("smcu"), text.as_bytes()).into_iter();
+            pieces.map(|piece| piece.numbers).filter(|numbers| *numbers > 0).collect::<Vec<_>>()
+        };
+        assert_eq!(numbers("PU 10,20;PD-1.5,.5 30PA1,1;5"), [2, 3, 1]);
+        assert_eq!(numbers("PA1,2,3;!OC;5;!CC;IN;"), Vec::<usize>::new());
+    }
+
+    #[test]
+    fn some_commands_overtake_others_and_some_are_none() {
+        let smcu = builtin("smcu");
+        for (command, of) in [
+            ("PA1,2", Turn::InOrder),
+            ("PA1", Turn::InOrder),
+            ("!GO", Turn::Overtakes),
+            ("!ST", Turn::Overtakes),
+            ("!RP", Turn::Unknown),
+            ("SP1", Turn::Unknown),
+            ("1,2", Turn::InOrder),
+        ] {
+            assert_eq!(turn(&smcu, command.as_bytes()), of, "{command}");
+        }
+        assert_eq!(turn(&builtin("motionsystem"), b"!RP"), Turn::Overtakes);
     }
 
     #[test]

@@ -74,8 +74,22 @@ pub struct Effects {
 pub struct Piece {
     /// Which bytes of the file, with its end if it has one.
     pub bytes: Range<usize>,
-    /// Whether it is a command; else it passes through the controller to what is behind it.
+    /// Whether it is a command; else it passes through the controller to what is behind it, or is
+    /// nothing but numbers.
     pub command: bool,
+    /// How many numbers it has that belong to no command and mean nothing.
+    pub numbers: usize,
+}
+
+/// How a command is taken that waits for no other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// It waits until the one before it is done.
+    InOrder,
+    /// It overtakes those that wait.
+    Overtakes,
+    /// It is none that the controller knows.
+    Unknown,
 }
 
 impl Effects {
@@ -126,6 +140,15 @@ impl Handling {
         match &self.model {
             Model::Isel(_) => isel::moving(by, speed),
             Model::Lpkf(model) => lpkf::moving(model, by, speed),
+        }
+    }
+
+    /// When a command is carried out that others wait before.
+    #[must_use]
+    pub fn turn(&self, command: &[u8]) -> Turn {
+        match &self.model {
+            Model::Isel(_) => Turn::InOrder,
+            Model::Lpkf(model) => lpkf::turn(model, command),
         }
     }
 
