@@ -260,8 +260,10 @@ impl<D: Device> Session<D> {
         for (place, line) in lines.iter().enumerate() {
             let answer = self.command(line)?;
             match answer.as_deref() {
-                // Who stops a motion may go on with it.
-                Some([b'F', ..]) if lines.get(place + 1).is_some_and(resumes) => {}
+                // Who stops a motion may go on with it, once the button is let go.
+                Some([b'F', ..]) if lines.get(place + 1).is_some_and(resumes) => {
+                    self.driver.pass(PRESS).map_err(|halt| self.halted(halt, Some(line)))?;
+                }
                 _ => self.check(line, answer.as_deref())?,
             }
         }

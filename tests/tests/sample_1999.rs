@@ -12,7 +12,8 @@ use vimc4_conform::script;
 use vimc4_conform::workshop::Workshop;
 
 /// A session around the program: every line is stored with a `0`; in the middle of its delays
-/// the machine is where the pseudo-code of the manual has it; and it goes round for an hour.
+/// the machine is where the pseudo-code of the manual has it, if loops count as they do there; and
+/// it goes round for an hour.
 const SESSION: &str = "\
 models = \"isel\"
 evidence = \"D\"
@@ -21,6 +22,7 @@ source = \"99 D2.2\"
 [[session]]
 name = \"sample-1999\"
 title = \"The sample program of the 1999 manual runs for ever\"
+quirks = { loop_count = \"total\" }}
 script = '''
 press start
 wait 21.5s

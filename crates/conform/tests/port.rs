@@ -64,15 +64,34 @@ fn flipped(model: &vimc4::Model, quirk: &str, value: &str) -> vimc4::Model {
 /// a limit switch, START, an input; or a machine
 /// with ends.
 const SHOWN: [(&str, &[&str]); 5] = [
-    ("imc4", &["fractional_numbers", "stop_reply", "unreferenced", "version_handshake"]),
-    ("imc4-m", &["fractional_numbers", "stop_reply", "unreferenced", "version_handshake"]),
+    (
+        "imc4",
+        &["fractional_numbers", "speed_3d", "stop_reply", "unreferenced", "version_handshake"],
+    ),
+    (
+        "imc4-m",
+        &[
+            "bit_values",
+            "fractional_numbers",
+            "speed_3d",
+            "stop_in_move_until",
+            "stop_reply",
+            "stored_arcs",
+            "unreferenced",
+            "version_handshake",
+        ],
+    ),
     (
         "imc-s8",
         &[
+            "bit_values",
             "cond_bit_base",
             "fractional_numbers",
             "loop_count",
+            "speed_3d",
+            "stop_in_move_until",
             "stop_reply",
+            "stored_arcs",
             "unreferenced",
             "version_handshake",
         ],

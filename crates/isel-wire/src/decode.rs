@@ -30,6 +30,9 @@ pub struct Context<'a> {
     pub ports: &'a dyn PortMap,
     /// Whether command `6` counts bits from 1 to 8 instead of 0 to 7; 12 §3.2.7 says both.
     pub bit_base_one: bool,
+    /// Whether a single bit of a port may be given every value of a byte, of which 0 clears it
+    /// and any other sets it, as the tables of 99 §3.2.12 have it; else 0 and 1 only.
+    pub any_bit_value: bool,
     /// The number, from 0, of the line of the data field that is being stored, to find jumps to
     /// before its beginning; `None` if it does not matter.
     pub line: Option<u32>,
@@ -473,13 +476,16 @@ impl<'a> Values<'a> {
     /// Command `p`.
     fn set_port(&self) -> Result<BitTest, Reply> {
         let (port, bit) = (self.port(0)?, self.bit(1)?);
-        let value = self.bit_value(2, bit)?;
-        // One bit of a port can be written if the port can be.
-        let written = match bit {
-            Bit::One(_) => 0,
-            Bit::Byte => u16::from(value),
+        let value = match bit {
+            Bit::One(_) if self.ctx.any_bit_value => self.byte(2)?,
+            _ => self.bit_value(2, bit)?,
         };
-        self.require(self.ctx.ports.writes(port, written))?;
+        // A value above 1 is for a port of eight bits.
+        self.require(self.ctx.ports.writes(port, u16::from(value)))?;
+        let value = match bit {
+            Bit::One(_) => u8::from(value != 0),
+            Bit::Byte => value,
+        };
         Ok(BitTest { port, bit, value })
     }
 

@@ -41,6 +41,7 @@
 //!     fractions: Fractions::Reject,
 //!     ports: &NoPorts,
 //!     bit_base_one: false,
+//!     any_bit_value: false,
 //!     line: None,
 //! };
 //! let mut buffer = LineBuffer::default();

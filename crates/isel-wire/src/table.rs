@@ -315,9 +315,15 @@ const SPEEDS: &[Reply] = &[Done, Number, Count, Speed];
 const AXES: &[Reply] = &[Done, Number, Axis, NoAxes, Count];
 /// A straight move.
 const MOVE: &[Reply] = &[Done, Number, LimitSwitch, NoAxes, Count, Plant, Speed, Stopped, Cover];
+/// A straight move of the iMC-xx, which may ask for a reference run.
+const MOVE_XX: &[Reply] =
+    &[Done, Number, LimitSwitch, NoAxes, Count, Plant, Speed, Stopped, Cover, Reference];
 /// A circle: the axes of its plane may not be configured.
 const CIRCLE: &[Reply] =
     &[Done, Number, LimitSwitch, Axis, NoAxes, Count, Plant, Speed, Stopped, Cover];
+/// A circle or a helix of the iMC-xx, which may ask for a reference run.
+const CIRCLE_XX: &[Reply] =
+    &[Done, Number, LimitSwitch, Axis, NoAxes, Count, Plant, Speed, Stopped, Cover, Reference];
 /// A motion along given axes that STOP does not interrupt with `F`: on a reference run it
 /// stands in for the switch.
 const AXIS_MOTION: &[Reply] = &[Done, Number, LimitSwitch, Axis, NoAxes, Count, Plant, Cover];
@@ -327,6 +333,8 @@ const STORED_PLAIN: &[Reply] = &[Done, MemoryFull, Count];
 const STORED_NUMBERS: &[Reply] = &[Done, Number, MemoryFull, Count];
 /// A stored line with numbers, one of them a speed.
 const STORED_SPEEDS: &[Reply] = &[Done, Number, MemoryFull, Count, Speed];
+/// A stored circle or helix.
+const STORED_ARC: &[Reply] = &[Done, Number, Axis, MemoryFull, Count, Speed];
 /// A stored line with a set of axes.
 const STORED_AXES: &[Reply] = &[Done, Number, Axis, MemoryFull, Count];
 
@@ -336,8 +344,10 @@ const ROWS: &[Row] = &[
     row(Op::SetAxes, "set axes", Setting)
         .direct("@axes", ["2.2.1", "2.2.1", "2.2.1"], &[Done, Number, Axis, Count]),
     row(Op::RelativeMove, "relative move", Motion).needs_axes()
-        .direct("@A", ["2.2.4", "2.2.4", "2.2.2"], MOVE)
+        .direct("@A", ["2.2.4", "2.2.4", ""], MOVE)
         .stored("0", ["3.2.3", "3.2.3", "3.2.2"], STORED_SPEEDS),
+    row(Op::RelativeMove, "relative move", Motion).needs_axes()
+        .direct("@A", ["", "", "2.2.2"], MOVE_XX),
     row(Op::ReadPort, "read port", Query)
         .direct("@b", ["2.2.13", "2.2.13", "2.2.3"], NUMBERS),
     row(Op::WritePort, "write port", Output)
@@ -420,9 +430,7 @@ const ROWS: &[Row] = &[
         .direct("@M", ["2.2.5", "2.2.5", ""], MOVE)
         .stored("m", ["3.2.4", "3.2.4", "3.2.16"], STORED_SPEEDS),
     row(Op::AbsoluteMove, "absolute move", Motion).needs_axes()
-        .direct("@M", ["", "", "2.2.18"], &[
-            Done, Number, LimitSwitch, NoAxes, Count, Plant, Speed, Stopped, Cover, Reference,
-        ]),
+        .direct("@M", ["", "", "2.2.18"], MOVE_XX),
     row(Op::Zero, "set zero", Setting).needs_axes()
         .direct("@n", ["2.2.7", "2.2.7", "2.2.19"], AXES)
         .stored("n", ["3.2.5", "3.2.5", "3.2.17"], STORED_AXES),
@@ -452,19 +460,20 @@ const ROWS: &[Row] = &[
     row(Op::Version, "show version", Query)
         .direct("@V", ["2.2.17", "2.2.17", "2.2.26"], PLAIN),
     row(Op::Helix, "helix", Motion).needs_axes()
-        .direct("@w", ["", "", "2.2.27"], CIRCLE)
-        .stored("w", ["", "", "3.2.22"], STORED_SPEEDS),
+        .direct("@w", ["", "", "2.2.27"], CIRCLE_XX)
+        .stored("w", ["", "", "3.2.22"], STORED_ARC),
     row(Op::Circle, "circle", Motion).needs_axes()
-        .direct("@y", ["2.2.11", "2.2.11", "2.2.28"], CIRCLE)
-        .stored("y", ["3.2.9", "3.2.9", "3.2.23"], STORED_SPEEDS),
+        .direct("@y", ["2.2.11", "2.2.11", ""], CIRCLE)
+        .stored("y", ["3.2.9", "3.2.9", "3.2.23"], STORED_ARC),
+    row(Op::Circle, "circle", Motion).needs_axes()
+        .direct("@y", ["", "", "2.2.28"], CIRCLE_XX),
     row(Op::Interpolation3d, "switch 3D interpolation", Setting)
         .direct("@z", ["2.2.8", "2.2.8", "2.2.29"], NUMBERS)
         .stored("z", ["3.2.6", "3.2.6", "3.2.24"], STORED_NUMBERS),
-    // 253 and 255 end it with `0`, so there is no `F`.
     row(Op::MoveUntil, "move until port", Motion).needs_axes()
-        .direct("@Z", ["", "2.2.23", "2.2.30"], &[
-            Done, Number, LimitSwitch, NoAxes, Count, Plant, Speed, Cover,
-        ]),
+        .direct("@Z", ["", "2.2.23", ""], MOVE),
+    row(Op::MoveUntil, "move until port", Motion).needs_axes()
+        .direct("@Z", ["", "", "2.2.30"], MOVE_XX),
     // It streams text until the reset and so is never done.
     row(Op::SelfTest, "self-test", Motion)
         .direct("@?", ["2.2.20", "2.2.20", ""], &[Count, Plant, Cover]),

@@ -5,7 +5,7 @@ use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Context, Frame, Op,
 use vimc4_motion::Point;
 
 use crate::Controller;
-use crate::model::{CommandSet, LeaveSwitch, LimitLatch, Unreferenced};
+use crate::model::{AfterFree, BitValues, CommandSet, LeaveSwitch, LimitLatch, Unreferenced};
 use crate::program::Validity;
 
 impl Controller {
@@ -18,6 +18,7 @@ impl Controller {
             fractions: model.quirks.fractional_numbers.fractions(),
             ports: &model.ports,
             bit_base_one: model.quirks.cond_bit_base == 1,
+            any_bit_value: model.quirks.bit_values == BitValues::Any,
             line,
         }
     }
@@ -53,7 +54,9 @@ impl Controller {
         match command {
             Command::Circle(arc) => {
                 self.check_plane_axes(&[first, second])?;
-                self.check_limits(|axis| if in_plane(axis) && arc.steps > 0 { 1 } else { 0 }, true)
+                let way = |axis| i64::from(in_plane(axis) && arc.steps > 0);
+                self.check_limits(way, true)?;
+                self.check_freed()
             }
             Command::Helix(arc, steps) => {
                 self.check_plane_axes(&[first, second, third])?;
@@ -62,11 +65,13 @@ impl Controller {
                     _ if axis == third => i64::from(*steps),
                     _ => 0,
                 };
-                self.check_limits(way, true)
+                self.check_limits(way, true)?;
+                self.check_freed()
             }
             Command::RelativeMove(_) | Command::MoveUntil { .. } | Command::AbsoluteMove(_) => {
                 let way = self.way_of(command);
                 self.check_limits(|axis| way[axis], false)?;
+                self.check_freed()?;
                 if matches!(command, Command::AbsoluteMove(_)) {
                     self.check_references(&way)?;
                 }
@@ -136,6 +141,17 @@ impl Controller {
             if state.model.quirks.leave_switch == LeaveSwitch::Refuse || !leads_away {
                 return Err(Reply::LimitSwitch);
             }
+        }
+        Ok(())
+    }
+
+    /// `R` while an axis that has left its limit switch by `F` waits for a reference run
+    /// (12 2.2.9). In test mode it does not.
+    fn check_freed(&self) -> Result<(), Reply> {
+        let state = &self.state;
+        let waits = state.model.quirks.after_free == AfterFree::Reference;
+        if waits && !state.test_mode && !state.freed.is_empty() {
+            return Err(Reply::Reference);
         }
         Ok(())
     }

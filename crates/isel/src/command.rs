@@ -148,6 +148,7 @@ impl Controller {
         let axis = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
         self.state.referenced = self.state.referenced.union(axis);
         self.state.latched = without(self.state.latched, axis);
+        self.state.freed = without(self.state.freed, axis);
     }
 
     /// The axes no longer know where they are.

@@ -8,14 +8,19 @@ use vimc4_motion::Path;
 use crate::Controller;
 use crate::admission::moving_axes;
 use crate::command::Answer;
-use crate::model::StopReply;
+use crate::model::{StopButton, StopInMoveUntil, StopInReference, StopReply};
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition, Wait};
 
 impl Controller {
     /// 253, and the STOP button: halts along the ramp and keeps the remainder.
     pub(crate) fn stop(&mut self) {
-        if matches!(self.state.activity, Activity::Referencing(_)) {
-            return self.stand_in_for_switch();
+        let quirks = &self.state.model.quirks;
+        let forgets_until = quirks.stop_in_move_until == StopInMoveUntil::Forget;
+        if let Activity::Referencing(run) = &self.state.activity {
+            return match (run.job, quirks.stop_in_reference) {
+                (Job::Program, StopInReference::End) => self.end_reference_of_program(),
+                _ => self.stand_in_for_switch(),
+            };
         }
         if let Some(run) = self.state.run.as_mut().filter(|run| !run.paused) {
             run.stopping = true;
@@ -23,8 +28,9 @@ impl Controller {
         match &self.state.activity {
             Activity::Moving(moving) => match (moving.job, moving.plan.until) {
                 (Job::SelfTest, _) => {}
-                // What `Z` leaves undone is forgotten, however it ends.
-                (Job::Command(_), Some(PortCondition::Mask(_))) => self.brake(Ending::Break),
+                (Job::Command(_), Some(PortCondition::Mask(_))) if forgets_until => {
+                    self.brake(Ending::Break);
+                }
                 _ => self.brake(Ending::Stop),
             },
             Activity::Waiting { what: Wait::Port | Wait::Character, .. } => self.pause(),
@@ -149,6 +155,11 @@ impl Controller {
         self.unreference(axes);
         self.state.latched = self.state.latched.union(axes);
         self.finish(moving.job, Err(Reply::LimitSwitch));
+    }
+
+    /// STOP is held, and no move makes a step as long as it is.
+    pub(crate) fn is_stop_held(&self) -> bool {
+        self.state.model.quirks.stop_button == StopButton::Held && self.state.plant.panel().stop
     }
 
     /// The motion stopped with something left of it.

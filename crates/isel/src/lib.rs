@@ -44,8 +44,10 @@ pub(crate) const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
 pub use controller::Controller;
 pub use flash::{Flash, FlashError};
 pub use model::{
-    BranchBase, CommandSet, Defaults, FlashProfile, FractionalNumbers, LeaveSwitch, LimitLatch,
-    Limits, LineProfile, LoopCount, Model, Place, Quirks, StopReply, Texts, Timing, Unreferenced,
+    AfterFree, BitValues, BranchBase, CommandSet, Defaults, FlashProfile, FractionalNumbers,
+    LeaveSwitch, LimitLatch, Limits, LineProfile, LoopCount, Model, Place, Quirks, SpeedOf3d,
+    StopButton, StopInMoveUntil, StopInReference, StopReply, StoredArcs, Texts, Timing,
+    Unreferenced,
 };
 pub use ports::{Output, Outputs, Ports, Wire};
 pub use program::{Program, StoredLine, Validity};

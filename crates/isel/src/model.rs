@@ -178,6 +178,21 @@ pub struct Quirks {
     pub start_resumes_dnc: bool,
     /// What an absolute move of an axis without reference point answers.
     pub unreferenced: Unreferenced,
+    /// How long STOP counts.
+    pub stop_button: StopButton,
+    /// What STOP and 253 do to a reference run of a program.
+    pub stop_in_reference: StopInReference,
+    /// What STOP and 253 leave of a move until a port event.
+    pub stop_in_move_until: StopInMoveUntil,
+    /// What is possible after an axis has left its limit switch by `F`.
+    pub after_free: AfterFree,
+    /// The axes whose longest way has the speed of a 3D move.
+    #[serde(rename = "speed_3d")]
+    pub speed_of_3d: SpeedOf3d,
+    /// The values that a stored line may give a single bit of a port.
+    pub bit_values: BitValues,
+    /// Circles and helices that are stored while their axes are not set.
+    pub stored_arcs: StoredArcs,
 }
 
 impl Quirks {
@@ -276,6 +291,76 @@ pub enum Unreferenced {
     LimitSwitch,
     /// The reference error, `R`.
     R,
+}
+
+/// How long STOP counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StopButton {
+    /// As long as it is held: no move makes a step meanwhile.
+    Held,
+    /// At the moment it is pressed.
+    Pressed,
+}
+
+/// What STOP and 253 do to a reference run of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StopInReference {
+    /// They end it, and the program halts.
+    End,
+    /// They stand in for the switch that is looked for, as they do for `R`.
+    Switch,
+}
+
+/// What STOP and 253 leave of a move until a port event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StopInMoveUntil {
+    /// Its remainder, which `S` goes on with: the answer is `F`.
+    Keep,
+    /// Nothing: the answer is `0`.
+    Forget,
+}
+
+/// What is possible after an axis has left its limit switch by `F`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AfterFree {
+    /// A reference run; other motions answer `R`.
+    Reference,
+    /// Any motion.
+    Any,
+}
+
+/// The axes whose longest way has the speed of a 3D move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SpeedOf3d {
+    /// All of them.
+    Longest,
+    /// X, Y and Z; A is dragged along.
+    Xyz,
+}
+
+/// The values that a stored line may give a single bit of a port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BitValues {
+    /// Those of a byte: 0 clears the bit, any other sets it.
+    Any,
+    /// 0 and 1.
+    Binary,
+}
+
+/// Circles and helices that are stored while their axes are not set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StoredArcs {
+    /// Answer `3` where no plane of the axes that are set could be theirs.
+    Check,
+    /// Are stored, and end the program when it comes to them.
+    Accept,
 }
 
 impl Model {

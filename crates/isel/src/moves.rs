@@ -5,6 +5,7 @@ use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs, Reply};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
 
 use crate::admission::moving_axes;
+use crate::model::SpeedOf3d;
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
 use crate::{AXES, Controller};
 
@@ -95,7 +96,7 @@ impl Controller {
         let alone = |axis: usize| (Path::Line(along(axis, delta[axis])), speed[axis]);
         if self.state.three_d {
             let speed = pairs.first().map_or(0, |pair| pair.speed);
-            return vec![(Path::Line(Line::new(delta)), speed)];
+            return vec![(Path::Line(Line::new(delta)), self.speed_of_3d(&delta, speed))];
         }
         let [x, y, ..] = delta;
         let longer = if y.abs() > x.abs() { 1 } else { 0 };
@@ -111,13 +112,30 @@ impl Controller {
         parts
     }
 
+    /// The step frequency of a 3D move, which is that of its longest way. Where X, Y and Z have the
+    /// speed that was given, A makes its steps in their time, up to the highest speed there is.
+    fn speed_of_3d(&self, delta: &Point, speed: u32) -> u32 {
+        let model = &self.state.model;
+        let [x, y, z, a, ..] = delta.map(i64::unsigned_abs);
+        let longest = x.max(y).max(z);
+        if model.quirks.speed_of_3d == SpeedOf3d::Longest || longest == 0 || a <= longest {
+            return speed;
+        }
+        let dragged = (u64::from(speed).saturating_mul(a) + longest / 2) / longest;
+        u32::try_from(dragged).unwrap_or(u32::MAX).min(model.limits.speed_max)
+    }
+
     // --- from segment to segment ---
 
     /// Begins a plan: its first segment, or its end if there is nothing to do.
     pub(crate) fn begin_plan(&mut self, job: Job, plan: Plan) {
-        match plan.until {
-            Some(condition) if self.is_met(condition) => self.finish(job, Ok(())),
-            _ => self.next_part(job, plan),
+        let met = plan.until.is_some_and(|condition| self.is_met(condition));
+        if met || plan.parts.is_empty() {
+            self.finish(job, Ok(()));
+        } else if self.is_stop_held() && job != Job::SelfTest {
+            self.stopped(job, plan);
+        } else {
+            self.next_part(job, plan);
         }
     }
 

@@ -52,7 +52,8 @@ impl Controller {
     /// stopped in DNC mode the iMC-xx goes on as well (12 5, code F); on the older cards the host
     /// sees the button and sends `S` (99 2.2.12).
     fn start_button(&mut self) {
-        if !self.is_at_rest() || self.state.storing || self.check_plant().is_err() {
+        let ready = self.is_at_rest() && !self.state.storing && !self.is_stop_held();
+        if !ready || self.check_plant().is_err() {
             return;
         }
         if self.state.run.is_some() {

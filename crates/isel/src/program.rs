@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Mode, Op, Reply, parse};
 
-use crate::model::Model;
+use crate::model::{BitValues, Model, StoredArcs};
 
 /// What a stored program is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,10 +88,24 @@ pub(crate) fn parse_stored(
         Err(reply) => return Err((None, reply)),
     };
     let command = frame.decode(context).map_err(|reply| (Some(frame.op()), reply))?;
+    if model.quirks.stored_arcs == StoredArcs::Check && !has_plane(&command, context.axes) {
+        return Err((Some(frame.op()), Reply::Axis));
+    }
     let parameters = u32::try_from(frame.field_count()).unwrap_or(u32::MAX);
     let parameters = model.flash.parameter_bytes.saturating_mul(parameters);
     let size = model.flash.command_bytes.saturating_add(parameters);
     Ok((command, size))
+}
+
+/// Whether some plane, which a line before this one may have chosen, has the axes that a circle or
+/// a helix needs.
+fn has_plane(command: &Command, axes: AxisSet) -> bool {
+    let linear = (0..3).filter(|&axis| axes.has(axis)).count();
+    match command {
+        Command::Circle(_) => linear >= 2,
+        Command::Helix(..) => linear == 3,
+        _ => true,
+    }
 }
 
 /// Reads a line of a program from a flash image.
@@ -106,6 +120,7 @@ pub(crate) fn read_stored(
         fractions: model.quirks.fractional_numbers.fractions(),
         ports: &model.ports,
         bit_base_one: model.quirks.cond_bit_base == 1,
+        any_bit_value: model.quirks.bit_values == BitValues::Any,
         line: Some(program.len()),
     };
     parse_stored(text, model, &context).map_err(|(_, reply)| {

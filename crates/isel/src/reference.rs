@@ -189,6 +189,7 @@ impl Controller {
             let axes = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
             self.unreference(axes);
             self.state.latched = without(self.state.latched, axes);
+            self.state.freed = self.state.freed.union(axes);
             return self.finish(job, Ok(()));
         }
         let home = self.state.plant.machine().axis(axis).reference == Reference::Home;
@@ -215,6 +216,17 @@ impl Controller {
         }
         self.commit_reference(&run);
         self.phase_reached(*run);
+    }
+
+    /// STOP ends the reference run of a program (99 3.2.2): the axis stays without a reference
+    /// point, and those after it are not driven. The program halts, and goes on after this line.
+    pub(crate) fn end_reference_of_program(&mut self) {
+        let Activity::Referencing(run) = self.take_activity() else { return };
+        self.commit_reference(&run);
+        if let Some(run) = &mut self.state.run {
+            run.line += 1;
+        }
+        self.pause();
     }
 
     /// Makes the steps up to now final.

@@ -49,6 +49,8 @@ pub struct State {
     pub(crate) outputs: Outputs,
     /// The axes whose limit switch error is latched.
     pub(crate) latched: AxisSet,
+    /// The axes that have left their limit switch by `F` and were not referenced since.
+    pub(crate) freed: AxisSet,
     /// What is left of a motion that was stopped in DNC mode.
     pub(crate) remainder: Option<Plan>,
     pub(crate) storing: bool,
@@ -254,6 +256,7 @@ impl State {
             settings,
             outputs: Outputs::default(),
             latched: AxisSet::NONE,
+            freed: AxisSet::NONE,
             remainder: None,
             storing: false,
             activity: Activity::Idle,
@@ -305,6 +308,7 @@ impl State {
             Ramp { start_stop: self.settings.start_stop, acceleration: self.settings.acceleration };
         self.zero = Point::default();
         self.latched = AxisSet::NONE;
+        self.freed = AxisSet::NONE;
         self.remainder = None;
     }
 

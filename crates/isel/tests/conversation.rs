@@ -110,13 +110,15 @@ fn a_reference_run_finds_the_switches_of_a_mill() {
     assert_eq!(pair.ask("@0P"), "0FFFFFF000064FFFFCE");
     assert_eq!(pair.ask("@0A200,200,0,200,0,200,0,200"), "2");
     assert_eq!(pair.ask("@0F1"), "0");
+    assert_eq!(pair.ask("@0A200,200,0,200,0,200,0,200"), "R");
+    assert_eq!(pair.ask("@0R1"), "0");
     assert_eq!(pair.ask("@0A200,200,0,200,0,200,0,200"), "0");
 }
 
 #[test]
 fn a_program_loops_and_stops_and_goes_on() {
     let mut pair = Pair::new("imc-s8", "bench");
-    for line in ["@01", "@0i", "0100,1000", "3 5,-1", "9"] {
+    for line in ["@01", "@0i", "0100,1000", "3 4,-1", "9"] {
         assert_eq!(pair.ask(line), "0", "{line}");
     }
     assert_eq!(pair.ask("@0i"), "G");

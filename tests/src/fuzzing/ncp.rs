@@ -125,6 +125,7 @@ fn decoded(
         fractions: Fractions::Reject,
         ports: &model.ports,
         bit_base_one: false,
+        any_bit_value: false,
         line: None,
     };
     match parse(line, target.controller.dialect, mode, 0)? {

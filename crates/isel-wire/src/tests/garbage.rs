@@ -140,6 +140,7 @@ proptest! {
         truncate in any::<bool>(),
         ports in ports(),
         bit_base_one in any::<bool>(),
+        any_bit_value in any::<bool>(),
         at in any::<Option<u32>>(),
     ) {
         let fractions = if truncate { Fractions::Truncate } else { Fractions::Reject };
@@ -149,6 +150,7 @@ proptest! {
             fractions,
             ports: &ports,
             bit_base_one,
+            any_bit_value,
             line: at,
         };
         check(&line, &ctx)?;

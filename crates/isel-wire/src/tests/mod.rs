@@ -46,6 +46,7 @@ pub(crate) fn context(axes: AxisSet) -> Context<'static> {
         fractions: Fractions::Reject,
         ports: &Ports,
         bit_base_one: false,
+        any_bit_value: false,
         line: None,
     }
 }

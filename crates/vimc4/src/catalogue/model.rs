@@ -137,6 +137,13 @@ impl Model {
                 ("cond_bit_base", &["0", "1"]),
                 ("start_resumes_dnc", &["false", "true"]),
                 ("unreferenced", &["\"2\"", "\"R\""]),
+                ("stop_button", &["\"held\"", "\"pressed\""]),
+                ("stop_in_reference", &["\"end\"", "\"switch\""]),
+                ("stop_in_move_until", &["\"keep\"", "\"forget\""]),
+                ("after_free", &["\"reference\"", "\"any\""]),
+                ("speed_3d", &["\"longest\"", "\"xyz\""]),
+                ("bit_values", &["\"any\"", "\"binary\""]),
+                ("stored_arcs", &["\"check\"", "\"accept\""]),
             ],
             Model::Lpkf(_) => &[
                 ("unknown_command", &["\"echo\"", "\"never\"", "\"always\""]),

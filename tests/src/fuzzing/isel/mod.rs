@@ -16,7 +16,9 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4_device::Input;
 use vimc4_isel::{
-    BranchBase, Controller, FractionalNumbers, LeaveSwitch, LimitLatch, LoopCount, Model, StopReply,
+    AfterFree, BitValues, BranchBase, Controller, FractionalNumbers, LeaveSwitch, LimitLatch,
+    LoopCount, Model, SpeedOf3d, StopButton, StopInMoveUntil, StopInReference, StopReply,
+    StoredArcs,
 };
 use vimc4_isel_wire::{LINE_MAX, control};
 use vimc4_plant::PlantSignal;
@@ -78,7 +80,7 @@ fn model_name(setup: Setup) -> &'static str {
     setup.model_of(&Model::names())
 }
 
-/// The model that a setup is about. Every bit of the quirks turns one of them over, or two; the
+/// The model that a setup is about. Every bit of the quirks turns some of them over; the
 /// highest makes the memories so small that they fill up.
 fn model(setup: Setup) -> Arc<Model> {
     let mut model = Model::builtin(model_name(setup)).unwrap_or_else(|| unreachable!());
@@ -90,19 +92,24 @@ fn model(setup: Setup) -> Arc<Model> {
     if setup.quirk(0) {
         quirks.stop_reply = StopReply::F0;
         quirks.cond_bit_base ^= 1;
+        quirks.bit_values = BitValues::Binary;
     }
     if setup.quirk(1) {
         quirks.limit_latch = LimitLatch::Off;
+        quirks.after_free = AfterFree::Any;
     }
     if setup.quirk(2) {
         quirks.leave_switch = LeaveSwitch::Away;
+        quirks.stop_button = StopButton::Pressed;
     }
     if setup.quirk(3) {
-        quirks.loop_count = LoopCount::Extra;
+        quirks.loop_count = LoopCount::Total;
+        quirks.stored_arcs = StoredArcs::Accept;
         quirks.cond_branch_base = BranchBase::Own;
     }
     if setup.quirk(4) {
         quirks.start_resumes_dnc ^= true;
+        quirks.speed_of_3d = SpeedOf3d::Xyz;
         quirks.fractional_numbers = match quirks.fractional_numbers {
             FractionalNumbers::Reject => FractionalNumbers::Truncate,
             FractionalNumbers::Truncate => FractionalNumbers::Reject,
@@ -110,6 +117,8 @@ fn model(setup: Setup) -> Arc<Model> {
     }
     if setup.quirk(5) {
         quirks.lost_steps = false;
+        quirks.stop_in_reference = StopInReference::Switch;
+        quirks.stop_in_move_until = StopInMoveUntil::Forget;
     }
     if setup.quirk(6) {
         other.timing.boot_ms = 1_500;

@@ -24,6 +24,7 @@ pub fn parser(data: &[u8]) {
         fractions: if habits & 1 == 0 { Fractions::Reject } else { Fractions::Truncate },
         ports: &model.ports,
         bit_base_one: habits & 2 != 0,
+        any_bit_value: habits & 32 != 0,
         line: (habits & 4 != 0).then_some(u32::from(axes >> 4)),
     };
     for line in lines.split(|&byte| byte == b'\r') {

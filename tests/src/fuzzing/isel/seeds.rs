@@ -211,6 +211,10 @@ fn controllers(model: usize, dialect: Dialect) -> Vec<(String, Vec<u8>)> {
     let one_axis = Script::new(bench).ask("@01\r").then(Operation::Snapshot);
     add("direct-one-axis", each(one_axis, &mut refused(Reply::Axis)));
     add("direct-not-referenced", each(ready(bench), &mut refused(Reply::Reference)));
+    // An axis that has left its limit switch wants a reference run.
+    let freed = ready(bench).signal(X_LIMIT, 1).send("@0F1\r").wait().signal(X_LIMIT, 0);
+    let freed = freed.then(Operation::Rest).then(Operation::Snapshot);
+    add("direct-freed", each(freed, &mut refused(Reply::Reference)));
     let held = ready(bench).signal(X_LIMIT, 1).then(Operation::Snapshot);
     add("direct-on-limit-switch", each(held, &mut refused(Reply::LimitSwitch)));
 
@@ -218,6 +222,9 @@ fn controllers(model: usize, dialect: Dialect) -> Vec<(String, Vec<u8>)> {
     let storing = ready(bench).ask("@0i\r").then(Operation::Snapshot);
     let texts = stored.iter().map(right).chain(["?\r".to_owned(), "@0P\r".to_owned()]);
     add("stored", each(storing, &mut texts.clone()));
+    let axis = Script::new(bench).ask("@01\r@0i\r").then(Operation::Snapshot);
+    let arcs = stored.iter().filter(|spec| matches!(spec.op, Op::Circle | Op::Helix)).map(right);
+    add("stored-one-axis", each(axis, &mut { arcs }));
     let full = ready(bench.with_quirks(128)).ask("@0i\r").ask("e1\r").then(Operation::Again(39));
     let full = full.then(Operation::Snapshot);
     add("stored-memory-full", each(full, &mut texts.clone()));
@@ -325,7 +332,7 @@ fn start_replies(setup: Setup, dialect: Dialect) -> Script {
         script = store(script, "03000,9000,0,900,0,900,0,900\r").send("@0S\r").wait().ask([253]);
         script = script.ask("@0S\r@0S\r");
         script = store(script, "m1,900,0,900,0,900,0,900\r").ask("@0S\r");
-        let circle = "@01\r@0i\ry400,900,0,100,0,-1,1\r9\r@0S\r";
+        let circle = "@03\r@0i\re1\ry400,900,0,100,0,-1,1\r9\r@0S\r";
         script = script.then(Operation::Restore).ask(circle);
         script = store(script, "o0,0,0,-1\r").send("@0S\r").wait();
         script = script.signal(PlantSignal::EmergencyStop, 1).then(Operation::Rest);
