@@ -40,6 +40,11 @@ impl Failure {
         failure
     }
 
+    /// A program that was to be run cannot be; the code says so as shells do.
+    pub(crate) fn of_program(text: impl ToString, code: u8) -> Failure {
+        Failure::new(&text.to_string(), code)
+    }
+
     fn new(text: &str, code: u8) -> Failure {
         let (message, help) = match text.split_once("; ") {
             Some((message, help)) => (message.to_owned(), Some(help.to_owned())),

@@ -8,6 +8,7 @@ mod endings;
 mod failure;
 mod job;
 mod limits;
+mod lines;
 mod log;
 mod ncp;
 mod orders;
@@ -38,6 +39,8 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 enum Command {
     #[command(about = "Run controllers behind pseudo terminals, TCP and real serial ports")]
     Serve(serve::Arguments),
+    #[command(about = "Run a program that needs modem lines on a controller's pseudo terminal")]
+    Lines(lines::Arguments),
     #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
     Run(run::Arguments),
     #[command(about = "Check, run and compile job files in the isel NC intermediate format")]
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
     failure::install();
     let done = match Arguments::parse().command {
         Command::Serve(arguments) => serve::run(arguments),
+        Command::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
         Command::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),

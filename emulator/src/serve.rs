@@ -28,47 +28,47 @@ const FAREWELL: Duration = Duration::from_millis(10);
 pub(crate) struct Arguments {
     /// The model of controller: a name from `vimc4 models`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
-    model: String,
+    pub(crate) model: String,
     /// The machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
-    machine: String,
+    pub(crate) machine: String,
     /// A pseudo terminal with a link of this name; `none` for none. Several controllers get
     /// ./vimc4-1.pty, ./vimc4-2.pty …
     #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
-    pty: Option<PathBuf>,
+    pub(crate) pty: Option<PathBuf>,
     /// Listen at this address; `none` for nowhere, port 0 for a free port. Several controllers
     /// get this port and the following ones
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:4004")]
-    tcp: String,
+    pub(crate) tcp: String,
     /// A real serial port; once for each controller
     #[arg(long, value_name = "DEV")]
-    serial: Vec<String>,
+    pub(crate) serial: Vec<String>,
     /// How time passes: real, a factor such as 8x or 0.5x, manual (only by `advance` and `run
     /// until idle`), or instant (no waiting; a program without an end then uses a whole core)
     #[arg(long, value_name = "CLOCK", default_value_t = Clock::Real)]
-    time: Clock,
+    pub(crate) time: Clock,
     /// Let every character take its time on the line
     #[arg(long)]
-    line_pacing: bool,
+    pub(crate) line_pacing: bool,
     /// Keep the flash memory in this file, created if need be. Several controllers get
     /// NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
-    flash: Option<PathBuf>,
+    pub(crate) flash: Option<PathBuf>,
     /// How many controllers
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=10_000))]
-    count: u16,
+    pub(crate) count: u16,
     /// What happens to a second TCP client: refuse it, let it take over, or let it observe
     #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse)]
-    tcp_clients: Clients,
+    pub(crate) tcp_clients: Clients,
     /// Add the conversation to this file
     #[arg(long, value_name = "FILE")]
-    log: Option<PathBuf>,
+    pub(crate) log: Option<PathBuf>,
     /// Show the conversation as people read it
     #[arg(short, long, action = ArgAction::SetTrue)]
-    verbose: bool,
+    pub(crate) verbose: bool,
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
-    json: bool,
+    pub(crate) json: bool,
 }
 
 /// What `--json` prints.
@@ -91,12 +91,7 @@ struct ControllerPlaces<'a> {
 const PTY: &str = "./vimc4.pty";
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
-    let log = Log::open(arguments.log.as_deref()).map_err(|error| {
-        let path = arguments.log.as_deref().unwrap_or(Path::new("")).display();
-        Failure::usage(format!(
-            "cannot write the log {path}: {error}; name a file in a folder that can be written to"
-        ))
-    })?;
+    let log = open_log(&arguments)?;
     let runtime = runtime::Builder::new_current_thread()
         .enable_all()
         .build()
@@ -104,29 +99,44 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     runtime.block_on(async {
         // From here on nobody can end the program without its links being removed.
         let endings = Endings::listen();
-        let mut emulators = start(&arguments, &log)?;
+        let emulators = start(&arguments, &log)?;
         announce(&arguments, &emulators);
         let end = attend(&emulators, endings).await;
-        // Who looks for a controller must not find one that is about to go.
-        for emulator in &mut emulators {
-            emulator.unlink();
-            emulator.stop();
-        }
-        let _ = timeout(FAREWELL, async {
-            for emulator in &emulators {
-                let _ = emulator.ended().await;
-            }
-        })
-        .await;
-        // Whether or not they have come to an end.
-        emulators.into_iter().for_each(Emulator::abandon);
-        log.flush();
+        finish(emulators, &log).await;
         end
     })
 }
 
+/// The log that the arguments ask for.
+pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
+    Log::open(arguments.log.as_deref()).map_err(|error| {
+        let path = arguments.log.as_deref().unwrap_or(Path::new("")).display();
+        Failure::usage(format!(
+            "cannot write the log {path}: {error}; name a file in a folder that can be written to"
+        ))
+    })
+}
+
+/// Ends all controllers and leaves nothing behind.
+pub(crate) async fn finish(mut emulators: Vec<Emulator>, log: &Log) {
+    // Who looks for a controller must not find one that is about to go.
+    for emulator in &mut emulators {
+        emulator.unlink();
+        emulator.stop();
+    }
+    let _ = timeout(FAREWELL, async {
+        for emulator in &emulators {
+            let _ = emulator.ended().await;
+        }
+    })
+    .await;
+    // Whether or not they have come to an end.
+    emulators.into_iter().for_each(Emulator::abandon);
+    log.flush();
+}
+
 /// Starts all controllers, or none: those that were started end with the error.
-fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
+pub(crate) fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
     let count = arguments.count;
     if !arguments.serial.is_empty() && arguments.serial.len() != usize::from(count) {
         return Err(Failure::usage(format!(
@@ -192,7 +202,7 @@ fn workers(controllers: u16) -> Result<Vec<Worker>, Failure> {
 }
 
 /// The link that is wanted. Where there are no pseudo terminals, only who asks for one is told.
-fn link(arguments: &Arguments) -> Option<PathBuf> {
+pub(crate) fn link(arguments: &Arguments) -> Option<PathBuf> {
     let link = match &arguments.pty {
         Some(link) => link.clone(),
         None if cfg!(unix) => PathBuf::from(PTY),
@@ -263,8 +273,8 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
         |emulator: &&Emulator| emulator.port().is_some() && emulator.model().has_handshake_lines();
     if let Some(emulator) = emulators.iter().find(waits) {
         eprintln!(
-            "a pseudo terminal has no modem lines: a host of the {} that waits for CTS needs TCP \
-             or a serial port",
+            "a pseudo terminal has no modem lines: a host of the {} that waits for CTS needs TCP, a \
+             serial port, or `vimc4 lines --serve`",
             emulator.model().name()
         );
     }
@@ -300,7 +310,7 @@ async fn attend(emulators: &[Emulator], mut endings: Endings) -> Result<(), Fail
 
 /// Resolves when the first controller ends by itself, which only a flash file that can no
 /// longer be written makes it do.
-async fn any_ended(emulators: &[Emulator]) -> Result<(), Failure> {
+pub(crate) async fn any_ended(emulators: &[Emulator]) -> Result<(), Failure> {
     let mut ends: Vec<_> = emulators.iter().map(|emulator| Box::pin(emulator.ended())).collect();
     poll_fn(|cx| {
         for end in &mut ends {

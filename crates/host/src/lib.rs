@@ -25,7 +25,8 @@ pub use report::{News, Report, Sink, Wants};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity, escape};
 pub use transport::{
-    Clients, Memory, MemoryPort, Received, Sent, Serial, SerialError, Tcp, TcpError, Transport,
+    Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Serial, SerialError, Tcp,
+    TcpError, Transport,
 };
 #[cfg(unix)]
 pub use transport::{Link, LinkError, Pty, PtyError};

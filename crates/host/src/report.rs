@@ -75,6 +75,15 @@ pub enum News {
         /// The speed of the device's line in bits per second.
         line: u32,
     },
+    /// A client has switched one of its handshake lines.
+    HostLine {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// The line: `DTR` or `RTS`.
+        line: &'static str,
+        /// Whether it is on now.
+        on: bool,
+    },
     /// A transport failed and is no longer served.
     Failed {
         /// The transport, by its label.

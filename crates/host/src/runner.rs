@@ -197,6 +197,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Opens a way to the line.
     pub fn attach(&mut self, mut transport: Box<dyn Transport>) {
         transport.set_baud(self.baud);
+        if !self.ready {
+            transport.set_ready(false);
+        }
         self.transports.push(transport);
     }
 

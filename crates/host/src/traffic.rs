@@ -78,7 +78,11 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::Closed { transport, client } if self.verbosity == Verbosity::Conversation => {
                 self.line(at, format_args!("{transport}: {client} closed the line"));
             }
-            News::Opened { .. } | News::Closed { .. } => {}
+            News::HostLine { transport, line, on } if self.verbosity == Verbosity::Conversation => {
+                let state = if *on { "on" } else { "off" };
+                self.line(at, format_args!("{transport}: the host has switched {line} {state}"));
+            }
+            News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } => {}
             News::Refused { transport, client, holder } => self.line(
                 at,
                 format_args!("{transport}: refused {client}, because {holder} holds the line"),

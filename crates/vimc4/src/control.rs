@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_device::{Condition, Device, Event, Signal, Time, View};
-use vimc4_host::{ControlError, Handle, Line, LineState, MemoryPort, Reply, Sink};
+use vimc4_host::{
+    ControlError, Handle, HostLines, Line, LineState, MemoryPort, Modem, Reply, Sink,
+};
 
 use crate::catalogue::{Controller, Family, Model, State};
 use crate::record::{Command, Memory, Record};
@@ -102,6 +104,18 @@ impl Control {
             let (memory, port) = vimc4_host::Memory::pair();
             runner.attach(Box::new(memory));
             Ok(port)
+        })
+    }
+
+    /// Gives the pseudo terminal the handshake lines that it lacks, if somebody stands by its
+    /// client who can answer for them. `cts` is told whenever a host has to wait and when it may
+    /// go on; it must not block. What the host does to its own lines is told to the
+    /// [`HostLines`] that come back, and appears among the news.
+    pub fn handshake_lines(&self, cts: impl FnMut(bool) + Send + 'static) -> Reply<HostLines> {
+        self.handle.with(|runner| {
+            let (modem, host) = Modem::pair("pty", cts);
+            runner.attach(Box::new(modem));
+            Ok(host)
         })
     }
 

@@ -5,6 +5,7 @@
 //! client that does not read loses its own copy and nobody else's.
 
 mod memory;
+mod modem;
 mod outbox;
 mod serial;
 mod tcp;
@@ -29,6 +30,7 @@ use std::task::{Context, Poll};
 #[cfg(unix)]
 pub use link::{Link, LinkError};
 pub use memory::{Memory, MemoryPort};
+pub use modem::{HostLines, Modem};
 #[cfg(unix)]
 pub use pty::{Pty, PtyError};
 pub use serial::{Serial, SerialError};

@@ -1,0 +1,79 @@
+//! A system on which modem lines cannot be answered.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::launch::{Ending, LaunchError};
+use crate::state::{HostLine, Lines};
+
+/// The far side's hold on the lines; there is none here.
+#[derive(Clone, Debug)]
+pub struct Port(std::convert::Infallible);
+
+/// A program that runs; none does here.
+#[derive(Debug)]
+pub struct Running(std::convert::Infallible);
+
+/// A process that is ready to run a program; none is here.
+#[derive(Debug)]
+pub struct Launcher(std::convert::Infallible);
+
+/// Says that this is not possible here.
+///
+/// # Errors
+///
+/// Always.
+pub fn prepare() -> Result<Launcher, LaunchError> {
+    Err(LaunchError::NotHere)
+}
+
+impl Launcher {
+    /// Runs a command.
+    ///
+    /// # Errors
+    ///
+    /// Never; there is nothing to run it with.
+    pub fn launch(
+        self,
+        _command: Command,
+        _terminal: &Path,
+        _lines: Lines,
+        _told: impl FnMut(HostLine, bool) + Send + 'static,
+    ) -> Result<Running, LaunchError> {
+        match self.0 {}
+    }
+}
+
+impl Running {
+    /// The far side's hold on the lines.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        match self.0 {}
+    }
+
+    /// Stands by the program to its end.
+    ///
+    /// # Errors
+    ///
+    /// Never; nothing runs.
+    pub fn attend(self, _lingering: impl FnMut()) -> Result<Ending, LaunchError> {
+        match self.0 {}
+    }
+}
+
+impl Port {
+    /// The device takes more now, or does not.
+    pub fn set_ready(&self, _ready: bool) {
+        match self.0 {}
+    }
+}
+
+impl Ending {
+    /// Ends this process as the program has ended.
+    pub fn pass_on(self) -> ! {
+        std::process::exit(match self {
+            Ending::Code(code) => i32::from(code),
+            Ending::Signal(signal) => 128 + signal,
+        })
+    }
+}

@@ -1,0 +1,25 @@
+//! Modem lines for a terminal that has none.
+//!
+//! A pseudo terminal answers `TIOCMGET` and its relatives with `ENOTTY`, and programs that read
+//! CTS or set DTR fail on it. Here a program is run under a filter that makes the kernel ask
+//! about these requests; a thread of this process answers them for one terminal, and lets the
+//! kernel go on with all others. The program needs no library and no privilege, may be static or
+//! of 32 bits, and so may everything that it starts.
+//!
+//! [`Lines`] is the port as the program sees it, without a process or a kernel. [`prepare`] makes
+//! a process one that can run programs, and [`Running`] is what stands by one to its end.
+//!
+//! Unsafe code is in one module, `sys`, and nowhere else in the project.
+
+mod launch;
+mod state;
+
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod linux;
+#[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+#[path = "elsewhere.rs"]
+mod linux;
+
+pub use launch::{Ending, LaunchError};
+pub use linux::{Launcher, Port, Running, prepare};
+pub use state::{CTS, Changed, Counts, DCD, DSR, DTR, Far, HostLine, Lines, RI, RTS, Settings};

@@ -1,0 +1,328 @@
+//! A program under a filter, and who stands by it.
+
+mod filter;
+mod request;
+mod supervisor;
+mod sys;
+mod terminal;
+
+use std::fmt;
+use std::io::{self, IoSlice, IoSliceMut};
+use std::mem::MaybeUninit;
+use std::os::fd::{AsFd, OwnedFd};
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rustix::net::{
+    AddressFamily, RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendAncillaryBuffer,
+    SendAncillaryMessage, SendFlags, SocketFlags, SocketType, recvmsg, sendmsg, socketpair,
+};
+use rustix::process::{Pid, Signal, WaitOptions, getpgrp, getpid, kill_process};
+
+use self::supervisor::Supervisor;
+use self::sys::{Filter, Listener, Signals, Told};
+use self::terminal::Terminal;
+use crate::launch::{Ending, LaunchError};
+use crate::state::{HostLine, Lines};
+
+/// How long what a program has started may go on after it before somebody is told.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Signals that are meant for the program, whoever gets them.
+const PASSED_ON: [i32; 9] = [
+    libc::SIGHUP,
+    libc::SIGINT,
+    libc::SIGQUIT,
+    libc::SIGTERM,
+    libc::SIGUSR1,
+    libc::SIGUSR2,
+    libc::SIGTSTP,
+    libc::SIGCONT,
+    libc::SIGWINCH,
+];
+
+/// Those that are waited for besides: children end and stop, and writing to a terminal from the
+/// background must not stop who answers.
+const OTHERS: [i32; 3] = [libc::SIGCHLD, libc::SIGTTOU, libc::SIGTTIN];
+
+/// The far side's hold on the lines of a running program.
+#[derive(Clone)]
+pub struct Port(Arc<Supervisor>);
+
+impl fmt::Debug for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Port").finish_non_exhaustive()
+    }
+}
+
+impl Port {
+    /// The device takes more now, or does not: CTS, where a device drives it.
+    pub fn set_ready(&self, ready: bool) {
+        self.0.set_ready(ready);
+    }
+}
+
+/// A program that runs with modem lines.
+#[derive(Debug)]
+#[must_use = "somebody has to stand by it"]
+pub struct Running {
+    program: Pid,
+    port: Port,
+    signals: Signals,
+}
+
+/// A process that is ready to run a program and to stand by it.
+#[derive(Debug)]
+pub struct Launcher {
+    signals: Signals,
+    /// What was kept from this process before, and so is kept from the program.
+    before: Signals,
+}
+
+/// Makes this process one that can run a program. Signals wait for [`Running::attend`] from here
+/// on, so this is called once and before any thread is started: a thread inherits it.
+///
+/// # Errors
+///
+/// If programs cannot be run in this way here.
+pub fn prepare() -> Result<Launcher, LaunchError> {
+    let release = rustix::system::uname().release().to_string_lossy().into_owned();
+    if !is_recent(&release) {
+        return Err(LaunchError::OldKernel(release));
+    }
+    let system = LaunchError::System;
+    if !Listener::is_understood().map_err(LaunchError::Filter)? {
+        return Err(LaunchError::Filter(io::ErrorKind::Unsupported.into()));
+    }
+    // Whatever loses its parent becomes our child: we learn of its end, and where a system lets
+    // a process look only into the memory of its own offspring, it stays that.
+    rustix::process::set_child_subreaper(Some(getpid())).map_err(|e| system(e.into()))?;
+    // Ignored children would end without a word.
+    sys::take_default(libc::SIGCHLD);
+    let all = [&PASSED_ON[..], &OTHERS[..]].concat();
+    let signals = Signals::of(&all);
+    let before = signals.block().map_err(system)?;
+    Ok(Launcher { signals, before })
+}
+
+impl Launcher {
+    /// Runs a command so that requests for modem lines on `terminal`, a pseudo terminal or a link
+    /// to one, are answered from `lines`. `told` hears what the program does to its own lines; it
+    /// must not block.
+    ///
+    /// # Errors
+    ///
+    /// If the program cannot be run. Nothing has been started then.
+    pub fn launch(
+        self,
+        mut command: Command,
+        terminal: &Path,
+        lines: Lines,
+        told: impl FnMut(HostLine, bool) + Send + 'static,
+    ) -> Result<Running, LaunchError> {
+        let system = LaunchError::System;
+        let Launcher { signals, before } = self;
+        let path = terminal.to_owned();
+        let terminal = Terminal::new(terminal).map_err(system)?;
+        match terminal.identity() {
+            None => return Err(LaunchError::NoTerminal(path)),
+            Some(identity) if !identity.is_pseudo() => return Err(LaunchError::RealPort(path)),
+            Some(_) => {}
+        }
+        let pair = socketpair(AddressFamily::UNIX, SocketType::DGRAM, SocketFlags::CLOEXEC, None);
+        let (ours, theirs) = pair.map_err(|e| system(e.into()))?;
+        let filter = Filter::new(&filter::program());
+        sys::before_exec(&mut command, move || {
+            before.set()?;
+            rustix::thread::set_no_new_privs(true)?;
+            let listener = filter.install()?;
+            hand_over(&theirs, &listener)
+        });
+        let started = command.spawn();
+        let listener = receive(&ours).ok().flatten();
+        let (child, listener) = match (started, listener) {
+            (Ok(child), Some(listener)) => (child, listener),
+            (Ok(_), None) => return Err(LaunchError::System(io::ErrorKind::BrokenPipe.into())),
+            (Err(source), Some(_)) => {
+                let name = command.get_program().display().to_string();
+                return Err(LaunchError::Program { name, source });
+            }
+            (Err(error), None) if error.raw_os_error() == Some(libc::EBUSY) => {
+                return Err(LaunchError::Nested);
+            }
+            (Err(error), None) => return Err(LaunchError::Filter(error)),
+        };
+        let program = Pid::from_child(&child);
+        // The program may wait for an answer already.
+        let listener = Listener::new(listener);
+        let supervisor = Arc::new(Supervisor::new(listener, terminal, lines, Box::new(told)));
+        if let Err(error) = supervisor.start() {
+            let _ = kill_process(program, Signal::KILL);
+            return Err(LaunchError::System(error));
+        }
+        Ok(Running { program, port: Port(supervisor), signals })
+    }
+}
+
+/// Whether a kernel can let a call go on that somebody was asked about.
+fn is_recent(release: &str) -> bool {
+    let mut numbers = release.split(|c: char| !c.is_ascii_digit()).map(str::parse::<u32>);
+    match (numbers.next(), numbers.next()) {
+        (Some(Ok(major)), Some(Ok(minor))) => (major, minor) >= (5, 5),
+        // Whatever it is, it will say so itself.
+        _ => true,
+    }
+}
+
+/// Gives a descriptor to the process at the other end.
+fn hand_over(socket: &OwnedFd, descriptor: &OwnedFd) -> io::Result<()> {
+    let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+    let mut message = SendAncillaryBuffer::new(&mut space);
+    let descriptors = [descriptor.as_fd()];
+    message.push(SendAncillaryMessage::ScmRights(&descriptors));
+    sendmsg(socket, &[IoSlice::new(&[0])], &mut message, SendFlags::NOSIGNAL)?;
+    Ok(())
+}
+
+/// Takes a descriptor that was handed over before.
+fn receive(socket: &OwnedFd) -> io::Result<Option<OwnedFd>> {
+    let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+    let mut message = RecvAncillaryBuffer::new(&mut space);
+    let flags = RecvFlags::DONTWAIT | RecvFlags::CMSG_CLOEXEC;
+    recvmsg(socket, &mut [IoSliceMut::new(&mut [0])], &mut message, flags)?;
+    for part in message.drain() {
+        if let RecvAncillaryMessage::ScmRights(mut descriptors) = part {
+            return Ok(descriptors.next());
+        }
+    }
+    Ok(None)
+}
+
+impl Running {
+    /// The far side's hold on the lines.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        self.port.clone()
+    }
+
+    /// Stands by the program until it and everything that it has started have ended, as a shell
+    /// stands by a job: passes signals on, and stops when the program is stopped. `lingering` is
+    /// called once if something goes on after the program; a signal then ends the waiting.
+    ///
+    /// # Errors
+    ///
+    /// If the system does not tell of signals.
+    pub fn attend(self, mut lingering: impl FnMut()) -> Result<Ending, LaunchError> {
+        let mut ending = None;
+        let mut said = false;
+        while self.take_children(&mut ending) {
+            let limit = (ending.is_some() && !said).then_some(PATIENCE);
+            match (self.signals.wait(limit).map_err(LaunchError::System)?, ending) {
+                (Some(told), None) => self.pass_on(told),
+                (Some(told), Some(ending)) if asks_for_an_end(told.signal) => return Ok(ending),
+                (None, Some(_)) if !said => {
+                    said = true;
+                    lingering();
+                }
+                _ => {}
+            }
+        }
+        // Whoever has started a program hears of its end before nobody is left.
+        Ok(ending.unwrap_or(Ending::Code(0)))
+    }
+
+    /// Takes note of every child that has ended or stopped. Returns whether there are others.
+    fn take_children(&self, ending: &mut Option<Ending>) -> bool {
+        loop {
+            match rustix::process::wait(WaitOptions::NOHANG | WaitOptions::UNTRACED) {
+                Ok(None) => return true,
+                Ok(Some((child, status))) if child == self.program => {
+                    if let Some(signal) = status.stopping_signal() {
+                        self.stop_too(signal);
+                    } else if let Some(signal) = status.terminating_signal() {
+                        *ending = Some(Ending::Signal(signal));
+                    } else {
+                        let code = status.exit_status().and_then(|code| u8::try_from(code).ok());
+                        *ending = Some(Ending::Code(code.unwrap_or(1)));
+                    }
+                }
+                Ok(Some(_)) | Err(rustix::io::Errno::INTR) => {}
+                Err(_) => return false,
+            }
+        }
+    }
+
+    /// The program has been stopped. If the shell is to notice, we stop too, and it wakes both.
+    fn stop_too(&self, signal: i32) {
+        // A debugger stops a program alone and wakes it alone, and must not leave it without
+        // answers. But where a shell waits for us, nobody else could wake it.
+        if signal == libc::SIGSTOP && !in_foreground() {
+            return;
+        }
+        let _ = kill_process(getpid(), Signal::STOP);
+        // Here it goes on; who has woken us alone means the program too.
+        let _ = kill_process(self.program, Signal::CONT);
+    }
+
+    /// Passes a signal on that somebody has sent to us alone. What comes from the terminal goes
+    /// to the whole group, and so to the program anyway.
+    fn pass_on(&self, told: Told) {
+        let Some(by) = told.by else { return };
+        if !PASSED_ON.contains(&told.signal) || by == self.program.as_raw_nonzero().get() {
+            return;
+        }
+        if let Some(signal) = Signal::from_named_raw(told.signal) {
+            let _ = kill_process(self.program, signal);
+        }
+    }
+}
+
+/// Whether our group is the one that its terminal listens to.
+fn in_foreground() -> bool {
+    // The field of `stat` saves opening the terminal, which may be none of our descriptors.
+    let Ok(stat) = std::fs::read_to_string("/proc/self/stat") else { return false };
+    let fields = stat.rsplit_once(')').map(|(_, fields)| fields);
+    let group = fields.and_then(|fields| fields.split_ascii_whitespace().nth(5));
+    group.and_then(|group| group.parse().ok()) == Some(getpgrp().as_raw_nonzero().get())
+}
+
+fn asks_for_an_end(signal: i32) -> bool {
+    [libc::SIGHUP, libc::SIGINT, libc::SIGQUIT, libc::SIGTERM].contains(&signal)
+}
+
+impl Ending {
+    /// Ends this process as the program has ended, so that whoever waits for it cannot tell the
+    /// difference. The program has left its core already, if it was to leave one.
+    pub fn pass_on(self) -> ! {
+        let signal = match self {
+            Ending::Code(code) => std::process::exit(code.into()),
+            Ending::Signal(signal) => signal,
+        };
+        let none = rustix::process::Rlimit { current: Some(0), maximum: Some(0) };
+        let _ = rustix::process::setrlimit(rustix::process::Resource::Core, none);
+        sys::take_default(signal);
+        if let Some(named) = Signal::from_named_raw(signal) {
+            let _ = kill_process(getpid(), named);
+        }
+        // A signal that was blocked comes now.
+        let _ = Signals::of(&[]).set();
+        std::process::exit(128 + signal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_recent;
+
+    #[test]
+    fn kernels_are_told_apart() {
+        for old in ["3.10.0-1160.el7.x86_64", "4.19.0-26-amd64", "5.4.0-200-generic", "5.4"] {
+            assert!(!is_recent(old), "{old}");
+        }
+        for recent in ["5.5.0", "5.15.167.4-microsoft-standard-WSL2", "6.18.44", "10.0-rc1", "?"] {
+            assert!(is_recent(recent), "{recent}");
+        }
+    }
+}

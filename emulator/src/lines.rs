@@ -1,0 +1,301 @@
+//! `vimc4 lines`
+
+use std::ffi::OsString;
+use std::io;
+use std::process::{Command, ExitCode};
+use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use tokio::runtime;
+use tokio::sync::oneshot;
+use vimc4::{Control, HostLines, News, Report, Sink, Time, Verbosity};
+use vimc4_lines::{Far, HostLine, LaunchError, Lines, Port};
+
+use crate::failure::Failure;
+use crate::log::Log;
+use crate::serve;
+
+const EXAMPLES: &str = "\
+Examples:
+  vimc4 lines -- picocom ./vimc4.pty
+  vimc4 lines --serve --model smcu --machine plotter -- python3 plot.py ./vimc4.pty
+  vimc4 lines --pty ~/.wine/dosdevices/com11 -- wine driver.exe
+
+The program may be of any kind, and so may what it starts; setuid programs run without their
+privileges. Wine asks its server to open ports: end one that already runs with `wineserver -k`.
+It takes Linux 5.5, on x86-64 or aarch64, and cannot be nested.
+
+Exit code: the program's; 127 if there is none of that name, 126 if it cannot be run, 2 if it was
+not tried.";
+
+/// Runs a program and everything that it starts so that requests for modem lines on one pseudo
+/// terminal are answered: CTS, DSR and DCD can be read and waited for, DTR and RTS set. On every
+/// other terminal and file nothing changes.
+#[derive(clap::Args)]
+// Both structures have the same name, and clap would make a group of each.
+#[group(skip)]
+#[command(
+    after_help = EXAMPLES,
+    mut_arg("pty", |arg| arg
+        .num_args(1)
+        .help("The pseudo terminal, or the link to it: what `vimc4 serve` prints, and what \
+               --serve makes [default: ./vimc4.pty]")),
+    mut_arg("tcp", |arg| arg.default_value("none").requires("serve")),
+    mut_arg("model", |arg| arg.requires("serve")),
+    mut_arg("machine", |arg| arg.requires("serve")),
+    mut_arg("time", |arg| arg.requires("serve")),
+    mut_arg("line_pacing", |arg| arg.requires("serve")),
+    mut_arg("flash", |arg| arg.requires("serve")),
+    mut_arg("tcp_clients", |arg| arg.requires("serve")),
+    mut_arg("serial", |arg| arg.hide(true).conflicts_with("program")),
+    mut_arg("count", |arg| arg.hide(true).conflicts_with("program")),
+    mut_arg("json", |arg| arg.hide(true).conflicts_with("program")),
+    mut_arg("verbose", |arg| arg
+        .help("Show on standard error what the program does to DTR and RTS, and with --serve the \
+               conversation")),
+)]
+pub(crate) struct Arguments {
+    /// What is at the far end of the handshake lines
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = FarEnd::On)]
+    lines: FarEnd,
+    /// Connect DCD too. DOS programs take it for a caller, so it is off otherwise
+    #[arg(long)]
+    dcd: bool,
+    /// Start a controller for the program, and end it afterwards
+    #[arg(long)]
+    serve: bool,
+    #[command(flatten)]
+    controller: serve::Arguments,
+    /// The program and its arguments
+    #[arg(
+        value_name = "PROGRAM",
+        required = true,
+        trailing_var_arg = true,
+        allow_hyphen_values = true
+    )]
+    program: Vec<OsString>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FarEnd {
+    /// A device: DSR is on, and CTS while it takes more, which only --serve can know
+    On,
+    /// A plug: CTS follows RTS, DSR follows DTR
+    Loop,
+    /// Nothing, as with a cable of three wires
+    None,
+}
+
+impl From<FarEnd> for Far {
+    fn from(end: FarEnd) -> Far {
+        match end {
+            FarEnd::On => Far::On,
+            FarEnd::Loop => Far::Loop,
+            FarEnd::None => Far::None,
+        }
+    }
+}
+
+pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let Arguments { lines, dcd, serve, controller, program } = arguments;
+    let Some((program, rest)) = program.split_first() else {
+        return Err(Failure::usage("no program is given; name it after `--`"));
+    };
+    let Some(terminal) = serve::link(&controller) else {
+        return Err(Failure::usage(
+            "without a pseudo terminal no lines are needed; leave --pty out",
+        ));
+    };
+    let log = serve::open_log(&controller)?;
+    // Before anything starts a thread.
+    let launcher = vimc4_lines::prepare().map_err(refused)?;
+    let verbose = Some(controller.verbose);
+    let to_file = controller.log.is_some();
+    let port = Arc::<LatePort>::default();
+    let served = match serve {
+        true => Some(Served::start(controller, &log, Arc::clone(&port))?),
+        false => None,
+    };
+    let told: Box<dyn FnMut(HostLine, bool) + Send> = match &served {
+        Some(served) => {
+            let host = served.host.clone();
+            Box::new(move |line, on| host.switched(name(line), on))
+        }
+        None => Box::new(diary(&log, verbose == Some(true), to_file)),
+    };
+    warn_of_wineserver(program);
+    let mut command = Command::new(program);
+    command.args(rest);
+    let lines = Lines::new(lines.into(), dcd);
+    let running = launcher.launch(command, &terminal, lines, told).map_err(refused)?;
+    port.arrive(running.port());
+    let shown = program.display().to_string();
+    let ending = running.attend(|| {
+        eprintln!(
+            "{shown} has ended; what it has started goes on and keeps its modem lines until \
+             Ctrl-C"
+        );
+    });
+    // The controller is gone before whoever waits for the program hears of its end.
+    drop(served);
+    log.flush();
+    ending.map_err(refused)?.pass_on()
+}
+
+fn name(line: HostLine) -> &'static str {
+    match line {
+        HostLine::Dtr => "DTR",
+        HostLine::Rts => "RTS",
+    }
+}
+
+fn refused(error: LaunchError) -> Failure {
+    match &error {
+        LaunchError::Program { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+            Failure::of_program(error, 127)
+        }
+        LaunchError::Program { .. } => Failure::of_program(error, 126),
+        _ => Failure::usage(error),
+    }
+}
+
+/// Writes down what the program does to its lines, in the form in which a controller of this
+/// process would.
+fn diary(log: &Log, verbose: bool, to_file: bool) -> impl FnMut(HostLine, bool) + Send + use<> {
+    let began = Instant::now();
+    let mut terminal = verbose.then(|| log.terminal(Verbosity::Conversation, String::new()));
+    let mut file = to_file.then(|| log.file(String::new()));
+    move |line, on| {
+        let at = Time::ZERO + began.elapsed();
+        let news = News::HostLine { transport: Arc::from("pty"), line: name(line), on };
+        let report = Report::News(at, news);
+        let explain = |_: &[u8]| String::new();
+        if let Some(sink) = &mut terminal {
+            sink.report(&report, &explain);
+        }
+        if let Some(sink) = &mut file {
+            sink.report(&report, &explain);
+        }
+    }
+}
+
+// --- a controller of our own ---
+
+/// The port of a program that is yet to be started, for a controller that may have something to
+/// say before.
+#[derive(Default)]
+struct LatePort(Mutex<(Option<Port>, Option<bool>)>);
+
+impl LatePort {
+    fn set_ready(&self, ready: bool) {
+        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        state.1 = Some(ready);
+        if let Some(port) = &state.0 {
+            port.set_ready(ready);
+        }
+    }
+
+    fn arrive(&self, port: Port) {
+        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(ready) = state.1 {
+            port.set_ready(ready);
+        }
+        state.0 = Some(port);
+    }
+}
+
+/// A controller in a thread of its own, which ends when this is dropped.
+struct Served {
+    host: HostLines,
+    end: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Served {
+    fn start(
+        arguments: serve::Arguments,
+        log: &Log,
+        port: Arc<LatePort>,
+    ) -> Result<Served, Failure> {
+        let (end, ended) = oneshot::channel();
+        let (ready, started) = mpsc::channel();
+        let log = log.clone();
+        let thread = thread::Builder::new().name("controller".to_owned());
+        let failed = |error| Failure::usage(format!("cannot start a controller: {error}"));
+        let run = move || Served::run(&arguments, &log, &ready, ended);
+        let thread = thread.spawn(run).map_err(failed)?;
+        let control = started.recv().unwrap_or_else(|_| {
+            Err(Failure::usage("the controller has ended before it could be used"))
+        })?;
+        let host = control.handshake_lines(move |ready| port.set_ready(ready)).wait();
+        let host = host.map_err(Failure::usage)?;
+        Ok(Served { host, end: Some(end), thread: Some(thread) })
+    }
+
+    /// The thread.
+    fn run(
+        arguments: &serve::Arguments,
+        log: &Log,
+        ready: &mpsc::Sender<Result<Control, Failure>>,
+        ended: oneshot::Receiver<()>,
+    ) {
+        // Who waits for it hears of everything that goes wrong.
+        let say = |outcome| drop(ready.send(outcome));
+        let runtime = match runtime::Builder::new_current_thread().enable_all().build() {
+            Ok(runtime) => runtime,
+            Err(error) => {
+                return say(Err(Failure::usage(format!("cannot wait for events: {error}"))));
+            }
+        };
+        runtime.block_on(async {
+            let emulators = match serve::start(arguments, log) {
+                Ok(emulators) => emulators,
+                Err(failure) => return say(Err(failure)),
+            };
+            if let Some(emulator) = emulators.first() {
+                say(Ok(emulator.control().clone()));
+            }
+            tokio::select! {
+                _ = ended => {}
+                // The program finds its terminal gone; whose fault it was is said here.
+                end = serve::any_ended(&emulators) => if let Err(failure) = end {
+                    let _ = failure.report();
+                },
+            }
+            serve::finish(emulators, log).await;
+        });
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+// --- Wine ---
+
+/// Wine's ports are opened by its server, which may have been started without modem lines.
+fn warn_of_wineserver(program: &std::ffi::OsStr) {
+    let name = std::path::Path::new(program).file_name().unwrap_or_default();
+    if !name.as_encoded_bytes().starts_with(b"wine") || name == "wineserver" {
+        return;
+    }
+    let Ok(processes) = std::fs::read_dir("/proc") else { return };
+    let is_server = |process: std::fs::DirEntry| {
+        std::fs::read_to_string(process.path().join("comm"))
+            .is_ok_and(|name| name.starts_with("wineserver"))
+    };
+    if processes.flatten().any(is_server) {
+        eprintln!(
+            "a wineserver runs already, and what it opens has no modem lines; end it first with \
+             `wineserver -k`"
+        );
+    }
+}
