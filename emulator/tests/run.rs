@@ -455,6 +455,9 @@ fn unknown_commands_are_left_out_when_asked() {
     assert!(ended(&said).contains("3 commands that the controller does not know were left out"));
     assert!(said.contains("line 1     SP1\n          line 2     LT\n          line 2     SP0\n"));
     assert!(said.contains("1.250 mm of it with the head down"), "{said}");
+    // A command of other machines of the family: the value that would know it is named.
+    let (_, said) = plot(b"CI50;", "--model smcu");
+    assert!(said.contains("a profile with shapes = true under [language] knows it"), "{said}");
     // It goes on after nothing else.
     let (code, said) = plot(b"SP1;PA5;PA5,5;", "--model smcu --keep-going");
     assert_eq!(code, 1);

@@ -36,8 +36,13 @@ impl Controller {
 
     /// How many bytes are taken before CTS tells the host to wait. While nothing is executed
     /// until the host says so, it may write into what is left beyond the high-water mark; and a
-    /// single command may be longer than all that, as long as nothing else is to be done.
+    /// single command may be longer than all that, as long as nothing else is to be done. After a
+    /// status nothing is held back, whatever is lost by that: otherwise a host that has sent more
+    /// than fits could tell the controller neither to go on nor to begin anew.
     pub(crate) fn room_before_high_water(&self) -> usize {
+        if self.is_interrupted() {
+            return usize::MAX;
+        }
         let buffer = &self.state.model.buffer;
         let used = self.state.buffer.bytes + self.state.reader.pending().len();
         let waits = self.state.stopped.is_some() || self.state.ball.open.is_some();

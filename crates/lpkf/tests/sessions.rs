@@ -6,10 +6,12 @@
 #[path = "../../plant/tests/support/mod.rs"]
 mod support;
 
+use std::sync::Arc;
+
 use support::contract::{Act, hold};
 use support::{Random, try_all};
 use vimc4_device::{Device, SignalId, SignalKind, Time};
-use vimc4_lpkf::{Controller, Model};
+use vimc4_lpkf::{AfterStatus, BarePairs, Controller, LineFeed, Model, UnknownPairs};
 use vimc4_plant::Machine;
 
 const COMMANDS: &[&str] = &[
@@ -149,7 +151,16 @@ fn try_session(seed: u64) {
     let mut random = Random(seed);
     let (models, machines) = (Model::names(), Machine::names());
     let machine = Machine::builtin(random.pick::<&str>(&machines)).expect("built in");
-    let model = Model::builtin(random.pick::<&str>(&models)).expect("built in");
+    let mut model = Model::builtin(random.pick::<&str>(&models)).expect("built in");
+    let other = Arc::make_mut(&mut model);
+    other.language.shapes = other.name == "smcu" && random.one_in(2);
+    other.quirks.after_status =
+        *random.pick(&[AfterStatus::Wait, AfterStatus::Refuse, AfterStatus::Execute]);
+    if random.one_in(2) {
+        other.quirks.bare_pairs = BarePairs::Repeat;
+        other.language.unknown_pairs = UnknownPairs::Move;
+        other.language.line_feed = LineFeed::End;
+    }
     let blind = Controller::new(model, machine);
     let acts = session(&mut random, &blind);
     hold(blind, &acts, &mut random);

@@ -219,14 +219,10 @@ impl Report {
     }
 
     /// A command was refused, and that is the end.
-    pub(super) fn refused(&self, line: Option<&Line>, refusal: &str, unknown: bool) -> End {
+    pub(super) fn refused(&self, line: Option<&Line>, refusal: &str, help: Vec<String>) -> End {
         let text = match line {
             Some(line) => format!("{} was answered {refusal}", self.place(line)),
             None => format!("it said {refusal}"),
-        };
-        let help = match unknown {
-            true => vec!["--keep-going leaves out what the controller does not know".to_owned()],
-            false => Vec::new(),
         };
         End { line: line.and_then(|line| line.number), help, ..End::of(Why::Error, text) }
     }

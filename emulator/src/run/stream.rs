@@ -174,7 +174,13 @@ impl<D: Device> Session<D> {
             if turn == Turn::Unknown && self.report.keeps_going() {
                 return Ok(());
             }
-            return Err(self.report.refused(line, &refusal, turn == Turn::Unknown));
+            let mut help = Vec::new();
+            if turn == Turn::Unknown {
+                let known = line.and_then(|line| self.handling.known_with(&line.bytes));
+                help.extend(known.map(|value| format!("a profile with {value} knows it")));
+                help.push("--keep-going leaves out what the controller does not know".to_owned());
+            }
+            return Err(self.report.refused(line, &refusal, help));
         }
         if completes && line.is_some() {
             feed.echo = answer.starts_with(b"C");

@@ -23,9 +23,9 @@ def done(command):
 
 
 def begin():
-    """What every job begins with: a reset, and the echo mode."""
+    """What every job begins with: a reset, and the echo mode. What comes before is of no interest."""
     port.write(b"IN;!CT1;")
-    assert port.read(1) == b"Z"
+    assert port.read_until(b"Z").endswith(b"Z")
     assert line() == "C"
 
 
@@ -48,6 +48,14 @@ begin()
 done(b"IW0,0,50,50;")
 port.write(b"PA90,0;PA0,0;!ON0;")
 assert line() == "E08"
+job()
+
+# The same with much more behind it than the command buffer takes.
+begin()
+done(b"IW0,0,50,50;")
+port.write(b"PA90,0;" + b"PR1,0;" * 1000)
+while line() != "E08":
+    pass
 job()
 
 # A move onto a limit switch.

@@ -131,6 +131,18 @@ pub(super) fn turn(model: &vimc4_lpkf::Model, command: &[u8]) -> Turn {
     }
 }
 
+pub(super) fn known_with(model: &vimc4_lpkf::Model, command: &[u8]) -> Option<&'static str> {
+    let unknown = |grammar: Grammar| parse(command, grammar) == Err(Status::UnknownCommand);
+    let own = model.grammar();
+    let others = [
+        (Grammar { shapes: true, ..own }, "shapes = true under [language]"),
+        (Grammar { reads_ports: true, ..own }, "read_port = true under [language]"),
+        (Grammar { space_moves: true, ..own }, "ta = \"move\" under [quirks]"),
+    ];
+    let known = others.into_iter().find(|(other, _)| unknown(own) && !unknown(*other));
+    known.map(|(_, value)| value)
+}
+
 pub(super) fn effects_of(sent: &[u8]) -> Effects {
     let mut effects = Effects::default();
     let mut passed = Vec::new();
@@ -262,6 +274,11 @@ mod tests {
             assert_eq!(turn(&smcu, command.as_bytes()), of, "{command}");
         }
         assert_eq!(turn(&builtin("motionsystem"), b"!RP"), Turn::Overtakes);
+        assert_eq!(known_with(&smcu, b"CI5"), Some("shapes = true under [language]"));
+        assert_eq!(known_with(&smcu, b"!RD0"), Some("read_port = true under [language]"));
+        for command in ["PA1,2", "SP1", "!RP"] {
+            assert_eq!(known_with(&smcu, command.as_bytes()), None, "{command}");
+        }
     }
 
     #[test]

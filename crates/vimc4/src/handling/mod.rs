@@ -152,6 +152,15 @@ impl Handling {
         }
     }
 
+    /// The value of a profile with which a controller would know a command that this one does not.
+    #[must_use]
+    pub fn known_with(&self, command: &[u8]) -> Option<&'static str> {
+        match &self.model {
+            Model::Isel(_) => None,
+            Model::Lpkf(model) => lpkf::known_with(model, command),
+        }
+    }
+
     /// The pieces of a file, in order, if it is a stream of commands and not a list of lines.
     #[must_use]
     pub fn stream(&self, file: &[u8]) -> Option<Vec<Piece>> {

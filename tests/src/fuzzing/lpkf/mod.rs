@@ -63,8 +63,11 @@ impl Family for Controller {
         // A pair takes four bytes at least, and every move may have a rest behind it.
         assert!(length("/job/stages") <= COMMAND_MAX / 2, "stages");
         assert!(length("/broken/stages") <= COMMAND_MAX / 2, "stages that are left");
-        // A sender that heeds the handshake loses nothing; the last byte of what is too long by
-        // itself is taken to be told so.
+        // A sender that heeds the handshake loses nothing, unless something has been broken off; the
+        // last byte of what is too long by itself is taken to be told so.
+        if !matches!(state.pointer("/stopped"), Some(Value::Null)) {
+            return;
+        }
         let left = most.saturating_sub(bytes as usize + length("/reader/raw"));
         assert!(self.room(true) <= left.max(1), "CTS comes too late");
     }
