@@ -155,8 +155,8 @@ pub enum Class {
     /// one, whether or not there is anything to go on with. A stored line that moves belongs
     /// here too, but storing it moves nothing.
     Motion,
-    /// Writes an output. Whether that is the spindle, which the plant can refuse like a motion,
-    /// is known to who knows the ports.
+    /// Writes an output. Whether that switches the spindle or the power stages on, which the plant
+    /// can refuse like a motion, is known to who knows the ports.
     Output,
     /// Begins, ends, erases or directs the stored program.
     Program,

@@ -8,7 +8,7 @@ use crate::Controller;
 use crate::ports::{Output, Wire};
 
 impl Controller {
-    /// Writes a whole port. What cannot be switched on now stays as it is.
+    /// Writes a whole port.
     pub(crate) fn write_port(&mut self, port: u16, value: u8) {
         self.set_port(BitTest { port, bit: Bit::Byte, value });
     }
@@ -26,14 +26,15 @@ impl Controller {
     /// Writes `value` to the bits of `mask` of a port and leaves the others alone. Nobody waits
     /// for an answer, so what cannot be switched on stays off.
     pub(crate) fn write_port_bits(&mut self, port: u16, mask: u8, value: u8) {
-        for bit in (0..8).filter(|bit| mask >> bit & 1 == 1) {
-            let write = BitTest { port, bit: Bit::One(bit), value: value >> bit & 1 };
-            // Of a logical port every bit number means its one bit; the mask means the first.
-            let beyond = self.state.model.ports.writable(port).is_none_or(|w| w.len() == 1);
-            if (bit == 0 || !beyond) && self.check_switching(write).is_ok() {
-                self.set_port(write);
-            }
-        }
+        let wires = self.state.model.ports.writable(port).unwrap_or_default();
+        let now = self.state.outputs.value_of(wires);
+        let wanted = now & !mask | value & mask;
+        let refused = (0..8).filter(|&bit| {
+            let write = BitTest { port, bit: Bit::One(bit), value: 1 };
+            (wanted & !now) >> bit & 1 == 1 && self.check_switching(write).is_err()
+        });
+        let value = refused.fold(wanted, |value, bit| value & !(1 << bit));
+        self.write_port(port, value);
     }
 
     /// `9` or `H` for a write that asks for stages or a spindle which cannot be switched on now.
