@@ -1,47 +1,60 @@
 //! `vimc4 send`: a job or a command list to a controller, virtual or real.
 
+mod beginning;
+mod identity;
+mod plot;
 mod rehearsal;
 mod wire;
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use vimc4::Handling;
-use vimc4_ncp::job::Job;
+use vimc4::{Family, Handling, Machine, Model, Point};
+use vimc4_ncp::job::{Job, NoResumption};
 
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
-use crate::job::operator::Operator;
-use crate::job::perform::{Ending, Link, Work, perform, refusal, shown};
+use crate::job::operator::{Operator, Start};
+use crate::job::perform::{Ending, Work, perform, refusal, shown};
 use crate::job::source::{self, JobArguments, Site};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
+use crate::run::meter::units;
 use crate::run::report::seconds;
-use crate::run::script::{Kind, Script};
+use crate::run::script::{Kind, Line, Script};
 
+use identity::{Identity, identify};
 use rehearsal::{Rehearsal, rehearse};
 use wire::{Broken, Wire};
 
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Send a job or a command list to a controller, virtual or real
+Send a job, a plot file, a command list or a stored program to a controller, virtual or real
 
 A job is a file in the isel NC intermediate format; a command list is a file whose first command
-begins with @. Each command is sent when the one before was answered. The same job is carried out in
-virtual time first: what the virtual controller refuses is not sent, and from it comes the time that
-remains.
+begins with @; a data field, as `vimc4 ncp compile` writes it, is stored and not started. A plot file
+goes to one of LPKF's models. Each command is sent when the one before was answered. The same job is
+carried out in virtual time first: what the virtual controller refuses is not sent, and from it comes
+the time that remains.
 
-Enter stops a motion along its ramp, and Enter again goes on with it, as does START at the panel. An
-error reply ends the job. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays
-on. Where the port leads to a real machine the travel is shown first, and somebody has to agree.",
+The controller is asked first who it is, and a job for another model is refused. Where the port leads
+to a real machine the travel is shown, and somebody has to agree.
+
+Enter stops a motion along its ramp, and Enter again goes on with it, as does START at the panel; a
+plot halts behind the command that runs. At a HALT, s goes on line by line. An error reply ends the
+job. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays on. Whatever ends it,
+the line is said with which --from goes on.",
     after_long_help = "\
 Examples:
   vimc4 send part.ncp --to ./vimc4.pty --machine mill
-  vimc4 send part.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mine.toml
+  vimc4 send part.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mine.toml --teach
+  vimc4 send part.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mine.toml --from 120
+  vimc4 send board.plt --to /dev/ttyUSB0 --model smcu --machine board-plotter
   vimc4 send commands.txt --to tcp:127.0.0.1:4004 --yes"
 )]
 pub(crate) struct Arguments {
@@ -53,6 +66,16 @@ pub(crate) struct Arguments {
     /// The speed of a serial port; the model's if nothing is said
     #[arg(long, value_name = "RATE")]
     baud: Option<u32>,
+    /// Go on with this line of a job: what held there is brought about first, after reference runs,
+    /// and the tool comes to it from above
+    #[arg(long, value_name = "LINE", value_parser = clap::value_parser!(u32).range(1..))]
+    from: Option<u32>,
+    /// Find the work-piece zero first, with lines such as MOVEREL X500 at the terminal
+    #[arg(long, conflicts_with = "from")]
+    teach: bool,
+    /// Send it although the controller says that it is another model
+    #[arg(long)]
+    any_model: bool,
     /// Agree beforehand, and accept every HALT, GETTOOL and WPTEACH
     #[arg(long)]
     yes: bool,
@@ -66,144 +89,398 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
-    let site = job.site()?;
     let bytes = job.bytes()?;
-    let list = command_list(job, &bytes)?;
     let text = source::decoded(&bytes);
-    let work = match list {
-        Some(list) => Work::List(list.into_iter()),
-        None => {
-            check::before(job, &site, &text)?;
-            Work::Job(Box::new(Job::new(&text, &site.target, job.reading.options())))
+    let name = job.name();
+    let model = vimc4::model(&job.model)?;
+    if model.family() == Family::Lpkf {
+        not_for(job_options(arguments), &name, "plot file")?;
+        let machine = vimc4::machine(&job.machine)?;
+        let work = plot::work(&name, &bytes, &text, &Handling::of(&model))?;
+        let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
+        let mut sending = Sending::open(arguments, &model, &machine, &text)?;
+        sending.agree(&rehearsal, None)?;
+        return sending.run(work, rehearsal);
+    }
+    if plot::is_plot(&bytes) {
+        return Err(Failure::usage(format!(
+            "{name} is a plot file, and the model {} speaks isel's @-format; add --model smcu or \
+             --model motionsystem",
+            job.model
+        )));
+    }
+    let mut site = job.site()?;
+    let machine = Arc::clone(&site.machine);
+    if let Some((list, what)) = command_list(arguments, &bytes)? {
+        let work = Work::List(list.into_iter());
+        let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
+        let mut sending = Sending::open(arguments, &model, &machine, &text)?;
+        sending.what = what;
+        sending.agree(&rehearsal, None)?;
+        return sending.run(work, rehearsal);
+    }
+    if !arguments.teach {
+        check::before(job, &site, &text)?;
+    }
+    let options = job.reading.options();
+    if arguments.from.is_none() && !arguments.teach {
+        let work = Work::Job(Box::new(Job::new(&text, &site.target, options)));
+        let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
+        let mut sending = Sending::open(arguments, &model, &machine, &text)?;
+        sending.agree(&rehearsal, None)?;
+        return sending.run(work, rehearsal);
+    }
+    let mut sending = Sending::open(arguments, &model, &machine, &text)?;
+    if arguments.teach {
+        sending.teach(&mut site)?;
+        check::before(job, &site, &text)?;
+    }
+    let (work, here, told) = match arguments.from {
+        Some(line) => {
+            let here = sending.counters()?;
+            let resumed = beginning::resumed(&text, &site.target, options, line, here);
+            let (work, resumption) =
+                resumed.map_err(|why| no_resumption(line, &why, &name, &text))?;
+            let told = beginning::describe(&resumption, &model, &machine);
+            // Where reference runs come first, they are what brings a machine to its counters.
+            let mut here = here;
+            resumption.referenced.iter().for_each(|axis| here[axis] = 0);
+            (work, here, Some(told))
         }
+        None => (Job::new(&text, &site.target, options), Point::default(), None),
     };
-    let rehearsal = rehearse(&work, &site)?;
+    let work = Work::Job(Box::new(work));
+    let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, here)?;
+    sending.agree(&rehearsal, told.as_deref())?;
+    sending.run(work, rehearsal)
+}
+
+/// The options that only jobs have.
+fn job_options(arguments: &Arguments) -> bool {
+    let reading = &arguments.job.reading;
+    let read = reading.no_ref || reading.lenient || !arguments.job.zeros.is_empty();
+    read || arguments.from.is_some() || arguments.teach
+}
+
+/// Refuses options that mean nothing.
+fn not_for(given: bool, name: &str, what: &str) -> Result<(), Failure> {
+    match given {
+        true => Err(Failure::usage(format!(
+            "{name} is a {what}, which is sent as it is; --no-ref, --lenient, --zero, --wpreg, \
+             --from and --teach are for job files"
+        ))),
+        false => Ok(()),
+    }
+}
+
+fn no_resumption(line: u32, why: &NoResumption, name: &str, text: &str) -> Failure {
+    let place = match why {
+        NoResumption::Taught(place) | NoResumption::Impossible(place) => *place,
+        NoResumption::Beyond(_) => line,
+    };
+    Failure::at_line(format!("the job cannot go on with line {line}: {why}"), name, text, place)
+}
+
+/// What a job does on a virtual controller; an error if it would not carry it out.
+fn rehearsed(
+    arguments: &Arguments,
+    work: &Work<'_>,
+    model: &Model,
+    machine: &Arc<Machine>,
+    text: &str,
+    here: Point,
+) -> Result<Rehearsal, Failure> {
+    let rehearsal = rehearse(work, model, machine, here)?;
     let list = matches!(work, Work::List(_));
-    if let Some(failure) = rehearsal.objection(arguments, &text, list) {
-        if !list && !job.reading.lenient {
+    if let Some(failure) = rehearsal.objection(arguments, text, list) {
+        if !list && !arguments.job.reading.lenient {
             return Err(failure);
         }
         failure.report();
     }
-    let port = Port::open(&arguments.to, arguments.baud.unwrap_or(site.model.baud()))
-        .map_err(Failure::usage)?;
-    if !port.is_virtual() {
-        rehearsal.announce(&arguments.to, &site);
-        if !arguments.yes {
-            confirm()?;
-        }
-    }
-    // Before that Ctrl-C just ends the program: nothing moves yet.
-    endings::interrupt(&port)?;
-    Sending::new(arguments, port, rehearsal, &site, &text).run(work, &text)
+    Ok(rehearsal)
 }
 
 /// Commands as they are sent, each with its line in the file.
 type List = Vec<(u32, Vec<u8>)>;
 
-/// The commands of a command list; `None` if it is a job file.
-fn command_list(job: &JobArguments, bytes: &[u8]) -> Result<Option<List>, Failure> {
-    let first = bytes.iter().copied().find(|byte| !byte.is_ascii_whitespace());
-    let script = match first {
-        Some(b'@' | b';' | b'#') => Script::parse(bytes).filter(|s| s.kind == Kind::Commands),
-        _ => None,
+/// The commands of a command list, or those that store a data field, and what it is then; `None` if
+/// it is a job file.
+fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, What)>, Failure> {
+    let name = arguments.job.name();
+    let Some(script) = Script::parse(bytes).filter(|_| !source::is_job(bytes)) else {
+        return Ok(None);
     };
-    let Some(script) = script else { return Ok(None) };
-    if job.reading.no_ref || job.reading.lenient || !job.zeros.is_empty() {
-        return Err(Failure::usage(format!(
-            "{} is a command list, which is sent as it is; --no-ref, --lenient, --zero and --wpreg \
-             are for job files",
-            job.name()
-        )));
+    let number =
+        |line: &Line| line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default();
+    let lines = script.lines.iter().map(|line| (number(line), line.whole()));
+    match script.kind {
+        Kind::Commands => {
+            not_for(job_options(arguments), &name, "command list")?;
+            Ok(Some((lines.collect(), What::List)))
+        }
+        Kind::DataField if script.looks_stored() => {
+            not_for(job_options(arguments), &name, "data field")?;
+            let Some(axes) = script.axes else {
+                return Err(Failure::usage(format!(
+                    "{name} is a data field and does not say for which axes; write them into its \
+                     first line, as in `; axes: 7` for X+Y+Z, and 8 more with A"
+                )));
+            };
+            let text = |text: String| (0, format!("{text}\r").into_bytes());
+            let set = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
+            let mut list: List = set.map(|axes| text(format!("@0{axes}"))).collect();
+            list.push(text("@0i".to_owned()));
+            list.extend(lines);
+            if !script.lines.last().is_some_and(|line| line.is("9")) {
+                list.push(text("9".to_owned()));
+            }
+            Ok(Some((list, What::Stored)))
+        }
+        _ => Ok(None),
     }
-    let number = |line: &crate::run::script::Line| {
-        line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default()
-    };
-    Ok(Some(script.lines.iter().map(|line| (number(line), line.whole())).collect()))
+}
+
+/// What is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    Job,
+    List,
+    Stored,
 }
 
 /// A job on its way to a controller.
 struct Sending<'a> {
     arguments: &'a Arguments,
+    model: &'a Model,
+    machine: &'a Machine,
+    text: &'a str,
     link: Wire,
     operator: Operator<'a>,
     handling: Handling,
+    what: What,
+    /// Whether Ctrl-C is heard here, and what is typed.
+    listens: bool,
 }
 
 impl<'a> Sending<'a> {
-    fn new(
+    /// Opens the port and asks who is there.
+    fn open(
         arguments: &'a Arguments,
-        port: Port,
-        rehearsal: Rehearsal,
-        site: &Site,
+        model: &'a Model,
+        machine: &'a Machine,
         text: &'a str,
-    ) -> Sending<'a> {
-        let bar = (io::stderr().is_terminal() && !arguments.verbose).then(|| {
+    ) -> Result<Sending<'a>, Failure> {
+        let port = Port::open(&arguments.to, arguments.baud.unwrap_or(model.baud()))
+            .map_err(Failure::usage)?;
+        let handling = Handling::of(model);
+        let operator = Operator::new(text, arguments.yes, arguments.skip_waits, arguments.verbose);
+        let mut sending = Sending {
+            arguments,
+            model,
+            machine,
+            text,
+            link: Wire::new(port, handling.clone()),
+            operator,
+            handling,
+            what: What::Job,
+            listens: false,
+        };
+        sending.identify()?;
+        Ok(sending)
+    }
+
+    /// A job for another model may do anything.
+    fn identify(&mut self) -> Result<(), Failure> {
+        let port = self.link.name().to_owned();
+        let model = self.model.name();
+        let asked = self.link.quiet().and_then(|()| identify(&mut self.link, &self.handling));
+        match asked {
+            Ok(Identity::Same(_)) => Ok(()),
+            Ok(Identity::Unknown(said)) => {
+                let _ = writeln!(
+                    io::stderr(),
+                    "the controller at {port} says `{said}`, which names no model known here; it \
+                     is taken for the model {model}"
+                );
+                Ok(())
+            }
+            Ok(Identity::Other { .. }) if self.arguments.any_model => Ok(()),
+            Ok(Identity::Other { what, said }) => Err(Failure::usage(format!(
+                "the controller at {port} is {what} (it says `{said}`), and the job is for the \
+                 model {model}; nothing has moved: name its model with --model, or add \
+                 --any-model to send the job nevertheless"
+            ))),
+            Ok(Identity::Silent) => Err(self.broken(Broken::Silent)),
+            Err(error) => Err(self.broken(error.into())),
+        }
+    }
+
+    /// Says what is going to happen, and asks somebody where it happens to a real machine.
+    fn agree(&mut self, rehearsal: &Rehearsal, told: Option<&str>) -> Result<(), Failure> {
+        if let Some(told) = told {
+            let _ = io::stderr().write_all(told.as_bytes());
+        }
+        if self.link.is_virtual() {
+            return Ok(());
+        }
+        rehearsal.announce(&self.arguments.to);
+        if self.arguments.yes {
+            return Ok(());
+        }
+        match self.listens {
+            false => confirm(),
+            true if self.operator.agrees() => Ok(()),
+            true => Err(Failure::usage("not begun; the job was not sent")),
+        }
+    }
+
+    /// From here on Ctrl-C halts the machine; before that it just ends the program.
+    fn listen(&mut self) -> Result<(), Failure> {
+        if !self.listens {
+            self.listens = true;
+            endings::interrupt(self.link.port())?;
+            let (keeps, woken) = (self.link.stop_key(), self.link.port().waker());
+            self.operator.listen(Start::of(&self.handling), keeps, woken);
+        }
+        Ok(())
+    }
+
+    /// Lets somebody find the work-piece zero.
+    fn teach(&mut self, site: &mut Site) -> Result<(), Failure> {
+        if !io::stdin().is_terminal() {
+            return Err(Failure::usage(
+                "nobody is at the terminal to find the work-piece zero; say with --zero where it is",
+            ));
+        }
+        if !self.link.is_virtual() && !self.arguments.yes {
+            let _ = writeln!(
+                io::stderr(),
+                "The axes of what is at {} will make reference runs, and then go where you say.",
+                self.arguments.to
+            );
+            confirm()?;
+        }
+        self.listen()?;
+        // It is accepted by nobody but a person.
+        self.operator.yes = false;
+        let mut work =
+            Work::Job(Box::new(Job::teach(&site.target, self.arguments.job.reading.options())));
+        let ending = perform(&mut work, &mut self.link, &mut self.operator);
+        self.operator.yes = self.arguments.yes;
+        let (Work::Job(job), ending) = (&work, self.ended(ending)?) else {
+            return Err(Failure::midway("the work-piece zero was not found"));
+        };
+        if ending != Ending::Done {
+            return Err(Failure::usage("the work-piece zero was not found; the job was not sent"));
+        }
+        let zero = job.zero();
+        let _ = writeln!(io::stderr(), "work-piece zero: next time, --zero {zero} says the same");
+        site.target.set_zero(zero);
+        Ok(())
+    }
+
+    /// Where the counters are.
+    fn counters(&mut self) -> Result<Point, Failure> {
+        let answer = match self.link.ask(self.handling.position) {
+            Ok(answer) => answer,
+            Err(error) => return Err(self.broken(error.into())),
+        };
+        let mut point = Point::default();
+        let places = self.handling.read_position(&answer).ok_or_else(|| {
+            let said = vimc4::escape(&answer);
+            Failure::midway(format!("the controller does not say where it is: `{said}`"))
+        })?;
+        point.iter_mut().zip(places).for_each(|(axis, place)| *axis = place);
+        Ok(point)
+    }
+
+    fn run(mut self, mut work: Work<'_>, rehearsal: Rehearsal) -> Result<ExitCode, Failure> {
+        let bar = (io::stderr().is_terminal() && !self.arguments.verbose).then(|| {
             let bar = ProgressBar::new(rehearsal.link.elapsed().as_millis() as u64);
             let style = ProgressStyle::with_template("{bar:30} {msg}");
             style.into_iter().for_each(|style| bar.set_style(style));
             bar
         });
-        let link = Wire::new(port, rehearsal.link.times, bar.clone());
-        let mut operator =
-            Operator::new(text, arguments.yes, arguments.skip_waits, arguments.verbose);
-        operator.bar = bar;
-        operator.listen(link.stop_key());
-        Sending { arguments, link, operator, handling: Handling::of(&site.model) }
-    }
-
-    fn run(mut self, mut work: Work<'_>, text: &str) -> Result<ExitCode, Failure> {
+        self.operator.bar = bar.clone();
+        self.listen()?;
+        self.link.begin(rehearsal.link.times, bar);
         let name = self.arguments.job.name();
         let began = Instant::now();
-        let ending = self
-            .link
-            .quiet()
-            .map_err(Broken::from)
-            .and_then(|()| perform(&mut work, &mut self.link, &mut self.operator));
-        if let Some(bar) = self.link.bar() {
-            bar.finish_and_clear();
-        }
-        match ending {
-            Ok(Ending::Done) => {
+        let ending = perform(&mut work, &mut self.link, &mut self.operator);
+        match self.ended(ending)? {
+            Ending::Ended { line } => {
+                let onward = self.onward(line).map(|onward| format!("\n{onward}"));
+                let onward = onward.unwrap_or_default();
+                let place = self.place();
+                let _ = writeln!(io::stdout(), "{name}: ended in line {line}{place}{onward}");
+                Ok(ExitCode::from(3))
+            }
+            _ if self.what == What::Stored => {
+                let _ = writeln!(io::stdout(), "{name}: stored; START at the machine runs it");
+                Ok(ExitCode::SUCCESS)
+            }
+            _ => {
                 let took = Duration::from_millis(began.elapsed().as_millis() as u64);
                 let _ = writeln!(io::stdout(), "{name}: done in {}{}", seconds(took), self.place());
                 Ok(ExitCode::SUCCESS)
             }
-            Ok(Ending::Ended { line }) => {
-                let _ = writeln!(io::stdout(), "{name}: ended in line {line}{}", self.place());
-                Ok(ExitCode::from(3))
+        }
+    }
+
+    /// How it ended, if that is no failure.
+    fn ended(&mut self, ending: Result<Ending, Broken>) -> Result<Ending, Failure> {
+        if let Some(bar) = self.link.bar() {
+            bar.finish_and_clear();
+        }
+        let name = self.arguments.job.name();
+        let (message, line) = match ending {
+            Ok(ending @ (Ending::Done | Ending::Ended { .. })) => return Ok(ending),
+            Ok(Ending::Impossible { line }) => {
+                (format!("line {line} cannot be carried out{}", self.place()), line)
             }
-            Ok(Ending::Impossible { line }) => Err(Failure::at_line(
-                format!("line {line} cannot be carried out{}", self.place()),
-                &name,
-                text,
-                line,
-            )),
             Ok(Ending::Refused { line, sent, answer }) => {
-                let message = format!(
-                    "the controller answered {} to {}{}; the job has ended there",
-                    refusal(&answer),
-                    shown(&sent),
-                    self.place()
-                );
-                Err(Failure::at_line(message, &name, text, line))
+                // What a semicolon parts from it would be the remedy.
+                let refusal = refusal(self.model.family(), &answer).replace("; ", ", ");
+                let sent = shown(&sent);
+                let place = self.place();
+                (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
-            Err(broken) => Err(self.broken(broken, &name, text)),
+            Err(broken) => return Err(self.broken(broken)),
+        };
+        let help = match self.onward(line) {
+            Some(onward) => format!("the job has ended there; {onward}"),
+            None => "the job has ended there".to_owned(),
+        };
+        Err(Failure::at_line(format!("{message}; {help}"), &name, self.text, line))
+    }
+
+    /// How to go on with a job that has ended in a line.
+    fn onward(&self, line: u32) -> Option<String> {
+        let is_job = self.what == What::Job && self.model.family() == Family::Isel;
+        match is_job && line > 0 {
+            true => Some(format!("--from {line} goes on with that line, after reference runs")),
+            false => None,
         }
     }
 
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
-        let question = format!("{}\r", self.handling.position);
-        let answer = self.link.command(question.as_bytes()).unwrap_or_default();
+        let answer = self.link.ask(self.handling.position).unwrap_or_default();
         let Some(places) = self.handling.read_position(&answer) else { return String::new() };
-        let axes = self.handling.model().axis_names().iter().zip(places);
-        let places: Vec<String> = axes.map(|(axis, steps)| format!("{axis} {steps}")).collect();
-        format!(", at {} steps", places.join(", "))
+        let units = units(self.machine);
+        let axes = self.model.axis_names().iter().zip(places).enumerate();
+        let fitted = axes.filter(|(axis, _)| self.machine.fits(*axis));
+        let places = fitted.map(|(axis, (name, steps))| {
+            format!("{name} {:.3} {}", steps as f64 * units[axis].per_step, units[axis].name)
+        });
+        format!(", at {}", places.collect::<Vec<_>>().join(", "))
     }
 
-    fn broken(&mut self, broken: Broken, name: &str, text: &str) -> Failure {
+    fn broken(&mut self, broken: Broken) -> Failure {
         let line = self.link.line();
+        let name = self.arguments.job.name();
+        let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
         match broken {
             Broken::Silent => Failure::usage(format!(
                 "nothing answers at {}; check that it is the right port, that the controller is on, \
@@ -213,20 +490,23 @@ impl<'a> Sending<'a> {
             Broken::Port(PortError::Interrupted) => {
                 let halted = self.link.halt();
                 let place = self.place();
-                let halted = match halted {
-                    true => "253 was sent, and the motion has come to rest along its ramp",
-                    false => "253 was sent, and nothing was moving",
+                let halted = match (self.model.family(), halted) {
+                    (Family::Isel, true) => {
+                        "253 was sent, and the motion has come to rest along its ramp"
+                    }
+                    (Family::Isel, false) => "253 was sent, and nothing was moving",
+                    (Family::Lpkf, _) => self.handling.halting,
                 };
                 let message = format!(
                     "interrupted: {halted}{place}; what is switched on, such as the spindle, is \
-                     still on"
+                     still on{onward}"
                 );
-                Failure::at_line(message, name, text, line)
+                Failure::at_line(message, &name, self.text, line)
             }
             Broken::Port(PortError::Gone(why)) => Failure::at_line(
-                format!("{} is gone: {why}; the job has ended there", self.link.name()),
-                name,
-                text,
+                format!("{} is gone: {why}; the job has ended there{onward}", self.link.name()),
+                &name,
+                self.text,
                 line,
             ),
         }

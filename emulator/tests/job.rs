@@ -113,7 +113,9 @@ fn run_sent_and_stored_it_takes_the_same_path() {
             .unwrap();
         let (said, _) = ends(folder, &with(&["send"], &["--to", "port"]), 0);
         let end = run.last().unwrap();
-        let place = format!("at X {}, Y {}, Z {}, A {} steps", end[0], end[1], end[2], end[3]);
+        // The bench has 80 steps to the mm.
+        let place = |axis: usize| format!("{:.3}", end[axis] as f64 * 0.0125);
+        let place = format!("at X {} mm, Y {} mm, Z {} mm, A ", place(0), place(1), place(2));
         assert!(said.contains(&place), "{said} {place}");
         assert_eq!(recorded(&emulator), run, "sent to {model}");
         assert_eq!(emulator.position().unwrap(), end);
@@ -230,7 +232,10 @@ fn stop_pauses_and_start_goes_on() {
     let output = child.wait_with_output().unwrap();
     emulator.release(Button::Start).unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    assert!(text(&output.stderr).contains("line 4: stopped; START goes on"));
+    assert!(
+        text(&output.stderr)
+            .contains("line 4: stopped; START at the panel, held until it moves, goes on")
+    );
     assert_eq!(x(), 4_000);
 }
 
@@ -247,7 +252,7 @@ fn ctrl_c_brakes_and_says_where() {
     let output = child.wait_with_output().unwrap();
     let err = text(&output.stderr);
     assert_ne!(output.status.code(), Some(0));
-    let place = format!("at X {}, Y 0, Z 0, A 0 steps", x());
+    let place = format!("at X {:.3} mm, Y 0.000 mm", x() as f64 * 0.0125);
     assert!(err.contains("come to rest along its ramp") && err.contains(&place), "{err} {place}");
     assert!(err.contains("[job.ncp:3:1]"), "{err}");
 }
@@ -267,7 +272,7 @@ fn nobody_there_is_told_at_once() {
     });
     let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 2);
     assert!(err.contains("nothing answers"), "{err}");
-    assert_eq!(silent.join().unwrap(), b"@07\r");
+    assert_eq!(silent.join().unwrap(), b"@0V\r");
 }
 
 #[test]
@@ -352,7 +357,7 @@ fn enter_is_the_stop_key() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(
-        text(&output.stderr).contains("line 4: stopped; Enter, or START at the panel, goes on")
+        text(&output.stderr).contains("line 4: stopped; Enter goes on, q ends the job; START at")
     );
     assert_eq!(x(), 4_000);
 }
@@ -429,4 +434,407 @@ fn a_job_fits_where_its_zero_is_said() {
         let (_, err) = ends(folder, &[&check[..], arguments].concat(), 2);
         assert!(err.contains(said), "{err}");
     }
+}
+
+/// A controller and the arguments that send a job to it.
+fn listening(model: &str, machine: &str, clock: Clock) -> (Emulator, String) {
+    let emulator = Emulator::builder()
+        .model(model)
+        .machine(machine)
+        .tcp("127.0.0.1:0")
+        .time(clock)
+        .record(true);
+    let emulator = emulator.start().unwrap();
+    let port = emulator.tcp_addr().unwrap().to_string();
+    (emulator, port)
+}
+
+/// What was sent, command by command.
+fn sent(emulator: &Emulator) -> Vec<String> {
+    let commands = emulator.commands().unwrap();
+    commands.iter().map(|command| text(&command.bytes)).collect()
+}
+
+#[test]
+fn a_job_for_another_model_is_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\n").unwrap();
+    fs::write(folder.join("plot.plt"), "IN;PA100,100;").unwrap();
+    for (there, asked, what) in [
+        ("imc-s8", "imc4", "is imc-s8 (it says `isel iMC-S8"),
+        ("imc4", "imc-s8", "is imc4 (it says"),
+        ("imc4-m", "imc4", "is imc4-m (it says"),
+        ("imc-mp", "imc-m", "is imc-mp (it says"),
+    ] {
+        let (emulator, port) = listening(there, "bench", Clock::Instant);
+        let send = ["send", "job.ncp", "--to", &port, "--model", asked];
+        let (_, err) = ends(folder, &send, 2);
+        assert!(err.contains(what) && err.contains("--any-model"), "{err}");
+        assert_eq!(sent(&emulator), ["@0V"]);
+        ends(folder, &[&send[..], &["--any-model"]].concat(), 0);
+        assert_eq!(emulator.position().unwrap()[0], 80);
+    }
+    let (emulator, port) = listening("motionsystem", "board-plotter", Clock::Instant);
+    let send = ["send", "plot.plt", "--to", &port, "--machine", "board-plotter", "--model", "smcu"];
+    let (_, err) = ends(folder, &send, 2);
+    assert!(err.contains("is motionsystem (it says `S204"), "{err}");
+    assert_eq!(emulator.position().unwrap()[..2], [0, 0]);
+}
+
+/// A profile of a built-in model in which something is replaced.
+fn profile(folder: &Path, model: &str, replaced: &str, by: &str) -> String {
+    let (text, _) = ends(folder, &["models", "show", model], 0);
+    assert!(text.contains(replaced), "{text}");
+    let path = folder.join("model.toml");
+    fs::write(&path, text.replace(replaced, by)).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn where_start_resumes_the_host_sends_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n").unwrap();
+    for resumes in [true, false] {
+        let (text_of, _) = ends(folder, &["models", "show", "imc-s8"], 0);
+        let held = if text_of.contains("start_resumes_dnc = true") { "true" } else { "false" };
+        let quirk = |value: &str| format!("start_resumes_dnc = {value}");
+        let wanted = if resumes { "true" } else { "false" };
+        let model = profile(folder, "imc-s8", &quirk(held), &quirk(wanted));
+        let (emulator, port) = listening(&model, "bench", Clock::Real);
+        let child = sending(folder, &["job.ncp", "--to", &port, "--model", &model]);
+        let x = || emulator.position().unwrap()[0];
+        until("it moves", || x() > 400);
+        emulator.press(Button::Stop).unwrap();
+        let mut last = -1;
+        until("it stops", || std::mem::replace(&mut last, x()) == x());
+        assert!(x() < 4_000);
+        match resumes {
+            // Long enough for a host that polls.
+            true => {
+                thread::sleep(Duration::from_millis(300));
+                emulator.press(Button::Start).unwrap();
+            }
+            false => emulator.hold(Button::Start).unwrap(),
+        }
+        let output = child.wait_with_output().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{err}");
+        assert_eq!(x(), 4_000);
+        let polled = sent(&emulator).iter().filter(|sent| sent.starts_with("@0DS0")).count();
+        let started = sent(&emulator).iter().filter(|sent| sent.starts_with("@0S")).count();
+        match resumes {
+            true => {
+                assert_eq!((polled, started), (0, 0));
+                assert!(err.contains("line 4: stopped; START at the panel goes on"), "{err}");
+            }
+            false => {
+                assert!(polled > 0 && started == 1);
+                assert!(err.contains("START at the panel, held until it moves, goes on"), "{err}");
+            }
+        }
+    }
+}
+
+/// Holes, outputs, a spindle, a zero, a tool: what a later line depends on.
+const LONG_JOB: &str = "\
+IMF_PBL
+REF XYZ
+VEL 20000
+FASTVEL 60000
+GETTOOL 3
+SPINDLE CW RPM8000 TIME500
+SETBIT A1.4
+WPZEROABS X10000 Y10000 Z-20000
+FASTABS X5000 Y5000 Z10000
+PLANE XZ
+MOVEABS Z0
+MOVEREL X2000
+MOVEREL Y2500
+PLANE XY
+CWREL I1000 J0
+DRILLDEF C1 D2000 V5000 L500 S1000
+DRILL X1000 Y1000
+MOVEABS X0 Y0
+SPINDLE OFF
+PROGEND
+";
+
+#[test]
+fn an_aborted_job_goes_on_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), LONG_JOB).unwrap();
+    let machine = ["--machine", "bench", "--yes"];
+    for model in ["imc4", "imc-s8"] {
+        let whole = {
+            let (emulator, port) = listening(model, "bench", Clock::Instant);
+            let send = ["send", "job.ncp", "--to", &port, "--model", model];
+            ends(folder, &[&send[..], &machine].concat(), 0);
+            recorded(&emulator)
+        };
+        // Aborted by an emergency stop in the middle, and gone on with.
+        let (emulator, port) = listening(model, "bench", Clock::Instant);
+        let send = ["send", "job.ncp", "--to", &port, "--model", model];
+        for line in [11_u32, 13, 15, 17, 18] {
+            let from = line.to_string();
+            let resumed = [&send[..], &machine, &["--from", &from]].concat();
+            let before = emulator.events().unwrap().len();
+            let (out, err) = ends(folder, &resumed, 0);
+            assert!(out.contains("done in"), "{out}");
+            assert!(err.contains(&format!("The job goes on with line {line}.")), "{err}");
+            assert!(
+                err.contains("work-piece zero X 10.000 mm, Y 10.000 mm, Z -20.000 mm"),
+                "{err}"
+            );
+            assert!(err.contains("tool 3 is in") && err.contains("port 2 is 1"), "{err}");
+            assert!(err.contains("reference runs come first: X, Y, Z"), "{err}");
+            assert!(before < emulator.events().unwrap().len());
+            assert_eq!(emulator.position().unwrap()[..3], whole.last().unwrap()[..3]);
+            // What comes behind the approach is, step for step, what the whole job ends with.
+            let places = recorded(&emulator);
+            let steps = if line == 18 { 80 } else { 1_000 };
+            assert!(places.ends_with(&whole[whole.len() - steps..]), "{model} line {line}");
+        }
+        // From above: across only where Z is as high as it ever was, and then down.
+        let low = recorded(&emulator);
+        assert!(low.iter().any(|place| place[2] < 0));
+    }
+}
+
+#[test]
+fn an_abort_says_the_line_to_go_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\nMOVEABS X500000\n")
+        .unwrap();
+    let (emulator, port) = listening("imc4", "bench", Clock::Real);
+    let child = sending(folder, &["job.ncp", "--to", &port]);
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 200);
+    emulator.hold(Button::EmergencyStop).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("answered 9") && err.contains("--from 4 goes on with that line"), "{err}");
+
+    let (emulator, port) = listening("imc4", "bench", Clock::Real);
+    let child = sending(folder, &["job.ncp", "--to", &port]);
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 200);
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let err = text(&child.wait_with_output().unwrap().stderr);
+    assert!(err.contains("--from 4 goes on with that line"), "{err}");
+    let (out, _) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", "4", "--no-ref"], 0);
+    assert!(out.contains("at X 500.000 mm"), "{out}");
+    assert_eq!(x(), 40_000);
+
+    for (from, said) in [("9", "has only 4 lines"), ("5", "has only 4 lines")] {
+        let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", from], 1);
+        assert!(err.contains(said), "{err}");
+    }
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF X\nWPTEACH\nMOVEABS X1\n").unwrap();
+    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", "4"], 1);
+    assert!(err.contains("found by hand in line 3") && err.contains("--zero"), "{err}");
+}
+
+/// A `vimc4 send` with somebody at the terminal, who reads before they type.
+struct Typist {
+    child: Child,
+    terminal: fs::File,
+    said: std::sync::mpsc::Receiver<String>,
+    all: String,
+}
+
+impl Typist {
+    fn new(folder: &Path, arguments: &[&str]) -> Typist {
+        let (terminal, end) = terminal();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+        command.arg("send").args(arguments).current_dir(folder).stdin(end);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let (sender, said) = std::sync::mpsc::channel();
+        let stderr = std::io::BufReader::new(child.stderr.take().unwrap());
+        thread::spawn(move || {
+            for line in std::io::BufRead::lines(stderr) {
+                if sender.send(line.unwrap()).is_err() {
+                    return;
+                }
+            }
+        });
+        Typist { child, terminal, said, all: String::new() }
+    }
+
+    /// Waits for something to be said, and types a line.
+    fn types(&mut self, asked: &str, typed: &str) {
+        loop {
+            let said = self.said.recv_timeout(Duration::from_secs(20));
+            assert!(said.is_ok(), "{asked}: {}", self.all);
+            let said = said.unwrap();
+            self.all += &said;
+            self.all += "\n";
+            if said.contains(asked) {
+                return writeln!(self.terminal, "{typed}").unwrap();
+            }
+        }
+    }
+
+    /// How it ended, and everything that was said.
+    fn ends(mut self, code: i32) -> (String, String) {
+        let mut out = String::new();
+        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        let status = self.child.wait().unwrap();
+        self.all.extend(self.said.iter().map(|line| line + "\n"));
+        assert_eq!(status.code(), Some(code), "{}", self.all);
+        (out, self.all)
+    }
+}
+
+#[test]
+fn a_halt_offers_to_go_line_by_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let moves = "MOVEABS X1000\nMOVEABS X2000\nMOVEABS X3000\nMOVEABS X4000\n";
+    fs::write(folder.join("job.ncp"), format!("IMF_PBL\nREF XYZ\nHALT ; look\n{moves}")).unwrap();
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+    typist.types("s goes on line by line", "s");
+    typist.types("Enter does it, c goes on without a halt", "");
+    assert!(typist.all.contains("line 4: MOVEABS X1000"), "{}", typist.all);
+    typist.types("line 5: MOVEABS X2000", "");
+    typist.types("line 6: MOVEABS X3000", "q");
+    let (out, _) = typist.ends(3);
+    assert_eq!(emulator.position().unwrap()[0], 160);
+    assert!(out.contains("--from 6 goes on with that line"), "{out}");
+
+    let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+    typist.types("s goes on line by line", "s");
+    typist.types("line 4", "");
+    typist.types("line 5", "c");
+    let (_, err) = typist.ends(0);
+    assert!(!err.contains("line 6: MOVEABS"), "{err}");
+    assert_eq!(emulator.position().unwrap()[0], 320);
+}
+
+#[test]
+fn the_zero_is_taught_before_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // On this mill it goes nowhere from the machine's zero: Z ends there.
+    let job = "IMF_PBL\nREF XYZ\nFASTABS Z5000\nMOVEABS X1000 Y1000 Z0\n";
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    let (emulator, port) = listening("imc4", "mill", Clock::Instant);
+    let send = ["job.ncp", "--to", &port, "--machine", "mill"];
+    let (_, err) = ends(folder, &[&["send"], &send[..]].concat(), 1);
+    assert!(err.contains("beyond-travel"), "{err}");
+    assert!(emulator.commands().unwrap().is_empty());
+    let mut typist = Typist::new(folder, &[&send[..], &["--teach"]].concat());
+    typist.types("Enter makes this place the zero", "MOVEREL X20000 Y30000");
+    typist.types("Enter makes this place the zero", "MOVEREL Z-10000");
+    typist.types("Enter makes this place the zero", "");
+    let (_, err) = typist.ends(0);
+    assert!(err.contains("next time, --zero 20000,30000,-10000,0 says the same"), "{err}");
+    let taught = emulator.position().unwrap();
+
+    let (emulator, port) = listening("imc4", "mill", Clock::Instant);
+    let zero = ["--zero", "20000,30000,-10000"];
+    let said = ["send", "job.ncp", "--to", &port, "--machine", "mill"];
+    ends(folder, &[&said[..], &zero].concat(), 0);
+    assert_eq!(emulator.position().unwrap(), taught);
+    // Nobody is there to find it.
+    let (_, err) = ends(folder, &[&said[..], &["--teach"]].concat(), 2);
+    assert!(err.contains("say with --zero"), "{err}");
+}
+
+/// A square with the head down, an arc, and the modes that `send` keeps for itself.
+const PLOT: &str = "IN;!CT0;IW0,0,20000,20000;\nVS20000;!VU50000;\nPA1000,1000;PD;\n\
+                    PA3000,1000,3000,3000;PR-2000,0;PA1000,1000;PU;\nAA2000,2000,90;PA0,0;\n";
+
+#[test]
+fn plot_files_are_sent_to_both_models() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // The speeds are set by commands of the SMCU.
+    let slow = PLOT.replace("VS20000;!VU50000;", "");
+    for (model, plot) in [("smcu", PLOT), ("motionsystem", slow.as_str())] {
+        fs::write(folder.join("plot.plt"), plot).unwrap();
+        let (emulator, port) = listening(model, "board-plotter", Clock::Instant);
+        let send = ["send", "plot.plt", "--to", &port, "--model", model];
+        let (out, _) =
+            ends(folder, &[&send[..], &["--machine", "board-plotter", "-v"]].concat(), 0);
+        assert!(out.contains("at X 0.000 mm, Y 0.000 mm"), "{out}");
+        // Each is answered before the next is sent, also behind IN.
+        for command in ["PA3000,1000,3000,3000", "AA2000,2000,90"] {
+            let line = out.lines().find(|line| line.contains(command));
+            assert!(line.is_some_and(|line| line.ends_with("C\\r")), "{out}");
+        }
+        assert!(!out.contains("!CT0"), "{out}");
+        // A quarter of a circle around 2000,2000 from below left to below right.
+        let places = recorded(&emulator);
+        assert_eq!(places.iter().map(|place| place[0]).max(), Some(3_000));
+        assert!(places.contains(&[3_000, 3_000, 0, 0]) && places.contains(&[2_000, 586, 0, 0]));
+    }
+}
+
+#[test]
+fn a_plot_halts_behind_its_command_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("plot.plt"), "IN;\n!VU20000;\nPA3000,0;\nPA6000,0;\n").unwrap();
+    let (emulator, port) = listening("smcu", "board-plotter", Clock::Real);
+    let (mut typed, end) = terminal();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command.args(["send", "plot.plt", "--to", &port, "--model", "smcu"]);
+    command.args(["--machine", "board-plotter"]).current_dir(folder).stdin(end);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 100);
+    typed.write_all(b"\n").unwrap();
+    until("its command ends", || x() == 3_000);
+    thread::sleep(Duration::from_millis(300));
+    assert_eq!(x(), 3_000);
+    typed.write_all(b"\n").unwrap();
+    let output = child.wait_with_output().unwrap();
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{err}");
+    assert!(err.contains("line 3: stopped; Enter goes on, q ends the job"), "{err}");
+    assert_eq!(x(), 6_000);
+}
+
+#[test]
+fn a_plot_ends_with_its_error_and_the_next_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("plot.plt"), "IN;\n\nPA9000,0;\nPA12000,0;\n").unwrap();
+    for model in ["smcu", "motionsystem"] {
+        let (emulator, port) = listening(model, "board-plotter", Clock::Real);
+        let plot = ["plot.plt", "--to", &port, "--model", model, "--machine", "board-plotter"];
+        let child = sending(folder, &plot);
+        let x = || emulator.position().unwrap()[0];
+        until("it moves", || x() > 100);
+        emulator.press(Button::Stop).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{err}");
+        assert!(
+            err.contains("the controller answered E") && err.contains("[plot.plt:3:1]"),
+            "{err}"
+        );
+        // Whatever state that has left, the next one is taken.
+        let (_, err) = ends(folder, &[&["send"], &plot[..]].concat(), 0);
+        assert_eq!(x(), 12_000, "{err}");
+    }
+}
+
+#[test]
+fn a_plot_without_its_model_is_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("plot.plt"), PLOT).unwrap();
+    let (_, err) = ends(folder, &["send", "plot.plt", "--to", "nowhere"], 2);
+    assert!(err.contains("plot.plt is a plot file") && err.contains("--model smcu"), "{err}");
+    fs::write(folder.join("pairs.plt"), "IN;\nPU10,20;PD30,40;\n").unwrap();
+    let pairs = ["send", "pairs.plt", "--to", "nowhere", "--model", "smcu"];
+    let (_, err) = ends(folder, &pairs, 1);
+    assert!(err.contains("belongs to no command") && err.contains("bare_pairs"), "{err}");
 }

@@ -3,4 +3,5 @@
 pub(crate) mod operator;
 pub(crate) mod perform;
 pub(crate) mod source;
+pub(crate) mod unit;
 pub(crate) mod virtual_time;

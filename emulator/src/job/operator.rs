@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use indicatif::ProgressBar;
-use vimc4::escape;
+use vimc4::{Family, Handling, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Line, TextLine, lines};
@@ -29,7 +29,11 @@ pub(crate) struct Operator<'t> {
     /// What was asked last, so that it is asked once.
     asked: Option<(u32, Asked)>,
     /// How a motion goes on, for people.
-    resuming: &'static str,
+    resuming: String,
+    /// Whether every line waits for somebody.
+    by_line: bool,
+    /// What somebody has said to a line that it may begin.
+    begun: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,12 +41,43 @@ enum Asked {
     Question(Question),
     Wait(InputTest),
     Stopped,
+    Line,
+}
+
+/// What START at the panel does to a motion that was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// The controller goes on with it.
+    Resumes,
+    /// The controller does nothing, but it is seen here, if it is held for a moment.
+    IsSeen,
+    /// There is none.
+    None,
+}
+
+impl Start {
+    /// Of a controller that is handled so.
+    pub(crate) fn of(handling: &Handling) -> Start {
+        match (handling.model().family(), handling.start_resumes) {
+            (Family::Isel, true) => Start::Resumes,
+            (Family::Isel, false) => Start::IsSeen,
+            (Family::Lpkf, _) => Start::None,
+        }
+    }
+
+    /// What it does, for people.
+    fn says(self) -> Option<&'static str> {
+        match self {
+            Start::Resumes => Some("START at the panel goes on"),
+            Start::IsSeen => Some("START at the panel, held until it moves, goes on"),
+            Start::None => None,
+        }
+    }
 }
 
 impl<'t> Operator<'t> {
     /// Nobody but the options. `text` is the job's, for its comments.
     pub(crate) fn new(text: &'t str, yes: bool, skip_waits: bool, verbose: bool) -> Operator<'t> {
-        let resuming = "START goes on";
         Operator {
             text,
             yes,
@@ -52,28 +87,41 @@ impl<'t> Operator<'t> {
             at_leisure: false,
             bar: None,
             asked: None,
-            resuming,
+            resuming: "START goes on".to_owned(),
+            by_line: false,
+            begun: None,
         }
     }
 
-    /// Somebody at the terminal, if there is one. `woken` is called for every line typed; it may
-    /// keep a line for itself.
-    pub(crate) fn listen(&mut self, mut woken: impl FnMut(&str) -> bool + Send + 'static) {
+    /// Somebody at the terminal, if there is one, and at the panel. A line typed is not heard here
+    /// if `keeps` says that it was for somebody else; `woken` is called when one can be heard.
+    pub(crate) fn listen(
+        &mut self,
+        start: Start,
+        mut keeps: impl FnMut(&str) -> bool + Send + 'static,
+        woken: impl Fn() + Send + 'static,
+    ) {
         if !io::stdin().is_terminal() {
+            self.resuming = start.says().unwrap_or("nobody is there to go on").to_owned();
             return;
         }
         let (sender, typed) = channel();
         let reader = move || {
             for line in io::stdin().lock().lines() {
                 let Ok(line) = line else { return };
-                if !woken(&line) && sender.send(line).is_err() {
+                if keeps(&line) {
+                    continue;
+                }
+                if sender.send(line).is_err() {
                     return;
                 }
+                woken();
             }
         };
         if thread::Builder::new().name("operator".to_owned()).spawn(reader).is_ok() {
             self.typed = Some(typed);
-            self.resuming = "Enter, or START at the panel, goes on; q ends the job";
+            let start = start.says().map(|start| format!("; {start}, too")).unwrap_or_default();
+            self.resuming = format!("Enter goes on, q ends the job{start}");
         }
     }
 
@@ -81,7 +129,7 @@ impl<'t> Operator<'t> {
     pub(crate) fn listen_at_leisure(&mut self) {
         self.at_leisure = io::stdin().is_terminal();
         if self.at_leisure {
-            self.resuming = "Enter goes on; q ends the job";
+            self.resuming = "Enter goes on, q ends the job".to_owned();
         }
     }
 
@@ -131,6 +179,16 @@ impl<'t> Operator<'t> {
         }
     }
 
+    /// Whether somebody agrees to what was just said. Who listens already is asked here.
+    pub(crate) fn agrees(&mut self) -> bool {
+        if self.yes {
+            return true;
+        }
+        self.tell("Type yes to begin:");
+        let typed = self.typed.as_ref().and_then(|typed| typed.recv().ok());
+        typed.is_some_and(|typed| typed.trim() == "yes")
+    }
+
     /// The comments of a line and the next, which a HALT shows.
     fn comments(&self, number: u32) -> Vec<&'t str> {
         let near = lines(self.text).skip(number.saturating_sub(1) as usize).take(2);
@@ -149,6 +207,7 @@ impl<'t> Operator<'t> {
         let mut text = match question {
             Question::Halt => format!("line {line}: HALT"),
             Question::Tool(number) => format!("line {line}: put in tool {number}"),
+            Question::Teach if line == 0 => "find the work-piece zero".to_owned(),
             Question::Teach => format!("line {line}: find the work-piece zero"),
         };
         if question == Question::Halt {
@@ -159,7 +218,9 @@ impl<'t> Operator<'t> {
         }
         if self.has_listener() {
             text += match question {
-                Question::Halt | Question::Tool(_) => "\nEnter goes on; q ends the job",
+                Question::Halt | Question::Tool(_) => {
+                    "\nEnter goes on, s goes on line by line, q ends the job"
+                }
                 Question::Teach => {
                     "\nmove with lines such as MOVEREL X500; Enter makes this place the zero, k \
                      keeps the old one, q ends the job"
@@ -181,6 +242,12 @@ impl Attendant for Operator<'_> {
             Some("") => Decision::GoOn,
             Some("q") => Decision::End,
             Some("k") if question == Question::Teach => Decision::Skip,
+            Some("s") if question != Question::Teach => {
+                self.by_line = true;
+                // The question was its line's beginning.
+                self.begun = Some(line);
+                Decision::GoOn
+            }
             Some(typed) => Decision::First(typed.to_owned()),
         }
     }
@@ -215,6 +282,26 @@ impl Attendant for Operator<'_> {
             Some("q") => Decision::End,
             Some(_) => Decision::GoOn,
         }
+    }
+
+    fn step(&mut self, line: u32) -> Decision {
+        // What stands before the first line is its beginning too.
+        if !self.by_line || self.begun == Some(line) || !self.has_listener() {
+            return Decision::GoOn;
+        }
+        self.say(line, Asked::Line, |operator| {
+            let text = lines(operator.text).nth(line.saturating_sub(1) as usize);
+            let text = text.map(|line| line.text.trim()).unwrap_or_default();
+            format!("line {line}: {text}\nEnter does it, c goes on without a halt, q ends the job")
+        });
+        match self.heard().as_deref() {
+            None => return Decision::NotYet,
+            Some("q") => return Decision::End,
+            Some("c") => self.by_line = false,
+            Some(_) => {}
+        }
+        self.begun = Some(line);
+        Decision::GoOn
     }
 
     fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]) {

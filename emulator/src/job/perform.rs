@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use vimc4::{Family, escape};
+use vimc4::{Family, Handling, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 
@@ -25,8 +25,20 @@ pub(crate) trait Link {
     /// Lets time pass.
     fn wait(&mut self, time: Duration) -> Result<(), Self::Broken>;
 
-    /// Lets time pass until something may have changed, and no longer than this.
-    fn rest(&mut self, longest: Duration) -> Result<(), Self::Broken>;
+    /// Lets time pass until something may have changed, and no longer than this. What the
+    /// controller says meanwhile, it says by itself.
+    fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Self::Broken>;
+
+    /// Sends what goes through the controller to the unit behind it, and awaits what that says.
+    fn pass(&mut self, line: &[u8]) -> Result<Vec<u8>, Self::Broken>;
+
+    /// How the controller is handled.
+    fn handling(&self) -> &Handling;
+
+    /// Whether somebody wants a halt that the controller knows nothing of; asking forgets it.
+    fn wants_halt(&mut self) -> bool {
+        false
+    }
 
     /// Something that a line asks for begins.
     fn begins(&mut self, line: u32);
@@ -45,6 +57,11 @@ pub(crate) trait Attendant {
 
     /// A motion was stopped.
     fn stopped(&mut self, line: u32) -> Decision;
+
+    /// A line is about to begin; where somebody goes line by line, it waits for them.
+    fn step(&mut self, _line: u32) -> Decision {
+        Decision::GoOn
+    }
 
     /// A command was answered.
     fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]);
@@ -75,11 +92,25 @@ pub(crate) enum Work<'t> {
     Job(Box<Job<'t>>),
     /// Commands as they are sent, with their lines in the file.
     List(std::vec::IntoIter<(u32, Vec<u8>)>),
+    /// The pieces of a plot file.
+    Plot(std::vec::IntoIter<Piece>),
+}
+
+/// A piece of a plot file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Piece {
+    /// Its line in the file; 0 if it is in none.
+    pub(crate) line: u32,
+    /// What is sent.
+    pub(crate) bytes: Vec<u8>,
+    /// Whether it is a command; else it goes through to the unit behind the controller.
+    pub(crate) is_command: bool,
 }
 
 /// One thing to do.
 enum Task {
     Send(Vec<u8>),
+    Plot(Piece),
     Dwell(Duration),
     Await(InputTest),
     Ask(Question),
@@ -102,6 +133,7 @@ impl Work<'_> {
     fn next(&mut self) -> Option<(u32, Task)> {
         match self {
             Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
+            Work::Plot(pieces) => pieces.next().map(|piece| (piece.line, Task::Plot(piece))),
             Work::Job(job) => {
                 let Order { line, step, .. } = job.next(&mut |_| {})?;
                 let task = match step {
@@ -130,10 +162,17 @@ pub(crate) fn perform<L: Link>(
     link: &mut L,
     attendant: &mut dyn Attendant,
 ) -> Result<Ending, L::Broken> {
+    let mut before = 0;
     while let Some((line, task)) = work.next() {
         link.begins(line);
+        if std::mem::replace(&mut before, line) != line
+            && let Some(ending) = step(line, link, attendant)?
+        {
+            return Ok(ending);
+        }
         let ending = match task {
             Task::Send(bytes) => send(line, &bytes, link, attendant)?,
+            Task::Plot(piece) => plot(&piece, link, attendant)?,
             Task::Dwell(time) => link.wait(time).map(|()| None)?,
             Task::Await(test) => await_input(line, test, link, attendant)?,
             Task::Ask(question) => ask(line, question, work, link, attendant)?,
@@ -146,7 +185,23 @@ pub(crate) fn perform<L: Link>(
     Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line }))
 }
 
-/// Sends a command until it is done: one that was stopped goes on with `S`.
+/// Lets a line begin, once somebody says so who goes line by line.
+fn step<L: Link>(
+    line: u32,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+) -> Result<Option<Ending>, L::Broken> {
+    loop {
+        match attendant.step(line) {
+            Decision::NotYet => drop(link.rest(LONG)?),
+            Decision::End => return Ok(Some(Ending::Ended { line })),
+            _ => return Ok(None),
+        }
+    }
+}
+
+/// Sends a command until it is done: one that was stopped goes on with `S`, or by itself when
+/// START is pressed.
 fn send<L: Link>(
     line: u32,
     bytes: &[u8],
@@ -168,9 +223,15 @@ fn send<L: Link>(
         let goes_on = match attendant.stopped(line) {
             Decision::GoOn => true,
             Decision::NotYet => {
-                link.rest(LOOK)?;
-                // START was pressed at the panel: that bit is for hosts (99 2.2.12).
-                start_is_pressed(&link.command(b"@0DS0\r")?)
+                let heard = link.rest(LOOK)?;
+                if !heard.is_empty() {
+                    // START at the panel goes on with it, and this is how that ended.
+                    attendant.answered(line, b"", &heard);
+                    answer = heard;
+                    continue;
+                }
+                // Elsewhere START does nothing by itself: it is a bit for hosts (99 2.2.12).
+                !link.handling().start_resumes && start_is_pressed(&link.command(b"@0DS0\r")?)
             }
             _ => return Ok(Some(Ending::Ended { line })),
         };
@@ -179,6 +240,34 @@ fn send<L: Link>(
             attendant.answered(line, b"@0S\r", &answer);
         }
     }
+}
+
+/// Sends a piece of a plot file until it is completed. Nothing on the line stops what has begun,
+/// so who wants a halt gets one behind it.
+fn plot<L: Link>(
+    piece: &Piece,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+) -> Result<Option<Ending>, L::Broken> {
+    let &Piece { line, ref bytes, is_command } = piece;
+    let answer = if is_command { link.command(bytes)? } else { link.pass(bytes)? };
+    attendant.answered(line, bytes, &answer);
+    // A unit says 1 or 2 if it does not do it.
+    let fails = |said: &[u8]| said.starts_with(b"E") || !is_command && matches!(said, b"1" | b"2");
+    if let Some(failure) = answer.split(|byte| *byte == b'\r').find(|said| fails(said)) {
+        let answer = failure.to_vec();
+        return Ok(Some(Ending::Refused { line, sent: bytes.clone(), answer }));
+    }
+    if link.wants_halt() {
+        loop {
+            match attendant.stopped(line) {
+                Decision::GoOn => break,
+                Decision::NotYet => drop(link.rest(LONG)?),
+                _ => return Ok(Some(Ending::Ended { line })),
+            }
+        }
+    }
+    Ok(None)
 }
 
 /// Whether bit 1 of the state that `DS0` shows is set.
@@ -208,7 +297,7 @@ fn await_input<L: Link>(
             return Ok(None);
         }
         match attendant.wait(line, test) {
-            Decision::NotYet => link.rest(LOOK)?,
+            Decision::NotYet => drop(link.rest(LOOK)?),
             Decision::End => return Ok(Some(Ending::Ended { line })),
             _ => return Ok(None),
         }
@@ -228,7 +317,7 @@ fn ask<L: Link>(
         let Work::Job(job) = work else { return Ok(None) };
         match decision {
             Decision::NotYet => {
-                link.rest(LONG)?;
+                drop(link.rest(LONG)?);
                 continue;
             }
             Decision::GoOn if question == Question::Teach => job.take_zero(),
@@ -243,11 +332,12 @@ fn ask<L: Link>(
 }
 
 /// What an answer refuses, for people.
-pub(crate) fn refusal(answer: &[u8]) -> String {
-    Family::Isel.refusal(answer).unwrap_or_else(|| format!("`{}`", escape(answer)))
+pub(crate) fn refusal(family: Family, answer: &[u8]) -> String {
+    family.refusal(answer).unwrap_or_else(|| format!("`{}`", escape(answer)))
 }
 
 /// A command, for people.
 pub(crate) fn shown(sent: &[u8]) -> String {
-    escape(sent.strip_suffix(b"\r").unwrap_or(sent)).to_string()
+    let text = sent.strip_suffix(b"\r").unwrap_or(sent);
+    escape(text.strip_suffix(b";").unwrap_or(text)).to_string()
 }

@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use vimc4::device::{Controller, Device};
-use vimc4::{Time, Warning};
+use vimc4::{Handling, Time, Warning};
 
 use super::perform::Link;
+use super::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::run::driver::{Driver, Halt, News};
 
 /// A virtual controller that a job is carried out on.
@@ -22,10 +23,17 @@ pub(crate) struct Virtual {
     keeps_times: bool,
     /// The line that is under way.
     pub(crate) line: u32,
+    /// When each line began, if somebody wants to know when things were done.
+    pub(crate) lines: Vec<(u32, Duration)>,
+    handling: Handling,
 }
 
 impl Virtual {
-    pub(crate) fn new(driver: Driver<Controller>, keeps_times: bool) -> Virtual {
+    pub(crate) fn new(
+        driver: Driver<Controller>,
+        handling: Handling,
+        keeps_times: bool,
+    ) -> Virtual {
         Virtual {
             driver,
             warnings: Vec::new(),
@@ -34,6 +42,8 @@ impl Virtual {
             times: Vec::new(),
             keeps_times,
             line: 0,
+            lines: Vec::new(),
+            handling,
         }
     }
 
@@ -42,19 +52,28 @@ impl Virtual {
         self.driver.now() - Time::ZERO
     }
 
-    /// Takes the answer, if there is one by now.
-    fn answer(&mut self) -> Option<Vec<u8>> {
+    /// Takes what was answered by now.
+    fn answer(&mut self) -> Vec<u8> {
+        let mut all = Vec::new();
         while let Some((at, news)) = self.driver.news.pop_front() {
             match news {
-                News::Answer(answer) => {
-                    self.characters += answer.len() as u64;
-                    return Some(answer);
+                News::Answer(bytes) | News::Sent(bytes) => {
+                    self.characters += bytes.len() as u64;
+                    all.extend(bytes);
                 }
                 News::Warning(warning) => self.warnings.push((at, warning)),
-                News::Begun(_) | News::Sent(_) | News::Line(_) => {}
+                News::Begun(_) | News::Line(_) => {}
             }
         }
-        None
+        all
+    }
+
+    /// Sends a line.
+    fn send(&mut self, line: &[u8]) {
+        self.commands += 1;
+        self.characters += line.len() as u64;
+        self.driver.meter.references = line.starts_with(b"@0R");
+        self.driver.send(line);
     }
 }
 
@@ -62,36 +81,58 @@ impl Link for Virtual {
     type Broken = Halt;
 
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Halt> {
-        self.commands += 1;
-        self.characters += line.len() as u64;
-        self.driver.meter.references = line.starts_with(b"@0R");
-        self.driver.send(line);
+        self.send(line);
+        let mut answer = Vec::new();
         loop {
-            if let Some(answer) = self.answer() {
+            answer.extend(self.answer());
+            if self.handling.is_whole(line, &answer) {
                 return Ok(answer);
             }
             // What is not for this controller gets no answer.
             if self.driver.device().is_idle() {
-                return Ok(Vec::new());
+                return Ok(answer);
             }
             self.driver.advance()?;
         }
+    }
+
+    fn pass(&mut self, line: &[u8]) -> Result<Vec<u8>, Halt> {
+        self.send(line);
+        let mut said = Vec::new();
+        let begun = self.driver.now();
+        loop {
+            self.driver.pass(UNIT)?;
+            said.extend(self.answer());
+            let waited = self.driver.now() - begun;
+            if !passes_later(line) || passed(&said) || waited > RUN_UP {
+                return Ok(said);
+            }
+        }
+    }
+
+    fn handling(&self) -> &Handling {
+        &self.handling
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), Halt> {
         self.driver.pass(time)
     }
 
-    /// Only a signal that is still to come can change something.
-    fn rest(&mut self, _longest: Duration) -> Result<(), Halt> {
-        match self.driver.next_signal() {
-            Some(at) => self.driver.pass(at - self.driver.now()),
-            None => Err(Halt::Waiting),
+    /// Only a signal that is still to come can change something, and what it has begun.
+    fn rest(&mut self, _longest: Duration) -> Result<Vec<u8>, Halt> {
+        match (self.driver.device().is_idle(), self.driver.next_signal()) {
+            (false, _) => self.driver.advance()?,
+            (true, Some(at)) => self.driver.pass(at - self.driver.now())?,
+            (true, None) => return Err(Halt::Waiting),
         }
+        Ok(self.answer())
     }
 
     fn begins(&mut self, line: u32) {
         self.line = line;
+        if self.keeps_times && self.lines.last().is_none_or(|(last, _)| *last != line) {
+            self.lines.push((line, self.elapsed()));
+        }
     }
 
     fn done(&mut self) {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
+use vimc4::Handling;
 use vimc4::device::{Controller, Device};
 use vimc4_ncp::job::Job;
 
@@ -74,7 +75,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     };
     let mut meter = Meter::new(&site.machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
-    let mut link = Virtual::new(Driver::new(controller, meter, None), false);
+    let mut link =
+        Virtual::new(Driver::new(controller, meter, None), Handling::of(&site.model), false);
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
         &text,

@@ -13,6 +13,8 @@ pub(crate) struct Script {
     pub(crate) kind: Kind,
     /// At least one, and none that is blank.
     pub(crate) lines: Vec<Line>,
+    /// The axes that a comment says a data field is for, as `@0` takes them.
+    pub(crate) axes: Option<u8>,
 }
 
 /// What a file holds.
@@ -104,7 +106,7 @@ impl Script {
     }
 
     /// Takes a stream of commands apart, if files are streams.
-    fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
+    pub(crate) fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
         let (mut number, mut counted) = (1, 0);
         let pieces = handling.stream(bytes)?.into_iter().map(|piece| {
             number += breaks(bytes.get(counted..piece.bytes.start).unwrap_or_default());
@@ -118,7 +120,7 @@ impl Script {
             let line = Line::read(Some(number), text);
             Line { end, command: piece.command, numbers: piece.numbers, ..line }
         });
-        Some(Script { lines: pieces.collect(), kind: Kind::Stream })
+        Some(Script { lines: pieces.collect(), kind: Kind::Stream, axes: None })
     }
 
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
@@ -126,9 +128,11 @@ impl Script {
     pub(crate) fn parse(bytes: &[u8]) -> Option<Script> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let mut lines = Vec::new();
+        let mut axes = None;
         for (number, line) in (1..).zip(split(bytes)) {
             match line.iter().find(|byte| !matches!(byte, b' ' | b'\t')) {
-                None | Some(b';' | b'#') => {}
+                None => {}
+                Some(b';' | b'#') => axes = axes.or(axes_of(line)),
                 Some(_) => lines.push(Line::read(Some(number), line)),
             }
         }
@@ -140,8 +144,24 @@ impl Script {
         if kind == Kind::DataField && first.is("9") {
             return None;
         }
-        Some(Script { kind, lines })
+        Some(Script { kind, lines, axes })
     }
+
+    /// Whether it begins as the lines of a program do: one character, and numbers behind it.
+    pub(crate) fn looks_stored(&self) -> bool {
+        let first = self.lines.first().map(|line| line.bytes.trim_ascii()).unwrap_or_default();
+        let number = |byte: &u8| byte.is_ascii_digit() || b" ,-".contains(byte);
+        first.split_first().is_some_and(|(_, rest)| rest.iter().all(number))
+    }
+}
+
+/// The axes in a comment such as `; axes: 15 (X, Y, Z, A)`.
+fn axes_of(comment: &[u8]) -> Option<u8> {
+    let text = str::from_utf8(comment).ok()?.trim().trim_start_matches([';', '#']).trim_start();
+    let value = text.strip_prefix("axes:")?.trim_start();
+    let digits = value.bytes().take_while(u8::is_ascii_digit).count();
+    let axes = value.get(..digits)?.parse().ok()?;
+    matches!(axes, 1 | 3 | 7 | 8 | 9 | 11 | 15).then_some(axes)
 }
 
 /// So many bytes at the beginning of a file show what it is.

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4::device::Controller;
+use vimc4::{Handling, Machine, Model, Point};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 
 use super::Arguments;
 use crate::failure::Failure;
-use crate::job::perform::{Attendant, Decision, Ending, Work, perform, refusal, shown};
-use crate::job::source::Site;
+use crate::job::perform::{Attendant, Decision, Ending, Link, Work, perform, refusal, shown};
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
@@ -20,10 +20,14 @@ use crate::run::report::{grouped, seconds};
 /// How long a rehearsal may take, in virtual time.
 const REHEARSAL: Duration = Duration::from_secs(1_000 * 3_600);
 
+/// How fast a virtual machine is brought to where the real one is, in Hz.
+const FAST: u64 = 5_000;
+
 /// What a job did on a virtual controller.
 pub(super) struct Rehearsal {
     ending: Result<Ending, Halt>,
     pub(super) link: Virtual,
+    machine: Arc<Machine>,
 }
 
 /// Nobody stands by in a rehearsal, and everything is accepted.
@@ -47,16 +51,28 @@ impl Attendant for Nobody {
     fn object(&mut self, _problem: Problem) {}
 }
 
-/// Carries a job out on a virtual controller.
-pub(super) fn rehearse(work: &Work<'_>, site: &Site) -> Result<Rehearsal, Failure> {
-    let controller =
-        Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
-    let mut meter = Meter::new(&site.machine);
-    meter.top = Some(0);
-    let mut link = Virtual::new(Driver::new(controller, meter, None), true);
-    link.driver.stop_at(link.driver.now() + REHEARSAL);
+/// Carries a job out on a virtual controller whose counters are `here`.
+pub(super) fn rehearse(
+    work: &Work<'_>,
+    model: &Model,
+    machine: &Arc<Machine>,
+    here: Point,
+) -> Result<Rehearsal, Failure> {
+    let controller = Controller::new(model, Arc::clone(machine), b"").map_err(Failure::midway)?;
+    let mut driver = Driver::new(controller, Meter::new(machine), None);
+    driver.stop_at(driver.now() + REHEARSAL);
+    let handling = Handling::of(model);
+    let mut link = Virtual::new(driver, handling.clone(), true);
+    if here != Point::default() {
+        // That way belongs to no job.
+        for line in handling.moving(here, FAST) {
+            let _ = link.command(format!("{line}\r").as_bytes());
+        }
+        link.driver.meter = Meter::new(machine);
+    }
+    link.driver.meter.top = Some(0);
     let ending = perform(&mut work.clone(), &mut link, &mut Nobody);
-    Ok(Rehearsal { ending, link })
+    Ok(Rehearsal { ending, link, machine: Arc::clone(machine) })
 }
 
 impl Rehearsal {
@@ -68,9 +84,10 @@ impl Rehearsal {
         list: bool,
     ) -> Option<Failure> {
         let name = arguments.job.name();
+        let family = self.link.handling().model().family();
         match &self.ending {
             Ok(Ending::Refused { line, sent, answer }) => {
-                let refusal = refusal(answer);
+                let refusal = refusal(family, answer);
                 // A command list may build on what the controller was told before.
                 let help = match list {
                     true => "it is sent nevertheless, in case the controller knows more",
@@ -89,13 +106,15 @@ impl Rehearsal {
     }
 
     /// Says what is going to happen at the machine.
-    pub(super) fn announce(&self, port: &str, site: &Site) {
+    pub(super) fn announce(&self, port: &str) {
         let meter = &self.link.driver.meter;
-        let units = units(&site.machine);
+        let handling = self.link.handling();
+        let units = units(&self.machine);
         let mut text = format!("What is at {port} will do this:\n");
         if let Some((low, high)) = meter.extent {
-            for axis in site.target.axes.iter() {
-                let (name, unit) = (site.model.axis_names()[axis], units[axis]);
+            let names = handling.model().axis_names().iter().enumerate();
+            for (axis, name) in names.filter(|(axis, _)| self.machine.fits(*axis)) {
+                let unit = units[axis];
                 let shown = |steps: i64| format!("{:.3}", steps as f64 * unit.per_step);
                 text += &format!(
                     "  {name} {} to {} {}\n",
@@ -105,15 +124,13 @@ impl Rehearsal {
                 );
             }
         }
+        let top = (meter.top.unwrap_or_default() + 500_000) / 1_000_000;
         text += &format!(
             "  up to {} Hz, {} in all; places count from the reference points, and runs to these \
-             come first\n\
-             Ctrl-C halts a motion along its ramp and ends the job.\n",
-            grouped(
-                i64::try_from((meter.top.unwrap_or_default() + 500_000) / 1_000_000)
-                    .unwrap_or(i64::MAX)
-            ),
-            seconds(self.link.elapsed())
+             come first\n{}\n",
+            grouped(i64::try_from(top).unwrap_or(i64::MAX)),
+            seconds(self.link.elapsed()),
+            handling.warning
         );
         let _ = io::stderr().lock().write_all(text.as_bytes());
     }

@@ -7,10 +7,13 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
+use vimc4::{Family, Handling};
+
 use crate::job::perform::Link;
+use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::port::{Port, PortError};
 
-/// How long the first answer may take: nothing moves then.
+/// How long an answer may take while nothing moves, and before anything has.
 const FIRST: Duration = Duration::from_secs(3);
 /// How long a line must be silent before an answer of unknown length is over.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -24,8 +27,11 @@ const TICK: Duration = Duration::from_millis(200);
 /// A controller at a port.
 pub(super) struct Wire {
     port: Port,
+    handling: Handling,
     /// Whether an answer is awaited.
     moving: Arc<AtomicBool>,
+    /// Whether somebody wants a halt that nothing on the line can bring about.
+    halt: Arc<AtomicBool>,
     /// When each thing was done in rehearsal, in ms.
     times: Vec<u32>,
     /// How many things were done.
@@ -50,22 +56,40 @@ impl From<PortError> for Broken {
 }
 
 impl Wire {
-    /// The controller at a port; `times` say when each thing was done in rehearsal, in ms.
-    pub(super) fn new(port: Port, times: Vec<u32>, bar: Option<ProgressBar>) -> Wire {
-        let moving = Arc::new(AtomicBool::new(false));
-        Wire { port, moving, times, done: 0, answered: false, bar, line: 0 }
+    /// The controller at a port.
+    pub(super) fn new(port: Port, handling: Handling) -> Wire {
+        let (moving, halt) = (Arc::default(), Arc::default());
+        let times = Vec::new();
+        Wire { port, handling, moving, halt, times, done: 0, answered: false, bar: None, line: 0 }
+    }
+
+    /// A job begins; `times` say when each thing was done in rehearsal, in ms.
+    pub(super) fn begin(&mut self, times: Vec<u32>, bar: Option<ProgressBar>) {
+        (self.times, self.bar, self.done, self.line) = (times, bar, 0, 0);
+    }
+
+    /// Whether what is behind the port is surely virtual.
+    pub(super) fn is_virtual(&self) -> bool {
+        self.port.is_virtual()
+    }
+
+    /// The port itself.
+    pub(super) fn port(&self) -> &Port {
+        &self.port
     }
 
     /// What is done with a line that somebody types: if it is empty and something is under way, it
     /// is the stop key. Says whether it was.
     pub(super) fn stop_key(&self) -> impl FnMut(&str) -> bool + Send + 'static {
-        let (woken, mut halt) = (self.port.waker(), self.port.sideways());
-        let moving = Arc::clone(&self.moving);
+        let mut halt = self.port.sideways();
+        let (moving, wanted) = (Arc::clone(&self.moving), Arc::clone(&self.halt));
+        let family = self.handling.model().family();
         move |typed| {
             let stops = typed.trim().is_empty() && moving.load(Ordering::Relaxed);
-            match &mut halt {
-                Some(halt) if stops => halt(&[253]),
-                _ => woken(),
+            match (&mut halt, family) {
+                (Some(halt), Family::Isel) if stops => halt(&[253]),
+                (_, Family::Lpkf) if stops => wanted.store(true, Ordering::Relaxed),
+                _ => {}
             }
             stops
         }
@@ -95,7 +119,7 @@ impl Wire {
     /// Brakes what moves. Says whether something did.
     pub(super) fn halt(&mut self) -> bool {
         let moved = self.moving.load(Ordering::Relaxed);
-        let _ = self.port.send(&[253]);
+        let _ = self.port.send(self.handling.halt);
         let until = Instant::now() + HALTING;
         while moved && Instant::now() < until {
             match self.port.next(until) {
@@ -105,6 +129,20 @@ impl Wire {
         }
         self.moving.store(false, Ordering::Relaxed);
         moved
+    }
+
+    /// Asks something while nothing moves; what comes up to a pause, and nothing if nothing comes.
+    pub(super) fn ask(&mut self, question: &str) -> Result<Vec<u8>, PortError> {
+        let end = if self.handling.model().family() == Family::Lpkf { ";" } else { "\r" };
+        self.port.send(format!("{question}{end}").as_bytes())?;
+        let mut answer = Vec::new();
+        let mut until = Instant::now() + FIRST;
+        while let Some((_, bytes)) = self.port.next(until)? {
+            answer.extend(bytes);
+            self.answered = true;
+            until = Instant::now() + PAUSE;
+        }
+        Ok(answer)
     }
 
     /// How long the next thing took in rehearsal, and when it began there.
@@ -134,23 +172,30 @@ impl Wire {
     }
 
     /// Awaits an answer to a line.
-    fn answer(&mut self, length: Option<usize>) -> Result<Vec<u8>, Broken> {
+    fn answer(&mut self, sent: &[u8]) -> Result<Vec<u8>, Broken> {
+        let family = self.handling.model().family();
+        let length = answer_length(sent);
         let (begun, (_, takes)) = (Instant::now(), self.expected());
         let mut answer = Vec::new();
         let mut remarked = false;
         loop {
+            if family == Family::Lpkf && self.handling.is_whole(sent, &answer) {
+                return Ok(answer);
+            }
             let until = match (answer.is_empty(), self.bar.is_some()) {
-                (false, _) => PAUSE,
+                (false, _) if family == Family::Isel => PAUSE,
+                (false, _) => TICK,
                 (true, true) => TICK,
                 (true, false) if self.answered => LATE,
                 (true, false) => FIRST,
             };
             match self.port.next(Instant::now() + until)? {
                 Some((_, bytes)) => answer.extend(bytes),
-                None if !answer.is_empty() => return Ok(answer),
+                None if family == Family::Isel && !answer.is_empty() => return Ok(answer),
                 None => {}
             }
             let complete = match answer.first() {
+                _ if family == Family::Lpkf => false,
                 // A stop may be confirmed by a 0 of its own.
                 None | Some(b'F') => false,
                 Some(b'0') => length.is_some_and(|length| answer.len() >= length),
@@ -183,10 +228,32 @@ impl Link for Wire {
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Broken> {
         self.moving.store(true, Ordering::Relaxed);
         self.port.send(line)?;
-        let answer = self.answer(answer_length(line))?;
+        let answer = self.answer(line)?;
         self.answered = true;
         self.moving.store(false, Ordering::Relaxed);
         Ok(answer)
+    }
+
+    fn pass(&mut self, line: &[u8]) -> Result<Vec<u8>, Broken> {
+        self.port.send(line)?;
+        let begun = Instant::now();
+        let mut said = Vec::new();
+        loop {
+            match self.port.next(Instant::now() + UNIT)? {
+                Some((_, bytes)) => said.extend(bytes),
+                None if !passes_later(line) || passed(&said) => return Ok(said),
+                None if begun.elapsed() > RUN_UP => return Ok(said),
+                None => self.show(begun.elapsed()),
+            }
+        }
+    }
+
+    fn handling(&self) -> &Handling {
+        &self.handling
+    }
+
+    fn wants_halt(&mut self) -> bool {
+        self.halt.swap(false, Ordering::Relaxed)
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), Broken> {
@@ -199,9 +266,9 @@ impl Link for Wire {
         Ok(())
     }
 
-    fn rest(&mut self, longest: Duration) -> Result<(), Broken> {
-        self.port.next(Instant::now() + longest)?;
-        Ok(())
+    fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Broken> {
+        let heard = self.port.next(Instant::now() + longest)?;
+        Ok(heard.map(|(_, bytes)| bytes).unwrap_or_default())
     }
 
     fn begins(&mut self, line: u32) {

@@ -253,6 +253,42 @@ impl<'t> Job<'t> {
         }
     }
 
+    /// The line that comes after the one that was read last.
+    pub(super) fn next_line(&self) -> u32 {
+        self.reader.number + 1
+    }
+
+    /// Reads a line, and does nothing of what it asks for.
+    pub(super) fn read_line(
+        &mut self,
+        actions: &mut Vec<Action>,
+        report: &mut dyn FnMut(Diagnostic),
+    ) -> Option<bool> {
+        self.reader.line(actions, report)
+    }
+
+    /// Whether there is another line.
+    pub(super) fn has_line(&self) -> bool {
+        let ended = self.reader.over || self.reader.interpreter.has_ended();
+        !ended && self.reader.lines.clone().next().is_some()
+    }
+
+    /// These things are done before the line that is read next, and count as its.
+    pub(super) fn first(&mut self, line: u32, actions: VecDeque<Action>) {
+        self.reader.number = line;
+        self.actions = actions;
+    }
+
+    /// What holds.
+    pub(super) fn interpreter(&self) -> &Interpreter<'t> {
+        &self.reader.interpreter
+    }
+
+    /// The same, to be changed.
+    pub(super) fn interpreter_mut(&mut self) -> &mut Interpreter<'t> {
+        &mut self.reader.interpreter
+    }
+
     /// What it is carried out on.
     #[must_use]
     pub fn target(&self) -> &'t Target {

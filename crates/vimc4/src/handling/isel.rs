@@ -38,6 +38,7 @@ pub(super) fn handling(model: Model, inner: &vimc4_isel::Model) -> Handling {
         speeds: &[19_200, 9_600, 38_400],
         erase: &["@0k", "@0IX", "@0IW"],
         fill: FILL,
+        start_resumes: inner.quirks.start_resumes_dnc,
         start: &["@07", "@0S"],
     }
 }

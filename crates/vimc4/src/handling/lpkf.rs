@@ -35,6 +35,7 @@ pub(super) fn handling(model: Model) -> Handling {
         speeds: &[9_600, 4_800, 57_600],
         erase: &[],
         fill: &[],
+        start_resumes: false,
         start: &[],
     }
 }
@@ -45,6 +46,16 @@ pub(super) fn read_position(answer: &[u8]) -> Option<Vec<i64>> {
     let line = text.strip_suffix("\rC\r").or_else(|| text.strip_suffix('\r'))?;
     let places = line.strip_prefix('P')?.split(',').map(|place| place.trim().parse().ok());
     places.collect()
+}
+
+/// A command has said all with `C` or a status, `IN` of an SMCU with `Z`; `!OC` says nothing.
+pub(super) fn is_whole(sent: &[u8], answer: &[u8]) -> bool {
+    let sent = sent.trim_ascii_start();
+    if sent.starts_with(b"!OC") || sent.starts_with(b"IN") && answer.ends_with(b"Z") {
+        return true;
+    }
+    let mut lines = answer.split_inclusive(|byte| *byte == b'\r');
+    lines.any(|line| line.ends_with(b"\r") && matches!(line.first(), Some(b'C' | b'E')))
 }
 
 /// Only the speed of an SMCU's X and Y is set, which is always one of linear axes; all others go
@@ -290,6 +301,23 @@ mod tests {
             moving(&builtin("motionsystem"), [0, 0, 7, 0, -2, 0], 1),
             ["PR0,0", "!ZR7,2", "!ZR-2,4"]
         );
+    }
+
+    #[test]
+    fn an_answer_is_whole_with_its_completion() {
+        for (sent, answer, whole) in [
+            ("PA1,2;", "", false),
+            ("PA1,2;", "C\r", true),
+            ("!ON0;", "P1,2,3\r", false),
+            ("!ON0;", "P1,2,3\rC\r", true),
+            ("PA1,2;", "E08\r", true),
+            ("PA1,2;", "8\r", false),
+            ("IN;", "Z", true),
+            ("IN;", "C\r", true),
+            ("!OC;", "", true),
+        ] {
+            assert_eq!(is_whole(sent.as_bytes(), answer.as_bytes()), whole, "{sent} {answer}");
+        }
     }
 
     #[test]

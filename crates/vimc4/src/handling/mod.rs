@@ -47,6 +47,8 @@ pub struct Handling {
     /// These lines, as far as a model has them, leave a program and saved settings that differ
     /// from the factory's in what they do.
     pub fill: &'static [&'static str],
+    /// Whether START at the panel goes on with a motion that was stopped; else the host does.
+    pub start_resumes: bool,
     /// These lines start the stored program on models that can do so by a command.
     pub start: &'static [&'static str],
 }
@@ -130,6 +132,17 @@ impl Handling {
         match self.model.family() {
             Family::Isel => isel::read_position(answer),
             Family::Lpkf => lpkf::read_position(answer),
+        }
+    }
+
+    /// Whether this is all that is answered to a line that was sent with its end, given that
+    /// every command is answered: text of isel's controllers is known to be whole only by what
+    /// does not follow it.
+    #[must_use]
+    pub fn is_whole(&self, sent: &[u8], answer: &[u8]) -> bool {
+        match self.model.family() {
+            Family::Isel => !answer.is_empty(),
+            Family::Lpkf => lpkf::is_whole(sent, answer),
         }
     }
 

@@ -5,6 +5,7 @@
 //! for comes out as [`Action`]s, which are cheap to make and need not be carried out: who only
 //! checks a job drops them.
 
+mod approach;
 mod arcs;
 mod drilling;
 mod outputs;
@@ -26,6 +27,7 @@ use crate::job::target::Target;
 use crate::job::zero::Zero;
 use crate::language::{Command, Line, Placed, PortBit, Rate, Span, Units, Value};
 
+pub use approach::Standing;
 use arcs::ArcWords;
 use sink::{Report, Sink};
 

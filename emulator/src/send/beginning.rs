@@ -1,0 +1,75 @@
+//! What is said and settled before a job begins: where it goes on, and what holds there.
+
+use std::fmt::Write;
+
+use vimc4::{Machine, Model, Point};
+use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target};
+
+use crate::run::meter::units;
+
+/// A job that goes on with a line on a controller whose counters are `here`, and what to say of it.
+pub(super) fn resumed<'t>(
+    text: &'t str,
+    target: &'t Target,
+    options: Options,
+    line: u32,
+    here: Point,
+) -> Result<(Job<'t>, Resumption), NoResumption> {
+    let [x, y, z, a, ..] = here;
+    Job::resume(text, target, options, line, [x, y, z, a])
+}
+
+/// What is done before a job goes on with a line, for people.
+pub(super) fn describe(resumption: &Resumption, model: &Model, machine: &Machine) -> String {
+    let Resumption { line, standing, referenced, tool, outputs, highest, .. } = resumption;
+    let mut text = format!("The job goes on with line {line}. What holds there:\n");
+    let names = model.axis_names();
+    let places = |values: &[vimc4_ncp::language::Value; 4]| {
+        let axes = (0..4).filter(|axis| machine.fits(*axis));
+        let shown = axes.map(|axis| {
+            let (number, unit) = match units(machine)[axis].name {
+                "mm" => (values[axis].as_f64() / 1_000.0, "mm"),
+                other => (values[axis].as_f64() / 3_600.0, other),
+            };
+            format!("{} {number:.3} {unit}", names[axis])
+        });
+        shown.collect::<Vec<_>>().join(", ")
+    };
+    // Writing to a string does not fail.
+    let mut say = |what: std::fmt::Arguments<'_>| {
+        let _ = writeln!(text, "  {what}");
+    };
+    say(format_args!("work-piece zero {}", places(&standing.zero)));
+    say(format_args!(
+        "VEL {} mm/s, FASTVEL {} mm/s, plane {}",
+        standing.normal.as_f64() / 1_000.0,
+        standing.rapid.as_f64() / 1_000.0,
+        format!("{:?}", standing.plane).to_uppercase()
+    ));
+    for output in outputs {
+        match output.bit {
+            Some(bit) => say(format_args!("port {} bit {bit} is {}", output.port, output.value)),
+            None => say(format_args!("port {} is {}", output.port, output.value)),
+        }
+    }
+    if let Some(number) = tool {
+        say(format_args!("tool {number} is in, which is asked for first"));
+    }
+    if !resumption.has_begun {
+        say(format_args!("nothing has moved before that line"));
+        return text;
+    }
+    let axes = referenced.iter().map(|axis| names[axis]).collect::<Vec<_>>();
+    match axes.is_empty() {
+        true => say(format_args!("no reference run: the counters of the controller are believed")),
+        false => say(format_args!("reference runs come first: {}", axes.join(", "))),
+    }
+    let unit = units(machine)[2];
+    say(format_args!(
+        "then Z goes to {:.3} {}, the other axes go across, and Z goes down to {}",
+        *highest as f64 * unit.per_step,
+        unit.name,
+        places(&standing.place)
+    ));
+    text
+}

@@ -1,0 +1,178 @@
+//! Who the controller at the port is. Asking moves nothing.
+
+use vimc4::{Family, Handling, Model, escape};
+
+use super::wire::Wire;
+use crate::port::PortError;
+
+/// What a controller says of itself, held against the model that a job is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Identity {
+    /// It is that model, or at least has its commands.
+    Same(String),
+    /// What it says names no model that is known here.
+    Unknown(String),
+    /// It is another.
+    Other {
+        /// What it is.
+        what: String,
+        /// How it has said so.
+        said: String,
+    },
+    /// It says nothing.
+    Silent,
+}
+
+/// Asks the controller.
+pub(super) fn identify(link: &mut Wire, handling: &Handling) -> Result<Identity, PortError> {
+    match handling.model() {
+        Model::Lpkf(_) => {
+            // One that a stop or a status holds hears nothing else before it is let go; what was
+            // to come is taken away first, so that it goes on with nothing.
+            let said = link.ask("!CC;!CI;!CB;!GO;OS")?;
+            Ok(of_lpkf(handling.model(), &said))
+        }
+        _ => {
+            let version = link.ask("@0V")?;
+            if version.is_empty() {
+                return Ok(Identity::Silent);
+            }
+            match of_version(handling.model(), &version) {
+                // A controller of the later family has a text of its owner.
+                Identity::Unknown(said) => {
+                    let user = link.ask("@0U")?;
+                    Ok(of_user_text(handling.model(), &user, said))
+                }
+                known => Ok(known),
+            }
+        }
+    }
+}
+
+/// What the text of `V` says: the name of a model, as a word of it.
+fn of_version(model: &Model, answer: &[u8]) -> Identity {
+    let said = shown(answer);
+    let words: Vec<String> = said
+        .to_ascii_lowercase()
+        .split(|c: char| !c.is_ascii_alphanumeric() && c != '-')
+        .map(str::to_owned)
+        .collect();
+    let named = |name: &&&str| words.iter().any(|word| word == *name);
+    let names = Family::Isel.models();
+    match names.iter().find(named) {
+        None => Identity::Unknown(said),
+        Some(name) if is_like(model, name) => Identity::Same(said),
+        Some(name) => Identity::Other { what: (*name).to_owned(), said },
+    }
+}
+
+/// Whether a model is the built-in one of that name; one from a file must only have its commands.
+fn is_like(model: &Model, name: &str) -> bool {
+    let is_builtin = model.family().models().contains(&model.name());
+    if is_builtin { model.name() == name } else { has_commands_of(model, name) }
+}
+
+fn has_commands_of(model: &Model, name: &str) -> bool {
+    match (model, vimc4::model(name)) {
+        (Model::Isel(own), Ok(Model::Isel(named))) => own.command_set == named.command_set,
+        (Model::Lpkf(own), Ok(Model::Lpkf(named))) => own.command_set == named.command_set,
+        _ => false,
+    }
+}
+
+/// What the answer to `U` says: only the later family has a text of its owner.
+fn of_user_text(model: &Model, answer: &[u8], said: String) -> Identity {
+    let is_later = shown(answer).contains("UserInfo");
+    let wants_later = has_commands_of(model, "imc-s8");
+    match (is_later, wants_later) {
+        (true, true) => Identity::Same(said),
+        (false, false) => Identity::Unknown(said),
+        (true, false) => Identity::Other { what: "an imc-m, imc-mp or imc-s8".to_owned(), said },
+        (false, true) => Identity::Other { what: "an imc4 or imc4-m".to_owned(), said },
+    }
+}
+
+/// What the answer to `OS` says: version, date and an identity, which begins with 1 or 2.
+fn of_lpkf(model: &Model, answer: &[u8]) -> Identity {
+    let said = shown(answer);
+    let Some(fields) = said.split([' ', '\r']).find_map(|line| line.strip_prefix('S')) else {
+        return if answer.is_empty() { Identity::Silent } else { Identity::Unknown(said) };
+    };
+    let identity = fields.rsplit(',').next().unwrap_or_default();
+    // Some write it in hexadecimal.
+    let number = match identity.len() {
+        6 => identity.parse().ok(),
+        _ => u32::from_str_radix(identity, 16).ok(),
+    };
+    let name = match number.map(|number| number / 100_000) {
+        Some(1) => "smcu",
+        Some(2) => "motionsystem",
+        _ => return Identity::Unknown(said),
+    };
+    match has_commands_of(model, name) {
+        true => Identity::Same(said),
+        false => Identity::Other { what: name.to_owned(), said },
+    }
+}
+
+/// An answer in one line, without the codes and line ends around it.
+fn shown(answer: &[u8]) -> String {
+    let text = answer.split(|byte| matches!(byte, b'\r' | b'\n'));
+    let lines = text.filter(|line| !line.is_empty() && *line != b"0" && *line != b"C");
+    let text: Vec<String> = lines.map(|line| escape(line).to_string()).collect();
+    text.join(" ").trim_start_matches('0').trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(name: &str) -> Model {
+        vimc4::model(name).expect("a built-in model")
+    }
+
+    fn other(what: &str, said: &str) -> Identity {
+        Identity::Other { what: what.to_owned(), said: said.to_owned() }
+    }
+
+    #[test]
+    fn the_version_names_the_model() {
+        for (name, text) in [
+            ("imc4", &b"isel IMC4 (virtual)\r\nVersion 2.00\r\n0"[..]),
+            ("imc4-m", b"isel IMC4-M\r\n0"),
+            ("imc-s8", b"0isel iMC-S8 (virtual) V1.00\r\n"),
+            ("imc-m", b"0isel iMC-M V2\r\n"),
+        ] {
+            assert!(matches!(of_version(&model(name), text), Identity::Same(_)), "{name}");
+        }
+        let mp = b"0isel iMC-MP\r\n";
+        assert_eq!(of_version(&model("imc-m"), mp), other("imc-mp", "isel iMC-MP"));
+        assert_eq!(
+            of_version(&model("imc4"), b"isel IMC4-MAX\r\n0"),
+            Identity::Unknown("isel IMC4-MAX".to_owned())
+        );
+    }
+
+    #[test]
+    fn the_owners_text_tells_the_families_apart() {
+        let said = || "x".to_owned();
+        let user = b"0 UserInfo bench 7\r\n";
+        assert_eq!(of_user_text(&model("imc-mp"), user, said()), Identity::Same(said()));
+        assert_eq!(of_user_text(&model("imc4"), b"5", said()), Identity::Unknown(said()));
+        assert!(matches!(of_user_text(&model("imc4"), user, said()), Identity::Other { .. }));
+        assert!(matches!(of_user_text(&model("imc-m"), b"5", said()), Identity::Other { .. }));
+    }
+
+    #[test]
+    fn the_identity_begins_with_1_or_2() {
+        let smcu = b"S310,10696,100001\rC\r";
+        assert!(matches!(of_lpkf(&model("smcu"), smcu), Identity::Same(_)));
+        assert_eq!(of_lpkf(&model("motionsystem"), smcu), other("smcu", "S310,10696,100001"));
+        assert!(matches!(of_lpkf(&model("motionsystem"), b"S204,1,200001\r"), Identity::Same(_)));
+        // 100001 and 200001 in hexadecimal.
+        assert!(matches!(of_lpkf(&model("smcu"), b"S136,29C8,186A1\r"), Identity::Same(_)));
+        assert!(matches!(of_lpkf(&model("motionsystem"), b"SCC,1,30D41\r"), Identity::Same(_)));
+        assert_eq!(of_lpkf(&model("smcu"), b""), Identity::Silent);
+        assert!(matches!(of_lpkf(&model("smcu"), b"?\r"), Identity::Unknown(_)));
+    }
+}
