@@ -382,7 +382,7 @@ impl<'a> Sending<'a> {
 
     /// Where the counters are.
     fn counters(&mut self) -> Result<Point, Failure> {
-        let answer = match self.link.ask(self.handling.position) {
+        let answer = match self.link.ask(self.handling.position, None) {
             Ok(answer) => answer,
             Err(error) => return Err(self.broken(error.into())),
         };
@@ -466,7 +466,7 @@ impl<'a> Sending<'a> {
 
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
-        let answer = self.link.ask(self.handling.position).unwrap_or_default();
+        let answer = self.link.ask(self.handling.position, None).unwrap_or_default();
         let Some(places) = self.handling.read_position(&answer) else { return String::new() };
         let units = units(self.machine);
         let axes = self.model.axis_names().iter().zip(places).enumerate();

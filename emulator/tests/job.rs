@@ -754,8 +754,8 @@ const PLOT: &str = "IN;!CT0;IW0,0,20000,20000;\nVS20000;!VU50000;\nPA1000,1000;P
 fn plot_files_are_sent_to_both_models() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // The speeds are set by commands of the SMCU.
-    let slow = PLOT.replace("VS20000;!VU50000;", "");
+    // The head and its speeds are the SMCU's.
+    let slow = PLOT.replace("VS20000;!VU50000;", "").replace("PD;", "").replace("PU;", "");
     for (model, plot) in [("smcu", PLOT), ("motionsystem", slow.as_str())] {
         fs::write(folder.join("plot.plt"), plot).unwrap();
         let (emulator, port) = listening(model, "board-plotter", Clock::Instant);

@@ -29,18 +29,18 @@ pub(super) fn identify(link: &mut Wire, handling: &Handling) -> Result<Identity,
         Model::Lpkf(_) => {
             // One that a stop or a status holds hears nothing else before it is let go; what was
             // to come is taken away first, so that it goes on with nothing.
-            let said = link.ask("!CC;!CI;!CB;!GO;OS")?;
+            let said = link.ask("!CC;!CI;!CB;!GO;OS", Some(has_identity))?;
             Ok(of_lpkf(handling.model(), &said))
         }
         _ => {
-            let version = link.ask("@0V")?;
+            let version = link.ask("@0V", None)?;
             if version.is_empty() {
                 return Ok(Identity::Silent);
             }
             match of_version(handling.model(), &version) {
                 // A controller of the later family has a text of its owner.
                 Identity::Unknown(said) => {
-                    let user = link.ask("@0U")?;
+                    let user = link.ask("@0U", None)?;
                     Ok(of_user_text(handling.model(), &user, said))
                 }
                 known => Ok(known),
@@ -90,6 +90,12 @@ fn of_user_text(model: &Model, answer: &[u8], said: String) -> Identity {
         (true, false) => Identity::Other { what: "an imc-m, imc-mp or imc-s8".to_owned(), said },
         (false, true) => Identity::Other { what: "an imc4 or imc4-m".to_owned(), said },
     }
+}
+
+/// Whether a line of it is the answer to `OS`.
+fn has_identity(answer: &[u8]) -> bool {
+    let mut lines = answer.split_inclusive(|byte| *byte == b'\r');
+    lines.any(|line| line.starts_with(b"S") && line.ends_with(b"\r"))
 }
 
 /// What the answer to `OS` says: version, date and an identity, which begins with 1 or 2.

@@ -131,16 +131,23 @@ impl Wire {
         moved
     }
 
-    /// Asks something while nothing moves; what comes up to a pause, and nothing if nothing comes.
-    pub(super) fn ask(&mut self, question: &str) -> Result<Vec<u8>, PortError> {
+    /// Asks something while nothing moves: what comes until `is_whole`, or up to a pause where that
+    /// is not known beforehand; nothing if nothing comes.
+    pub(super) fn ask(
+        &mut self,
+        question: &str,
+        is_whole: Option<fn(&[u8]) -> bool>,
+    ) -> Result<Vec<u8>, PortError> {
         let end = if self.handling.model().family() == Family::Lpkf { ";" } else { "\r" };
         self.port.send(format!("{question}{end}").as_bytes())?;
         let mut answer = Vec::new();
-        let mut until = Instant::now() + FIRST;
+        let last = Instant::now() + FIRST;
+        let mut until = last;
         while let Some((_, bytes)) = self.port.next(until)? {
             answer.extend(bytes);
             self.answered = true;
-            until = Instant::now() + PAUSE;
+            let waits = is_whole.is_some_and(|is_whole| !is_whole(&answer));
+            until = if waits { last } else { Instant::now() + PAUSE };
         }
         Ok(answer)
     }
