@@ -16,13 +16,13 @@ use vimc4_conform::workshop::Workshop;
 /// it goes round for an hour.
 const SESSION: &str = "\
 models = \"isel\"
-evidence = \"D\"
-source = \"99 D2.2\"
+evidence = \"D+A\"
+source = \"99 D2.1, D2.2; assumed: the same on the later models\"
 
 [[session]]
 name = \"sample-1999\"
 title = \"The sample program of the 1999 manual runs for ever\"
-quirks = { loop_count = \"total\" }}
+quirks = { loop_count = \"total\" }
 script = '''
 press start
 wait 21.5s
