@@ -219,7 +219,7 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     assert_eq!(serve.order("quit"), "");
     let (code, errors) = serve.end();
     assert_eq!(code, 0, "{errors}");
-    assert!(errors.contains("waits for CTS needs TCP or a serial port"), "{errors}");
+    assert!(errors.contains("waits for CTS needs TCP, a serial port"), "{errors}");
     assert!(errors.contains("PR20,10  move by X +20 Y +10"), "{errors}");
     let meaning = "work area left; commands wait for !GO, IN begins anew";
     assert!(errors.contains(meaning), "{errors}");

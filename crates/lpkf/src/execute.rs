@@ -382,9 +382,7 @@ impl Controller {
         match (self.state.stopped, self.state.model.quirks.after_status) {
             (None, _) => "",
             (Some(Stop::Command), _) => "; commands wait for !GO",
-            (Some(_), AfterStatus::Refuse) => {
-                "; now only !GO, !CS, !GB, !RC, !CB and questions are taken"
-            }
+            (Some(_), AfterStatus::Refuse) => "; commands are refused until !GO",
             (Some(_), _) => "; commands wait for !GO, IN begins anew",
         }
     }

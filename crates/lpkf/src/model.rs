@@ -582,4 +582,25 @@ mod tests {
         let error = Model::from_toml(&text.replace("\"Z\"", "\"Q\"")).unwrap_err();
         assert!(error.message.contains('Q'), "{error:?}");
     }
+
+    #[test]
+    fn what_no_machine_is_like_is_refused() {
+        for (model, right, wrong) in [
+            ("smcu", "hard_clip_values = 3", "hard_clip_values = 4"),
+            ("smcu", "acceleration_max = 20000", "acceleration_max = 9"),
+            ("smcu", "acceleration_max = 20000", "acceleration_max = 999"),
+            ("motionsystem", "shapes = false", "shapes = true"),
+            ("motionsystem", "read_port = true", "read_port = false"),
+        ] {
+            let text = Model::builtin_toml(model).unwrap();
+            assert!(text.contains(right), "{model} has no {right}");
+            let wrong_text = text.replace(right, wrong);
+            let error = Model::from_toml(&wrong_text).unwrap_err();
+            let key = wrong.split(' ').next().unwrap();
+            let pointed = &wrong_text[error.span.clone().unwrap()];
+            // The default acceleration is what does not fit under a lower limit.
+            assert!(pointed.contains(key) || wrong.ends_with("999"), "{wrong}: {pointed}");
+            assert!(!error.help.is_empty(), "{wrong}");
+        }
+    }
 }
