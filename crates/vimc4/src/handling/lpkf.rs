@@ -24,8 +24,8 @@ pub(super) fn handling(model: Model) -> Handling {
         // Whatever is open is closed, whatever waits is forgotten, a stop is lifted; then `IN`
         // is obeyed. What comes with it may be lost.
         reset: b"!CC;!CI;!CB;!GO;IN;",
-        // `IN` ends the echo mode of an SMCU, which is on after power-on. And it blocks the external
-        // stop, which is all that stops a machine that moves.
+        // `IN` ends the echo mode on some machines. And it blocks the external stop, which is all that
+        // stops a machine that moves.
         ready: &["!CT1", "!ES1"],
         homing: Some("`PA0,0;`, or `!IS;` for a reference run"),
         boot: Duration::ZERO,
