@@ -13,6 +13,7 @@ use vimc4::{Family, Machine, Model};
 use vimc4_conform::format::merge;
 use vimc4_conform::source::Source;
 use vimc4_conform::workshop;
+use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, NoZero, Options, Register, Target, Zero};
 
 /// Names that stand for several models.
@@ -500,6 +501,10 @@ pub fn target(model: &Model, machine: &Machine) -> Result<Target, String> {
     let controller = Controller {
         dialect: model.command_set.dialect(),
         speeds: model.limits.speeds(),
+        ramp: Ramp {
+            start_stop: model.defaults.start_stop,
+            acceleration: model.defaults.acceleration,
+        },
         inputs: model.ports.inputs().collect(),
         outputs: model.ports.outputs().collect(),
         memory: model.flash.size,

@@ -20,12 +20,14 @@
 //! ```
 //! use vimc4_ncp::job::{Controller, Options, Target, check};
 //! use vimc4_isel_wire::Dialect;
+//! use vimc4_motion::Ramp;
 //! use vimc4_plant::Machine;
 //!
 //! let machine = Machine::builtin("mill").expect("a built-in machine");
 //! let controller = Controller {
 //!     dialect: Dialect::Imc4,
 //!     speeds: 20..=20_000,
+//!     ramp: Ramp { start_stop: 300, acceleration: 100 },
 //!     inputs: vec![0],
 //!     outputs: vec![0, 2],
 //!     memory: 32_768,

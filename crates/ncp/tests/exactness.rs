@@ -13,6 +13,7 @@ fn target(machine: &str) -> Target {
     let controller = Controller {
         dialect: Dialect::Imc4,
         speeds: 20..=20_000,
+        ramp: vimc4_motion::Ramp { start_stop: 300, acceleration: 100 },
         inputs: vec![],
         outputs: vec![],
         memory: 32_768,

@@ -16,6 +16,9 @@ pub struct JobSetup {
     pub rapid_velocity: u32,
     /// The greatest acceleration in Hz/ms, which is 100 %.
     pub acceleration: u32,
+    /// How many steps A may be from where it would be if it moved together with the others, which
+    /// it does not: 1 to 1,000. The more, the fewer pieces a move is made in.
+    pub apart: u32,
     /// Which end of Z is up, away from the work-piece.
     pub up: Up,
     /// The ports of the controller behind the names of the file.
@@ -42,6 +45,7 @@ impl Default for JobSetup {
             velocity: 10_000,
             rapid_velocity: 30_000,
             acceleration: 100,
+            apart: 1,
             up: Up::Positive,
             ports: JobPorts::default(),
             spindle: None,

@@ -276,13 +276,14 @@ fn check_job(text: &str, job: &JobSetup) -> Result<(), ProfileError> {
         ("velocity", job.velocity),
         ("rapid_velocity", job.rapid_velocity),
         ("acceleration", job.acceleration),
+        ("apart", job.apart),
     ];
     if let Some((key, _)) = values.iter().find(|(_, value)| *value == 0) {
         return error(
             "job",
             key,
             "0 would never come to an end",
-            "velocities are in µm/s, accelerations in Hz/ms",
+            "velocities are in µm/s, accelerations in Hz/ms, and A may be a step apart at least",
         );
     }
     let spindle = job.spindle.iter();

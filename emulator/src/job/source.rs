@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use vimc4::{Machine, Model};
+use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, Options, Register, Target, Zero};
 use vimc4_ncp::language;
 use vimc4_ncp::{Diagnostic, Severity};
@@ -126,6 +127,10 @@ impl Site {
         let controller = Controller {
             dialect: inner.command_set.dialect(),
             speeds: inner.limits.speeds(),
+            ramp: Ramp {
+                start_stop: inner.defaults.start_stop,
+                acceleration: inner.defaults.acceleration,
+            },
             inputs: inner.ports.inputs().collect(),
             outputs: inner.ports.outputs().collect(),
             memory: inner.flash.size,

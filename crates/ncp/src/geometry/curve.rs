@@ -19,7 +19,8 @@ use vimc4_isel_wire::Plane;
 use super::chords::Chords;
 use super::engine::{Trace, Wanted};
 use super::parameters::CurveParameters;
-use super::{Fitted, MOST_STEPS, Motion, Speeds, Steps};
+use super::stairs::Stairs;
+use super::{Delay, Fitted, MOST_STEPS, Motion, Speeds, Steps};
 
 /// How many steps a path is beside the true one at most.
 const ROOM: f64 = 2.0;
@@ -52,6 +53,7 @@ pub struct Curve {
 #[derive(Clone, Debug, PartialEq)]
 enum Course {
     Engine(Pieces),
+    Stairs(Stairs),
     Chords(Chords),
 }
 
@@ -71,7 +73,7 @@ struct Pieces {
 
 /// The third axis of a helix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Climb {
+pub(super) struct Climb {
     /// Where it begins and where it ends, in steps.
     ends: (f64, f64),
     /// How many steps it makes in a radian.
@@ -81,6 +83,26 @@ struct Climb {
 }
 
 impl Climb {
+    /// The third axis between these ends, beside the engine.
+    pub(super) fn new(ends: (f64, f64), trace: &Trace, wanted: &Wanted) -> Climb {
+        Climb { ends, slope: (ends.1 - ends.0) / wanted.sweep, start: trace.beginning(wanted) }
+    }
+
+    /// How many steps it is off because the engine does not begin and end at the very angles of the
+    /// arc, but the third axis does.
+    pub(super) fn off_at_its_ends(&self, trace: &Trace, wanted: &Wanted) -> f64 {
+        let beginning = (trace.angle(0) - self.start).abs();
+        let end = (trace.angle(trace.steps) - self.start - wanted.sweep).abs();
+        self.slope.abs() * beginning.max(end)
+    }
+
+    /// Where the third axis should be after some steps of the engine.
+    pub(super) fn place(&self, trace: &Trace, steps: u64) -> f64 {
+        let (from, to) = self.ends;
+        let place = from + self.slope * (trace.angle(steps) - self.start);
+        place.clamp(from.min(to), from.max(to))
+    }
+
     /// How many steps of the engine the first piece and the others have; `None` if the third axis
     /// would be too far off in any.
     fn lengths(&self, trace: &Trace, wanted: &Wanted) -> Option<(u64, u64)> {
@@ -91,11 +113,8 @@ impl Climb {
         } else {
             trace.off
         };
-        // The engine does not begin and end at the very angles of the arc, but the third axis does.
-        let beginning = (trace.angle(0) - self.start).abs();
-        let end = (trace.angle(trace.steps) - self.start - wanted.sweep).abs();
         let left = libm::sqrt((ROOM * ROOM - beside * beside).max(0.0));
-        let room = UNEVEN.min(left - ROUNDING - slope * beginning.max(end));
+        let room = UNEVEN.min(left - ROUNDING - self.off_at_its_ends(trace, wanted));
         if room <= 0.0 || trace.steps == 0 {
             return None;
         }
@@ -113,9 +132,7 @@ impl Climb {
 
     /// The counter of the third axis after some steps of the engine.
     fn counter(&self, trace: &Trace, steps: u64) -> i64 {
-        let (from, to) = self.ends;
-        let place = from + self.slope * (trace.angle(steps) - self.start);
-        libm::round(place.clamp(from.min(to), from.max(to))) as i64
+        libm::round(self.place(trace, steps)) as i64
     }
 }
 
@@ -133,7 +150,7 @@ fn longest(radians: f64, r: i64) -> u64 {
 }
 
 impl Pieces {
-    /// What the circle engine is to make; `None` if it cannot, or if chords do it in fewer pieces.
+    /// What the circle engine is to make; `None` if it cannot.
     fn of(parameters: &CurveParameters) -> Option<Pieces> {
         let wanted = parameters.wanted()?;
         // The counter of a third axis that rests, or has come to its end, is rounded.
@@ -154,11 +171,18 @@ impl Pieces {
             return None;
         }
         let trace = wanted.trace(room)?;
-        let start = trace.beginning(&wanted);
-        let climb = Climb { ends, slope: (ends.1 - ends.0) / wanted.sweep, start };
+        let climb = Climb::new(ends, &trace, &wanted);
         let lengths = climb.lengths(&trace, &wanted)?;
-        let pieces = Pieces::divided(parameters, trace, lengths, Some(climb));
-        (pieces.number() <= Chords::new(*parameters).number()).then_some(pieces)
+        Some(Pieces::divided(parameters, trace, lengths, Some(climb)))
+    }
+
+    /// About how long they take, in seconds, if the third axis makes so many steps.
+    fn seconds(&self, rise: u64, speeds: Speeds) -> f64 {
+        let (number, steps) = (self.number() as f64, self.trace.steps as f64);
+        // Where the third axis has more steps, it is its steps that the frequency counts.
+        let clock = (rise as f64 / steps).max(1.0);
+        let speed = (self.frequency * clock).min(f64::from(speeds.highest));
+        number * speeds.seconds(steps * clock / number, speed)
     }
 
     /// The trace in pieces of these lengths.
@@ -211,15 +235,124 @@ impl Pieces {
     }
 }
 
+/// Why a curve is not one motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// The axes of its plane have steps of different lengths, and the circle engine makes circles
+    /// of steps.
+    UnequalSteps,
+    /// The controller has no command for helices.
+    NoHelix,
+    /// The third axis would not keep with the angle.
+    Steep,
+    /// No circle of whole numbers is near enough.
+    OffTheCircle,
+}
+
+/// So many chords are made to see how long they take; of more it is guessed.
+const FEW: f64 = 400.0;
+
+impl Course {
+    /// The way that takes least time.
+    fn of(parameters: CurveParameters) -> Course {
+        let engine = Pieces::of(&parameters);
+        let engine = match (engine, parameters.climb()) {
+            (Some(pieces), None) => return Course::Engine(pieces),
+            (Some(pieces), _) if pieces.number() == 1 => return Course::Engine(pieces),
+            (engine, _) => engine,
+        };
+        let speeds = parameters.speeds;
+        let third = parameters.circle.plane().third();
+        let rise = (parameters.to[third] - parameters.from[third]).unsigned_abs();
+        let chords = Chords::new(parameters);
+        let number = chords.number();
+        // The longest axis of a chord has some nine tenths of the steps of its length.
+        let steps = 0.9 * parameters.circle.length() / parameters.circle.step();
+        let speed = 0.9 * parameters.velocity / parameters.circle.step();
+        let speed = speed.min(f64::from(speeds.highest));
+        let guess = number * speeds.seconds(steps / number, speed);
+        if number <= FEW {
+            // So few are soon made.
+            let courses = [Some(Course::Chords(chords)), engine.map(Course::Engine)];
+            let stairs =
+                Stairs::of(&parameters).filter(|stairs| stairs.seconds(rise, speeds) < 2.0 * guess);
+            let courses = courses.into_iter().flatten().chain(stairs.map(Course::Stairs));
+            let timed = courses.map(|course| {
+                let curve = Curve { parameters, at: parameters.from, course };
+                (curve.made().takes, curve.course)
+            });
+            let quickest = timed.reduce(|best, other| if other.0 < best.0 { other } else { best });
+            return quickest.map_or(Course::Chords(Chords::new(parameters)), |(_, course)| course);
+        }
+        let mut best = (guess, Course::Chords(chords));
+        let engine = engine.map(|pieces| (pieces.seconds(rise, speeds), Course::Engine(pieces)));
+        let stairs = Stairs::of(&parameters);
+        let stairs = stairs.map(|stairs| (stairs.seconds(rise, speeds), Course::Stairs(stairs)));
+        for other in [engine, stairs].into_iter().flatten() {
+            if other.0 <= best.0 {
+                best = other;
+            }
+        }
+        best.1
+    }
+}
+
 impl Curve {
     /// The arc or helix with these parameters.
     #[must_use]
     pub fn new(parameters: CurveParameters) -> Curve {
-        let course = match Pieces::of(&parameters) {
-            Some(pieces) => Course::Engine(pieces),
-            None => Course::Chords(Chords::new(parameters)),
-        };
-        Curve { parameters, at: parameters.from, course }
+        Curve { parameters, at: parameters.from, course: Course::of(parameters) }
+    }
+
+    /// Whether a curve with these parameters is an arc that the controller makes at once.
+    #[must_use]
+    pub fn is_one_circle(parameters: &CurveParameters) -> bool {
+        let flat = parameters.rise.is_none();
+        flat && parameters.wanted().is_some_and(|wanted| wanted.has_trace(ROOM))
+    }
+
+    /// What it costs that it is made in pieces; nothing if it is one motion.
+    #[must_use]
+    pub fn delay(&self) -> Option<Delay> {
+        if let Course::Engine(pieces) = &self.course
+            && pieces.number() == 1
+        {
+            return None;
+        }
+        Some(self.made()).filter(|delay| delay.pieces > 1)
+    }
+
+    /// All pieces, and how long they take.
+    fn made(&self) -> Delay {
+        let CurveParameters { speeds, velocity, circle, .. } = self.parameters;
+        let mut rest = self.clone();
+        let (mut delay, mut steps) = (Delay::default(), 0);
+        while let Some((motion, _)) = rest.part() {
+            let length = motion.path().length();
+            delay.pieces += 1;
+            delay.takes += speeds.seconds(length as f64, f64::from(motion.speed()));
+            // What only lifts the tool would be done on the way.
+            let lifts = matches!(motion, Motion::Line { by, .. }
+                if by.iter().enumerate().all(|(axis, steps)| *steps == 0 || axis == circle.plane().third()));
+            steps += if lifts { 0 } else { length };
+        }
+        let speed = steps as f64 * velocity / self.parameters.length();
+        let speed = speed.clamp(f64::from(speeds.lowest), f64::from(speeds.highest));
+        delay.could_take = speeds.seconds(steps as f64, speed);
+        delay
+    }
+
+    /// Why it is made in pieces.
+    #[must_use]
+    pub fn course(&self) -> Reason {
+        let (first, second) = self.parameters.circle.plane().axes();
+        let scales = &self.parameters.scales;
+        match (scales[first].equals(scales[second]), self.parameters.rise) {
+            (false, _) => Reason::UnequalSteps,
+            (true, Some(_)) if self.parameters.has_helix => Reason::Steep,
+            (true, Some(_)) => Reason::NoHelix,
+            (true, None) => Reason::OffTheCircle,
+        }
     }
 
     /// What had to be done to the speed: the greatest change of any part. It takes as long as
@@ -237,6 +370,9 @@ impl Curve {
         let (motion, fitted) = match &mut self.course {
             Course::Engine(pieces) => {
                 pieces.next(circle.plane(), (self.at[third], to[third]), speeds)?
+            }
+            Course::Stairs(stairs) => {
+                stairs.next(circle.plane(), (self.at[third], to[third]), speeds)?
             }
             Course::Chords(chords) => {
                 let at = self.at;

@@ -109,6 +109,18 @@ impl Wanted {
         best.filter(|trace| trace.off <= room && self.can_be_ended(trace, room))
     }
 
+    /// Whether anything the engine does stays within `room` steps of the arc. The first that does is
+    /// enough, which takes a part of the time that the best does.
+    pub(super) fn has_trace(&self, room: f64) -> bool {
+        self.centres().any(|centre| {
+            let beside = distance(centre.map(|steps| steps as f64), self.centre);
+            self.squares().any(|square| {
+                let trace = self.traced(centre, beside, square);
+                trace.is_some_and(|trace| trace.off <= room && self.can_be_ended(&trace, room))
+            })
+        })
+    }
+
     /// The whole places around the centre, the nearest first.
     fn centres(&self) -> impl Iterator<Item = [i64; 2]> {
         let [x, y] = self.centre.map(|centre| {

@@ -10,16 +10,17 @@ mod circle;
 mod curve;
 mod engine;
 mod parameters;
+mod stairs;
 mod straight;
 #[cfg(test)]
 mod tests;
 
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{ArcArgs, Plane};
-use vimc4_motion::{Arc, ArcState, Helix, Line, Path};
+use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Ramp};
 
 pub use circle::{Circle, NoCircle};
-pub use curve::Curve;
+pub use curve::{Curve, Reason};
 pub use parameters::CurveParameters;
 pub use straight::{Straight, StraightParameters};
 
@@ -140,6 +141,8 @@ pub struct Speeds {
     pub lowest: u32,
     /// The highest.
     pub highest: u32,
+    /// How it comes to them.
+    pub ramp: Ramp,
 }
 
 /// What had to be done to a speed. Of several the greatest is what is to be said.
@@ -156,7 +159,41 @@ pub enum Fitted {
     Capped,
 }
 
+/// What it costs that a movement is made in pieces, each with a halt behind it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Delay {
+    /// How many pieces there are.
+    pub pieces: u64,
+    /// How long they take, in seconds, and how long one motion would of as many steps at the speed
+    /// that is asked for.
+    pub takes: f64,
+    /// See there.
+    pub could_take: f64,
+}
+
+impl Delay {
+    /// By how much longer it takes, as a share of what it could.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        if self.could_take > 0.0 { self.takes / self.could_take - 1.0 } else { 0.0 }
+    }
+}
+
 impl Speeds {
+    /// How long a motion of so many steps takes at a speed in Hz, in seconds.
+    #[must_use]
+    pub fn seconds(self, steps: f64, speed: f64) -> f64 {
+        let first = f64::from(self.ramp.start_stop);
+        if speed <= first {
+            return steps / speed;
+        }
+        let acceleration = f64::from(self.ramp.acceleration) * 1_000.0;
+        // The speed that is come to before it must be braked again.
+        let top = speed.min(libm::sqrt(first * first + acceleration * steps));
+        let ramps = (top * top - first * first) / acceleration;
+        2.0 * (top - first) / acceleration + (steps - ramps).max(0.0) / top
+    }
+
     /// The speed that a controller is given for one in Hz, which need not be whole.
     #[must_use]
     pub fn fit(self, speed: f64) -> (u32, Fitted) {

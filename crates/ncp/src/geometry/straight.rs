@@ -12,11 +12,12 @@
 //! the minor is one step behind, the minor makes two steps and is one step ahead, and so on: the
 //! major halts near the steps 1, 3, 5 … of the minor, and the minor goes to 2, 4, 6 …. These are
 //! `m + 1` pieces. No fewer do: each but the first and the last can make up for two steps of the
-//! minor, and those two for one.
+//! minor, and those two for one. Where k steps are allowed instead of one, it is the steps k, 3k,
+//! 5k … and 2k, 4k, 6k …, which are a kth of the pieces.
 
 use vimc4_motion::{AXES, Line, Path};
 
-use super::{MOST_STEPS, Motion, Steps};
+use super::{Delay, MOST_STEPS, Motion, Speeds, Steps};
 
 /// What a straight move is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +28,8 @@ pub struct StraightParameters {
     pub speed: u32,
     /// The speed of A, in Hz.
     pub a_speed: u32,
+    /// How many steps either may be from where it would be together with the other, 1 or more.
+    pub apart: u32,
 }
 
 /// The motions that make up a straight move, computed one by one: there may be millions.
@@ -58,9 +61,9 @@ impl Way {
     }
 }
 
-/// Where the major is to halt, so that the minor is one step behind.
-fn halt(major: Way, minor: Way) -> i64 {
-    let step = i128::from(minor.made + 1);
+/// Where the major is to halt, so that the minor is so many steps behind.
+fn halt(major: Way, minor: Way, apart: i64) -> i64 {
+    let step = i128::from(minor.made.saturating_add(apart));
     if step > i128::from(minor.whole) {
         return major.whole;
     }
@@ -78,6 +81,52 @@ impl Straight {
         let line = Path::Line(Line::new([x, y, z, 0, 0, 0]));
         let linear = Way::new(x.abs().max(y.abs()).max(z.abs()));
         Straight { parameters, line, linear, a: Way::new(a.abs()) }
+    }
+
+    /// What it costs that A does not move together with the others; nothing where only one does.
+    /// It takes a moment, however many pieces there are.
+    #[must_use]
+    pub fn delay(&self, speeds: Speeds) -> Option<Delay> {
+        let StraightParameters { speed, a_speed, apart, .. } = self.parameters;
+        if self.linear.whole == 0 || self.a.whole == 0 {
+            return None;
+        }
+        let linear = (self.linear, f64::from(speed));
+        let a = (self.a, f64::from(a_speed));
+        let ((major, fast), (minor, slow)) =
+            if self.a.whole <= self.linear.whole { (linear, a) } else { (a, linear) };
+        let apart = i64::from(apart.max(1));
+        let mut delay = Delay {
+            could_take: [linear, a].into_iter().fold(0.0, |most: f64, (way, speed)| {
+                most.max(speeds.seconds(way.whole as f64, speed))
+            }),
+            ..Delay::default()
+        };
+        let mut add = |number: i64, steps: i64, speed: f64| {
+            if number > 0 && steps > 0 {
+                delay.pieces += number.unsigned_abs();
+                delay.takes += number as f64 * speeds.seconds(steps as f64, speed);
+            }
+        };
+        // The minor is one time after the other as far behind as it may be, and then ahead.
+        let times = if minor.whole < apart { 0 } else { (minor.whole - apart) / (2 * apart) + 1 };
+        let place = |time: i64| halt(major, Way { made: 2 * apart * time, ..minor }, apart);
+        if times == 0 {
+            add(1, major.whole, fast);
+        } else {
+            let (first, last) = (place(0), place(times - 1));
+            add(1, first, fast);
+            // All between have the same length, or a step more.
+            let between = (times - 1).max(1);
+            let (length, more) = ((last - first) / between, (last - first) % between);
+            add(more, length + 1, fast);
+            add(times - 1 - more, length, fast);
+            add(1, major.whole - last, fast);
+            add(times - 1, 2 * apart, slow);
+            add(1, (minor.whole - 2 * apart * (times - 1)).min(2 * apart), slow);
+        }
+        add(1, minor.whole - 2 * apart * times, slow);
+        Some(delay)
     }
 
     /// Moves X, Y and Z on to a step of their longest, or as far as one command goes.
@@ -109,9 +158,12 @@ impl Iterator for Straight {
         }
         let a_is_minor = self.a.whole <= self.linear.whole;
         let (major, minor) = if a_is_minor { (self.linear, self.a) } else { (self.a, self.linear) };
-        let halt = halt(major, minor);
-        let (major_moves, target) =
-            if major.made < halt { (true, halt) } else { (false, minor.whole.min(minor.made + 2)) };
+        let apart = i64::from(self.parameters.apart.max(1));
+        let halt = halt(major, minor, apart);
+        let (major_moves, target) = match major.made < halt {
+            true => (true, halt),
+            false => (false, minor.whole.min(minor.made.saturating_add(2 * apart))),
+        };
         Some(if major_moves == a_is_minor { self.move_linear(target) } else { self.move_a(target) })
     }
 }

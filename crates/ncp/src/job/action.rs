@@ -110,7 +110,8 @@ impl Hole {
             Leg::Feed(height) => (height, self.feed),
         };
         let way = self.move_to(height);
-        Some(Stroke::Straight(StraightParameters { by: [0, 0, way, 0], speed, a_speed: speed }))
+        let by = [0, 0, way, 0];
+        Some(Stroke::Straight(StraightParameters { by, speed, a_speed: speed, apart: 1 }))
     }
 
     /// The steps to a height above the reference plane, which are made.

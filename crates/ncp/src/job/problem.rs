@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use crate::diagnostic::Severity;
+use crate::geometry::Reason;
 use crate::language::{Accessory, LETTERS, Value};
 
 /// What can be wrong with what a line asks for. Axes are given by index, X the first.
@@ -122,6 +123,18 @@ pub enum Problem {
         /// The speed that it is.
         speed: Value,
     },
+    /// What is one movement in the file takes many motions, and longer.
+    #[error(
+        "this takes {percent} % longer than it could: it is made in {pieces} pieces, because {why}"
+    )]
+    SlowPieces {
+        /// How much longer.
+        percent: u32,
+        /// How many motions.
+        pieces: u64,
+        /// Why.
+        why: Why,
+    },
     /// The controller has no command for its ramps.
     #[error("ACCEL has no effect: this controller cannot change its acceleration")]
     AccelerationFixed,
@@ -208,6 +221,27 @@ pub enum Problem {
     TooLarge(u32),
 }
 
+/// Why a movement is made in pieces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// A and others move, and the controller moves A by itself.
+    AWithOthers,
+    /// An arc or a helix is not one motion.
+    Curve(Reason),
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Why::AWithOthers => "the controller does not move A together with other axes",
+            Why::Curve(Reason::UnequalSteps) => "the axes of the plane have unequal steps",
+            Why::Curve(Reason::NoHelix) => "the controller has no helices",
+            Why::Curve(Reason::Steep) => "it is steeper than the controller makes evenly",
+            Why::Curve(Reason::OffTheCircle) => "no circle of the controller is near enough",
+        })
+    }
+}
+
 /// Things that a job switches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Accessories(u16);
@@ -255,6 +289,7 @@ impl Problem {
             | NoSpindle
             | NoSpindleDirection
             | SpindleCapped(_)
+            | SlowPieces { .. }
             | NotConnected(_)
             | BehindEnd
             | MillimetreRadius(_)
@@ -312,6 +347,7 @@ impl Problem {
             NoSpindleDirection => "no-spindle-direction",
             NoSpindleSpeed => "no-spindle-speed",
             SpindleCapped(_) => "spindle-capped",
+            SlowPieces { .. } => "slow-pieces",
             NotConnected(_) => "not-connected",
             BehindEnd => "behind-end",
             MillimetreRadius(_) => "millimetre-radius",
@@ -381,6 +417,13 @@ impl Problem {
             NoSpindleSpeed => {
                 "name its analogue output in the machine's profile, [job.spindle.analogue]"
             }
+            SlowPieces { why: Why::AWithOthers, .. } => {
+                "move A by itself, or allow it more steps in the machine's profile: [job] apart = 4"
+            }
+            SlowPieces { why: Why::Curve(Reason::NoHelix), .. } => {
+                "choose a model that has helices, imc-m, imc-mp or imc-s8, or a lower VEL"
+            }
+            SlowPieces { .. } => "a lower VEL loses less",
             NotConnected(_) => {
                 "name the outputs in the machine's profile, [job.coolant] and [job.accessories]"
             }

@@ -8,7 +8,7 @@ use super::interpreter::{Interpreter, Options};
 use super::problem::Problem;
 use super::target::Target;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::geometry::Steps;
+use crate::geometry::{Curve, Delay, Steps, Straight};
 use crate::language::{self, Line, Lines, Span, TextLine};
 
 /// How a job ended, and what was said about it.
@@ -63,6 +63,23 @@ pub fn check(
         None => reader.number,
     };
     summary
+}
+
+/// Tells of every movement that is made in pieces, with its line, what that costs; holes are none,
+/// for each of their strokes is a movement.
+pub fn delays(text: &str, target: &Target, options: Options, tell: &mut dyn FnMut(u32, Delay)) {
+    let mut reader = Reader::new(text, target, options);
+    let mut actions = Vec::new();
+    while reader.line(&mut actions, &mut |_| {}).is_some() {
+        for action in actions.drain(..) {
+            let delay = match action {
+                Action::Straight(way) => Straight::new(way).delay(target.speeds()),
+                Action::Curve(curve) => Curve::new(*curve).delay(),
+                _ => None,
+            };
+            delay.into_iter().for_each(|delay| tell(reader.number, delay));
+        }
+    }
 }
 
 /// Reads lines and interprets them.
@@ -194,7 +211,8 @@ pub struct Order {
 /// # use vimc4_isel_wire::{Dialect, Mode};
 /// # let machine = vimc4_plant::Machine::builtin("bench").unwrap();
 /// # let controller = Controller {
-/// #     dialect: Dialect::Imc4, speeds: 20..=20_000, inputs: vec![], outputs: vec![],
+/// #     dialect: Dialect::Imc4, speeds: 20..=20_000,
+/// #     ramp: vimc4_motion::Ramp { start_stop: 300, acceleration: 100 }, inputs: vec![], outputs: vec![],
 /// #     memory: 32_768, command_bytes: 1, parameter_bytes: 4, branch_from_next: true,
 /// # };
 /// let target = Target::new(controller, &machine);

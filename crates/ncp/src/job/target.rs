@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use vimc4_isel_wire::{AxisSet, Dialect};
+use vimc4_motion::Ramp;
 use vimc4_plant::{JobSetup, Machine, Reference, Unit};
 
 use super::zero::{Register, Zero};
@@ -16,6 +17,8 @@ pub struct Controller {
     pub dialect: Dialect,
     /// The speeds it takes, in Hz.
     pub speeds: RangeInclusive<u32>,
+    /// Its ramps, before a job changes them.
+    pub ramp: Ramp,
     /// The ports that can be read.
     pub inputs: Vec<u16>,
     /// The ports that can be written.
@@ -104,7 +107,8 @@ impl Target {
     /// The speeds the controller takes.
     #[must_use]
     pub fn speeds(&self) -> Speeds {
-        Speeds { lowest: *self.controller.speeds.start(), highest: *self.controller.speeds.end() }
+        let (lowest, highest) = self.controller.speeds.clone().into_inner();
+        Speeds { lowest, highest, ramp: self.controller.ramp }
     }
 
     /// The counters that places are at.

@@ -8,7 +8,7 @@ mod straight;
 
 use proptest::prelude::*;
 use vimc4_isel_wire::Plane;
-use vimc4_motion::Turn;
+use vimc4_motion::{Ramp, Turn};
 
 use super::{Scale, Speeds};
 
@@ -18,7 +18,8 @@ const TURNS: [Turn; 2] = [Turn::Clockwise, Turn::Counterclockwise];
 /// 80 steps a mm.
 const USUAL: Scale = Scale { steps: 80, per: 1_000_000 };
 
-const SPEEDS: Speeds = Speeds { lowest: 20, highest: 40_000 };
+const SPEEDS: Speeds =
+    Speeds { lowest: 20, highest: 40_000, ramp: Ramp { start_stop: 300, acceleration: 100 } };
 
 /// How many cases a random test takes.
 fn cases(release: u32) -> ProptestConfig {

@@ -3,13 +3,13 @@
 use proptest::prelude::*;
 
 use super::super::{MOST_STEPS, Motion, Steps, Straight, StraightParameters};
-use super::cases;
+use super::{SPEEDS, cases};
 
 const SPEED: u32 = 1_000;
 const A_SPEED: u32 = 300;
 
 fn straight(by: Steps) -> Straight {
-    Straight::new(StraightParameters { by, speed: SPEED, a_speed: A_SPEED })
+    Straight::new(StraightParameters { by, speed: SPEED, a_speed: A_SPEED, apart: 1 })
 }
 
 fn lines(by: Steps) -> Vec<Motion> {
@@ -84,6 +84,58 @@ proptest! {
     ) {
         let [x, y, z, a] = by;
         check(if short { [x, y, z, a / 90] } else { [x / 90, y, z, a] })?;
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(2_000))]
+
+    /// What it costs is known without making the pieces.
+    #[test]
+    fn the_delay_is_that_of_all_pieces(
+        x in -900..=900i64,
+        y in -9..=9i64,
+        a in -900..=900i64,
+        apart in 1..=9u32,
+    ) {
+        let by = [x, y, 0, a];
+        let straight =
+            Straight::new(StraightParameters { by, speed: 4_000, a_speed: 700, apart });
+        let seconds = |motion: &Motion| {
+            SPEEDS.seconds(motion.path().length() as f64, f64::from(motion.speed()))
+        };
+        let motions: Vec<Motion> = straight.clone().collect();
+        match straight.delay(SPEEDS) {
+            None => prop_assert!(motions.len() <= 1),
+            Some(delay) => {
+                let takes: f64 = motions.iter().map(seconds).sum();
+                prop_assert!((delay.takes - takes).abs() < 1e-9, "{delay:?} {takes}");
+                prop_assert_eq!(delay.pieces, motions.len() as u64);
+            }
+        }
+    }
+
+    /// And neither is further from where it would be than is allowed.
+    #[test]
+    fn a_is_as_far_apart_as_is_allowed(
+        linear in 1..=900i64,
+        a in 1..=900i64,
+        apart in 1..=9u32,
+    ) {
+        let by = [linear, 0, 0, -a];
+        let pieces = Straight::new(StraightParameters { by, speed: SPEED, a_speed: A_SPEED, apart });
+        let (most, fewer) = (linear.max(a), linear.min(a));
+        let mut at = [0; 2];
+        let mut number = 0;
+        for motion in pieces {
+            let Motion::Line { by, .. } = motion else { panic!("{motion:?}") };
+            at = [at[0] + by[0], at[1] - by[3]];
+            number += 1;
+            let (major, minor) = if a <= linear { (at[0], at[1]) } else { (at[1], at[0]) };
+            prop_assert!((minor - made(major, fewer, most)).abs() <= i64::from(apart), "{at:?}");
+        }
+        prop_assert_eq!(at, [linear, a]);
+        prop_assert!(number <= fewer / i64::from(apart) + 2, "{}", number);
     }
 }
 

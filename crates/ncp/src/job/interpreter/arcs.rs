@@ -8,7 +8,7 @@ use super::{Interpreter, Pace, Refusal, State, sum};
 use crate::geometry::{Circle, Curve, CurveParameters, NoCircle, Scale, Steps, StraightParameters};
 use crate::job::action::Action;
 use crate::job::place::{Place, counters};
-use crate::job::problem::Problem;
+use crate::job::problem::{Problem, Why};
 use crate::language::{Frame, Span, Value, Word, Words};
 
 impl Interpreter<'_> {
@@ -261,6 +261,10 @@ impl Interpreter<'_> {
         // least 1/√3 of it.
         let highest = parameters.velocity / finest * 1.415 + 1.0;
         let lowest = parameters.velocity / coarsest * 0.577 - 1.0;
+        if !Curve::is_one_circle(parameters) {
+            let curve = Curve::new(*parameters);
+            self.warn_of_delay(curve.delay(), Why::Curve(curve.course()), sink);
+        }
         if highest > f64::from(speeds.highest) || lowest < f64::from(speeds.lowest) {
             let fitted = Curve::new(*parameters).fitted();
             let asked = parameters.velocity / finest;

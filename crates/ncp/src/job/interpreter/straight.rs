@@ -2,10 +2,13 @@
 
 use super::sink::Sink;
 use super::{Interpreter, Pace, Refusal};
-use crate::geometry::{Fitted, Steps, StraightParameters};
+use crate::geometry::{Delay, Fitted, Steps, Straight, StraightParameters};
 use crate::job::place::{Place, Way, counters};
-use crate::job::problem::Problem;
+use crate::job::problem::{Problem, Why};
 use crate::language::Value;
+
+/// Which share of its time a movement may lose before it is said.
+const MOST_LOST: f64 = 0.1;
 
 impl Interpreter<'_> {
     /// A straight movement to a place, checked.
@@ -23,6 +26,13 @@ impl Interpreter<'_> {
         let parameters = self.parameters(&to, &counters, pace, sink);
         // What follows is read as if it had gone there, so that one error is told once.
         (self.state.place, self.state.counters) = (to, counters);
+        if parameters.by[3] != 0 && parameters.by[..3] != [0; 3] {
+            self.warn_of_delay(
+                Straight::new(parameters).delay(self.target.speeds()),
+                Why::AWithOthers,
+                sink,
+            );
+        }
         checked.map(|()| parameters)
     }
 
@@ -37,8 +47,9 @@ impl Interpreter<'_> {
         let state = &self.state;
         let by: Steps = std::array::from_fn(|axis| counters[axis] - state.counters[axis]);
         let lowest = self.target.speeds().lowest;
+        let apart = self.target.setup.apart;
         if by == Steps::default() {
-            return StraightParameters { by, speed: lowest, a_speed: lowest };
+            return StraightParameters { by, speed: lowest, a_speed: lowest, apart };
         }
         let way = Way::between(&state.place, to, self.target, state.cylinder.as_ref());
         let turns = by[..3] == [0; 3] && self.state.cylinder.is_none();
@@ -57,7 +68,14 @@ impl Interpreter<'_> {
                 (self.fit(linear, pace, sink), a_speed)
             }
         };
-        StraightParameters { by, speed, a_speed }
+        StraightParameters { by, speed, a_speed, apart }
+    }
+
+    /// Says if a movement takes much longer because it is made in pieces.
+    pub(super) fn warn_of_delay(&self, delay: Option<Delay>, why: Why, sink: &mut Sink<'_>) {
+        let Some(delay) = delay.filter(|delay| delay.share() > MOST_LOST) else { return };
+        let percent = libm::round(delay.share() * 100.0) as u32;
+        sink.say(Problem::SlowPieces { percent, pieces: delay.pieces, why });
     }
 
     pub(super) fn velocity(&self, pace: Pace) -> Value {
