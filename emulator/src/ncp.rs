@@ -4,7 +4,7 @@ pub(crate) mod check;
 mod compile;
 mod lsp;
 mod problems;
-mod run;
+pub(crate) mod run;
 
 use std::process::ExitCode;
 

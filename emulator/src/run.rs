@@ -17,6 +17,8 @@ use vimc4::device::{Controller, Device, SignalId};
 use vimc4::{Family, Handling, Machine, Order, Signal, Time, Warning};
 
 use crate::failure::Failure;
+use crate::job::source::{self, JobArguments};
+use crate::ncp::run as job;
 use driver::{Driver, Halt, News};
 use meter::Meter;
 use report::{Answer, End, Report, Why};
@@ -38,6 +40,9 @@ stand between @0i and 9: it is stored; the final 9 may be left out.
 What was stored and not started is then started with the START button, which is pressed for 0.1 s.
 With --press start@TIME it is pressed then, and not before. Blank lines, and lines that begin with
 ; or #, mean nothing. Lines may end with LF, CR LF or CR.
+
+A job file in the isel NC intermediate format is run as `vimc4 ncp run` does it, which has options of
+its own.
 
 LPKF: a file is a stream of commands, as it goes over the line. Each command is sent when the one
 before was completed; in the mode without echo, as long as the buffer has room. Numbers that belong to
@@ -64,9 +69,10 @@ pub(crate) struct Arguments {
     /// The machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
     machine: String,
-    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A
-    #[arg(long, default_value_t = 7, value_parser = axes)]
-    axes: u8,
+    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; those
+    /// of its comment `; axes: N` if nothing is said, else 7
+    #[arg(long, value_parser = axes)]
+    axes: Option<u8>,
     /// How much virtual time may pass, such as 90s, 5min or 1h
     #[arg(long = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
     time: Duration,
@@ -110,7 +116,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
     let handling = Handling::of(&model);
-    let script = Script::read(&arguments.file, &handling)?;
+    let bytes = source::read(&arguments.file, "a file of commands")?;
+    if model.family() == Family::Isel && source::is_job(&bytes) {
+        let Arguments { file, model, machine, world, json, verbose, time, .. } = arguments;
+        let job = JobArguments::new(file, model, machine);
+        let job = job::Arguments::new(job, world, time, json, verbose);
+        return job::carry_out(&job, &source::decoded(&bytes));
+    }
+    let script = Script::of(&arguments.file, &bytes, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&arguments.model, &controller)?;
     let mut meter = Meter::new(&machine);
@@ -121,9 +134,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let mut session = Session { family, handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, time: arguments.time };
+    let axes = arguments.axes.or(script.axes).unwrap_or(7);
     let end = match script.kind {
         Kind::Commands => session.command_list(&script.lines, &outside),
-        Kind::DataField => session.data_field(&script.lines, arguments.axes, &outside),
+        Kind::DataField => session.data_field(&script.lines, axes, &outside),
         Kind::Stream => session.stream(&script.lines, &outside),
     };
     session.finish(end.unwrap_or_else(|end| end), &machine)

@@ -100,9 +100,19 @@ fn run_sent_and_stored_it_takes_the_same_path() {
         assert!(run.len() > 5_000, "{}", run.len());
 
         ends(folder, &with(&["ncp", "compile"], &["--output", "job.cnc"]), 0);
-        let stored = ["run", "job.cnc", "--model", model, "--axes", "15", "--trace", "stored.csv"];
+        // The axes stand in the file.
+        let stored = ["run", "job.cnc", "--model", model, "--trace", "stored.csv"];
         ends(folder, &stored, 0);
         assert_eq!(traced(&folder.join("stored.csv")), run, "stored on {model}");
+
+        let (emulator, port) = listening(model, "bench", Clock::Instant);
+        let (out, _) =
+            ends(folder, &["send", "job.cnc", "--to", &port, "--model", model, "--yes"], 0);
+        assert!(out.contains("stored; START at the machine runs it"), "{out}");
+        assert!(recorded(&emulator).is_empty());
+        emulator.press(Button::Start).unwrap();
+        until("the program ends", || recorded(&emulator).len() >= run.len());
+        assert!(recorded(&emulator) == run, "stored by send on {model}");
 
         let emulator = Emulator::builder()
             .model(model)
@@ -607,8 +617,7 @@ fn an_aborted_job_goes_on_with_its_line() {
 fn an_abort_says_the_line_to_go_on_with() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\nMOVEABS X500000\n")
-        .unwrap();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 60000\nMOVEABS X300000\n").unwrap();
     let (emulator, port) = listening("imc4", "bench", Clock::Real);
     let child = sending(folder, &["job.ncp", "--to", &port]);
     let x = || emulator.position().unwrap()[0];
@@ -627,8 +636,8 @@ fn an_abort_says_the_line_to_go_on_with() {
     let err = text(&child.wait_with_output().unwrap().stderr);
     assert!(err.contains("--from 4 goes on with that line"), "{err}");
     let (out, _) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", "4", "--no-ref"], 0);
-    assert!(out.contains("at X 500.000 mm"), "{out}");
-    assert_eq!(x(), 40_000);
+    assert!(out.contains("at X 300.000 mm"), "{out}");
+    assert_eq!(x(), 24_000);
 
     for (from, said) in [("9", "has only 4 lines"), ("5", "has only 4 lines")] {
         let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", from], 1);
@@ -837,4 +846,75 @@ fn a_plot_without_its_model_is_told_so() {
     let pairs = ["send", "pairs.plt", "--to", "nowhere", "--model", "smcu"];
     let (_, err) = ends(folder, &pairs, 1);
     assert!(err.contains("belongs to no command") && err.contains("bare_pairs"), "{err}");
+}
+
+#[test]
+fn run_knows_a_job_when_it_sees_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let job = "; made by hand\nN1 REF XYZ\nN2 MOVEABS X1000 Y2000\n";
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    let (own, _) = ends(folder, &["ncp", "run", "job.ncp", "--machine", "mill"], 0);
+    let (out, _) = ends(folder, &["run", "job.ncp", "--machine", "mill"], 0);
+    assert_eq!(out, own);
+    assert!(out.contains("ended     the job is done"), "{out}");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    child.args(["run", "-"]).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = child.spawn().unwrap();
+    child.stdin.take().unwrap().write_all(job.as_bytes()).unwrap();
+    assert!(child.wait_with_output().unwrap().status.success());
+}
+
+#[test]
+fn json_tells_everything_also_of_a_job_with_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let json = |job: &str, code| {
+        fs::write(folder.join("job.ncp"), job).unwrap();
+        let (out, _) = ends(folder, &["ncp", "run", "job.ncp", "--json"], code);
+        serde_json::from_str::<Value>(&out).unwrap()
+    };
+    let right = json("IMF_PBL\nREF XYZ\nWAIT 500\nMOVEABS X1000\nWAIT 250\n", 0);
+    assert_eq!(right["ended"], "done");
+    let lines = right["lines"].as_array().unwrap();
+    let took = |number: u64| {
+        lines.iter().find(|line| line["line"] == number).unwrap()["takes_ns"].as_u64().unwrap()
+    };
+    assert_eq!((took(3), took(5)), (500_000_000, 250_000_000));
+    let all: u64 = lines.iter().map(|line| line["takes_ns"].as_u64().unwrap()).sum();
+    assert_eq!(all, right["time_ns"].as_u64().unwrap());
+
+    let wrong = json("REF XYZ\nWAIT 500\nMOVEABS X1000\nMOVABS X5\nMOVEABS X2000\n", 1);
+    assert_eq!((&wrong["ended"], &wrong["line"]), (&"error".into(), &4.into()));
+    assert_eq!(wrong["axes"]["X"]["position"], 80, "nothing was done from there on");
+    let codes: Vec<_> =
+        wrong["diagnostics"].as_array().unwrap().iter().map(|told| &told["code"]).collect();
+    assert!(codes.contains(&&"unknown-command".into()) && codes.contains(&&"mark-missing".into()));
+    let times = wrong["lines"].as_array().unwrap();
+    assert!(times.iter().any(|line| line["line"] == 2 && line["takes_ns"] == 500_000_000_u64));
+}
+
+#[test]
+fn changes_of_the_tool_can_be_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nGETTOOL 3\nMOVEABS X1000\n").unwrap();
+    let (_, err) = ends(folder, &["ncp", "compile", "job.ncp"], 1);
+    assert!(err.contains("no-operator") && err.contains("--leave-out-tool-changes"), "{err}");
+    let leave = ["ncp", "compile", "job.ncp", "--leave-out-tool-changes"];
+    let (out, err) = ends(folder, &leave, 0);
+    assert!(err.contains("tool-left-out") && err.contains("tool 3 is not put in"), "{err}");
+    assert!(out.starts_with("; axes: 15 (") && out.ends_with("\n9\n"), "{out}");
+    // Nobody else is left out.
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nHALT\n").unwrap();
+    ends(folder, &leave, 1);
+}
+
+#[test]
+fn a_data_field_without_its_axes_is_not_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("field.cnc"), "77\n9\n").unwrap();
+    let (_, err) = ends(folder, &["send", "field.cnc", "--to", "nowhere"], 2);
+    assert!(err.contains("`; axes: 7`"), "{err}");
 }

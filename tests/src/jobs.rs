@@ -354,7 +354,7 @@ impl RawJob {
             title: self.title.clone(),
             model,
             program: self.bytes()?,
-            options: Options { no_reference: self.no_ref, drill_in_mm },
+            options: Options { no_reference: self.no_ref, drill_in_mm, ..Options::default() },
             zero: zero.map_err(|error: NoZero| error.to_string())?,
             registers: registers.collect::<Result<_, NoZero>>().map_err(|e| e.to_string())?,
             lenient: self.lenient,

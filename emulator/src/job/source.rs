@@ -80,6 +80,13 @@ pub(crate) struct Reading {
     pub(crate) lenient: bool,
 }
 
+/// As a job is read if nothing is said.
+impl Default for Reading {
+    fn default() -> Reading {
+        Reading { no_ref: false, drilldef_unit: Unit::Um, lenient: false }
+    }
+}
+
 /// The unit of what DRILLDEF sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Unit {
@@ -101,7 +108,11 @@ impl Reading {
     }
 
     pub(crate) fn options(self) -> Options {
-        Options { no_reference: self.no_ref, drill_in_mm: self.drilldef_unit == Unit::Mm }
+        Options {
+            no_reference: self.no_ref,
+            drill_in_mm: self.drilldef_unit == Unit::Mm,
+            ..Options::default()
+        }
     }
 }
 
@@ -165,6 +176,12 @@ pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
 }
 
 impl JobArguments {
+    /// A job file that is read as files are if nothing is said.
+    pub(crate) fn new(file: PathBuf, model: String, machine: String) -> JobArguments {
+        let zeros = Zeros { zero: None, wpreg: Vec::new() };
+        JobArguments { file, model, machine, reading: Reading::default(), zeros }
+    }
+
     /// The name of the file, for people.
     pub(crate) fn name(&self) -> String {
         self.file.display().to_string()

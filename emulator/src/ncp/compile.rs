@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use vimc4_ncp::job::compile;
+use vimc4_ncp::job::{Options, compile};
 
 use super::problems::{Format, Problems};
 use crate::failure::Failure;
@@ -17,16 +17,20 @@ use crate::job::source::JobArguments;
 Turn a job into a data field, which a controller stores and runs by itself
 
 The data field goes to standard output or to --output: the lines of a program as they stand between
-@0i and its final 9. A stored program has nobody to ask, so a HALT, a GETTOOL or a WPTEACH is an
+@0i and its final 9, behind a comment that says for which axes, as in `; axes: 7`. `vimc4 run` and
+`vimc4 send` read it; who sends the lines otherwise leaves it out. A stored program has nobody to ask, so a HALT, a GETTOOL or a WPTEACH is an
 error here. A program that does not fit into the controller is an error too.",
     after_long_help = "\
 Examples:
   vimc4 ncp compile part.ncp --machine mill --output part.cnc
-  vimc4 run part.cnc --machine mill --axes 15"
+  vimc4 run part.cnc --machine mill"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
+    /// Leave every GETTOOL out, where one tool does it all or the changer is not the controller's
+    #[arg(long)]
+    leave_out_tool_changes: bool,
     /// Where the data field goes, instead of standard output
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -38,7 +42,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let text = job.text()?;
     let name = job.name();
     let mut problems = Problems::new(job, &text, Format::Full, Box::new(io::stderr()));
-    let field = compile(&text, &site.target, job.reading.options(), &mut |diagnostic| {
+    let options =
+        Options { leave_out_tools: arguments.leave_out_tool_changes, ..job.reading.options() };
+    let field = compile(&text, &site.target, options, &mut |diagnostic| {
         problems.show(diagnostic);
     });
     let summary = problems.finish()?;
@@ -47,12 +53,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
         )));
     };
+    // Who runs it must set the same axes. A controller never sees the comment.
+    let axes = format!("; axes: {} ({})\n", field.axes.bits(), field.axes);
+    let whole = axes + &field.text;
     let written = match &arguments.output {
-        Some(path) => fs::write(path, &field.text)
+        Some(path) => fs::write(path, &whole)
             .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display()))),
         None => io::stdout()
             .lock()
-            .write_all(field.text.as_bytes())
+            .write_all(whole.as_bytes())
             .map_err(|error| Failure::midway(format!("cannot write the output: {error}"))),
     };
     written?;

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 
 use miette::{LabeledSpan, MietteSpanContents, Report, SourceCode, SourceSpan, SpanContents};
-use serde_json::json;
+use serde_json::{Value, json};
 use vimc4_ncp::job::Summary;
 use vimc4_ncp::language::{Lines, lines};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
@@ -145,18 +145,7 @@ impl<'t> Problems<'t> {
     }
 
     fn json(&mut self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> io::Result<()> {
-        let problem = diagnostic.problem;
-        let range = diagnostic.span.range();
-        let object = json!({
-            "line": diagnostic.line,
-            "column": column(diagnostic, line),
-            "end_column": line.get(..range.end).map_or(1, |before| before.chars().count() + 1),
-            "text": line.get(range).unwrap_or_default(),
-            "severity": severity,
-            "code": problem.code(),
-            "message": problem.to_string(),
-            "help": problem.help(),
-        });
+        let object = as_json(diagnostic, severity, line);
         let comma = if self.shown > 0 { "," } else { "" };
         write!(self.out, "{comma}\n{object}")
     }
@@ -180,6 +169,22 @@ impl<'t> Problems<'t> {
             self.written = self.out.write_all(text.as_bytes());
         }
     }
+}
+
+/// A diagnostic about a line, for tools.
+pub(crate) fn as_json(diagnostic: &Diagnostic, severity: Severity, line: &str) -> Value {
+    let problem = diagnostic.problem;
+    let range = diagnostic.span.range();
+    json!({
+        "line": diagnostic.line,
+        "column": column(diagnostic, line),
+        "end_column": line.get(..range.end).map_or(1, |before| before.chars().count() + 1),
+        "text": line.get(range).unwrap_or_default(),
+        "severity": severity,
+        "code": problem.code(),
+        "message": problem.to_string(),
+        "help": problem.help(),
+    })
 }
 
 /// `2 errors, 1 warning`

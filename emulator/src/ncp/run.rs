@@ -8,9 +8,12 @@ use std::time::Duration;
 use serde_json::{Map, Value, json};
 use vimc4::Handling;
 use vimc4::device::{Controller, Device};
+use vimc4_ncp::Severity;
 use vimc4_ncp::job::Job;
+use vimc4_ncp::language::lines;
 
 use super::check;
+use super::problems::as_json;
 use crate::failure::Failure;
 use crate::job::operator::Operator;
 use crate::job::perform::{Ending, Work, perform, shown};
@@ -30,6 +33,9 @@ Carry a job out on a virtual controller, in virtual time, as fast as it goes
 The job is checked first, and nothing is done if there are errors. Then its commands are sent, each
 when the one before was answered. A HALT, a GETTOOL and a WPTEACH ask at the terminal; --yes
 accepts them. A WAITBIT and a WAITPORT wait for what --input does, or are passed with --skip-waits.
+
+--json prints what `vimc4 ncp check` says of the file and when each line began and how long it took; a
+job with errors is carried out up to the first of them.
 
 The exit code is 0 at the end of the job, 1 after an error in the file or an error reply, and 3
 after --for, or where nobody is there to go on.",
@@ -60,11 +66,36 @@ pub(crate) struct Arguments {
     verbose: bool,
 }
 
+impl Arguments {
+    /// A job that nobody stands by.
+    pub(crate) fn new(
+        job: JobArguments,
+        world: World,
+        time: Duration,
+        json: bool,
+        verbose: bool,
+    ) -> Arguments {
+        Arguments { job, yes: false, skip_waits: false, time, world, json, verbose }
+    }
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    carry_out(arguments, &arguments.job.text()?)
+}
+
+/// Carries the job out that is this text.
+pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, Failure> {
     let job = &arguments.job;
     let site = job.site()?;
-    let text = job.text()?;
-    check::before(job, &site, &text)?;
+    let checked = match arguments.json {
+        true => Checked::of(job, &site, text),
+        false => {
+            check::before(job, &site, text)?;
+            Checked::default()
+        }
+    };
+    // Nothing is done from the first line on that is wrong.
+    let text = &text[..checked.refused.as_ref().map_or(text.len(), |refused| refused.offset)];
 
     let controller =
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
@@ -75,11 +106,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     };
     let mut meter = Meter::new(&site.machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
-    let mut link =
-        Virtual::new(Driver::new(controller, meter, None), Handling::of(&site.model), false);
+    let mut link = Virtual::new(
+        Driver::new(controller, meter, None),
+        Handling::of(&site.model),
+        arguments.json,
+    );
     outside.schedule(&mut link.driver);
     let mut operator = Operator::new(
-        &text,
+        text,
         arguments.yes,
         arguments.skip_waits,
         arguments.verbose && !arguments.json,
@@ -87,11 +121,50 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if !arguments.yes && io::stdin().is_terminal() {
         operator.listen_at_leisure();
     }
-    let mut work = Work::Job(Box::new(Job::new(&text, &site.target, job.reading.options())));
+    let mut work = Work::Job(Box::new(Job::new(text, &site.target, job.reading.options())));
     let ending = perform(&mut work, &mut link, &mut operator);
-    let code = Outcome::of(ending, &link).report(arguments, &site, &mut link)?;
+    let outcome = Outcome::of(ending, &link).but(checked.refused.as_ref());
+    let code = outcome.report(arguments, &site, &mut link, checked.told)?;
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
     Ok(code)
+}
+
+/// What a check has said, for tools.
+#[derive(Default)]
+struct Checked {
+    told: Vec<Value>,
+    /// The first line that is wrong.
+    refused: Option<Refused>,
+}
+
+/// A line that is wrong, and with it everything behind it.
+struct Refused {
+    line: u32,
+    /// Where it begins, in bytes.
+    offset: usize,
+    problem: String,
+}
+
+impl Checked {
+    fn of(job: &JobArguments, site: &Site, text: &str) -> Checked {
+        let all: Vec<_> = lines(text).collect();
+        let mut checked = Checked::default();
+        vimc4_ncp::job::check(text, &site.target, job.reading.options(), &mut |diagnostic| {
+            let severity = job.reading.severity(&diagnostic);
+            let line = all.get(diagnostic.line.saturating_sub(1) as usize);
+            checked.told.push(as_json(&diagnostic, severity, line.map_or("", |line| line.text)));
+            let first = checked.refused.as_ref().is_none_or(|found| diagnostic.line < found.line);
+            // Who is lenient goes as far as it goes.
+            if severity == Severity::Error && first && !job.reading.lenient {
+                checked.refused = Some(Refused {
+                    line: diagnostic.line,
+                    offset: line.map_or(0, |line| line.offset),
+                    problem: diagnostic.problem.to_string(),
+                });
+            }
+        });
+        checked
+    }
 }
 
 /// How a run ended.
@@ -136,16 +209,30 @@ impl Outcome {
         Outcome { code, word, text, line }
     }
 
+    /// A job that is wrong ends before the first line that is.
+    fn but(self, refused: Option<&Refused>) -> Outcome {
+        match refused.filter(|_| self.code == 0) {
+            Some(Refused { line, problem, .. }) => Outcome {
+                code: 1,
+                word: "error",
+                text: format!("line {line}: {problem}; nothing was done from there on"),
+                line: Some(*line),
+            },
+            None => self,
+        }
+    }
+
     fn report(
         self,
         arguments: &Arguments,
         site: &Site,
         link: &mut Virtual,
+        told: Vec<Value>,
     ) -> Result<ExitCode, Failure> {
         let now = link.driver.now();
         link.driver.meter.stop(now);
         let text = match arguments.json {
-            true => self.json(site, link),
+            true => self.json(site, link, told),
             false => self.table(site, link),
         };
         let written = io::stdout().lock().write_all(text.as_bytes());
@@ -153,7 +240,7 @@ impl Outcome {
         Ok(ExitCode::from(self.code))
     }
 
-    fn json(&self, site: &Site, link: &Virtual) -> String {
+    fn json(&self, site: &Site, link: &Virtual, told: Vec<Value>) -> String {
         let view = link.driver.device().view(link.driver.now());
         let meter = &link.driver.meter;
         let units = units(&site.machine);
@@ -180,6 +267,8 @@ impl Outcome {
             "axes": axes,
             "path_mm": meter.path_mm,
             "warnings": warnings,
+            "diagnostics": told,
+            "lines": times(link),
         });
         format!("{summary}\n")
     }
@@ -225,6 +314,14 @@ impl Outcome {
         text += &format!("ended     {}\n", self.text);
         text
     }
+}
+
+/// When each line began, and how long it took; line 0 is what comes before the first.
+fn times(link: &Virtual) -> Vec<Value> {
+    let ends = link.lines.iter().skip(1).map(|(_, began)| *began).chain([link.elapsed()]);
+    let lines = link.lines.iter().zip(ends);
+    let time = |((line, began), end): (&(u32, Duration), Duration)| json!({ "line": line, "begins_ns": nanos(*began), "takes_ns": nanos(end - *began) });
+    lines.map(time).collect()
 }
 
 fn name(site: &Site, axis: usize) -> &'static str {

@@ -5,7 +5,6 @@ use std::path::Path;
 use vimc4::{Family, Handling, escape};
 
 use crate::failure::Failure;
-use crate::job::source;
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
@@ -77,11 +76,10 @@ impl Line {
 }
 
 impl Script {
-    /// Reads a file for a controller that is handled so; `-` is standard input.
-    pub(crate) fn read(path: &Path, handling: &Handling) -> Result<Script, Failure> {
-        let bytes = source::read(path, "a file of commands")?;
+    /// The script in a file, for a controller that is handled so.
+    pub(crate) fn of(path: &Path, bytes: &[u8], handling: &Handling) -> Result<Script, Failure> {
         let name = path.display();
-        if handling.model().family() == Family::Lpkf && is_binary(&bytes) {
+        if handling.model().family() == Family::Lpkf && is_binary(bytes) {
             let lmd =
                 path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lmd"));
             let what = match lmd {
@@ -93,12 +91,12 @@ impl Script {
                  in the program that wrote it: HPGL, text such as PU;PA1000,2000;PD;"
             )));
         }
-        let script = match Script::stream(&bytes, handling) {
+        let script = match Script::stream(bytes, handling) {
             Some(script) if script.lines.is_empty() => {
                 Err("a stream of commands has some such as PA1000,2000;")
             }
             Some(script) => Ok(script),
-            None => Script::parse(&bytes).ok_or(
+            None => Script::parse(bytes).ok_or(
                 "a command list begins with a line such as @07, a data field with one such as 71",
             ),
         };

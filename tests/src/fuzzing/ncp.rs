@@ -34,7 +34,8 @@ static SITES: LazyLock<Vec<(Arc<vimc4_isel::Model>, Target)>> = LazyLock::new(||
 pub fn ncp(data: &[u8]) {
     let Some((&how, file)) = data.split_first() else { return };
     let Some((model, target)) = SITES.get(usize::from(how & 15) % SITES.len()) else { return };
-    let options = Options { no_reference: how & 16 != 0, drill_in_mm: how & 32 != 0 };
+    let options =
+        Options { no_reference: how & 16 != 0, drill_in_mm: how & 32 != 0, leave_out_tools: false };
     let text = decode(file);
     let said = said(&text, target, options);
     run(&text, model, target, options);

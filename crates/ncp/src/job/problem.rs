@@ -183,6 +183,9 @@ pub enum Problem {
     /// PATH, PATHEND.
     #[error("path processing has no effect: the moves run as they are written")]
     PathIgnored,
+    /// The tool is not changed, because that was asked for.
+    #[error("tool {0} is not put in: the one before goes on")]
+    ToolLeftOut(u32),
     /// TOOLDEF, INITTOOL.
     #[error("this has no effect: the operator changes tools at GETTOOL")]
     ToolIgnored,
@@ -290,6 +293,7 @@ impl Problem {
             | NoSpindleDirection
             | SpindleCapped(_)
             | SlowPieces { .. }
+            | ToolLeftOut(_)
             | NotConnected(_)
             | BehindEnd
             | MillimetreRadius(_)
@@ -357,6 +361,7 @@ impl Problem {
             SweepDiffers { .. } => "sweep-differs",
             PathIgnored => "path-ignored",
             ToolIgnored => "tool-ignored",
+            ToolLeftOut(_) => "tool-left-out",
             EmptyRegister(_) => "empty-register",
             NoDepth => "no-depth",
             NoDrillSteps => "no-drill-steps",
@@ -432,7 +437,9 @@ impl Problem {
             AtSurface => "set S above the work, as in DRILLDEF S5000",
             TwoCentres => "leave one of them",
             SweepDiffers { .. } => "leave W out, or mend the end",
-            PathIgnored | ToolIgnored | SpindleCapped(_) | WaitRounded(_) => return None,
+            PathIgnored | ToolIgnored | ToolLeftOut(_) | SpindleCapped(_) | WaitRounded(_) => {
+                return None;
+            }
             EmptyRegister(number) => {
                 return Some(format!("fill it first, as in WPREG{number} X0 Y0"));
             }
@@ -443,7 +450,10 @@ impl Problem {
             NotLinear(_) => "name a linear axis second, as in CYL A5000 Y",
             OnCylinder(_) => "end the cylinder first, as in CYL A0",
             Follows(_) => "move the axis it stands in for, or end the cylinder with radius 0",
-            NoOperator => "run the job with `vimc4 send`, or leave the line out",
+            NoOperator => {
+                "run the job with `vimc4 send`, or leave the line out, changes of the tool with \
+                 --leave-out-tool-changes"
+            }
             TooLarge(_) => "send the job with `vimc4 send`, which stores nothing",
         };
         Some(help.to_owned())

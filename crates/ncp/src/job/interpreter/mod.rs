@@ -38,6 +38,8 @@ pub struct Options {
     pub no_reference: bool,
     /// The values of DRILLDEF but P are mm.
     pub drill_in_mm: bool,
+    /// Changes of the tool are left out, with a warning for each.
+    pub leave_out_tools: bool,
 }
 
 /// What holds, and what a line makes of it.
@@ -294,6 +296,9 @@ impl<'t> Interpreter<'t> {
                 sink.push(Action::Await(InputTest { port, bit: None, value }));
             }
             Command::Path | Command::PathEnd => sink.say(Problem::PathIgnored),
+            Command::Tool(number) if self.options.leave_out_tools => {
+                sink.say(Problem::ToolLeftOut(number));
+            }
             Command::Tool(number) => sink.push(Action::Ask(Question::Tool(number))),
             Command::DrillDefinition(words) => self.drill_definition(&words, sink),
             Command::Drill(words) => self.drill(&words, sink)?,
