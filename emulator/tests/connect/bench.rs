@@ -16,6 +16,37 @@ use super::{GUIDE, Outcome};
 /// 253, gone on with `S` and read the position.
 pub(crate) const CONVERSATION: &str = "0F00004E20000000000000";
 
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+/// Whether `vimc4 lines` can do here what it does.
+pub(crate) fn has_lines() -> bool {
+    has(&format!("cd \"$(mktemp -d)\" && {VIMC4} lines --serve -- true"))
+}
+
+/// How a program is connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// To the pseudo-terminal.
+    Terminal,
+    /// To the pseudo-terminal, under `vimc4 lines`.
+    Lines,
+    /// By TCP.
+    Tcp,
+}
+
+impl Way {
+    pub(crate) const ALL: [Way; 3] = [Way::Terminal, Way::Lines, Way::Tcp];
+
+    /// The head of the column.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Way::Terminal => "terminal",
+            Way::Lines => "`vimc4 lines`",
+            Way::Tcp => "TCP",
+        }
+    }
+}
+
 /// How long a program may take, all in all.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -29,6 +60,9 @@ pub(crate) fn source(name: &str) -> PathBuf {
 
 /// A controller in real time, on a pseudo-terminal and TCP, and a folder for everything else.
 pub(crate) struct Bench {
+    pub(crate) way: Way,
+    /// Options of `vimc4 lines`.
+    pub(crate) options: &'static str,
     emulator: Emulator,
     fresh: Snapshot,
     folder: tempfile::TempDir,
@@ -43,12 +77,12 @@ pub(crate) struct Ended {
 }
 
 impl Bench {
-    pub(crate) fn new() -> Result<Bench, Box<dyn std::error::Error>> {
+    pub(crate) fn new(way: Way) -> Result<Bench, Box<dyn std::error::Error>> {
         let folder = tempfile::tempdir()?;
         let link = folder.path().canonicalize()?.join("vimc4.pty");
         let emulator = Emulator::builder().pty(link).tcp("127.0.0.1:0").start()?;
         let fresh = emulator.snapshot()?;
-        Ok(Bench { emulator, fresh, folder })
+        Ok(Bench { way, options: "", emulator, fresh, folder })
     }
 
     /// The controller is again as it was before the first conversation.
@@ -68,6 +102,22 @@ impl Bench {
     /// Where TCP listens: `127.0.0.1:PORT`.
     pub(crate) fn address(&self) -> String {
         self.emulator.tcp_addr().map(|address| address.to_string()).unwrap_or_default()
+    }
+
+    /// Where a program connects to that takes either: the terminal's link or the address.
+    pub(crate) fn place(&self) -> String {
+        match self.way {
+            Way::Terminal | Way::Lines => self.link(),
+            Way::Tcp => self.address(),
+        }
+    }
+
+    /// A line of the shell that starts a program so that it is connected in this way.
+    pub(crate) fn by_way(&self, line: &str) -> String {
+        match self.way {
+            Way::Lines => format!("{VIMC4} lines {} --pty {} -- {line}", self.options, self.link()),
+            Way::Terminal | Way::Tcp => line.to_owned(),
+        }
     }
 
     /// What the guide prints, with this controller's link and port.
@@ -95,11 +145,16 @@ impl Bench {
         command
     }
 
-    /// The same by the shell, in words of the guide.
+    /// A command of the shell in the folder.
     pub(crate) fn shell(&self, line: &str) -> Command {
         let mut command = self.command("sh");
         command.arg("-c").arg(format!("exec {line}"));
         command
+    }
+
+    /// A program that connects, as the shell starts it.
+    pub(crate) fn host(&self, line: &str) -> Command {
+        self.shell(&self.by_way(line))
     }
 
     /// Runs a program to its end.

@@ -77,14 +77,15 @@ static void wait_for(const char *what, DWORD mask, const char *line, DWORD expec
         ask(line, 0);
     }
     if (WaitForSingleObject(waiting.hEvent, 500) == WAIT_TIMEOUT) {
+        /* Nothing came; this ends the waiting. */
         SetCommMask(port, 0);
         WaitForSingleObject(waiting.hEvent, 5000);
-    }
-    if (!GetOverlappedResult(port, &waiting, &done, FALSE)) {
+        events = 0;
+    } else if (!GetOverlappedResult(port, &waiting, &done, FALSE)) {
         say(what, FALSE);
         return;
     }
-    snprintf(text, sizeof text, "%s: events %lx", what, events);
+    snprintf(text, sizeof text, "%s: %lx", what, events);
     say(text, TRUE);
     failures |= events != expected;
     Sleep(200);

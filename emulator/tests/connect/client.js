@@ -42,7 +42,8 @@ async function main() {
     if (failed.length > 0) fail(failed.join('\n'));
     console.log(`CTS ${Number(now.cts)} DSR ${Number(now.dsr)} DCD ${Number(now.dcd)}`);
   }
-  port.destroy();
+  if (port.close) port.close();
+  else port.end();
 }
 
 main().catch(fail);

@@ -13,7 +13,8 @@ use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Trial};
 
-use programs::{Proof, Way, programs};
+use bench::Way;
+use programs::{Proof, lines_lack, programs};
 
 /// What comes of a failed attempt.
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -53,20 +54,20 @@ fn main() -> ExitCode {
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     let mut trials =
         vec![Trial::test("the guide has the table", || Ok(the_guide_has_the_table()?))];
+    let lines_lack = lines_lack();
     for program in programs() {
         let lacks = program.lacks();
-        for (way, proof) in program.cells {
-            let run = match proof {
-                Proof::Test(_, run) | Proof::ByHand(_, _, run) => run,
+        for way in Way::ALL {
+            let (run, by_hand) = match program.cell(way) {
+                Proof::Test(_, run) => (run, false),
+                Proof::ByHand(_, _, run) => (run, true),
                 Proof::None => continue,
             };
-            let by_hand = matches!(proof, Proof::ByHand(..));
+            let lacks = lacks.or(if way == Way::Lines { lines_lack } else { None });
             let name = format!("{}: {}", program.name, way.title());
-            let (name, ignored) = match lacks {
-                Some(reason) => (format!("{name} (needs {reason})"), by_hand || !required),
-                None => (name, by_hand),
-            };
-            trials.push(Trial::test(name, move || Ok(run()?)).with_ignored_flag(ignored));
+            let name = lacks.map_or(name.clone(), |what| format!("{name} (needs {what})"));
+            let ignored = by_hand || (lacks.is_some() && !required);
+            trials.push(Trial::test(name, move || Ok(run(way)?)).with_ignored_flag(ignored));
         }
     }
     libtest_mimic::run(&arguments, trials).exit_code()
