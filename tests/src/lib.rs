@@ -1,13 +1,14 @@
 //! What the tests of the whole house share.
 //!
 //! [`behaviour`] makes the behaviour document from the fixture sessions, [`shown`] says what
-//! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs, and
-//! [`ncp_reference`] makes the reference of job files. The
-//! sessions themselves are read and played by `vimc4-conform`.
+//! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs,
+//! [`ncp_reference`] makes the reference of job files, and [`pieces`] has movements that take several
+//! motions. The sessions themselves are read and played by `vimc4-conform`.
 #![forbid(unsafe_code)]
 
 pub mod behaviour;
 pub mod fuzzing;
 pub mod jobs;
 pub mod ncp_reference;
+pub mod pieces;
 pub mod shown;

@@ -8,6 +8,7 @@ mod coverage;
 mod damage;
 mod expect;
 mod gerbv;
+mod pieces;
 mod player;
 
 use std::process::ExitCode;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
     let mut trials = coverage::trials(&jobs);
     trials.extend(gerbv::trials());
     trials.extend(damage::trials());
+    trials.extend(pieces::trials());
     trials.extend(jobs.into_iter().map(trial));
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -182,7 +182,7 @@ impl Pieces {
         // Where the third axis has more steps, it is its steps that the frequency counts.
         let clock = (rise as f64 / steps).max(1.0);
         let speed = (self.frequency * clock).min(f64::from(speeds.highest));
-        number * speeds.seconds(steps * clock / number, speed)
+        number * (speeds.seconds(steps * clock / number, speed) + COMMAND)
     }
 
     /// The trace in pieces of these lengths.
@@ -252,6 +252,9 @@ pub enum Reason {
 /// So many chords are made to see how long they take; of more it is guessed.
 const FEW: f64 = 400.0;
 
+/// What a command and its answer take on a line of 19,200 baud, in seconds.
+pub(super) const COMMAND: f64 = 0.015;
+
 impl Course {
     /// The way that takes least time.
     fn of(parameters: CurveParameters) -> Course {
@@ -270,7 +273,7 @@ impl Course {
         let steps = 0.9 * parameters.circle.length() / parameters.circle.step();
         let speed = 0.9 * parameters.velocity / parameters.circle.step();
         let speed = speed.min(f64::from(speeds.highest));
-        let guess = number * speeds.seconds(steps / number, speed);
+        let guess = number * (speeds.seconds(steps / number, speed) + COMMAND);
         if number <= FEW {
             // So few are soon made.
             let courses = [Some(Course::Chords(chords)), engine.map(Course::Engine)];
@@ -279,7 +282,8 @@ impl Course {
             let courses = courses.into_iter().flatten().chain(stairs.map(Course::Stairs));
             let timed = courses.map(|course| {
                 let curve = Curve { parameters, at: parameters.from, course };
-                (curve.made().takes, curve.course)
+                let made = curve.made();
+                (made.takes + made.pieces as f64 * COMMAND, curve.course)
             });
             let quickest = timed.reduce(|best, other| if other.0 < best.0 { other } else { best });
             return quickest.map_or(Course::Chords(Chords::new(parameters)), |(_, course)| course);

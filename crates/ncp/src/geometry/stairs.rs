@@ -5,7 +5,7 @@
 
 use vimc4_isel_wire::Plane;
 
-use super::curve::Climb;
+use super::curve::{COMMAND, Climb};
 use super::engine::Trace;
 use super::parameters::CurveParameters;
 use super::{Fitted, MOST_STEPS, Motion, Speeds};
@@ -56,6 +56,7 @@ impl Stairs {
         let steps = self.trace.steps as f64 / (risers + 1.0);
         let most = f64::from(speeds.highest);
         (risers + 1.0) * speeds.seconds(steps.max(1.0), self.frequency.min(most))
+            + (2.0 * risers + 1.0) * COMMAND
             + risers * speeds.seconds(2.0 * self.reach, self.third_frequency.min(most))
     }
 
