@@ -107,7 +107,12 @@ proptest! {
     ) {
         let text = pieces.join(end);
         let axes = AxisSet::from_bits(0b1011).unwrap_or(AxisSet::NONE);
-        let context = service::Context { axes, rotary: AxisSet::NONE, drill_in_mm: false };
+        let context = service::Context {
+            axes,
+            rotary: AxisSet::NONE,
+            drill_in_mm: false,
+            units: crate::language::Units::Metric,
+        };
         if let Some(hover) = service::hover(&text, at, context) {
             prop_assert!(text.get(hover.range).is_some_and(|text| !text.is_empty()));
         }
