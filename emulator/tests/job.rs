@@ -607,9 +607,21 @@ fn an_aborted_job_goes_on_with_its_line() {
             let steps = if line == 18 { 80 } else { 1_000 };
             assert!(places.ends_with(&whole[whole.len() - steps..]), "{model} line {line}");
         }
-        // From above: across only where Z is as high as it ever was, and then down.
-        let low = recorded(&emulator);
-        assert!(low.iter().any(|place| place[2] < 0));
+        // From above: across where Z is as high as it ever was, then the spindle, and then down.
+        let commands = sent(&emulator);
+        let last = commands.iter().rposition(|sent| sent == "@0R7").unwrap();
+        let way: Vec<&String> = commands[last..]
+            .iter()
+            .filter(|sent| sent.starts_with("@0A") || sent.starts_with("@0B2"))
+            .take(3)
+            .collect();
+        let steps = |sent: &str| -> Vec<i64> {
+            sent[3..].split(',').step_by(2).map(|steps| steps.parse().unwrap()).collect()
+        };
+        let (across, down) = (steps(way[0]), steps(way[2]));
+        assert!(across[0] != 0 && across[1] != 0 && across[2] == 0, "{way:?}");
+        assert!(way[1].starts_with("@0B2,"), "{way:?}");
+        assert!(down[..2] == [0, 0] && down[2] < 0, "{way:?}");
     }
 }
 
