@@ -6,22 +6,25 @@ use std::process::{Command, ExitCode};
 use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use tokio::runtime;
 use tokio::sync::oneshot;
 use vimc4::{Control, HostLines, News, Report, Sink, Time, Verbosity};
-use vimc4_lines::{Far, HostLine, LaunchError, Lines, Port};
+use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::serve;
 
+/// How long a controller has to say whether it takes more, before what it said last counts.
+const ANSWER: Duration = Duration::from_millis(100);
+
 const EXAMPLES: &str = "\
 Examples:
   vimc4 lines -- picocom ./vimc4.pty
-  vimc4 lines --serve --model smcu --machine plotter -- python3 plot.py ./vimc4.pty
+  vimc4 lines --serve --model smcu --machine board-plotter -- python3 plot.py ./vimc4.pty
   vimc4 lines --pty ~/.wine/dosdevices/com11 -- wine driver.exe
 
 The program may be of any kind, and so may what it starts; setuid programs run without their
@@ -112,25 +115,22 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let log = serve::open_log(&controller)?;
     // Before anything starts a thread.
     let launcher = vimc4_lines::prepare().map_err(refused)?;
-    let verbose = Some(controller.verbose);
+    let verbose = controller.verbose;
     let to_file = controller.log.is_some();
     let port = Arc::<LatePort>::default();
     let served = match serve {
         true => Some(Served::start(controller, &log, Arc::clone(&port))?),
         false => None,
     };
-    let told: Box<dyn FnMut(HostLine, bool) + Send> = match &served {
-        Some(served) => {
-            let host = served.host.clone();
-            Box::new(move |line, on| host.switched(name(line), on))
-        }
-        None => Box::new(diary(&log, verbose == Some(true), to_file)),
+    let peer: Box<dyn Peer> = match &served {
+        Some(served) => Box::new(served.peer()),
+        None => Box::new(Diary::new(&log, verbose, to_file)),
     };
     warn_of_wineserver(program);
     let mut command = Command::new(program);
     command.args(rest);
     let lines = Lines::new(lines.into(), dcd);
-    let running = launcher.launch(command, &terminal, lines, told).map_err(refused)?;
+    let running = launcher.launch(command, &terminal, lines, peer).map_err(refused)?;
     port.arrive(running.port());
     let shown = program.display().to_string();
     let ending = running.attend(|| {
@@ -164,20 +164,31 @@ fn refused(error: LaunchError) -> Failure {
 
 /// Writes down what the program does to its lines, in the form in which a controller of this
 /// process would.
-fn diary(log: &Log, verbose: bool, to_file: bool) -> impl FnMut(HostLine, bool) + Send + use<> {
-    let began = Instant::now();
-    let mut terminal = verbose.then(|| log.terminal(Verbosity::Conversation, String::new()));
-    let mut file = to_file.then(|| log.file(String::new()));
-    move |line, on| {
-        let at = Time::ZERO + began.elapsed();
+struct Diary {
+    began: Instant,
+    sinks: Vec<Box<dyn Sink>>,
+}
+
+impl Diary {
+    fn new(log: &Log, verbose: bool, to_file: bool) -> Diary {
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        if verbose {
+            sinks.push(Box::new(log.terminal(Verbosity::Conversation, String::new())));
+        }
+        if to_file {
+            sinks.push(Box::new(log.file(String::new())));
+        }
+        Diary { began: Instant::now(), sinks }
+    }
+}
+
+impl Peer for Diary {
+    fn hears(&mut self, line: HostLine, on: bool) {
+        let at = Time::ZERO + self.began.elapsed();
         let news = News::HostLine { transport: Arc::from("pty"), line: name(line), on };
         let report = Report::News(at, news);
-        let explain = |_: &[u8]| String::new();
-        if let Some(sink) = &mut terminal {
-            sink.report(&report, &explain);
-        }
-        if let Some(sink) = &mut file {
-            sink.report(&report, &explain);
+        for sink in &mut self.sinks {
+            sink.report(&report, &|_| String::new());
         }
     }
 }
@@ -209,6 +220,7 @@ impl LatePort {
 
 /// A controller in a thread of its own, which ends when this is dropped.
 struct Served {
+    control: Control,
     host: HostLines,
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -232,7 +244,13 @@ impl Served {
         })?;
         let host = control.handshake_lines(move |ready| port.set_ready(ready)).wait();
         let host = host.map_err(Failure::usage)?;
-        Ok(Served { host, end: Some(end), thread: Some(thread) })
+        Ok(Served { control, host, end: Some(end), thread: Some(thread) })
+    }
+
+    /// What a program finds at the far side of its lines.
+    fn peer(&self) -> Controller {
+        let (control, host) = (self.control.clone(), self.host.clone());
+        Controller { heeds: control.model().has_handshake_lines(), control, host }
     }
 
     /// The thread.
@@ -267,6 +285,27 @@ impl Served {
             }
             serve::finish(emulators, log).await;
         });
+    }
+}
+
+struct Controller {
+    control: Control,
+    host: HostLines,
+    /// CTS says something.
+    heeds: bool,
+}
+
+impl Peer for Controller {
+    fn hears(&mut self, line: HostLine, on: bool) {
+        self.host.switched(name(line), on);
+    }
+
+    /// A host that has filled the buffer must not see the CTS of a moment before.
+    fn takes_more(&mut self) -> Option<bool> {
+        if !self.heeds {
+            return None;
+        }
+        self.control.takes_more().wait_within(ANSWER).ok()
     }
 }
 

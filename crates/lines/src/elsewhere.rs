@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::launch::{Ending, LaunchError};
-use crate::state::{HostLine, Lines};
+use crate::state::{Lines, Peer};
 
 /// The far side's hold on the lines; there is none here.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl Launcher {
         _command: Command,
         _terminal: &Path,
         _lines: Lines,
-        _told: impl FnMut(HostLine, bool) + Send + 'static,
+        _peer: Box<dyn Peer>,
     ) -> Result<Running, LaunchError> {
         match self.0 {}
     }

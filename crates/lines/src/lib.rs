@@ -22,4 +22,6 @@ mod linux;
 
 pub use launch::{Ending, LaunchError};
 pub use linux::{Launcher, Port, Running, prepare};
-pub use state::{CTS, Changed, Counts, DCD, DSR, DTR, Far, HostLine, Lines, RI, RTS, Settings};
+pub use state::{
+    CTS, Changed, Counts, DCD, DSR, DTR, Far, HostLine, Lines, Peer, RI, RTS, Settings,
+};

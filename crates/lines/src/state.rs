@@ -38,6 +38,20 @@ pub enum Far {
     None,
 }
 
+/// Who is at the far side of the lines, and wants to know what the program does to its own.
+///
+/// It is called by the thread that answers: it must not take long.
+pub trait Peer: Send {
+    /// The program has switched one of its lines.
+    fn hears(&mut self, line: HostLine, on: bool);
+
+    /// Whether more would be taken now, with all that the program has written so far taken into
+    /// account. Nothing if that is not known better than it was last told.
+    fn takes_more(&mut self) -> Option<bool> {
+        None
+    }
+}
+
 /// A line that the program drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HostLine {

@@ -119,6 +119,11 @@ impl Control {
         })
     }
 
+    /// Whether a host that heeds CTS may send now, with all that it has sent so far taken in.
+    pub fn takes_more(&self) -> Reply<bool> {
+        self.handle.with(|runner| Ok(runner.device().room(true) > 0))
+    }
+
     // --- time ---
 
     /// The controller's time.

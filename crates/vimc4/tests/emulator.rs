@@ -25,6 +25,43 @@ fn answers(emu: &Emulator, port: &mut MemoryPort) -> String {
 }
 
 #[test]
+fn handshake_lines_follow_the_buffer_and_tell_of_the_host() {
+    let emu = manual("smcu").start().unwrap();
+    let (sender, cts) = std::sync::mpsc::channel();
+    let (tell, told) = std::sync::mpsc::channel();
+    let log = vimc4::Traffic::new(vimc4::Verbosity::Conversation, move |line| {
+        let _ = tell.send(line);
+    });
+    emu.control().watch(log).wait().unwrap();
+    let told_of = |what: &str| told.try_iter().any(|line| line.ends_with(what));
+    let ready = move |ready| sender.send(ready).unwrap();
+    let host = emu.control().handshake_lines(ready).wait().unwrap();
+    assert!(emu.control().takes_more().wait().unwrap());
+    // Time stands still, so the buffer fills up to where the host is to wait.
+    let mut port = emu.connect().unwrap();
+    send(&mut port, &"PR1,0;".repeat(500));
+    assert!(!emu.control().takes_more().wait().unwrap());
+    assert_eq!(cts.try_iter().collect::<Vec<_>>(), [false]);
+    // Lines that come later learn it too.
+    let (sender, late) = std::sync::mpsc::channel();
+    let later = move |ready| sender.send(ready).unwrap();
+    let another = emu.control().handshake_lines(later).wait().unwrap();
+    assert_eq!(late.try_iter().collect::<Vec<_>>(), [false]);
+    drop(another);
+    assert!(!told_of("RTS off"));
+    host.switched("RTS", false);
+    emu.now().unwrap();
+    assert!(told_of("pty: the host has switched RTS off"));
+    // What the host still has to send comes when there is room, and then there is.
+    for _ in 0..20 {
+        emu.run_until_idle().unwrap();
+    }
+    assert_eq!(emu.position().unwrap()[0], 500);
+    assert!(emu.control().takes_more().wait().unwrap());
+    assert_eq!(cts.try_iter().last(), Some(true));
+}
+
+#[test]
 fn commands_can_be_waited_for() {
     let emu = manual("imc4").start().unwrap();
     let mut port = emu.connect().unwrap();

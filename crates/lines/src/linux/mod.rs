@@ -25,10 +25,11 @@ use self::supervisor::Supervisor;
 use self::sys::{Filter, Listener, Signals, Told};
 use self::terminal::Terminal;
 use crate::launch::{Ending, LaunchError};
-use crate::state::{HostLine, Lines};
+use crate::state::{Lines, Peer};
 
-/// How long what a program has started may go on after it before somebody is told.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// How long what a program has started may go on after it before somebody is told. Wine's server
+/// stays for three seconds by itself.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Signals that are meant for the program, whoever gets them.
 const PASSED_ON: [i32; 9] = [
@@ -109,8 +110,7 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
 
 impl Launcher {
     /// Runs a command so that requests for modem lines on `terminal`, a pseudo terminal or a link
-    /// to one, are answered from `lines`. `told` hears what the program does to its own lines; it
-    /// must not block.
+    /// to one, are answered from `lines`, for the `peer` at their far side.
     ///
     /// # Errors
     ///
@@ -120,7 +120,7 @@ impl Launcher {
         mut command: Command,
         terminal: &Path,
         lines: Lines,
-        told: impl FnMut(HostLine, bool) + Send + 'static,
+        peer: Box<dyn Peer>,
     ) -> Result<Running, LaunchError> {
         let system = LaunchError::System;
         let Launcher { signals, before } = self;
@@ -157,7 +157,7 @@ impl Launcher {
         let program = Pid::from_child(&child);
         // The program may wait for an answer already.
         let listener = Listener::new(listener);
-        let supervisor = Arc::new(Supervisor::new(listener, terminal, lines, Box::new(told)));
+        let supervisor = Arc::new(Supervisor::new(listener, terminal, lines, peer));
         if let Err(error) = supervisor.start() {
             let _ = kill_process(program, Signal::KILL);
             return Err(LaunchError::System(error));

@@ -17,7 +17,7 @@ use super::filter;
 use super::request::{self, INTEGER, Layout, number};
 use super::sys::{Asked, Listener, read_memory, write_memory};
 use super::terminal::{Held, Identity, Terminal};
-use crate::state::{Changed, HostLine, Lines};
+use crate::state::{Changed, Lines, Peer};
 
 /// How often those who wait for a change of a line are looked after. The kernel does not tell
 /// when a signal is to interrupt a thread whose call is being answered, nor when a terminal ends;
@@ -36,11 +36,12 @@ pub(super) struct Supervisor {
     listener: Listener,
     terminal: Terminal,
     state: Mutex<State>,
+    /// Asked without the state in hand, because it may want to change it.
+    peer: Mutex<Box<dyn Peer>>,
 }
 
 struct State {
     lines: Lines,
-    told: Box<dyn FnMut(HostLine, bool) + Send>,
     waiting: VecDeque<Waiting>,
 }
 
@@ -78,11 +79,11 @@ impl Supervisor {
         listener: Listener,
         terminal: Terminal,
         lines: Lines,
-        told: Box<dyn FnMut(HostLine, bool) + Send>,
+        peer: Box<dyn Peer>,
     ) -> Supervisor {
         listener.hurry();
-        let state = Mutex::new(State { lines, told, waiting: VecDeque::new() });
-        Supervisor { listener, terminal, state }
+        let state = Mutex::new(State { lines, waiting: VecDeque::new() });
+        Supervisor { listener, terminal, state, peer: Mutex::new(peer) }
     }
 
     /// Answers in a thread of its own, until no task is left that could ask.
@@ -97,6 +98,10 @@ impl Supervisor {
         self.change(|lines| lines.set_ready(ready));
     }
 
+    fn peer(&self) -> MutexGuard<'_, Box<dyn Peer>> {
+        self.peer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -105,11 +110,8 @@ impl Supervisor {
     /// waited for it.
     fn change(&self, change: impl FnOnce(&mut Lines) -> Changed) {
         let mut state = self.state();
-        let State { lines, told, waiting } = &mut *state;
+        let State { lines, waiting } = &mut *state;
         let changed = change(lines);
-        for (line, on) in changed.host() {
-            told(line, on);
-        }
         waiting.retain(|waiting| {
             let woken = changed.wakes(waiting.mask);
             if woken {
@@ -117,6 +119,10 @@ impl Supervisor {
             }
             !woken
         });
+        drop(state);
+        for (line, on) in changed.host() {
+            self.peer().hears(line, on);
+        }
     }
 
     // --- the thread ---
@@ -247,6 +253,10 @@ impl Supervisor {
         };
         match request {
             number::TIOCMGET => {
+                let takes_more = self.peer().takes_more();
+                if let Some(ready) = takes_more {
+                    self.set_ready(ready);
+                }
                 let levels = self.state().lines.levels();
                 write(&levels.to_le_bytes())
             }
