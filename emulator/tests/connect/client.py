@@ -12,7 +12,6 @@ if "::" in name:
     port.timeout = 5000
     if name.startswith("ASRL"):
         port.baud_rate = 19200
-        port.end_input = pyvisa.constants.SerialTermination.none
     send = port.write_raw
 
     def receive(count):
