@@ -10,6 +10,7 @@ use serde_json::json;
 use vimc4_motion::{ArcState, CircleFit, Turn};
 
 use crate::failure::Failure;
+use crate::output;
 
 /// The largest number a command takes, of 24 bits with their sign.
 const MOST: u64 = (1 << 23) - 1;
@@ -132,12 +133,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
 }
 
 fn print(lines: &[String]) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    lines
-        .iter()
-        .try_for_each(|line| writeln!(out, "{line}"))
-        .and_then(|()| out.flush())
-        .map_err(|error| Failure::midway(format!("cannot write to standard output: {error}")))
+    output::print(&(lines.join("\n") + "\n"))
 }
 
 /// An arc as a person thinks of it.

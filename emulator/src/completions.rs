@@ -4,6 +4,7 @@ use clap::CommandFactory;
 use clap_complete::Shell;
 
 use crate::failure::Failure;
+use crate::output;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -13,6 +14,8 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let mut command = crate::Arguments::command();
-    clap_complete::generate(arguments.shell, &mut command, "vimc4", &mut std::io::stdout());
-    Ok(())
+    // It takes a writer that cannot fail.
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command, "vimc4", &mut script);
+    output::print(&String::from_utf8_lossy(&script))
 }

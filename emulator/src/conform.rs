@@ -121,7 +121,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let choices = choose(&arguments, &sessions, &chooser, &allowed)?;
     let (handling, axes) = (Handling::of(&model), model.axis_names());
     if arguments.list {
-        announce::list(&choices, axes, &arguments);
+        announce::list(&choices, axes, &arguments)?;
         return Ok(ExitCode::SUCCESS);
     }
     let Some(name) = &arguments.port else {
@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         ));
     };
     if !choices.iter().any(|choice| choice.plan.is_ok()) {
-        announce::list(&choices, axes, &arguments);
+        announce::list(&choices, axes, &arguments)?;
         return Err(Failure::usage(
             "none of these sessions can be played; the list says why, and what would allow them",
         ));
@@ -155,7 +155,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let passed = report.finish(conductor.port(), failure.as_ref());
     match failure {
         Some(failure) => Err(failure),
-        None if passed => Ok(ExitCode::SUCCESS),
+        None if passed? => Ok(ExitCode::SUCCESS),
         None => Ok(ExitCode::FAILURE),
     }
 }

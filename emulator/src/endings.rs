@@ -18,7 +18,11 @@ pub(crate) struct Endings(Vec<tokio::signal::unix::Signal>);
 impl Endings {
     pub(crate) fn listen() -> Endings {
         use tokio::signal::unix::{SignalKind, signal};
-        let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
+        let mut kinds = vec![SignalKind::interrupt(), SignalKind::terminate()];
+        // Who starts a program with `nohup` wants it to outlive the terminal.
+        if !is_ignored(SignalKind::hangup()) {
+            kinds.push(SignalKind::hangup());
+        }
         Endings(kinds.into_iter().filter_map(|kind| signal(kind).ok()).collect())
     }
 
@@ -29,6 +33,17 @@ impl Endings {
         })
         .await;
     }
+}
+
+/// Whether who started the program has told the system to ignore a signal. What the system
+/// shows of the process says so; where it shows nothing, nobody has.
+#[cfg(unix)]
+fn is_ignored(signal: tokio::signal::unix::SignalKind) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default();
+    // Signals count from 1.
+    u32::try_from(signal.as_raw_value() - 1).is_ok_and(|bit| mask >> bit & 1 == 1)
 }
 
 #[cfg(not(unix))]

@@ -1,11 +1,14 @@
 //! Errors as people see them: one message, the place, the remedy.
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use miette::{
     Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, SourceCode, SourceSpan,
 };
 use thiserror::Error;
+
+use crate::output;
 
 /// A reason to end with an exit code.
 #[derive(Debug, Error)]
@@ -32,10 +35,11 @@ impl Failure {
     /// The command ended too early because of a line of a file, counted from 1.
     pub(crate) fn at_line(text: impl ToString, name: &str, source: &str, line: u32) -> Failure {
         let mut failure = Failure::new(&text.to_string(), 1);
+        let source = output::shown(source);
         let before = line.saturating_sub(1) as usize;
         let start = source.split_inclusive('\n').take(before).map(str::len).sum::<usize>();
         let length = source.get(start..).and_then(|rest| rest.lines().next()).map_or(0, str::len);
-        let source = NamedSource::new(name, source.to_owned());
+        let source = NamedSource::new(output::shown_in_line(name), source);
         failure.place = Some(Box::new((source, SourceSpan::from(start..start + length))));
         failure
     }
@@ -46,6 +50,8 @@ impl Failure {
     }
 
     fn new(text: &str, code: u8) -> Failure {
+        // Names of files and lines of jobs are in it, which are somebody else's.
+        let text = &output::shown(text);
         let (message, help) = match text.split_once("; ") {
             Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
             None => (text.to_owned(), None),
@@ -56,7 +62,8 @@ impl Failure {
     /// Prints it and says with which code to exit.
     pub(crate) fn report(self) -> ExitCode {
         let code = ExitCode::from(self.code);
-        eprintln!("{:?}", Report::new(self));
+        // Where nobody can be told there is still the code.
+        let _ = writeln!(io::stderr(), "{:?}", Report::new(self));
         code
     }
 }
@@ -65,14 +72,19 @@ impl From<vimc4::Error> for Failure {
     fn from(error: vimc4::Error) -> Failure {
         let vimc4::Error::Profile(profile) = error else { return Failure::usage(error) };
         let span = profile.error.span.clone().unwrap_or(0..0);
+        // What is shown may be longer than what is written.
+        let shown_before =
+            |end: usize| output::shown(profile.text.get(..end).unwrap_or(&profile.text)).len();
         // An empty place at the end of the file has nothing to point at.
         let end = span.end.min(profile.text.len());
-        let span = SourceSpan::from(span.start.min(end)..end);
-        let name = profile.path.display().to_string();
+        let span = shown_before(span.start.min(end))..shown_before(end);
+        let text = output::shown(&profile.text);
+        let name = output::shown_in_line(&profile.path.display().to_string());
+        let message = format!("{name}, line {}: {}", profile.line, profile.error.message);
         Failure {
-            message: format!("{name}, line {}: {}", profile.line, profile.error.message),
-            help: Some(profile.error.help.clone()),
-            place: Some(Box::new((NamedSource::new(name, profile.text), span))),
+            message: output::shown(&message),
+            help: Some(output::shown(&profile.error.help)),
+            place: Some(Box::new((NamedSource::new(name, text), SourceSpan::from(span)))),
             code: 2,
         }
     }
@@ -100,4 +112,14 @@ pub(crate) fn install() {
     let _ = miette::set_hook(Box::new(|_| {
         Box::new(MietteHandlerOpts::new().wrap_lines(false).break_words(false).build())
     }));
+}
+
+/// Help and version are what was asked for; anything else that the command line makes its reader
+/// say is an error.
+pub(crate) fn said(said: &clap::Error) -> ExitCode {
+    let printed = said.print().and_then(|()| io::stdout().flush());
+    if said.use_stderr() {
+        return ExitCode::from(2);
+    }
+    output::written(printed).map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }

@@ -2,21 +2,28 @@
 
 use crate::failure::Failure;
 
-/// How many files a controller has open: both ends of its pseudo terminal, its listening socket,
-/// its timer, its flash file, a serial port and two clients.
+/// How many files a controller has open at most: both ends of its pseudo terminal, its listening
+/// socket, its timer, a serial port, two clients, and its flash file, which is replaced by another
+/// one.
 #[cfg(unix)]
-const FILES: u64 = 8;
+const FILES: u64 = 9;
 
-/// How many the program itself needs.
+/// How many the program itself needs: standard input, output and error, the event queues of its
+/// threads with what wakes them, the log, and some more that are open for a moment.
 #[cfg(unix)]
-const OWN_FILES: u64 = 64;
+const OWN_FILES: u64 = 16;
 
-/// Raises the limit of open files as far as so many controllers need it.
+/// And how many each thread needs.
 #[cfg(unix)]
-pub(crate) fn allow_open_files(controllers: u16) -> Result<(), Failure> {
+const THREAD_FILES: u64 = 3;
+
+/// Raises the limit of open files as far as so many controllers, on so many threads, need it.
+#[cfg(unix)]
+pub(crate) fn allow_open_files(controllers: u16, threads: usize) -> Result<(), Failure> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-    let needed = u64::from(controllers) * FILES + OWN_FILES;
+    let own = OWN_FILES + THREAD_FILES * u64::try_from(threads).unwrap_or(u64::MAX);
+    let needed = u64::from(controllers) * FILES + own;
     let limit = getrlimit(Resource::Nofile);
     // No limit is a limit above everything.
     if limit.current.is_none_or(|current| current >= needed) {
@@ -25,17 +32,26 @@ pub(crate) fn allow_open_files(controllers: u16) -> Result<(), Failure> {
     let raised = Rlimit { current: Some(needed), maximum: limit.maximum };
     setrlimit(Resource::Nofile, raised).map_err(|_| {
         let allowed = limit.maximum.or(limit.current).unwrap_or_default();
-        let fit = allowed.saturating_sub(OWN_FILES) / FILES;
-        Failure::usage(format!(
-            "{controllers} controllers need {needed} open files, and this process may have \
-             {allowed}; raise the hard limit (ulimit -Hn {needed}, as root), or start no more \
-             than {fit} with --count"
-        ))
+        Failure::usage(too_few(controllers, needed, allowed, own))
     })
+}
+
+/// What is wrong, and what fits.
+#[cfg(unix)]
+fn too_few(controllers: u16, needed: u64, allowed: u64, own: u64) -> String {
+    let (s, verb) = if controllers == 1 { ("", "needs") } else { ("s", "need") };
+    let fewer = match allowed.saturating_sub(own) / FILES {
+        0 => String::new(),
+        fit => format!(", or start no more than {fit} with --count"),
+    };
+    format!(
+        "{controllers} controller{s} {verb} {needed} open files, and this process may have \
+         {allowed}; raise the hard limit (ulimit -Hn {needed}, as root){fewer}"
+    )
 }
 
 /// Elsewhere there is no limit that could be raised.
 #[cfg(not(unix))]
-pub(crate) fn allow_open_files(_controllers: u16) -> Result<(), Failure> {
+pub(crate) fn allow_open_files(_controllers: u16, _threads: usize) -> Result<(), Failure> {
     Ok(())
 }

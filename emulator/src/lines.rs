@@ -269,10 +269,11 @@ impl Served {
             }
         };
         runtime.block_on(async {
-            let emulators = match serve::start(arguments, log) {
-                Ok(emulators) => emulators,
-                Err(failure) => return say(Err(failure)),
-            };
+            let mut emulators = Vec::new();
+            if let Err(failure) = serve::start(arguments, log, &mut emulators).await {
+                serve::finish(emulators, log).await;
+                return say(Err(failure));
+            }
             if let Some(emulator) = emulators.first() {
                 say(Ok(emulator.control().clone()));
             }

@@ -11,6 +11,11 @@ use std::time::Duration;
 
 use vimc4::{Traffic, Verbosity};
 
+use crate::output::shown_in_line;
+
+/// What is wrong with the file is said again after so many lines that were lost.
+const REMINDER: u64 = 100_000;
+
 /// How many lines wait for a slow terminal or disk before new ones are left out.
 const WAITING: usize = 1_000;
 
@@ -23,6 +28,8 @@ struct Shared {
     /// `None` if there is no thread to be had.
     lines: OnceLock<Option<SyncSender<Entry>>>,
     file: Option<File>,
+    /// What the file is called.
+    name: String,
     /// How many lines have not been written.
     lost: AtomicU64,
 }
@@ -36,9 +43,10 @@ enum Entry {
 impl Log {
     /// Opens the file, if there is to be one.
     pub(crate) fn open(file: Option<&Path>) -> io::Result<Log> {
+        let name = file.map(|path| shown_in_line(&path.display().to_string())).unwrap_or_default();
         let file =
             file.map(|path| OpenOptions::new().create(true).append(true).open(path)).transpose()?;
-        Ok(Log(Arc::new(Shared { lines: OnceLock::new(), file, lost: AtomicU64::new(0) })))
+        Ok(Log(Arc::new(Shared { lines: OnceLock::new(), file, name, lost: AtomicU64::new(0) })))
     }
 
     /// Where lines are sent to; the first one starts the thread.
@@ -87,23 +95,42 @@ impl Log {
 }
 
 impl Shared {
-    /// The thread. Whatever cannot be written cannot be reported either.
+    /// The thread. What cannot be written to the terminal cannot be reported either.
     fn write(&self, entries: &Receiver<Entry>) {
+        let mut unwritten = 0;
         while let Ok(entry) = entries.recv() {
             let missing = self.lost.swap(0, Ordering::Relaxed);
             if missing > 0 {
                 let _ = writeln!(io::stderr(), "{missing} lines of the log were lost");
-                if let Some(mut file) = self.file.as_ref() {
-                    let _ = writeln!(file, "{missing} lines were lost");
-                }
+                self.add_to_file(&format!("{missing} lines were lost\n"), &mut unwritten);
             }
-            match (entry, self.file.as_ref()) {
-                (Entry::Terminal(line), _) => drop(writeln!(io::stderr(), "{line}")),
-                (Entry::File(line), Some(mut file)) => {
-                    drop(file.write_all((line + "\n").as_bytes()));
+            match entry {
+                Entry::Terminal(line) => drop(writeln!(io::stderr(), "{line}")),
+                Entry::File(line) => self.add_to_file(&(line + "\n"), &mut unwritten),
+                Entry::Flush(done) => drop(done.send(())),
+            }
+        }
+    }
+
+    /// Adds a line to the file. That it cannot be is said when it begins and from time to time,
+    /// and how many are missing as soon as one can be written again.
+    fn add_to_file(&self, line: &str, unwritten: &mut u64) {
+        let Some(mut file) = self.file.as_ref() else { return };
+        let written = match *unwritten {
+            0 => file.write_all(line.as_bytes()),
+            lines => file.write_all(format!("{lines} lines are missing\n{line}").as_bytes()),
+        };
+        match written {
+            Ok(()) => *unwritten = 0,
+            Err(error) => {
+                if unwritten.is_multiple_of(REMINDER) {
+                    let _ = writeln!(
+                        io::stderr(),
+                        "cannot write the log {}: {error}; the controllers run all the same",
+                        self.name
+                    );
                 }
-                (Entry::File(_), None) => {}
-                (Entry::Flush(done), _) => drop(done.send(())),
+                *unwritten += 1;
             }
         }
     }

@@ -12,6 +12,7 @@ mod lines;
 mod log;
 mod ncp;
 mod orders;
+mod output;
 mod port;
 mod profiles;
 mod run;
@@ -63,7 +64,11 @@ enum Command {
 
 fn main() -> ExitCode {
     failure::install();
-    let done = match Arguments::parse().command {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(said) => return failure::said(&said),
+    };
+    let done = match arguments.command {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
         // Its exit codes are part of what it says.

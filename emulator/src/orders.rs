@@ -1,6 +1,7 @@
 //! The lines that people type while controllers run.
 
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, BufRead, ErrorKind, Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use tokio::sync::mpsc;
@@ -15,7 +16,10 @@ pub(crate) fn read() -> mpsc::Receiver<String> {
     // Without the thread nobody can type, but the controllers run.
     let _ = thread::Builder::new().name("orders".to_owned()).spawn(move || {
         if in_background() {
-            return;
+            // Nobody types, and nobody has ended the input either.
+            loop {
+                thread::park();
+            }
         }
         let mut input = io::stdin().lock();
         let mut line = Vec::new();
@@ -100,10 +104,24 @@ pub(crate) fn carry_out(line: &str, emulators: &[Emulator], signals: &[Signal]) 
     Next::Continue
 }
 
-/// Nobody may be reading, which is no reason to end.
 fn answer(prefix: &str, text: &str) {
+    say(&format!("{prefix}{text}\n"));
+}
+
+/// Prints on standard output. Nobody may be reading, which is no reason to end; what cannot be
+/// written although somebody may want to read it is said once.
+pub(crate) fn say(text: &str) {
+    static SAID: AtomicBool = AtomicBool::new(false);
     let mut out = io::stdout().lock();
-    let _ = writeln!(out, "{prefix}{text}").and_then(|()| out.flush());
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        && error.kind() != ErrorKind::BrokenPipe
+        && !SAID.swap(true, Ordering::Relaxed)
+    {
+        let _ = writeln!(
+            io::stderr(),
+            "cannot write to standard output: {error}; the controllers run all the same"
+        );
+    }
 }
 
 /// Where the answers are too: a script waits for a line there.

@@ -5,7 +5,7 @@ use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -18,13 +18,17 @@ const CONNECT: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(50);
 /// How long a port may refuse to take bytes before it counts as broken.
 const WRITE: Duration = Duration::from_secs(5);
+/// How many pieces wait until they are fetched. Beyond that the other end has to wait.
+const WAITING: usize = 256;
 
 /// An open port. A thread of its own reads it, so that bytes have the time of their arrival.
 pub(crate) struct Port {
     name: String,
     link: Link,
     news: Receiver<News>,
-    sender: Sender<News>,
+    sender: SyncSender<News>,
+    /// Somebody has asked for an end.
+    interrupted: Arc<AtomicBool>,
     closed: Arc<AtomicBool>,
 }
 
@@ -41,7 +45,6 @@ enum Link {
 enum News {
     Bytes(Instant, Vec<u8>),
     Gone(String),
-    Interrupted,
     Woken,
 }
 
@@ -69,7 +72,8 @@ impl Port {
     /// Opens `tcp:HOST:PORT`, `HOST:PORT`, a pseudo-terminal or a serial port. A serial port
     /// gets this speed, 8N1 and no flow control.
     pub(crate) fn open(name: &str, baud: u32) -> Result<Port, OpenError> {
-        let (sender, news) = channel();
+        let (sender, news) = sync_channel(WAITING);
+        let interrupted = Arc::new(AtomicBool::new(false));
         let closed = Arc::new(AtomicBool::new(false));
         let error = |what: String, remedy| OpenError { name: name.to_owned(), what, remedy };
         let no_thread = |e: io::Error| error(e.to_string(), "the limit of threads may be too low");
@@ -96,7 +100,7 @@ impl Port {
                 Link::Serial { port, baud: (!is_pseudo(name)).then_some(baud) }
             }
         };
-        Ok(Port { name: name.to_owned(), link, news, sender, closed })
+        Ok(Port { name: name.to_owned(), link, news, sender, interrupted, closed })
     }
 
     /// The name it was opened by.
@@ -124,15 +128,19 @@ impl Port {
     /// What makes [`next`](Port::next) end with [`PortError::Interrupted`] when it is called,
     /// from any thread.
     pub(crate) fn interrupter(&self) -> impl Fn() + Send + 'static {
-        let sender = self.sender.clone();
-        move || drop(sender.send(News::Interrupted))
+        let (interrupted, wake) = (Arc::clone(&self.interrupted), self.waker());
+        move || {
+            interrupted.store(true, Ordering::Relaxed);
+            wake();
+        }
     }
 
     /// What makes [`next`](Port::next) return at once, without anything, when it is called from
     /// any thread.
     pub(crate) fn waker(&self) -> impl Fn() + Send + 'static {
         let sender = self.sender.clone();
-        move || drop(sender.send(News::Woken))
+        // Where so much waits that this finds no room, nobody sleeps.
+        move || drop(sender.try_send(News::Woken))
     }
 
     /// What sends bytes from another thread, beside what is sent here.
@@ -173,11 +181,16 @@ impl Port {
 
     /// What arrives next, and when; `None` if nothing does until then, or if it is woken.
     pub(crate) fn next(&mut self, until: Instant) -> Result<Option<(Instant, Vec<u8>)>, PortError> {
+        if self.interrupted.swap(false, Ordering::Relaxed) {
+            return Err(PortError::Interrupted);
+        }
         let patience = until.saturating_duration_since(Instant::now());
         match self.news.recv_timeout(patience) {
             Ok(News::Bytes(at, bytes)) => Ok(Some((at, bytes))),
             Ok(News::Gone(why)) => Err(PortError::Gone(why)),
-            Ok(News::Interrupted) => Err(PortError::Interrupted),
+            Ok(News::Woken) if self.interrupted.swap(false, Ordering::Relaxed) => {
+                Err(PortError::Interrupted)
+            }
             Ok(News::Woken) => Ok(None),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             // The port holds a sender of its own.
@@ -264,7 +277,7 @@ fn waits(error: &io::Error) -> bool {
 /// Reads in a thread of its own until the port is closed or gone.
 fn read(
     mut source: impl Read + Send + 'static,
-    sender: &Sender<News>,
+    sender: &SyncSender<News>,
     closed: &Arc<AtomicBool>,
 ) -> io::Result<()> {
     let (sender, closed) = (sender.clone(), Arc::clone(closed));

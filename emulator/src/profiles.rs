@@ -1,11 +1,11 @@
 //! `vimc4 models` and `vimc4 machines`
 
 use std::fs;
-use std::io::{self, Write};
 
 use vimc4::Error;
 
 use crate::failure::Failure;
+use crate::output;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -55,7 +55,5 @@ fn list_or_show(
             names.iter().map(line).collect::<Result<String, Error>>()?
         }
     };
-    // Whoever reads may have read enough, which is no reason to complain.
-    let _ = io::stdout().lock().write_all(text.as_bytes());
-    Ok(())
+    output::print(&text)
 }

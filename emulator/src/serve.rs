@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::future::poll_fn;
 use std::io::{self, Write};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::task::Poll;
@@ -12,6 +13,7 @@ use std::time::Duration;
 use clap::ArgAction;
 use serde::Serialize;
 use tokio::runtime;
+use tokio::task::yield_now;
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Emulator, Verbosity, Worker};
 
@@ -36,6 +38,9 @@ pub(crate) struct Arguments {
     /// ./vimc4-1.pty, ./vimc4-2.pty …
     #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
     pub(crate) pty: Option<PathBuf>,
+    /// Take the link of that name even from an emulator that is still running
+    #[arg(long)]
+    pub(crate) replace: bool,
     /// Listen at this address; `none` for nowhere, port 0 for a free port. Several controllers
     /// get this port and the following ones
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:4004")]
@@ -69,6 +74,10 @@ pub(crate) struct Arguments {
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     pub(crate) json: bool,
+    /// End when standard input does: a script that starts it and is killed then leaves nothing
+    /// behind
+    #[arg(long)]
+    pub(crate) until_stdin_closes: bool,
 }
 
 /// What `--json` prints.
@@ -98,10 +107,21 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::usage(format!("cannot wait for events: {error}")))?;
     runtime.block_on(async {
         // From here on nobody can end the program without its links being removed.
-        let endings = Endings::listen();
-        let emulators = start(&arguments, &log)?;
-        announce(&arguments, &emulators);
-        let end = attend(&emulators, endings).await;
+        let mut endings = Endings::listen();
+        let mut emulators = Vec::new();
+        let started = tokio::select! {
+            biased;
+            () = endings.told() => None,
+            started = start(&arguments, &log, &mut emulators) => Some(started),
+        };
+        let end = match started {
+            Some(Ok(())) => {
+                announce(&arguments, &emulators);
+                attend(&emulators, endings, arguments.until_stdin_closes).await
+            }
+            Some(Err(failure)) => Err(failure),
+            None => Ok(()),
+        };
         finish(emulators, &log).await;
         end
     })
@@ -117,7 +137,8 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
     })
 }
 
-/// Ends all controllers and leaves nothing behind.
+/// Ends all controllers, those that are ready and those of a start that has failed, and leaves
+/// nothing behind.
 pub(crate) async fn finish(mut emulators: Vec<Emulator>, log: &Log) {
     // Who looks for a controller must not find one that is about to go.
     for emulator in &mut emulators {
@@ -135,8 +156,13 @@ pub(crate) async fn finish(mut emulators: Vec<Emulator>, log: &Log) {
     log.flush();
 }
 
-/// Starts all controllers, or none: those that were started end with the error.
-pub(crate) fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, Failure> {
+/// Starts all controllers. With an error, or when it is given up, those that were started are
+/// left to who called.
+pub(crate) async fn start(
+    arguments: &Arguments,
+    log: &Log,
+    emulators: &mut Vec<Emulator>,
+) -> Result<(), Failure> {
     let count = arguments.count;
     if !arguments.serial.is_empty() && arguments.serial.len() != usize::from(count) {
         return Err(Failure::usage(format!(
@@ -144,11 +170,10 @@ pub(crate) fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, F
             arguments.serial.len()
         )));
     }
-    limits::allow_open_files(count)?;
+    limits::allow_open_files(count, threads(count))?;
     let workers = workers(count)?;
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
-    let mut emulators = Vec::new();
     for (number, worker) in (1..=count).zip(workers.iter().cycle()) {
         let several = (count > 1).then_some(number);
         let prefix = several.map_or_else(String::new, |number| format!("{number}: "));
@@ -167,7 +192,7 @@ pub(crate) fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, F
             builder = builder.sink(log.file(prefix));
         }
         if let Some(link) = link(arguments) {
-            builder = builder.pty(numbered(&link, several));
+            builder = builder.pty(numbered(&link, several)).replace_link(arguments.replace);
         }
         if arguments.tcp != "none" {
             builder = builder.tcp(counted_up(&arguments.tcp, number - 1)?);
@@ -179,26 +204,30 @@ pub(crate) fn start(arguments: &Arguments, log: &Log) -> Result<Vec<Emulator>, F
             builder = builder.flash(numbered(file, several));
         }
         emulators.push(builder.start()?);
+        // Thousands take a while, in which somebody may have enough of it.
+        yield_now().await;
     }
-    Ok(emulators)
+    Ok(())
 }
 
 /// The threads that the controllers share, this one first: no more than there are processors to
 /// run them.
 fn workers(controllers: u16) -> Result<Vec<Worker>, Failure> {
     let mut workers = vec![Worker::here()];
-    if controllers > 1 {
-        let processors = thread::available_parallelism().map_or(1, usize::from);
-        for _ in 1..processors.min(usize::from(controllers)) {
-            workers.push(Worker::start("vimc4").map_err(|error| {
-                Failure::usage(format!(
-                    "cannot start a thread: {error}; end other programs, or raise the limit of \
-                     processes"
-                ))
-            })?);
-        }
+    for _ in 1..threads(controllers) {
+        workers.push(Worker::start("vimc4").map_err(|error| {
+            Failure::usage(format!(
+                "cannot start a thread: {error}; end other programs, or raise the limit of \
+                 processes"
+            ))
+        })?);
     }
     Ok(workers)
+}
+
+fn threads(controllers: u16) -> usize {
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    processors.min(usize::from(controllers))
 }
 
 /// The link that is wanted. Where there are no pseudo terminals, only who asks for one is told.
@@ -272,18 +301,34 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
     let waits =
         |emulator: &&Emulator| emulator.port().is_some() && emulator.model().has_handshake_lines();
     if let Some(emulator) = emulators.iter().find(waits) {
-        eprintln!(
+        let _ = writeln!(
+            io::stderr(),
             "a pseudo terminal has no modem lines: a host of the {} that waits for CTS needs TCP, a \
              serial port, or `vimc4 lines --serve`",
             emulator.model().name()
         );
     }
-    let mut out = io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if let Some(address) = emulators.iter().filter_map(Emulator::tcp_addr).find(is_open_to_others) {
+        let _ = writeln!(
+            io::stderr(),
+            "{address} is open to everybody who reaches this computer over a network, and who \
+             connects drives the machine; 127.0.0.1 is open to this computer only"
+        );
+    }
+    orders::say(&text);
+}
+
+/// Whether other computers can connect.
+fn is_open_to_others(address: &SocketAddr) -> bool {
+    !address.ip().to_canonical().is_loopback()
 }
 
 /// Carries out what people type until somebody ends it.
-async fn attend(emulators: &[Emulator], mut endings: Endings) -> Result<(), Failure> {
+async fn attend(
+    emulators: &[Emulator],
+    mut endings: Endings,
+    until_stdin_closes: bool,
+) -> Result<(), Failure> {
     let signals = match emulators.first() {
         Some(emulator) => emulator.control().signals().await.map_err(Failure::midway)?,
         None => Vec::new(),
@@ -296,7 +341,8 @@ async fn attend(emulators: &[Emulator], mut endings: Endings) -> Result<(), Fail
             () = endings.told() => return Ok(()),
             end = &mut ended => return end,
             line = lines.recv(), if typing => match line {
-                // The end of the input is not the end of the controllers.
+                None if until_stdin_closes => return Ok(()),
+                // Otherwise the end of the input is not the end of the controllers.
                 None => typing = false,
                 Some(line) => {
                     if let Next::Quit = orders::carry_out(&line, emulators, &signals) {

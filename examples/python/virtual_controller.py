@@ -23,7 +23,11 @@ class VirtualController:
         # given twice the last one counts. Standard error is left alone: what vimc4 says there
         # is shown with what the tests say.
         self.process = subprocess.Popen(
-            [program, "serve", "--json", "--tcp", "127.0.0.1:0", "--pty", "none", *arguments],
+            [
+                program, "serve", "--json", "--tcp", "127.0.0.1:0", "--pty", "none",
+                # However the tests end, the controller ends with them.
+                "--until-stdin-closes", *arguments,
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

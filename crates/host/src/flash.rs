@@ -1,5 +1,6 @@
 //! Non-volatile memory in a file.
 
+use std::borrow::Cow;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -177,6 +178,27 @@ impl FlashFile {
     fn failed(&self, source: io::Error) -> FlashFileError {
         FlashFileError::Write { path: self.path.clone(), source }
     }
+}
+
+/// An image as the device has written it, in a file that a program took for a text of Windows: git
+/// does so on the way to a working folder.
+#[must_use]
+pub fn unix_lines(image: &[u8]) -> Cow<'_, [u8]> {
+    let ends = |end: &[u8]| image.windows(end.len()).filter(|bytes| *bytes == end).count();
+    if image.is_empty() || ends(b"\n") == 0 || ends(b"\n") != ends(b"\r\n") {
+        return Cow::Borrowed(image);
+    }
+    let mut lines = Vec::with_capacity(image.len());
+    for line in image.split_inclusive(|&byte| byte == b'\n') {
+        match line.strip_suffix(b"\r\n") {
+            Some(line) => {
+                lines.extend_from_slice(line);
+                lines.push(b'\n');
+            }
+            None => lines.extend_from_slice(line),
+        }
+    }
+    Cow::Owned(lines)
 }
 
 fn lock(file: &File, path: &Path) -> Result<(), FlashFileError> {

@@ -352,7 +352,7 @@ pub fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
 }
 
 /// The same up to a moment.
-fn block_until<F: Future + Unpin>(mut future: F, deadline: Option<Instant>) -> Option<F::Output> {
+fn block_until<F: Future + Unpin>(future: F, deadline: Option<Instant>) -> Option<F::Output> {
     struct Unpark(Thread);
 
     impl Wake for Unpark {
@@ -363,6 +363,9 @@ fn block_until<F: Future + Unpin>(mut future: F, deadline: Option<Instant>) -> O
 
     let waker = Waker::from(Arc::new(Unpark(thread::current())));
     let mut cx = Context::from_waker(&waker);
+    // Inside of a task tokio would hold back what is ready after a hundred such waits, until the
+    // task comes to a pause. It will not: it is blocked here.
+    let mut future = tokio::task::unconstrained(future);
     loop {
         if let Poll::Ready(output) = Pin::new(&mut future).poll(&mut cx) {
             return Some(output);

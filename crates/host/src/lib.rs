@@ -18,7 +18,7 @@ mod transport;
 mod worker;
 
 pub use clock::{Clock, ClockError, Rate};
-pub use flash::{FlashFile, FlashFileError};
+pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::{ControlError, Handle, Reply, block_on};
 pub use pacing::{Line, LineState};
 pub use report::{News, Report, Sink, Wants};
@@ -29,5 +29,5 @@ pub use transport::{
     TcpError, Transport,
 };
 #[cfg(unix)]
-pub use transport::{Link, LinkError, Pty, PtyError};
+pub use transport::{Link, LinkError, Pty, PtyError, User, Users};
 pub use worker::Worker;

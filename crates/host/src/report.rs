@@ -84,12 +84,32 @@ pub enum News {
         /// Whether it is on now.
         on: bool,
     },
-    /// A transport failed and is no longer served.
-    Failed {
+    /// Several programs have the line open, and what the controller sends goes to one of them,
+    /// a part here and a part there.
+    Shared {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// The programs, as far as they can be seen.
+        programs: String,
+    },
+    /// A port is gone, most likely unplugged. It is served again when it is back.
+    Gone {
         /// The transport, by its label.
         transport: Arc<str>,
         /// What the operating system says.
         error: String,
+    },
+    /// A port that was gone is served again.
+    Back {
+        /// The transport, by its label.
+        transport: Arc<str>,
+    },
+    /// The flash file was not as the device would have left it, and is now.
+    FlashMended {
+        /// The file.
+        file: String,
+        /// What was wrong with it.
+        what: String,
     },
 }
 

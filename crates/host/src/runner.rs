@@ -16,7 +16,7 @@ use tokio::task::yield_now;
 use vimc4_device::{Condition, Device, Event, Input, Kinds, Output, Time, Warning};
 
 use crate::clock::{Clock, Ticking};
-use crate::flash::{FlashFile, FlashFileError};
+use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::handle::{ControlError, Handle};
 use crate::report::{News, Report, Sink, Wants};
 use crate::timer::Timer;
@@ -73,6 +73,8 @@ pub struct Runner<D: Device> {
     journey: Option<(Time, TimeReply)>,
     waiters: Vec<Waiter>,
     failure: Option<RunError>,
+    /// What happened before anybody watched.
+    early: Vec<News>,
 }
 
 /// Why a controller ended by itself.
@@ -172,6 +174,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             journey: None,
             waiters: Vec::new(),
             failure: None,
+            early: Vec::new(),
         };
         runner.watch_kinds();
         (runner, Handle::new(jobs, stop))
@@ -187,6 +190,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
     ) -> Result<Runner<D>, FlashFileError> {
         let present = self.device.flash_image();
         if present != image {
+            // A new file is not worth a word.
+            if !image.is_empty() {
+                let (what, file) = (difference(image, &present), file.path().display().to_string());
+                self.early.push(News::FlashMended { file, what });
+            }
             file.apply(&vimc4_device::FlashChange::Replace(Bytes::from(present)))?;
             file.sync()?;
         }
@@ -228,6 +236,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
     pub async fn run(mut self) -> Result<(), RunError> {
         let mut timer = Timer::new().map_err(RunError::Timer)?;
         self.ticking = self.clock.rate().map(|rate| Ticking::start(rate, self.device.now()));
+        for news in std::mem::take(&mut self.early) {
+            self.news(news);
+        }
         // The device may have had something to say before the first input.
         self.drain();
         loop {
@@ -640,6 +651,19 @@ impl<D: Device + fmt::Debug> fmt::Debug for Runner<D> {
             .field("device", &self.device)
             .field("clock", &self.clock)
             .finish_non_exhaustive()
+    }
+}
+
+/// How a file of flash memory differed from what the device has made of it, for people.
+fn difference(held: &[u8], present: &[u8]) -> String {
+    let torn = held.strip_prefix(present).map_or(0, <[u8]>::len);
+    match torn {
+        _ if unix_lines(held).as_ref() == present => {
+            "had the line ends of Windows, and has its own again".to_owned()
+        }
+        0 => "was not as the controller writes it, and is now".to_owned(),
+        1 => "the last byte was half a record, which counts as not written".to_owned(),
+        torn => format!("{torn} bytes at its end were half a record, which counts as not written"),
     }
 }
 

@@ -98,8 +98,20 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                      real one would hear noise"
                 ),
             ),
-            News::Failed { transport, error } => {
-                self.line(at, format_args!("{transport}: failed and is no longer served: {error}"));
+            News::Shared { transport, programs } => self.line(
+                at,
+                format_args!(
+                    "{transport}: {programs} have it open at once and take the answers from each \
+                     other; close all but one"
+                ),
+            ),
+            News::Gone { transport, error } => self.line(
+                at,
+                format_args!("{transport}: is gone: {error}; it is opened again when it is back"),
+            ),
+            News::Back { transport } => self.line(at, format_args!("{transport}: is back")),
+            News::FlashMended { file, what } => {
+                self.line(at, format_args!("flash file {file}: {what}"));
             }
         }
     }

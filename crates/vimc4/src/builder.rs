@@ -8,6 +8,7 @@ use std::sync::Arc;
 use tokio::sync::watch;
 use vimc4_host::{
     Clients, Clock, FlashFile, Handle, Line, RunError, Runner, Serial, Sink, Tcp, Worker,
+    unix_lines,
 };
 #[cfg(unix)]
 use vimc4_host::{Link, Pty};
@@ -26,6 +27,8 @@ pub struct Builder {
     machine: Profile<Arc<Machine>>,
     time: Clock,
     pty: Terminal,
+    #[cfg_attr(not(unix), expect(dead_code, reason = "there are no links"))]
+    replace: bool,
     tcp: Option<String>,
     clients: Clients,
     serial: Option<String>,
@@ -85,6 +88,7 @@ impl Builder {
             machine: Profile::Named("bench".to_owned()),
             time: Clock::Real,
             pty: Terminal::Off,
+            replace: false,
             tcp: None,
             clients: Clients::Refuse,
             serial: None,
@@ -130,6 +134,13 @@ impl Builder {
     /// A pseudo terminal: `true` for one of any name, a path for a link that leads to it.
     pub fn pty(mut self, terminal: impl Into<Terminal>) -> Builder {
         self.pty = terminal.into();
+        self
+    }
+
+    /// Whether the link to the pseudo terminal may be taken from an emulator that is still
+    /// running. It may not if nothing is said.
+    pub fn replace_link(mut self, on: bool) -> Builder {
+        self.replace = on;
         self
     }
 
@@ -200,7 +211,7 @@ impl Builder {
         };
         #[cfg(unix)]
         if let Terminal::Link(path) = &self.pty {
-            Link::check(path)?;
+            Link::check(path, self.replace)?;
         }
         #[cfg(not(unix))]
         if self.pty != Terminal::Off {
@@ -209,7 +220,7 @@ impl Builder {
         let addresses = self.tcp.as_deref().map(resolve).transpose()?.unwrap_or_default();
         let record = self.record.then(Record::default);
         #[cfg(unix)]
-        let pty = self.pty.clone();
+        let (pty, replace) = (self.pty.clone(), self.replace);
 
         let worker = match &self.worker {
             Some(worker) => worker.clone(),
@@ -230,7 +241,7 @@ impl Builder {
         let control = Control::new(model, handle, record);
         let emulator = Emulator::new(control, places, ended, worker);
         #[cfg(unix)]
-        let emulator = emulator.named(&pty)?;
+        let emulator = emulator.named(&pty, replace)?;
         Ok(emulator)
     }
 
@@ -260,7 +271,7 @@ impl Builder {
         }
         let flash = self.flash.map(FlashFile::open).transpose()?;
         let image = flash.as_ref().map_or(&[] as &[u8], |(_, image)| image);
-        let controller = Controller::new(model, machine, image).map_err(|source| {
+        let controller = Controller::new(model, machine, &unix_lines(image)).map_err(|source| {
             let path = flash.as_ref().map(|(file, _)| file.path().to_owned());
             Error::Flash { path: path.unwrap_or_default(), source }
         })?;

@@ -103,9 +103,9 @@ impl Emulator {
 
     /// Gives the pseudo terminal its name.
     #[cfg(unix)]
-    pub(crate) fn named(mut self, terminal: &Terminal) -> Result<Emulator, Error> {
+    pub(crate) fn named(mut self, terminal: &Terminal, replace: bool) -> Result<Emulator, Error> {
         if let (Terminal::Link(path), Some(target)) = (terminal, &self.places.pty) {
-            self.link = Some(Link::create(path, target)?);
+            self.link = Some(Link::create(path, target, replace)?);
         }
         Ok(self)
     }

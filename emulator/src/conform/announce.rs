@@ -11,29 +11,33 @@ use vimc4_conform::travel::Travel;
 
 use super::{Allow, Arguments, Choice};
 use crate::failure::Failure;
+use crate::output;
 
 /// Says which sessions would be played, and why the others not.
-pub(super) fn list(choices: &[Choice<'_>], axes: &[&str], arguments: &Arguments) {
-    let mut out = io::stdout().lock();
-    // Whoever reads may have read enough, which is no reason to complain.
-    let _ = if arguments.json {
+pub(super) fn list(
+    choices: &[Choice<'_>],
+    axes: &[&str],
+    arguments: &Arguments,
+) -> Result<(), Failure> {
+    if arguments.json {
         let sessions: Vec<_> = choices.iter().map(|choice| as_json(choice, axes.len())).collect();
-        writeln!(out, "{}", json!({ "sessions": sessions }))
-    } else {
-        choices.iter().try_for_each(|choice| match &choice.plan {
-            Ok(plan) if plan.travel.is_nothing() => writeln!(out, "{}", choice.session.id),
+        return output::print(&format!("{}\n", json!({ "sessions": sessions })));
+    }
+    let mut text = String::new();
+    for choice in choices {
+        let id = &choice.session.id;
+        text += &match &choice.plan {
+            Ok(plan) if plan.travel.is_nothing() => format!("{id}\n"),
             Ok(plan) => {
                 let (ways, top) = (show_ways(&plan.travel, axes), plan.travel.top);
-                writeln!(out, "{}  {ways}  {top} Hz", choice.session.id)
+                format!("{id}  {ways}  {top} Hz\n")
             }
-            Err(reason) => writeln!(out, "- {} {reason}", choice.session.id),
-        })
-    };
-    let played = choices.iter().filter(|choice| choice.plan.is_ok()).count();
-    if !arguments.json {
-        let _ = writeln!(out, "\n{played} of {} sessions would be played", choices.len());
-        let _ = out.write_all(reasons(choices).as_bytes());
+            Err(reason) => format!("- {id} {reason}\n"),
+        };
     }
+    let played = choices.iter().filter(|choice| choice.plan.is_ok()).count();
+    text += &format!("\n{played} of {} sessions would be played\n", choices.len());
+    output::print(&(text + &reasons(choices)))
 }
 
 fn as_json(choice: &Choice<'_>, axes: usize) -> serde_json::Value {

@@ -18,6 +18,11 @@ const PAUSE: Duration = Duration::from_millis(60);
 /// How long a line is waited for to become quiet.
 const NOISE: Duration = Duration::from_secs(2);
 
+/// No controller says as much without a pause, in bytes.
+const LONGEST: usize = 1 << 20;
+/// So much of what makes no sense is shown.
+const EXCERPT: usize = 24;
+
 /// Why nothing more can be played.
 #[derive(Debug)]
 pub(super) enum Trouble {
@@ -27,6 +32,8 @@ pub(super) enum Trouble {
     Garbage(Vec<u8>),
     /// What is sent comes back.
     Echo,
+    /// It sends without a pause, such as this.
+    Endless(Vec<u8>),
     /// It counts from somewhere else than where it is: the axes are here.
     Elsewhere(Vec<i64>),
     /// The port is gone, or somebody has asked for an end.
@@ -194,7 +201,12 @@ impl Client {
         let end = until + NOISE;
         while let Some((_, bytes)) = self.next(until)? {
             answer.extend_from_slice(&bytes);
-            until = (Instant::now() + PAUSE).min(end);
+            let now = Instant::now();
+            if now > end || answer.len() > LONGEST {
+                answer.truncate(EXCERPT);
+                return Err(Trouble::Endless(answer));
+            }
+            until = (now + PAUSE).min(end);
         }
         Ok(answer)
     }
@@ -255,7 +267,7 @@ impl Trouble {
                  cable where the controller needs it, with nobody else on it"
             ),
             Trouble::Garbage(bytes) => {
-                let bytes = escape(bytes.get(..24).unwrap_or(&bytes));
+                let bytes = escape(bytes.get(..EXCERPT).unwrap_or(&bytes));
                 match port.baud() {
                     Some(_) => format!(
                         "what answers at {name} makes no sense{during}: `{bytes}`; tried were \
@@ -274,6 +286,12 @@ impl Trouble {
             Trouble::Echo => format!(
                 "{name} sends back what it is sent; switch the local echo of the adapter or the \
                  terminal server off, or remove the loop-back plug"
+            ),
+            Trouble::Endless(bytes) => format!(
+                "what is at {name} never falls silent{during}: `{}` and so on; it is no {maker} \
+                 controller, or runs a program that sends all the time, which STOP at its panel \
+                 ends",
+                escape(bytes.get(..EXCERPT).unwrap_or(&bytes)),
             ),
             Trouble::Port(PortError::Gone(why)) if last.is_none() => format!(
                 "{name} was closed before anything was answered: {why}; another client may hold \

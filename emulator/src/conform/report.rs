@@ -16,6 +16,7 @@ use super::announce::tally;
 use super::play::{Outcome, line};
 use super::{Arguments, watched};
 use crate::failure::Failure;
+use crate::output;
 use crate::port::Port;
 
 /// Tells a person, or collects for a program.
@@ -119,7 +120,11 @@ impl Report {
     }
 
     /// Says how it ended; whether all that was played passed.
-    pub(super) fn finish(mut self, port: &Port, failure: Option<&Failure>) -> bool {
+    pub(super) fn finish(
+        mut self,
+        port: &Port,
+        failure: Option<&Failure>,
+    ) -> Result<bool, Failure> {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
@@ -136,12 +141,11 @@ impl Report {
                 "notes": self.notes,
                 "sessions": self.sessions,
             });
-            self.print(&format!("{report}\n"));
+            output::print(&format!("{report}\n"))?;
         } else {
-            let summary = self.summary(failure.is_some());
-            self.print(&summary);
+            output::print(&self.summary(failure.is_some()))?;
         }
-        self.failed == 0
+        Ok(self.failed == 0)
     }
 
     fn summary(&self, early: bool) -> String {
@@ -201,7 +205,7 @@ impl Report {
         }
     }
 
-    /// Whoever reads may have read enough, which is no reason to complain.
+    /// What cannot be written now cannot be in the end either, and then it is said.
     fn print(&self, text: &str) {
         let mut out = io::stdout().lock();
         let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());

@@ -8,6 +8,10 @@ use vimc4_conform::fixtures;
 use vimc4_conform::format::{self, Session};
 
 use crate::failure::Failure;
+use crate::job::source::bounded;
+
+/// No file of sessions is as large as this.
+const LARGEST: u64 = 16 << 20;
 
 /// The sessions of a folder, else the built-in ones.
 pub(super) fn sessions(folder: Option<&Path>) -> Result<Vec<Session>, Failure> {
@@ -52,7 +56,9 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 }
 
 fn read(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|error| cannot_read(path, &error))
+    bounded(path, LARGEST)
+        .and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other))
+        .map_err(|error| cannot_read(path, &error))
 }
 
 fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {

@@ -1,6 +1,6 @@
 //! What there is to carry out: the file, and the controller and machine it is for.
 
-use std::fs;
+use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use vimc4_ncp::language;
 use vimc4_ncp::{Diagnostic, Severity};
 
 use crate::failure::Failure;
+use crate::output::shown_in_line;
 
 /// A job file and how it is read, the same for every command that takes one.
 #[derive(clap::Args)]
@@ -154,15 +155,36 @@ impl Site {
     }
 }
 
+/// No job has more bytes: ten million lines fit.
+const LARGEST: u64 = 256 << 20;
+
+/// The bytes of a file that must not have more than so many; `-` is standard input.
+pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if path == Path::new("-") {
+        io::stdin().lock().take(largest + 1).read_to_end(&mut bytes)?;
+    } else {
+        let file = File::open(path)?;
+        // A device or a pipe tells no length, and may have no end.
+        if file.metadata()?.len() > largest {
+            return Err(too_large(largest));
+        }
+        file.take(largest + 1).read_to_end(&mut bytes)?;
+    }
+    if bytes.len() as u64 > largest {
+        return Err(too_large(largest));
+    }
+    Ok(bytes)
+}
+
+fn too_large(largest: u64) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MiB", largest >> 20))
+}
+
 /// The bytes of a file; `-` is standard input. `what` says what it should be.
 pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
-    let mut bytes = Vec::new();
-    let read = match path == Path::new("-") {
-        true => io::stdin().lock().read_to_end(&mut bytes).map(drop),
-        false => fs::read(path).map(|all| bytes = all),
-    };
     let name = path.display();
-    read.map_err(|error| {
+    let bytes = bounded(path, LARGEST).map_err(|error| {
         Failure::usage(format!(
             "cannot read {name}: {error}; name {what}, or `-` for standard input"
         ))
@@ -184,7 +206,7 @@ impl JobArguments {
 
     /// The name of the file, for people.
     pub(crate) fn name(&self) -> String {
-        self.file.display().to_string()
+        shown_in_line(&self.file.display().to_string())
     }
 
     /// The bytes of the file.

@@ -8,6 +8,7 @@ use vimc4_ncp::job::check;
 use super::problems::{Format, Problems, counts};
 use crate::failure::Failure;
 use crate::job::source::{JobArguments, Site};
+use crate::output;
 
 #[derive(clap::Args)]
 #[command(
@@ -41,7 +42,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     problems.summary.lines = summary.lines;
     let summary = problems.finish()?;
     if arguments.format != Format::Json {
-        println!("{}: {} lines, {}", job.name(), summary.lines, counts(&summary));
+        let (name, lines) = (job.name(), summary.lines);
+        output::print(&format!("{name}: {lines} lines, {}\n", counts(&summary)))?;
     }
     Ok(if summary.errors > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

@@ -10,6 +10,7 @@ use vimc4_ncp::job::{Options, compile};
 use super::problems::{Format, Problems};
 use crate::failure::Failure;
 use crate::job::source::JobArguments;
+use crate::output;
 
 #[derive(clap::Args)]
 #[command(
@@ -59,10 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let written = match &arguments.output {
         Some(path) => fs::write(path, &whole)
             .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display()))),
-        None => io::stdout()
-            .lock()
-            .write_all(whole.as_bytes())
-            .map_err(|error| Failure::midway(format!("cannot write the output: {error}"))),
+        None => output::print(&whole),
     };
     written?;
     let _ = writeln!(

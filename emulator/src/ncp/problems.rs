@@ -1,6 +1,7 @@
 //! What is said about the lines of a job file.
 
 use std::io::{self, BufWriter, Write};
+use std::ops::Range;
 
 use miette::{LabeledSpan, MietteSpanContents, Report, SourceCode, SourceSpan, SpanContents};
 use serde_json::{Value, json};
@@ -10,6 +11,7 @@ use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::failure::Failure;
 use crate::job::source::{JobArguments, Reading};
+use crate::output::{self, shortened, shown_in_line};
 
 /// So many are shown with a picture of the line; the rest has a line each.
 const PICTURES: u64 = 20;
@@ -54,7 +56,10 @@ impl<'t> Problems<'t> {
         out: Box<dyn Write>,
     ) -> Problems<'t> {
         let mut problems = Problems {
-            name: job.name(),
+            name: match format {
+                Format::Json => job.file.display().to_string(),
+                Format::Full | Format::Short => job.name(),
+            },
             format,
             reading: job.reading,
             lines: lines(text),
@@ -109,11 +114,7 @@ impl<'t> Problems<'t> {
         let picture = Picture {
             diagnostic: *diagnostic,
             severity,
-            source: OneLine {
-                name: self.name.clone(),
-                line: diagnostic.line,
-                text: line.to_owned(),
-            },
+            source: OneLine::new(self.name.clone(), diagnostic, line),
         };
         writeln!(self.out, "{:?}", Report::new(picture))
     }
@@ -160,7 +161,7 @@ impl<'t> Problems<'t> {
             self.write(&counts);
         }
         let written = self.written.and_then(|()| self.out.flush());
-        written.map_err(|error| Failure::midway(format!("cannot write the output: {error}")))?;
+        output::written(written)?;
         Ok(self.summary)
     }
 
@@ -253,9 +254,7 @@ impl miette::Diagnostic for Picture {
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let range = self.diagnostic.span.range();
-        let span = SourceSpan::from(range.start..range.end.max(range.start));
-        let label = LabeledSpan::new_with_span(None, span);
+        let label = LabeledSpan::new_with_span(None, SourceSpan::from(self.source.span.clone()));
         Some(Box::new(std::iter::once(label)))
     }
 }
@@ -267,6 +266,31 @@ struct OneLine {
     /// Its number, from 1.
     line: u32,
     text: String,
+    /// What it is about.
+    span: Range<usize>,
+}
+
+impl OneLine {
+    /// So many characters are shown before and behind the place, and so many of it.
+    const AROUND: usize = 80;
+    const INSIDE: usize = 60;
+
+    /// The place and what is around it, in characters that a terminal shows.
+    fn new(name: String, diagnostic: &Diagnostic, line: &str) -> OneLine {
+        let range = diagnostic.span.range();
+        let before = line.get(..range.start).unwrap_or(line);
+        let inside = line.get(range.start..range.end).unwrap_or_default();
+        let behind = line.get(range.end.max(range.start)..).unwrap_or_default();
+        let skipped = before.chars().count().saturating_sub(Self::AROUND);
+        let ellipsis = if skipped > 0 { "…" } else { "" };
+        let before: String = before.chars().skip(skipped).collect();
+        let mut text = format!("{ellipsis}{}", shown_in_line(&before));
+        let start = text.len();
+        text += &shown_in_line(&shortened(inside, Self::INSIDE));
+        let end = text.len();
+        text += &shown_in_line(&shortened(behind, Self::AROUND));
+        OneLine { name, line: diagnostic.line, text, span: start..end }
+    }
 }
 
 impl SourceCode for OneLine {

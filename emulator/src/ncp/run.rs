@@ -1,6 +1,6 @@
 //! `vimc4 ncp run`: a job on a virtual controller, in virtual time.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,6 +19,7 @@ use crate::job::operator::Operator;
 use crate::job::perform::{Ending, Work, perform, shown};
 use crate::job::source::{JobArguments, Site};
 use crate::job::virtual_time::Virtual;
+use crate::output;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
 use crate::run::report::{grouped, nanos, seconds};
@@ -235,8 +236,7 @@ impl Outcome {
             true => self.json(site, link, told),
             false => self.table(site, link),
         };
-        let written = io::stdout().lock().write_all(text.as_bytes());
-        written.map_err(|error| Failure::midway(format!("cannot write the output: {error}")))?;
+        output::print(&text)?;
         Ok(ExitCode::from(self.code))
     }
 

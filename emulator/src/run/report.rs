@@ -11,6 +11,10 @@ use super::Arguments;
 use super::meter::{Meter, units};
 use super::script::{Kind, Line, Script};
 use crate::failure::Failure;
+use crate::output::{self, shortened, shown_in_line};
+
+/// So many characters of a line are quoted to a person.
+const QUOTE: usize = 200;
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,7 +141,7 @@ impl Report {
         // Lines that run by are progress enough.
         let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
         Report {
-            file: arguments.file.display().to_string(),
+            file: shown_in_line(&arguments.file.display().to_string()),
             axes,
             kind: script.kind,
             json: arguments.json,
@@ -164,6 +168,7 @@ impl Report {
     /// A line, as it can be found in the file.
     pub(super) fn place(&self, line: &Line) -> String {
         let text = line.text();
+        let text = shortened(&text, QUOTE);
         match line.number {
             Some(number) => format!("{}, line {number} (`{text}`)", self.file),
             None => format!("`{text}`"),
@@ -197,12 +202,13 @@ impl Report {
             }
             (Some(answer), _) => escape(answer),
         };
-        let mut said = format!("{number:>6}  {:<32}  {text}", line.text());
+        let sent = line.text();
+        let mut said = format!("{number:>6}  {:<32}  {text}", shortened(&sent, QUOTE));
         if !took.is_zero() {
             said += &format!("  after {}", seconds(took));
         }
         if self.verbose {
-            said += &format!("  ({meaning})");
+            said += &format!("  ({})", shown_in_line(&shortened(&meaning, QUOTE)));
         }
         self.say(&said);
     }
@@ -295,6 +301,7 @@ impl Report {
             let place = line.and_then(|line| line.number);
             let place = place.map_or_else(|| format!("#{number}"), |number| number.to_string());
             let text = line.map(Line::text).unwrap_or_default();
+            let text = shortened(&text, QUOTE);
             let at = seconds(at - self.began);
             self.say(&format!("{place:>6}  {text:<32}  at {at}"));
         }
@@ -432,8 +439,7 @@ impl Report {
                 self.say("          give it what it waits for, as in --input 0.2=1@2s or --press start@5s");
             }
         }
-        let written = self.written.and_then(|()| self.out.flush());
-        written.map_err(|error| Failure::midway(format!("cannot write the output: {error}")))
+        output::written(self.written.and_then(|()| self.out.flush()))
     }
 
     fn say(&mut self, text: &str) {

@@ -63,6 +63,16 @@ fn main() -> std::process::ExitCode {
     } else {
         trials.push(with(false, "needs unshare and ip", vanishes, tcp::a_client_vanishes));
     }
+    let hangs_up = "terminal: a client hangs it up, and the next one finds it as it was";
+    let (root, python) =
+        (rustix::process::geteuid().is_root(), tools::has("python3", &["--version"]));
+    if python && !root {
+        // Tools can be installed; what the system forbids it forbids.
+        let name = "terminal: a client hangs it up (only root may)";
+        trials.push(test(name, terminal::a_client_hangs_up).with_ignored_flag(true));
+    } else {
+        trials.push(with(python, "needs python3", hangs_up, terminal::a_client_hangs_up));
+    }
     // Who is not root has run them as an ordinary user already.
     if rustix::process::geteuid().is_root() {
         trials.push(with(

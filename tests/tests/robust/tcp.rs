@@ -15,6 +15,7 @@ pub(crate) const TESTS: &[(&str, fn())] = &[
     ("tcp: a thousand clients one after the other are all served", a_thousand_clients),
     ("tcp: a client that resets does not stop the move", a_client_resets),
     ("tcp: garbage is answered line by line while the neighbour works", a_client_floods),
+    ("tcp: a client that does not read for long keeps the line and hears again", a_client_rests),
 ];
 
 fn a_thousand_clients() {
@@ -96,6 +97,38 @@ fn a_client_floods() {
     assert_eq!(ask(&mut client, "@0P", 19), at(0));
 }
 
+/// Asks until nothing more of the answers is taken: neither by the client's system, nor by ours.
+fn stuff(client: &mut (impl Write + Read), counts: &Counts) {
+    let question = b"@0P\r".repeat(1_000);
+    while counts.lost.load(Ordering::SeqCst) == 0 {
+        client.write_all(&question).unwrap();
+    }
+}
+
+/// Longer than any client may be silent.
+const LONG: Duration = Duration::from_secs(20);
+
+fn a_client_rests() {
+    let counts = Counts::default();
+    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(counts.clone());
+    let emulator = builder.start().unwrap();
+    let mut client = connect(&emulator);
+    assert_eq!(ask(&mut client, "@07", 1), "0");
+    stuff(&mut client, &counts);
+    thread::sleep(LONG);
+    assert_eq!(counts.closed.load(Ordering::SeqCst), 0, "it was cut off");
+    // What it was not too late for comes in whole answers.
+    client.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+    let mut answers = 0;
+    let mut answer = [0; 19];
+    while client.read_exact(&mut answer).is_ok() {
+        assert_eq!(answer, at(0).as_bytes());
+        answers += 1;
+    }
+    assert!(answers > 1_000, "{answers}");
+    assert_eq!(ask(&mut client, "@0P", 19), at(0));
+}
+
 // --- a network that goes away ---
 
 pub(crate) const ROLE: &str = "lose the network";
@@ -123,15 +156,29 @@ pub(crate) fn lose_the_network() -> ExitCode {
     let counts = Counts::default();
     let builder = Emulator::builder().tcp("127.0.0.1:0").sink(counts.clone());
     let emulator = builder.start().unwrap();
+    // And one that has not read for a while, so that nothing is under way to it.
+    let stuffed = Counts::default();
+    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(stuffed.clone());
+    let other_emulator = builder.start().unwrap();
     let mut client = connect(&emulator);
+    let mut other = connect(&other_emulator);
     assert_eq!(ask(&mut client, "@07", 1), "0");
+    assert_eq!(ask(&mut other, "@07", 1), "0");
+    stuff(&mut other, &stuffed);
+    thread::sleep(LONG);
+    assert_eq!(stuffed.closed.load(Ordering::SeqCst), 0, "it was cut off");
     network("down");
     let began = Instant::now();
-    while counts.closed.load(Ordering::SeqCst) == 0 {
-        assert!(began.elapsed() < Duration::from_secs(15), "it still holds the line");
-        thread::sleep(Duration::from_millis(10));
-    }
+    let gone = |counts: &Counts, within| {
+        while counts.closed.load(Ordering::SeqCst) == 0 {
+            assert!(began.elapsed() < within, "it still holds the line");
+            thread::sleep(Duration::from_millis(10));
+        }
+    };
+    gone(&counts, Duration::from_secs(15));
+    gone(&stuffed, Duration::from_secs(25));
     network("up");
     assert_eq!(ask(&mut connect(&emulator), "@0P", 19), at(0));
+    assert_eq!(ask(&mut connect(&other_emulator), "@0P", 19), at(0));
     ExitCode::SUCCESS
 }

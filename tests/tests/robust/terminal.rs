@@ -9,8 +9,10 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::termios::{
-    InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl, tcgetattr, tcsetattr,
+    Action, ControlModes, InputModes, LocalModes, OptionalActions, SpecialCodeIndex,
+    ioctl_tiocexcl, tcflow, tcgetattr, tcsetattr,
 };
 use vimc4::{Clock, Emulator};
 
@@ -20,6 +22,11 @@ pub(crate) const TESTS: &[(&str, fn())] = &[
     ("terminal: a thousand clients one after the other read nothing stale", a_thousand_clients),
     ("terminal: a client is killed while it has it for itself", exclusive_clients_are_killed),
     ("terminal: a client never reads", a_client_never_reads),
+    (
+        "terminal: a stopped output and flow control end with their client",
+        a_client_stops_the_output,
+    ),
+    ("terminal: two programs at once are told of", two_programs),
     ("terminal: idle before, between and after clients", idle),
 ];
 
@@ -158,6 +165,79 @@ fn a_client_never_reads() {
     }
     counts.after_leaving(|| drop(lazy));
     assert_eq!(ask(&mut Terminal::open(&path), "@0P", 19), at(0));
+}
+
+fn a_client_stops_the_output() {
+    let counts = Counts::default();
+    let (_emulator, path) = emulator(&counts);
+    let mut first = Terminal::open(&path);
+    assert_eq!(ask(&mut first, "@07", 1), "0");
+    counts.after_leaving(|| drop(first));
+    for n in 1..=20 {
+        let mut rude = Terminal::open(&path);
+        assert_eq!(ask(&mut rude, "@0A1,900,0,900,0,900,0,900", 1), "0");
+        let mut settings = tcgetattr(&rude.0).unwrap();
+        settings.control_modes |= ControlModes::CRTSCTS | ControlModes::CSTOPB;
+        settings.input_modes |= InputModes::IXON | InputModes::IXOFF;
+        tcsetattr(&rude.0, OptionalActions::Now, &settings).unwrap();
+        tcflow(&rude.0, Action::OOff).unwrap();
+        counts.after_leaving(|| drop(rude));
+        let mut next = Terminal::open(&path);
+        let settings = tcgetattr(&next.0).unwrap();
+        assert!(!settings.control_modes.intersects(ControlModes::CRTSCTS | ControlModes::CSTOPB));
+        assert!(!settings.input_modes.intersects(InputModes::IXON | InputModes::IXOFF));
+        // A stopped output would hold a writer that waits for ever.
+        let flags = fcntl_getfl(&next.0).unwrap();
+        fcntl_setfl(&next.0, flags | OFlags::NONBLOCK).unwrap();
+        assert_eq!(ask(&mut next, "@0P", 19), at(n));
+        counts.after_leaving(|| drop(next));
+    }
+}
+
+/// Only root may hang up a terminal that is not the session's own, and no safe call does.
+pub(crate) fn a_client_hangs_up() {
+    const VHANGUP: &str = "import fcntl, os, sys\n\
+        port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n\
+        fcntl.ioctl(port, 0x5437)\n";
+    let counts = Counts::default();
+    let (emulator, path) = emulator(&counts);
+    let mut first = Terminal::open(&path);
+    assert_eq!(ask(&mut first, "@07", 1), "0");
+    counts.after_leaving(|| drop(first));
+    for n in 1..=20 {
+        counts.after_leaving(|| {
+            let status = Command::new("python3").args(["-c", VHANGUP]).arg(&path).status();
+            assert!(status.unwrap().success());
+        });
+        let mut next = Terminal::open(&path);
+        wait_until("a raw line", || {
+            let settings = tcgetattr(&next.0).unwrap();
+            !settings.local_modes.intersects(LocalModes::ICANON | LocalModes::ECHO)
+        });
+        assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
+        assert_eq!(ask(&mut next, "@0P", 19), at(n));
+        counts.after_leaving(|| drop(next));
+    }
+    assert_eq!(emulator.position().unwrap()[0], 20);
+}
+
+fn two_programs() {
+    let counts = Counts::default();
+    let (_emulator, path) = emulator(&counts);
+    // One program that has it open twice, as some do, takes nothing from itself.
+    // The system may tell of two openings at the same instant as of one.
+    let moment = Duration::from_millis(20);
+    let mut mine = Terminal::open(&path);
+    assert_eq!(ask(&mut mine, "@07", 1), "0");
+    let twice = Terminal::open(&path);
+    thread::sleep(moment);
+    drop(twice);
+    thread::sleep(moment);
+    assert_eq!(counts.shared.load(Ordering::SeqCst), 0);
+    let child = in_role(ROLE).env(PATH, &path).stdout(Stdio::piped()).spawn().unwrap();
+    let _other = Holder(child);
+    // Its answer may go to either.
+    wait_until("the news of the other one", || counts.shared.load(Ordering::SeqCst) == 1);
 }
 
 /// Processor time in ticks of 10 ms, and how often the threads of this process have slept.

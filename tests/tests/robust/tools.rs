@@ -107,11 +107,13 @@ pub(crate) fn descriptors() -> usize {
     fs::read_dir("/proc/self/fd").unwrap().count()
 }
 
-/// Counts clients that have left and clients that have lost something.
+/// Counts clients that have left, clients that have lost something, and those that have taken it
+/// from each other.
 #[derive(Clone, Default)]
 pub(crate) struct Counts {
     pub(crate) closed: Arc<AtomicUsize>,
     pub(crate) lost: Arc<AtomicUsize>,
+    pub(crate) shared: Arc<AtomicUsize>,
 }
 
 impl Counts {
@@ -132,6 +134,7 @@ impl Sink for Counts {
         match report {
             Report::News(_, News::Closed { .. }) => self.closed.fetch_add(1, Ordering::SeqCst),
             Report::News(_, News::Lost { .. }) => self.lost.fetch_add(1, Ordering::SeqCst),
+            Report::News(_, News::Shared { .. }) => self.shared.fetch_add(1, Ordering::SeqCst),
             _ => 0,
         };
     }

@@ -2,10 +2,12 @@
 
 use std::fs;
 use std::io;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{MetadataExt, symlink};
 use std::path::{Path, PathBuf, absolute};
 
 use thiserror::Error;
+
+use super::users::Users;
 
 /// A symbolic link to a PTY, removed when dropped if it is still ours.
 #[derive(Debug)]
@@ -23,6 +25,18 @@ pub enum LinkError {
         path = .0.display()
     )]
     Occupied(PathBuf),
+    /// An emulator that is still running has the name.
+    #[error(
+        "{path} belongs to {holder}, which is still running; end it, choose another name for the \
+         link, or take this one over (--replace)",
+        path = .path.display()
+    )]
+    Held {
+        /// The link.
+        path: PathBuf,
+        /// Who has it.
+        holder: String,
+    },
     /// The operating system does not let us.
     #[error(
         "cannot make the link {path}: {source}; choose a name in a folder that exists and can be \
@@ -39,8 +53,13 @@ pub enum LinkError {
 
 impl Link {
     /// Whether [`create`](Link::create) would be allowed to use the name: it is free, or a link
-    /// that leads nowhere or to a PTY.
-    pub fn check(path: &Path) -> Result<(), LinkError> {
+    /// that leads nowhere or to a PTY at which nobody answers. With `replace` it may be one of a
+    /// running emulator as well.
+    ///
+    /// A number of a PTY is given out again when its owner has gone. So a link that is left of an
+    /// emulator that was killed may lead to somebody's terminal window: what tells an emulator is
+    /// that it holds both ends.
+    pub fn check(path: &Path, replace: bool) -> Result<(), LinkError> {
         match fs::symlink_metadata(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             Err(source) => Err(LinkError::Failed { path: path.to_owned(), source }),
@@ -50,10 +69,14 @@ impl Link {
                     .map_err(|source| LinkError::Failed { path: path.to_owned(), source })?;
                 let dangling =
                     fs::metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
-                if dangling || target.starts_with("/dev/pts") {
-                    Ok(())
-                } else {
-                    Err(LinkError::Occupied(path.to_owned()))
+                if !dangling && !target.starts_with("/dev/pts") {
+                    return Err(LinkError::Occupied(path.to_owned()));
+                }
+                match holder(&target) {
+                    Some(holder) if !replace => {
+                        Err(LinkError::Held { path: path.to_owned(), holder })
+                    }
+                    _ => Ok(()),
                 }
             }
         }
@@ -61,8 +84,8 @@ impl Link {
 
     /// Makes the link, or moves it here from a PTY that is gone. Whoever looks at the name sees
     /// the old link or the new one, never none.
-    pub fn create(path: &Path, target: &Path) -> Result<Link, LinkError> {
-        Link::check(path)?;
+    pub fn create(path: &Path, target: &Path, replace: bool) -> Result<Link, LinkError> {
+        Link::check(path, replace)?;
         let failed = |source| LinkError::Failed { path: path.to_owned(), source };
         // The link must be found again when the working directory has changed.
         let path = absolute(path).map_err(failed)?;
@@ -87,6 +110,21 @@ impl Link {
     }
 }
 
+/// Who answers at a PTY, in words.
+fn holder(target: &Path) -> Option<String> {
+    let users = Users::of(target).ok()?;
+    if let Some(user) = users.server() {
+        return Some(match user.process == std::process::id() {
+            true => "another controller of this program".to_owned(),
+            false => format!("{} (process {})", user.name, user.process),
+        });
+    }
+    // A PTY of somebody else exists as long as somebody holds its near end, whom we may not see.
+    let owner = fs::metadata(target).ok()?.uid();
+    let other = !users.all_looked_at && owner != rustix::process::geteuid().as_raw();
+    other.then(|| format!("a program of another user (number {owner})"))
+}
+
 impl Drop for Link {
     fn drop(&mut self) {
         // Another emulator may have taken the name over.
@@ -105,11 +143,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("vimc4.pty");
         // Free, dangling, into /dev/pts: allowed.
-        drop(Link::create(&path, Path::new("/dev/pts/0")).unwrap());
+        drop(Link::create(&path, Path::new("/dev/pts/0"), false).unwrap());
         assert!(!path.is_symlink());
         symlink("/nowhere/at/all", &path).unwrap();
-        let first = Link::create(&path, Path::new("/dev/pts/0")).unwrap();
-        let second = Link::create(&path, Path::new("/dev/pts/1")).unwrap();
+        let first = Link::create(&path, Path::new("/dev/pts/0"), false).unwrap();
+        let second = Link::create(&path, Path::new("/dev/pts/1"), false).unwrap();
         assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/1"));
         // The first one has lost the name and must not take it away from the second.
         drop(first);
@@ -118,16 +156,16 @@ mod tests {
         assert!(!path.is_symlink());
         // A file, a folder, a link to a file: somebody's own.
         fs::write(&path, "precious").unwrap();
-        let refused = Link::create(&path, Path::new("/dev/pts/0")).unwrap_err();
+        let refused = Link::create(&path, Path::new("/dev/pts/0"), false).unwrap_err();
         assert!(matches!(refused, LinkError::Occupied(_)), "{refused}");
         let other = folder.path().join("other");
         symlink(&path, &other).unwrap();
-        assert!(Link::create(&other, Path::new("/dev/pts/0")).is_err());
-        assert!(Link::create(folder.path(), Path::new("/dev/pts/0")).is_err());
+        assert!(Link::create(&other, Path::new("/dev/pts/0"), false).is_err());
+        assert!(Link::create(folder.path(), Path::new("/dev/pts/0"), false).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"precious");
         // A folder that is not there.
         let nowhere = folder.path().join("none").join("link");
-        let failed = Link::create(&nowhere, Path::new("/dev/pts/0")).unwrap_err();
+        let failed = Link::create(&nowhere, Path::new("/dev/pts/0"), false).unwrap_err();
         assert!(matches!(failed, LinkError::Failed { .. }), "{failed}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }

@@ -7,6 +7,7 @@
 mod memory;
 mod modem;
 mod outbox;
+mod returning;
 mod serial;
 mod tcp;
 
@@ -16,6 +17,10 @@ mod link;
 mod pty;
 #[cfg(unix)]
 mod terminal;
+#[cfg(unix)]
+mod users;
+#[cfg(target_os = "linux")]
+mod vigil;
 #[cfg(target_os = "linux")]
 #[path = "watch_linux.rs"]
 mod watch;
@@ -35,6 +40,8 @@ pub use modem::{HostLines, Modem};
 pub use pty::{Pty, PtyError};
 pub use serial::{Serial, SerialError};
 pub use tcp::{Clients, Tcp, TcpError};
+#[cfg(unix)]
+pub use users::{User, Users};
 
 use crate::report::News;
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::{Duration, Instant};
 
 use rustix::fs::{Mode, OFlags, open};
 use serialport::{SerialPort, TTYPort};
@@ -17,6 +18,9 @@ use super::outbox::Outbox;
 use super::watch::{Seen, Watch};
 use super::{Received, Sent, Transport, take};
 use crate::report::News;
+
+/// That several programs have it open is told no more often than this.
+const REMINDER: Duration = Duration::from_secs(10);
 
 /// A pseudo terminal whose far end a client opens like a serial port.
 ///
@@ -47,6 +51,8 @@ pub struct Pty {
     news: VecDeque<News>,
     /// What has been read already and comes after the news.
     early: VecDeque<u8>,
+    /// When it was told that several programs have it open.
+    told: Option<Instant>,
     /// The system is asked what has arrived, although it has not told.
     thorough: bool,
 }
@@ -92,6 +98,7 @@ impl Pty {
             compared: false,
             news: VecDeque::new(),
             early: VecDeque::new(),
+            told: None,
             thorough: false,
             path,
         })
@@ -129,6 +136,14 @@ impl Pty {
             self.compared = false;
             self.news.push_back(News::Opened { transport: transport(), client: client() });
         }
+        if seen.opens > 1
+            && seen.opens > self.seen.opens
+            && self.told.is_none_or(|told| told.elapsed() >= REMINDER)
+            && let Some(programs) = self.watch.programs()
+        {
+            self.told = Some(Instant::now());
+            self.news.push_back(News::Shared { transport: transport(), programs });
+        }
         self.seen = seen;
     }
 
@@ -137,8 +152,10 @@ impl Pty {
         if std::mem::replace(&mut self.compared, true) {
             return;
         }
+        // A speed of 0 means to hang up, which some programs use for a terminal without a line.
         if let Some(client) = self.watch.speed()
             && client != self.baud
+            && client != 0
         {
             let (transport, line) = (Arc::clone(&self.label), self.baud);
             self.news.push_back(News::WrongSpeed { transport, client, line });

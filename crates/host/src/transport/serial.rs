@@ -1,6 +1,7 @@
 //! A real serial port.
 
 use std::io;
+use std::path::PathBuf;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
@@ -10,17 +11,30 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_serial::{SerialPort, SerialPortBuilderExt, SerialStream};
 
 use super::outbox::Outbox;
+use super::returning::Returning;
 use super::{Received, Sent, Transport};
 use crate::report::News;
 
 /// A serial port of this computer at the device's speed, 8N1 without flow control, as the real
-/// controllers have it. Whether somebody is at the other end of the cable cannot be seen.
+/// controllers have it. Whether somebody is at the other end of the cable cannot be seen. One that
+/// is unplugged is opened again when it is back.
 #[derive(Debug)]
 pub struct Serial {
     label: Arc<str>,
-    port: Option<SerialStream>,
+    path: PathBuf,
+    baud: u32,
+    /// Whether the other end may send.
+    ready: bool,
+    state: State,
     outbox: Outbox,
-    failure: Option<String>,
+    news: Option<News>,
+}
+
+#[derive(Debug)]
+enum State {
+    Open(SerialStream),
+    /// It is not there. `None` if nobody can tell when it is.
+    Gone(Option<Returning>),
 }
 
 /// Why a serial port cannot be used.
@@ -37,27 +51,49 @@ pub struct SerialError {
 impl Serial {
     /// Opens the port. It must be called within a tokio runtime.
     pub fn open(path: &str, baud: u32) -> Result<Serial, SerialError> {
-        let port = tokio_serial::new(path, baud)
-            .data_bits(tokio_serial::DataBits::Eight)
-            .parity(tokio_serial::Parity::None)
-            .stop_bits(tokio_serial::StopBits::One)
-            .flow_control(tokio_serial::FlowControl::None)
-            .open_native_async()
-            .map_err(|source| SerialError { path: path.to_owned(), source })?;
+        let port =
+            open(path, baud).map_err(|source| SerialError { path: path.to_owned(), source })?;
         Ok(Serial {
             label: Arc::from(format!("serial {path}")),
-            port: Some(port),
+            path: PathBuf::from(path),
+            baud,
+            ready: true,
+            state: State::Open(port),
             outbox: Outbox::default(),
-            failure: None,
+            news: None,
         })
     }
 
-    /// The port is gone, most likely unplugged. Looking for it again and again would be
-    /// polling; who plugs it in again starts the emulator again.
+    /// The port is gone, most likely unplugged.
     fn fail(&mut self, error: &dyn std::fmt::Display) {
-        self.port = None;
-        self.failure = Some(error.to_string());
+        self.state = State::Gone(Returning::new(&self.path).ok());
+        self.outbox.clear();
+        let (transport, error) = (Arc::clone(&self.label), error.to_string());
+        self.news = Some(News::Gone { transport, error });
     }
+
+    /// Looks for a port that is gone, whenever there is a reason to.
+    fn poll_return(&mut self, cx: &mut Context<'_>) {
+        while let State::Gone(Some(returning)) = &mut self.state {
+            if returning.poll(cx).is_pending() {
+                return;
+            }
+            if let Ok(mut port) = open(&returning.path().to_string_lossy(), self.baud) {
+                let _ = port.write_request_to_send(self.ready);
+                self.state = State::Open(port);
+                self.news = Some(News::Back { transport: Arc::clone(&self.label) });
+            }
+        }
+    }
+}
+
+fn open(path: &str, baud: u32) -> tokio_serial::Result<SerialStream> {
+    tokio_serial::new(path, baud)
+        .data_bits(tokio_serial::DataBits::Eight)
+        .parity(tokio_serial::Parity::None)
+        .stop_bits(tokio_serial::StopBits::One)
+        .flow_control(tokio_serial::FlowControl::None)
+        .open_native_async()
 }
 
 impl Transport for Serial {
@@ -66,7 +102,20 @@ impl Transport for Serial {
     }
 
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
-        if let Some(port) = self.port.as_mut().filter(|_| !buffer.is_empty()) {
+        loop {
+            if let Some(news) = self.news.take() {
+                return Poll::Ready(Received::News(news));
+            }
+            if buffer.is_empty() {
+                return Poll::Pending;
+            }
+            let State::Open(port) = &mut self.state else {
+                self.poll_return(cx);
+                if self.news.is_some() {
+                    continue;
+                }
+                return Poll::Pending;
+            };
             let mut read = ReadBuf::new(buffer);
             match Pin::new(port).poll_read(cx, &mut read) {
                 Poll::Pending => return Poll::Pending,
@@ -77,28 +126,22 @@ impl Transport for Serial {
                 Poll::Ready(Err(error)) => self.fail(&error),
             }
         }
-        match self.failure.take() {
-            Some(error) => {
-                let transport = Arc::clone(&self.label);
-                Poll::Ready(Received::News(News::Failed { transport, error }))
-            }
-            None => Poll::Pending,
-        }
     }
 
     fn poll_send(&mut self, cx: &mut Context<'_>) {
-        let Some(port) = &mut self.port else { return };
-        let flushed = self.outbox.flush(|bytes| match Pin::new(&mut *port).poll_write(cx, bytes) {
+        let Serial { state: State::Open(port), outbox, .. } = self else { return };
+        let flushed = outbox.flush(|bytes| match Pin::new(&mut *port).poll_write(cx, bytes) {
             Poll::Ready(written) => written,
             Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
         });
         if let Err(error) = flushed {
             self.fail(&error);
+            cx.waker().wake_by_ref();
         }
     }
 
     fn send(&mut self, bytes: &[u8]) -> Sent {
-        let Some(port) = &mut self.port else { return Sent::Nobody };
+        let State::Open(port) = &mut self.state else { return Sent::Nobody };
         match self.outbox.send(bytes, |bytes| port.try_write(bytes)) {
             Ok(0) => Sent::Accepted,
             Ok(lost) => Sent::Lost(lost),
@@ -110,19 +153,20 @@ impl Transport for Serial {
     }
 
     fn set_baud(&mut self, baud: u32) {
-        if let Some(Err(error)) = self.port.as_mut().map(|port| port.set_baud_rate(baud)) {
+        self.baud = baud;
+        if let State::Open(port) = &mut self.state
+            && let Err(error) = port.set_baud_rate(baud)
+        {
             self.fail(&error);
         }
     }
 
-    /// What is the request to send here is the clear to send at the other end of the cable.
+    /// What is the request to send here is the clear to send at the other end of the cable. An
+    /// adapter without it is none the worse for a host that does not heed it.
     fn set_ready(&mut self, ready: bool) {
-        if let Some(Err(error)) = self.port.as_mut().map(|port| port.write_request_to_send(ready)) {
-            self.fail(&error);
+        self.ready = ready;
+        if let State::Open(port) = &mut self.state {
+            let _ = port.write_request_to_send(ready);
         }
-    }
-
-    fn is_finished(&self) -> bool {
-        self.port.is_none() && self.failure.is_none()
     }
 }

@@ -18,6 +18,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Sleep, sleep};
 
 use super::outbox::Outbox;
+#[cfg(target_os = "linux")]
+use super::vigil::{self, Vigil};
 use super::{Received, Sent, Transport};
 use crate::report::News;
 
@@ -114,6 +116,10 @@ struct Client {
     sent_since: u64,
     /// Nothing more will come for it.
     dismissed: bool,
+    /// It does not answer any more.
+    vanished: bool,
+    #[cfg(target_os = "linux")]
+    vigil: Vigil,
 }
 
 impl Client {
@@ -125,6 +131,9 @@ impl Client {
             finished: false,
             sent_since: 0,
             dismissed: false,
+            vanished: false,
+            #[cfg(target_os = "linux")]
+            vigil: Vigil::default(),
         }
     }
 }
@@ -269,19 +278,18 @@ impl Tcp {
         let Tcp { observers, news, label, .. } = self;
         observers.retain_mut(|observer| {
             let mut ignored = [0; 256];
-            loop {
+            while !observer.vanished {
                 match observer.poll_read(cx, &mut ignored) {
                     Poll::Pending => return true,
                     Poll::Ready(Ok(n)) if n > 0 => {}
-                    Poll::Ready(_) => {
-                        news.push_back(News::Closed {
-                            transport: Arc::clone(label),
-                            client: format!("{} (observing)", observer.peer),
-                        });
-                        return false;
-                    }
+                    Poll::Ready(_) => break,
                 }
             }
+            news.push_back(News::Closed {
+                transport: Arc::clone(label),
+                client: format!("{} (observing)", observer.peer),
+            });
+            false
         });
     }
 }
@@ -297,6 +305,10 @@ impl Transport for Tcp {
         while let Some(holder) = &mut self.holder {
             if let Some(news) = self.news.pop_front() {
                 return Poll::Ready(Received::News(news));
+            }
+            if holder.vanished {
+                self.release();
+                continue;
             }
             if holder.finished {
                 // Who waits for the line comes before who only listens on.
@@ -331,6 +343,7 @@ impl Transport for Tcp {
             let waited = !client.outbox.is_empty();
             let flushed = client.poll_flush(cx);
             client.mind(flushed);
+            client.poll_vigil(cx);
             if waited && client.dismissed && client.outbox.is_empty() {
                 // It has everything now; receiving is where it is let go.
                 cx.waker().wake_by_ref();
@@ -353,6 +366,8 @@ impl Transport for Tcp {
                 client.sent_since += u64::try_from(bytes.len()).unwrap_or(u64::MAX);
             }
             client.mind(result);
+            #[cfg(target_os = "linux")]
+            client.vigil.begin();
         }
         sent
     }
@@ -376,6 +391,18 @@ impl Client {
             self.outbox.clear();
             self.dismissed = true;
         }
+    }
+
+    /// Looks whether it is still there, if that is due.
+    fn poll_vigil(&mut self, cx: &mut Context<'_>) {
+        #[cfg(target_os = "linux")]
+        if !self.vanished && self.vigil.poll(cx, &self.stream).is_ready() {
+            self.vanished = true;
+            // Receiving is where it is let go.
+            cx.waker().wake_by_ref();
+        }
+        #[cfg(not(target_os = "linux"))]
+        let _ = cx;
     }
 
     fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
@@ -408,7 +435,7 @@ fn prepare(stream: &TcpStream) {
     let keepalive = keepalive.with_retries(2);
     let _ = socket.set_tcp_keepalive(&keepalive);
     #[cfg(target_os = "linux")]
-    let _ = socket.set_tcp_user_timeout(Some(3 * SIGN_OF_LIFE));
+    vigil::prepare(stream);
 }
 
 /// Errors of the connection that was to be accepted, which say nothing about the listener.

@@ -4,7 +4,7 @@ use std::io;
 use std::os::fd::AsFd;
 
 use rustix::termios::{
-    ControlModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcsetattr,
+    ControlModes, InputModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcsetattr,
 };
 
 /// Raw mode at the given speed: every byte passes as it is, and reading waits for the first.
@@ -15,6 +15,8 @@ pub(super) fn set_raw(terminal: impl AsFd, baud: u32) -> io::Result<()> {
     settings.make_raw();
     settings.special_codes[SpecialCodeIndex::VMIN] = 1;
     settings.special_codes[SpecialCodeIndex::VTIME] = 0;
+    settings.input_modes.remove(InputModes::IXOFF | InputModes::IXANY);
+    settings.control_modes.remove(ControlModes::CRTSCTS | ControlModes::CSTOPB);
     settings.control_modes |= ControlModes::CREAD | ControlModes::CLOCAL;
     let _ = settings.set_speed(baud);
     tcsetattr(terminal, OptionalActions::Now, &settings)?;

@@ -12,22 +12,22 @@
 //! may look at decide.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::mem::MaybeUninit;
 use std::os::fd::OwnedFd;
-use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fs::inotify::{self, CreateFlags, ReadFlags, Reader, WatchFlags};
+use rustix::fs::{Mode, OFlags, open};
 use rustix::io::Errno;
-use rustix::termios::{QueueSelector, ioctl_tiocnxcl, tcflush};
+use rustix::termios::{Action, QueueSelector, ioctl_tiocnxcl, tcflow, tcflush, tcgetattr};
 
 use super::terminal::{set_raw, speed};
+use super::users::Users;
 
 /// The watch over one terminal.
 #[derive(Debug)]
@@ -41,6 +41,8 @@ pub(super) struct Watch {
 pub(super) struct Seen {
     /// Somebody other than we ourselves has it open.
     pub(super) open: bool,
+    /// How often it is open, without our own descriptor.
+    pub(super) opens: u32,
     /// How often the last client has closed it.
     pub(super) closings: u64,
 }
@@ -59,6 +61,8 @@ type Identity = (u64, u64);
 struct Terminal {
     /// Our own descriptor of the client's end.
     kept: OwnedFd,
+    /// The client's end.
+    path: PathBuf,
     /// Device and inode, by which its other descriptors are found.
     identity: Identity,
     /// The speed that every client finds.
@@ -82,8 +86,16 @@ impl Watch {
             let number = inotify::add_watch(&watcher.inotify, path, flags)?;
             let file = rustix::fs::fstat(&kept)?;
             let identity = (file.st_dev, file.st_ino);
-            let terminal =
-                Terminal { kept, identity, baud, opens: 0, closings: 0, events: 0, waker: None };
+            let terminal = Terminal {
+                kept,
+                path: path.to_owned(),
+                identity,
+                baud,
+                opens: 0,
+                closings: 0,
+                events: 0,
+                waker: None,
+            };
             terminals.insert(number, terminal);
             number
         };
@@ -141,13 +153,26 @@ impl Watch {
         }
     }
 
+    /// Which programs have it open, in words, if they are more than one.
+    pub(super) fn programs(&self) -> Option<String> {
+        let identity = self.watcher.terminals().get(&self.number)?.identity;
+        // Looking at all processes takes its time; nobody else waits for it.
+        let users = Users::of_file(identity, None);
+        let own = std::process::id();
+        // Our own descriptor is no program's.
+        let programs = users.seen.iter().filter(|user| user.process != own || user.descriptors > 1);
+        let names: Vec<String> =
+            programs.map(|user| format!("{} (process {})", user.name, user.process)).collect();
+        (names.len() > 1).then(|| names.join(" and "))
+    }
+
     /// The terminal counts as closed: looks whether an opening was merged into another one, so
     /// that somebody has it open all the same. Somebody who opens it meanwhile is a new client,
     /// for whom nothing of before is meant.
     pub(super) fn is_open_after_all(&self) -> bool {
         // Looking at all processes takes its time; nobody else waits for it.
         let Some((identity, events)) = self.closed_since() else { return false };
-        if !holders(identity).seen {
+        if !others(identity).0 {
             return false;
         }
         let mut terminals = self.watcher.terminals();
@@ -228,7 +253,7 @@ impl Watcher {
     fn drain(&self, terminals: &mut BTreeMap<i32, Terminal>) {
         let mut buffer = [MaybeUninit::uninit(); 4_096];
         let mut events = Reader::new(&self.inotify, &mut buffer);
-        let mut closed = Vec::new();
+        let (mut changed, mut closed) = (Vec::new(), Vec::new());
         while let Ok(event) = events.next() {
             let Some(terminal) = terminals.get_mut(&event.wd()) else { continue };
             terminal.events += 1;
@@ -245,6 +270,12 @@ impl Watcher {
             if let Some(waker) = &terminal.waker {
                 waker.wake_by_ref();
             }
+            changed.push(event.wd());
+        }
+        for number in changed {
+            if let Some(terminal) = terminals.get_mut(&number) {
+                terminal.mend();
+            }
         }
         for number in closed {
             if let Some(terminal) = terminals.get_mut(&number) {
@@ -259,7 +290,7 @@ impl Watcher {
 
 impl Terminal {
     fn seen(&self) -> Seen {
-        Seen { open: self.opens > 0, closings: self.closings }
+        Seen { open: self.opens > 0, opens: self.opens, closings: self.closings }
     }
 
     /// The last client has left: what it has not read is gone.
@@ -268,22 +299,38 @@ impl Terminal {
         self.closings += 1;
     }
 
-    /// Exclusive use and the settings of a client end with it, unless the next one is there
-    /// already and may have its own.
+    /// Exclusive use, a stopped output and the settings of a client end with it, unless the next
+    /// one is there already and may have its own.
     fn settle(&self) {
         if self.opens == 0 {
             let _ = ioctl_tiocnxcl(&self.kept);
+            let _ = tcflow(&self.kept, Action::OOn);
             let _ = set_raw(&self.kept, self.baud);
         }
     }
 
-    /// One of several clients has left, or several closings were merged and nobody is there.
-    fn recount(&mut self) {
-        let holders = holders(self.identity);
-        if holders.seen {
+    /// A client may hang the terminal up. Every descriptor of it is dead then, ours too, and who
+    /// opens it next finds it as terminals for people are. It gets a living one of ours before
+    /// the dead one is let go, so that the near end notices nothing.
+    fn mend(&mut self) {
+        if tcgetattr(&self.kept).is_ok() {
             return;
         }
-        if holders.all_looked_at {
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let Ok(kept) = open(&self.path, flags, Mode::empty()) else { return };
+        // Our opening is told of like any other, and is none; so is the closing of the dead one,
+        // which comes right behind it.
+        self.kept = kept;
+        let _ = set_raw(&self.kept, self.baud);
+    }
+
+    /// One of several clients has left, or several closings were merged and nobody is there.
+    fn recount(&mut self) {
+        let (seen, all_looked_at) = others(self.identity);
+        if seen {
+            return;
+        }
+        if all_looked_at {
             self.opens = 0;
             self.clear();
         } else {
@@ -294,43 +341,10 @@ impl Terminal {
     }
 }
 
-struct Holders {
-    /// Somebody other than we ourselves has the terminal open.
-    seen: bool,
-    /// No process refused to be looked at.
-    all_looked_at: bool,
-}
-
-/// Looks through the open files of all processes.
-fn holders(wanted: Identity) -> Holders {
-    let mut holders = Holders { seen: false, all_looked_at: true };
-    let Ok(processes) = fs::read_dir("/proc") else {
-        holders.all_looked_at = false;
-        return holders;
-    };
+/// Whether anybody other than we ourselves has a terminal open, and whether all could be asked.
+fn others(identity: Identity) -> (bool, bool) {
+    let users = Users::of_file(identity, None);
     // Our own descriptor is among them.
-    let mut found = 0;
-    for process in processes.flatten() {
-        if !process.file_name().as_encoded_bytes().iter().all(u8::is_ascii_digit) {
-            continue;
-        }
-        let files = match fs::read_dir(process.path().join("fd")) {
-            Ok(files) => files,
-            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
-                holders.all_looked_at = false;
-                continue;
-            }
-            // It has ended meanwhile.
-            Err(_) => continue,
-        };
-        for file in files.flatten() {
-            if let Ok(file) = fs::metadata(file.path())
-                && (file.dev(), file.ino()) == wanted
-            {
-                found += 1;
-            }
-        }
-    }
-    holders.seen = found > 1;
-    holders
+    let descriptors: usize = users.seen.iter().map(|user| user.descriptors).sum();
+    (descriptors > 1, users.all_looked_at)
 }

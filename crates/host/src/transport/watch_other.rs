@@ -18,6 +18,8 @@ pub(super) struct Watch {
 pub(super) struct Seen {
     /// Somebody other than we ourselves has it open.
     pub(super) open: bool,
+    /// How often it is open, without our own descriptor.
+    pub(super) opens: u32,
     /// How often the last client has closed it.
     pub(super) closings: u64,
 }
@@ -35,7 +37,7 @@ impl Watch {
     pub(super) fn set_baud(&self, _baud: u32) {}
 
     pub(super) fn look(&self) -> Seen {
-        Seen { open: true, closings: 0 }
+        Seen { open: true, opens: 1, closings: 0 }
     }
 
     pub(super) fn known(&self, _waker: &Waker) -> Seen {
@@ -44,6 +46,10 @@ impl Watch {
 
     pub(super) fn write_if<T>(&self, _seen: Seen, write: impl FnOnce() -> T) -> Option<T> {
         Some(write())
+    }
+
+    pub(super) fn programs(&self) -> Option<String> {
+        None
     }
 
     pub(super) fn is_open_after_all(&self) -> bool {

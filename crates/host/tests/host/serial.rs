@@ -42,7 +42,7 @@ fn a_port_that_is_unplugged_is_reported_and_the_controller_lives_on() {
     });
     running.handle.watch(diary.clone()).wait().unwrap();
     drop(cable);
-    diary.wait_for("the failure", |report| matches!(report, Report::News(_, News::Failed { .. })));
+    diary.wait_for("the failure", |report| matches!(report, Report::News(_, News::Gone { .. })));
     running.handle.now().wait().unwrap();
     running.end().unwrap();
 }

@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use vimc4_isel_wire::AxisSet;
 
-use super::command::{Placed, Span, Units};
+use super::command::{Placed, Span};
 use super::reader::Reader;
 use super::reference::{self, CommandInfo, Parameter};
 use super::token;
@@ -41,8 +41,6 @@ pub struct Context {
     pub rotary: AxisSet,
     /// The lengths of DRILLDEF are mm.
     pub drill_in_mm: bool,
-    /// The unit of lengths before the file says another.
-    pub units: Units,
 }
 
 impl Context {
@@ -139,7 +137,7 @@ mod tests {
         else {
             panic!("these are axes")
         };
-        Context { axes, rotary, drill_in_mm: false, units: Units::Metric }
+        Context { axes, rotary, drill_in_mm: false }
     };
 
     /// Jobs of the fixtures; what else is in their files are lines that are wrong.

@@ -7,6 +7,12 @@ use std::io::{self, BufRead, Read, Write};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+/// No message is longer, since no job file is as long.
+const LARGEST: u64 = 256 << 20;
+
+/// No line of a header is longer.
+const LONGEST: u64 = 8_192;
+
 /// What the client says.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Incoming {
@@ -73,6 +79,11 @@ pub(super) fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
         let error = Refusal::parse("a message begins with Content-Length");
         return Ok(Some(Incoming::Unreadable { id: Value::Null, error }));
     };
+    if length > LARGEST {
+        io::copy(&mut input.by_ref().take(length), &mut io::sink())?;
+        let error = Refusal::request(format!("a message has {LARGEST} bytes at most"));
+        return Ok(Some(Incoming::Unreadable { id: Value::Null, error }));
+    }
     // Memory is taken for what comes, not for what is announced.
     let mut bytes = Vec::new();
     input.by_ref().take(length).read_to_end(&mut bytes)?;
@@ -85,7 +96,11 @@ fn header(input: &mut impl BufRead) -> io::Result<Option<Option<u64>>> {
     let mut length = None;
     loop {
         let mut line = Vec::new();
-        input.read_until(b'\n', &mut line)?;
+        let count = input.by_ref().take(LONGEST).read_until(b'\n', &mut line)?;
+        if count as u64 == LONGEST {
+            // Whoever that is speaks another language.
+            return Err(io::Error::other("a header has a line without an end"));
+        }
         if line.is_empty() {
             return Ok(None);
         }

@@ -21,7 +21,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use vimc4_ncp::job::{self, Target};
 use vimc4_ncp::language::service::Context;
-use vimc4_ncp::language::{Units, lines, service};
+use vimc4_ncp::language::{lines, service};
 
 use super::document::Document;
 use super::messages::{Incoming, Outgoing, Refusal};
@@ -61,7 +61,6 @@ impl Server {
             axes: target.axes,
             rotary: target.rotary,
             drill_in_mm: reading.options().drill_in_mm,
-            units: Units::Metric,
         };
         let (stage, documents) = (Stage::Before, BTreeMap::new());
         Server { target, reading, context, guard, stage, snippets: false, documents }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::hover::{larger, millimetres};
+use super::hover::{larger, thousandth};
 use super::{Context, Here};
 use crate::language::reference::Form;
 use crate::language::{Command, Value, lines, parse, token};
@@ -21,13 +21,10 @@ pub struct Hint {
 #[must_use]
 pub fn hints(text: &str, within: Range<usize>, context: Context) -> Vec<Hint> {
     let mut hints = Vec::new();
-    let mut context = context;
     for line in lines(text).take_while(|line| line.offset <= within.end) {
         let Some(command) = parse(line.text, &mut |_, _| {}).command else { continue };
-        match command.value {
-            Command::End => break,
-            Command::Units(units) => context.units = units,
-            _ => {}
+        if command.value == Command::End {
+            break;
         }
         if line.offset + line.text.len() < within.start {
             continue;
@@ -36,11 +33,7 @@ pub fn hints(text: &str, within: Range<usize>, context: Context) -> Vec<Hint> {
             let pairs = limits.iter().enumerate().filter(|(axis, _)| !context.rotary.has(*axis));
             hints.extend(pairs.filter_map(|(_, limits)| *limits).map(|(low, high)| Hint {
                 at: line.offset + high.span.end as usize,
-                text: format!(
-                    "{} to {} mm",
-                    millimetres(low.value, context),
-                    millimetres(high.value, context)
-                ),
+                text: format!("{} to {} mm", thousandth(low.value), thousandth(high.value)),
             }));
             continue;
         }
@@ -107,18 +100,6 @@ mod tests {
         ] {
             assert_eq!(hinted(line, CONTEXT), expected);
         }
-    }
-
-    #[test]
-    fn inches_are_told_in_mm_too() {
-        assert_eq!(
-            hinted(
-                "INCH\nMOVEABS X1000 A3600\nVEL 100\nLIMIT X0,1\nMETRIC\nMOVEABS X1000",
-                CONTEXT
-            ),
-            "INCH\nMOVEABS X1000«25.4 mm A3600«1°\nVEL 100«2.54 mm/s\nLIMIT X0,1«0 to 0.0254 mm\n\
-             METRIC\nMOVEABS X1000«1 mm"
-        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Context, Here, LooseWord};
 use crate::language::reference::{CommandInfo, Form, Parameter, SPEED, Source, WAY};
-use crate::language::{Command, Units, Value, lines, parse, token};
+use crate::language::{Value, token};
 
 /// What is to be shown about a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,7 +21,6 @@ pub struct Hover {
 pub fn hover(text: &str, offset: usize, context: Context) -> Option<Hover> {
     let (here, place) = Here::at(text, offset);
     let anatomy = here.anatomy()?;
-    let context = Context { units: units_at(text, here.offset), ..context };
     if anatomy.name.range().contains(&place) {
         let range = here.in_text(anatomy.name);
         return Some(Hover { range, markdown: command(anatomy.info, context) });
@@ -33,16 +32,6 @@ pub fn hover(text: &str, offset: usize, context: Context) -> Option<Hover> {
         parameters.find(|parameter| parameter.name.eq_ignore_ascii_case(word.letters.value))?;
     let markdown = explain(anatomy.info, parameter, word, context);
     Some(Hover { range: here.in_text(word.span), markdown })
-}
-
-/// The unit of lengths in the line that begins at a place.
-fn units_at(text: &str, start: usize) -> Units {
-    let before = lines(text).take_while(|line| line.offset < start);
-    let units = before.filter_map(|line| match parse(line.text, &mut |_, _| {}).command?.value {
-        Command::Units(units) => Some(units),
-        _ => None,
-    });
-    units.last().unwrap_or_default()
 }
 
 /// A command with all the words that mean something on the machine.
@@ -117,27 +106,18 @@ pub(super) fn larger(
     parameter: &Parameter,
     context: Context,
 ) -> Option<String> {
-    let metric = |unit: &str| format!("{} {unit}", millimetres(value, context));
+    let thousandth = |unit: &str| format!("{} {unit}", thousandth(value));
     match unit(info, parameter, context)? {
         "arc seconds" => Some(format!("{}°", libm::round(value.as_f64() / 0.36) / 10_000.0)),
-        unit if unit.starts_with("µm/s") => Some(metric("mm/s")),
-        "µm" => Some(metric("mm")),
-        "ms" => Some(format!("{} s", thousandth(value))),
+        unit if unit.starts_with("µm/s") => Some(thousandth("mm/s")),
+        "µm" => Some(thousandth("mm")),
+        "ms" => Some(thousandth("s")),
         _ => None,
     }
 }
 
-/// A length or a speed of the file in mm or mm/s; where the file has thousandths of an inch, to a
-/// thousandth of a µm.
-pub(super) fn millimetres(value: Value, context: Context) -> String {
-    thousandth(match context.units {
-        Units::Metric => value,
-        Units::Inch => Value::thousandths(value.in_thousandths().saturating_mul(254) / 10),
-    })
-}
-
 /// A thousandth of a number, exactly.
-fn thousandth(value: Value) -> String {
+pub(super) fn thousandth(value: Value) -> String {
     let (whole, rest) = (value.in_thousandths() / 1_000_000, value.in_thousandths() % 1_000_000);
     let sign = if value < Value::ZERO { "-" } else { "" };
     let (whole, rest) = (whole.unsigned_abs(), rest.unsigned_abs());
@@ -183,7 +163,6 @@ mod tests {
             ("Y-2500".to_owned(), "`Y`: where Y goes, in µm\n\n-2.5 mm".to_owned())
         );
         assert!(at("MOVEREL a| 5400").1.ends_with("\n\n1.5°"));
-        assert!(at("INCH\nMOVEREL X|1000").1.ends_with("\n\n25.4 mm"));
         assert!(at("DRILLDEF V|1500").1.ends_with("\n\n1.5 mm/s"));
         assert!(at("DRILLDEF T|1500").1.ends_with("\n\n1.5 s"));
         assert_eq!(at("ACCEL X|50").1, "`X`: acceleration of X, in %\n\nFrom 5 to 100");
@@ -205,12 +184,7 @@ mod tests {
     #[test]
     fn a_machine_lists_its_own_axes() {
         let axes = |bits| AxisSet::from_bits(bits).expect("axes");
-        let flat = Context {
-            axes: axes(0b0011),
-            rotary: AxisSet::NONE,
-            drill_in_mm: true,
-            units: Units::Metric,
-        };
+        let flat = Context { axes: axes(0b0011), rotary: AxisSet::NONE, drill_in_mm: true };
         let markdown = |text| hover(text, 0, flat).expect("a command").markdown;
         assert!(markdown("MOVEABS X5").starts_with("```ncp\nMOVEABS [Xn] [Yn]\n```"));
         assert_eq!(markdown("MOVEABS X5").matches("\n- ").count(), 2);

@@ -107,12 +107,7 @@ proptest! {
     ) {
         let text = pieces.join(end);
         let axes = AxisSet::from_bits(0b1011).unwrap_or(AxisSet::NONE);
-        let context = service::Context {
-            axes,
-            rotary: AxisSet::NONE,
-            drill_in_mm: false,
-            units: crate::language::Units::Metric,
-        };
+        let context = service::Context { axes, rotary: AxisSet::NONE, drill_in_mm: false };
         if let Some(hover) = service::hover(&text, at, context) {
             prop_assert!(text.get(hover.range).is_some_and(|text| !text.is_empty()));
         }

@@ -1,0 +1,104 @@
+//! Which programs have a terminal open, as Linux tells.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+
+/// A program that has a terminal open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct User {
+    /// The number of the process.
+    pub process: u32,
+    /// What the process is called, fifteen characters at most.
+    pub name: String,
+    /// How many descriptors of the terminal it has.
+    pub(super) descriptors: usize,
+    /// It has the near end of this pseudo terminal as well: it is what answers there.
+    pub serves: bool,
+}
+
+/// Who has a terminal open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Users {
+    /// Those that could be seen.
+    pub seen: Vec<User>,
+    /// No process refused to be looked at. Without that there may be more, of other people.
+    pub all_looked_at: bool,
+}
+
+impl Users {
+    /// Looks through the open files of all processes, which takes some milliseconds.
+    ///
+    /// # Errors
+    ///
+    /// If there is no such terminal.
+    pub fn of(terminal: &Path) -> io::Result<Users> {
+        let file = fs::metadata(terminal)?;
+        Ok(Users::of_file((file.dev(), file.ino()), index(terminal)))
+    }
+
+    /// The one that answers at this pseudo terminal.
+    #[must_use]
+    pub fn server(&self) -> Option<&User> {
+        self.seen.iter().find(|user| user.serves)
+    }
+
+    /// The same by device and inode.
+    pub(super) fn of_file(wanted: (u64, u64), index: Option<u32>) -> Users {
+        let mut users = Users { seen: Vec::new(), all_looked_at: cfg!(target_os = "linux") };
+        let Ok(processes) = fs::read_dir("/proc") else {
+            users.all_looked_at = false;
+            return users;
+        };
+        for process in processes.flatten() {
+            let Some(number) = process.file_name().to_str().and_then(|name| name.parse().ok())
+            else {
+                continue;
+            };
+            let files = match fs::read_dir(process.path().join("fd")) {
+                Ok(files) => files,
+                Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                    users.all_looked_at = false;
+                    continue;
+                }
+                // It has ended meanwhile.
+                Err(_) => continue,
+            };
+            let (mut descriptors, mut near) = (0, false);
+            for file in files.flatten() {
+                let path = file.path();
+                if let Ok(about) = fs::metadata(&path)
+                    && (about.dev(), about.ino()) == wanted
+                {
+                    descriptors += 1;
+                } else if index.is_some() && !near && is_near_end(&path) {
+                    let about = process.path().join("fdinfo").join(file.file_name());
+                    near = index_of_near_end(&about) == index;
+                }
+            }
+            if descriptors > 0 {
+                let name = fs::read_to_string(process.path().join("comm")).unwrap_or_default();
+                let name = name.trim_end().to_owned();
+                users.seen.push(User { process: number, name, descriptors, serves: near });
+            }
+        }
+        users
+    }
+}
+
+/// The number in `/dev/pts/3`.
+fn index(terminal: &Path) -> Option<u32> {
+    let path = fs::canonicalize(terminal).ok()?;
+    path.strip_prefix("/dev/pts").ok()?.to_str()?.parse().ok()
+}
+
+fn is_near_end(file: &Path) -> bool {
+    fs::read_link(file).is_ok_and(|to| to.ends_with("ptmx"))
+}
+
+/// What the system says of an open near end: `tty-index:` and its number.
+fn index_of_near_end(about: &Path) -> Option<u32> {
+    let about = fs::read_to_string(about).ok()?;
+    about.lines().find_map(|line| line.strip_prefix("tty-index:"))?.trim().parse().ok()
+}

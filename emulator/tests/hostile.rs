@@ -1,0 +1,527 @@
+//! A hostile world around the command: names that are taken, disks that are full, pipes that
+//! close, files without an end, text that gives orders to terminals.
+#![cfg(target_os = "linux")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+/// Only a failing test waits as long.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A process that does not outlive its test.
+struct Running(Child);
+
+impl Running {
+    fn start(command: &mut Command) -> Running {
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Running(command.spawn().unwrap())
+    }
+
+    /// `vimc4 serve`, and what its JSON line says.
+    fn serve(folder: &Path, arguments: &[&str]) -> (Running, Value) {
+        let mut command = vimc4(folder, &["serve", "--json", "--tcp", "127.0.0.1:0"]);
+        let mut running = Running::start(command.args(arguments));
+        let line = running.line();
+        let places = serde_json::from_str(&line).unwrap_or_else(|_| panic!("{}", running.end().1));
+        (running, places)
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = Vec::new();
+        let out = self.0.stdout.as_mut().unwrap();
+        let mut byte = [0];
+        while out.read(&mut byte).unwrap() == 1 && byte != *b"\n" {
+            line.push(byte[0]);
+        }
+        String::from_utf8(line).unwrap()
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.0), signal).unwrap();
+    }
+
+    fn ends(&mut self) -> Option<i32> {
+        let began = Instant::now();
+        loop {
+            match self.0.try_wait().unwrap() {
+                Some(status) => return status.code(),
+                None => assert!(began.elapsed() < PATIENCE, "it hangs"),
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Its exit code and what it has said on standard error.
+    fn end(&mut self) -> (Option<i32>, String) {
+        let mut errors = self.0.stderr.take().unwrap();
+        let said = thread::spawn(move || {
+            let mut said = String::new();
+            errors.read_to_string(&mut said).map(|_| said).unwrap()
+        });
+        let code = self.ends();
+        (code, said.join().unwrap())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn vimc4(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(VIMC4);
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+/// Runs it to its end, or until it counts as hanging: code, standard output, standard error.
+fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    finished(&mut Running::start(&mut vimc4(folder, arguments)))
+}
+
+fn finished(running: &mut Running) -> (Option<i32>, String, String) {
+    drop(running.0.stdin.take());
+    let mut out = running.0.stdout.take().unwrap();
+    let text = thread::spawn(move || {
+        let mut text = Vec::new();
+        out.read_to_end(&mut text).map(|_| String::from_utf8(text).unwrap()).unwrap()
+    });
+    let (code, errors) = running.end();
+    (code, text.join().unwrap(), errors)
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn connect(places: &Value) -> TcpStream {
+    let stream = TcpStream::connect(places["controllers"][0]["tcp"].as_str().unwrap()).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream
+}
+
+fn ask(stream: &mut (impl Read + Write), line: &str, count: usize) -> String {
+    stream.write_all(line.as_bytes()).unwrap();
+    let mut answer = vec![0; count];
+    stream.read_exact(&mut answer).unwrap();
+    String::from_utf8(answer).unwrap()
+}
+
+// --- starting and ending ---
+
+#[test]
+fn a_late_start_that_fails_says_so_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("vimc4-400.pty"), "precious").unwrap();
+    let many = ["serve", "--count", "400", "--tcp"];
+    for (tcp, word) in [("none", "vimc4-400.pty exists"), ("127.0.0.1:65200", "not enough ports")] {
+        let (code, out, errors) = run(folder.path(), &[&many[..], &[tcp]].concat());
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{errors}");
+        assert!(errors.contains(word), "{errors}");
+        assert_eq!(names(folder.path()), ["vimc4-400.pty"]);
+    }
+}
+
+#[test]
+fn a_start_that_takes_long_can_be_given_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["serve", "--count", "1000", "--tcp", "none"];
+    let mut serve = Running::start(&mut vimc4(folder.path(), &arguments));
+    let began = Instant::now();
+    while names(folder.path()).len() < 10 {
+        assert!(began.elapsed() < PATIENCE, "nothing begins");
+    }
+    serve.signal(Signal::INT);
+    let (code, out, errors) = finished(&mut serve);
+    assert_eq!((code, errors.as_str()), (Some(0), ""));
+    assert!(!out.contains("ready"), "it was started to its end");
+    assert_eq!(names(folder.path()).len(), 0);
+}
+
+#[test]
+fn an_ignored_hang_up_stays_ignored() {
+    for (trap, survives) in [("trap '' HUP;", true), ("", false)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut shell = Command::new("sh");
+        let line = format!("{trap} exec {VIMC4} serve --tcp none");
+        let mut serve = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
+        while serve.line() != "ready" {}
+        serve.signal(Signal::HUP);
+        if survives {
+            thread::sleep(Duration::from_millis(100));
+            assert_eq!(serve.0.try_wait().unwrap(), None);
+            serve.signal(Signal::TERM);
+        }
+        assert_eq!(serve.end(), (Some(0), String::new()));
+        assert_eq!(names(folder.path()).len(), 0);
+    }
+}
+
+#[test]
+fn it_ends_with_its_input_if_it_is_told_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut serve, places) = Running::serve(folder.path(), &["--until-stdin-closes"]);
+    assert_eq!(ask(&mut connect(&places), "@07\r", 1), "0");
+    assert_eq!(names(folder.path()).len(), 1);
+    drop(serve.0.stdin.take());
+    assert_eq!(serve.end(), (Some(0), String::new()));
+    assert_eq!(names(folder.path()).len(), 0);
+}
+
+#[test]
+fn a_link_in_use_is_taken_only_with_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, places) = Running::serve(folder.path(), &[]);
+    let link = folder.path().join("vimc4.pty");
+    let to = fs::read_link(&link).unwrap();
+    let (code, _, errors) = run(folder.path(), &["serve", "--tcp", "none"]);
+    assert_eq!(code, Some(2));
+    let holder = format!("vimc4 (process {})", first.0.id());
+    assert!(errors.contains(&holder) && errors.contains("--replace"), "{errors}");
+    // The first one has noticed nothing.
+    assert_eq!(fs::read_link(&link).unwrap(), to);
+    let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
+    assert_eq!(ask(&mut port, "@07\r", 1), "0");
+    let (second, _) = Running::serve(folder.path(), &["--replace"]);
+    assert_ne!(fs::read_link(&link).unwrap(), to);
+    assert_eq!(ask(&mut connect(&places), "@07\r", 1), "0");
+    // Who has lost the name does not take it along.
+    drop(first);
+    let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
+    assert_eq!(ask(&mut port, "@07\r", 1), "0");
+    // A killed one has no name any more, and a number that a terminal window has got since is
+    // no emulator's.
+    drop(second);
+    let _window = pseudo_terminal();
+    fs::remove_file(&link).unwrap();
+    symlink(&_window.1, &link).unwrap();
+    let (_third, _) = Running::serve(folder.path(), &[]);
+}
+
+/// The near end of a pseudo terminal, whose far end nobody here has, and the far end's name.
+fn pseudo_terminal() -> (std::os::fd::OwnedFd, String) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    grantpt(&near).unwrap();
+    unlockpt(&near).unwrap();
+    let name = ptsname(&near, Vec::new()).unwrap().into_string().unwrap();
+    (near, name)
+}
+
+#[test]
+fn an_address_for_everybody_is_said_to_be_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for (address, said) in [("0.0.0.0:0", true), ("127.0.0.1:0", false)] {
+        let (mut serve, _) = Running::serve(folder.path(), &["--tcp", address]);
+        serve.signal(Signal::TERM);
+        let (_, errors) = serve.end();
+        assert_eq!(errors.contains("open to everybody"), said, "{errors}");
+    }
+}
+
+#[test]
+fn a_low_limit_of_open_files_is_told_in_figures_that_are_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = |files: u32, count: &str| {
+        let mut shell = Command::new("sh");
+        let line =
+            format!("ulimit -n {files}; exec {VIMC4} serve --tcp 127.0.0.1:0 --count {count}");
+        Running::start(shell.args(["-c", &line]).current_dir(folder.path()))
+    };
+    let number = |text: &str, before: &str| -> u32 {
+        let rest = text.split_once(before).unwrap_or_else(|| panic!("{text}")).1;
+        rest.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap()
+    };
+    let (code, _, errors) = finished(&mut serve(20, "1"));
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(errors.contains("1 controller needs") && !errors.contains("--count"), "{errors}");
+    // What it asks for is enough, with a client.
+    let needed = number(&errors, "controller needs ");
+    let mut enough = serve(needed, "1");
+    let tcp = {
+        enough.line();
+        enough.line()
+    };
+    assert_eq!(enough.line(), "ready");
+    let mut client = TcpStream::connect(tcp.strip_prefix("tcp ").unwrap()).unwrap();
+    assert_eq!(ask(&mut client, "@07\r", 1), "0");
+    drop(enough);
+    // And what it offers fits.
+    let (_, _, errors) = finished(&mut serve(100, "50"));
+    let fit = number(&errors, "no more than ").to_string();
+    let mut fitting = serve(100, &fit);
+    while fitting.line() != "ready" {}
+}
+
+// --- where things are written to ---
+
+#[test]
+fn a_full_disk_is_one_error_and_a_closed_pipe_a_quiet_end() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("job.ncp"), "IMF_PBL_V1.0\nFASTABS X1000;\nPROGEND\n").unwrap();
+    fs::write(folder.path().join("list"), "@01\n@0A100,900\n").unwrap();
+    for command in [
+        "completions bash",
+        "models",
+        "machines",
+        "models show imc4",
+        "--help",
+        "--version",
+        "help serve",
+        "conform --list",
+        "conform --list --json",
+        "circle --radius 200 --from 135 --to 225 --ccw --speed 1500",
+        "ncp check job.ncp",
+        "ncp check job.ncp --format json",
+        "ncp run job.ncp --no-ref",
+        "run list",
+        "run list --json",
+    ] {
+        let arguments: Vec<_> = command.split(' ').collect();
+        let full = || OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let Output { status, stderr, .. } =
+            vimc4(folder.path(), &arguments).stdout(full()).output().unwrap();
+        let errors = String::from_utf8(stderr).unwrap();
+        assert_eq!(status.code(), Some(2), "{command}: {errors}");
+        assert_eq!(
+            errors.matches("cannot write to standard output").count(),
+            1,
+            "{command}: {errors}"
+        );
+        assert!(errors.contains("No space left"), "{command}: {errors}");
+        // A pipe whose reader is gone before anything is said.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let Output { status, stderr, .. } =
+            vimc4(folder.path(), &arguments).stdout(writer).output().unwrap();
+        let errors = String::from_utf8(stderr).unwrap();
+        assert!(matches!(status.code(), Some(0 | 1)), "{command}: {status} {errors}");
+        assert!(!errors.contains("panicked") && !errors.contains("cannot write"), "{errors}");
+        // And nobody who could be told.
+        let status = vimc4(folder.path(), &arguments).stdout(full()).stderr(full()).status();
+        assert_eq!(status.unwrap().code(), Some(2), "{command}");
+    }
+}
+
+#[test]
+fn controllers_run_on_when_nothing_can_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = || OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let arguments = ["serve", "--tcp", "none", "--pty", "port", "-v", "--log", "/dev/full"];
+    let mut command = vimc4(folder.path(), &arguments);
+    let child = command.stdin(Stdio::piped()).stdout(full()).stderr(Stdio::piped()).spawn();
+    let mut serve = Running(child.unwrap());
+    let link = folder.path().join("port");
+    let began = Instant::now();
+    while !link.is_symlink() {
+        assert!(began.elapsed() < PATIENCE, "it does not start");
+        thread::sleep(Duration::from_millis(2));
+    }
+    let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
+    for _ in 0..50 {
+        assert_eq!(ask(&mut port, "@07\r", 1), "0");
+    }
+    thread::sleep(Duration::from_millis(50));
+    serve.signal(Signal::TERM);
+    let (code, errors) = serve.end();
+    assert_eq!(code, Some(0), "{errors}");
+    for said in ["cannot write to standard output", "cannot write the log /dev/full"] {
+        assert_eq!(errors.matches(said).count(), 1, "{errors}");
+    }
+    assert_eq!(names(folder.path()).len(), 0);
+}
+
+// --- what is read ---
+
+#[test]
+fn nothing_from_a_file_gives_orders_to_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let evil = "\x1B]0;owned\x07\x1B[2J\u{9B}31m";
+    let name = format!("job{evil}.ncp");
+    let text = format!("IMF_PBL_V1.0\n; {evil}\nFASTABS X{evil}1000;\n{evil}\nPROGEND\n");
+    fs::write(folder.path().join(&name), text).unwrap();
+    let list = format!("list{evil}");
+    fs::write(folder.path().join(&list), format!("@01\n@0A{evil},900\n")).unwrap();
+    fs::write(folder.path().join("evil.toml"), format!("name = \"{evil}\n")).unwrap();
+    let missing = format!("none{evil}");
+    for arguments in [
+        vec!["ncp", "check", &name],
+        vec!["ncp", "check", &name, "--format", "short"],
+        vec!["ncp", "check", &name, "--lenient"],
+        vec!["ncp", "run", &name],
+        vec!["ncp", "run", &name, "--lenient", "--no-ref"],
+        vec!["ncp", "compile", &name, "--lenient"],
+        vec!["ncp", "check", &missing],
+        vec!["run", &list],
+        vec!["run", &list, "-v"],
+        vec!["run", &missing],
+        vec!["models", "show", &missing],
+        vec!["serve", "--tcp", &missing],
+        vec!["serve", "--model", "evil.toml"],
+        vec!["serve", "--model", &missing],
+        vec!["serve", "--log", "none/\x1B[2J"],
+        vec!["conform", &missing],
+        vec!["conform", "--list", &missing],
+    ] {
+        let (code, out, errors) = run(folder.path(), &arguments);
+        assert!(matches!(code, Some(0..=2)), "{arguments:?}");
+        for said in [&out, &errors] {
+            let order = said.chars().find(|c| c.is_control() && *c != '\n');
+            assert_eq!(order, None, "{arguments:?}: {said:?}");
+        }
+        assert!(!out.is_empty() || !errors.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn files_without_an_end_are_refused_in_bounded_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let sparse = folder.path().join("sparse");
+    File::create(&sparse).unwrap().set_len(8 << 30).unwrap();
+    symlink("/dev/zero", folder.path().join("zero")).unwrap();
+    for arguments in [["run", "zero"], ["run", "sparse"], ["run", "/dev/zero"]]
+        .iter()
+        .map(|all| all.to_vec())
+        .chain(["check", "run", "compile"].map(|what| vec!["ncp", what, "zero"]))
+        .chain([vec!["ncp", "check", "sparse"], vec!["conform", "--list", "--sessions", "zero"]])
+        .chain([vec!["serve", "--model", "zero"], vec!["serve", "--machine", "sparse"]])
+    {
+        let began = Instant::now();
+        // Less memory than it would take to read on.
+        let mut shell = Command::new("sh");
+        let line = format!("ulimit -v 1500000; exec {VIMC4} {}", arguments.join(" "));
+        let mut running = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
+        let (code, _, errors) = finished(&mut running);
+        assert_eq!(code, Some(2), "{arguments:?}: {errors}");
+        assert!(!errors.contains("alloc"), "{arguments:?}: {errors}");
+        assert!(began.elapsed() < Duration::from_secs(10), "{arguments:?}");
+    }
+    // A pipe has no size that could be looked at.
+    let mut shell = Command::new("sh");
+    let line = format!("ulimit -v 1500000; cat /dev/zero | {VIMC4} run -");
+    let mut running = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
+    let (code, _, errors) = finished(&mut running);
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(errors.contains("is larger than"), "{errors}");
+}
+
+#[test]
+fn a_line_of_ten_megabytes_is_quoted_in_a_few_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = "9".repeat(10_000_000);
+    fs::write(folder.path().join("list"), format!("@01\n@0A{long},900\n")).unwrap();
+    fs::write(folder.path().join("job.ncp"), format!("IMF_PBL_V1.0\nFASTABS X{long};\nPROGEND\n"))
+        .unwrap();
+    for arguments in [
+        vec!["run", "list"],
+        vec!["run", "list", "-v"],
+        vec!["ncp", "check", "job.ncp"],
+        vec!["ncp", "check", "job.ncp", "--format", "short"],
+        vec!["ncp", "run", "job.ncp"],
+    ] {
+        let (code, out, errors) = run(folder.path(), &arguments);
+        assert_eq!(code, Some(1), "{arguments:?}");
+        for said in [out, errors] {
+            let longest = said.lines().map(|line| line.chars().count()).max().unwrap_or_default();
+            assert!(longest < 1_000, "{arguments:?}: a line of {longest} characters");
+        }
+    }
+}
+
+#[test]
+fn a_flash_file_with_other_line_ends_is_read_and_a_torn_one_is_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let flash = folder.path().join("flash");
+    let arguments = ["--model", "imc-s8", "--flash", "flash", "--pty", "none"];
+    {
+        let (_serve, places) = Running::serve(folder.path(), &arguments);
+        let mut client = connect(&places);
+        assert_eq!(ask(&mut client, "@01\r@0i\r0100,900\r0200,900\r9\r", 5), "00000");
+    }
+    let whole = fs::read_to_string(&flash).unwrap();
+    let crlf = whole.replace('\n', "\r\n");
+    for (held, words) in [
+        (crlf, "line ends"),
+        (format!("{whole}half a rec"), "10 bytes at its end"),
+        (whole.clone(), ""),
+    ] {
+        fs::write(&flash, held).unwrap();
+        let (mut serve, places) = Running::serve(folder.path(), &arguments);
+        assert_eq!(ask(&mut connect(&places), "@07\r", 1), "0");
+        serve.signal(Signal::TERM);
+        let (_, errors) = serve.end();
+        assert!(errors.contains(words), "{errors}");
+        assert_eq!(errors.is_empty(), words.is_empty(), "{errors}");
+        assert_eq!(fs::read_to_string(&flash).unwrap(), whole);
+    }
+}
+
+// --- what comes over the line ---
+
+#[test]
+fn an_endless_stream_is_no_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream = stream.unwrap();
+            thread::spawn(move || while stream.write_all(&[b'0'; 65_536]).is_ok() {});
+        }
+    });
+    let mut shell = Command::new("sh");
+    let line = format!("ulimit -v 800000; exec {VIMC4} conform {address}");
+    let mut running = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
+    let (code, _, errors) = finished(&mut running);
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(errors.contains("never falls silent"), "{errors}");
+}
+
+#[test]
+fn a_serial_port_that_was_unplugged_is_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let cable = folder.path().join("cable");
+    let plug = || {
+        let (near, far) = pseudo_terminal();
+        let fresh = folder.path().join("fresh");
+        symlink(far, &fresh).unwrap();
+        fs::rename(&fresh, &cable).unwrap();
+        File::from(near)
+    };
+    let mut host = plug();
+    let arguments = ["--serial", "cable", "--pty", "none"];
+    let (mut serve, _) = Running::serve(folder.path(), &arguments);
+    assert_eq!(ask(&mut host, "@07\r", 1), "0");
+    drop(host);
+    fs::remove_file(&cable).unwrap();
+    let errors = BufReader::new(serve.0.stderr.take().unwrap());
+    let (said, lines) = channel();
+    thread::spawn(move || {
+        errors.lines().map_while(Result::ok).try_for_each(|line| said.send(line))
+    });
+    assert!(lines.recv_timeout(PATIENCE).unwrap().contains("is gone"));
+    let mut host = plug();
+    assert!(lines.recv_timeout(PATIENCE).unwrap().contains("is back"));
+    assert_eq!(ask(&mut host, "@0P\r", 19), "0000000000000000000");
+    serve.signal(Signal::TERM);
+    assert_eq!(serve.ends(), Some(0));
+}
