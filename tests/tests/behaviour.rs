@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use toml::{Table, Value};
 use vimc4_conform::fixtures;
 use vimc4_tests::{behaviour, jobs, ncp_reference};
 
@@ -35,4 +36,39 @@ fn every_title_is_a_row_of_its_own() {
         let Some(same) = same else { continue };
         panic!("{} and {} say the same: {}", same.id, session.id, session.title);
     }
+}
+
+/// The worked example of `docs/profiles.md`, and the session that plays it.
+const PROFILES: &str = include_str!("../../docs/profiles.md");
+const EXAMPLE: &str = "isel/settings/effect/mixed-wiring";
+
+#[test]
+fn the_machine_of_the_worked_example_is_the_one_that_is_played() {
+    let block = |start: &str| {
+        let blocks = PROFILES.split("```").skip(1).step_by(2);
+        blocks.into_iter().find_map(|block| block.strip_prefix(start)).unwrap_or_default()
+    };
+    let machine = block("toml\nname =");
+    let machine = format!("name ={machine}");
+    if let Err(error) = vimc4::Machine::from_toml(&machine) {
+        panic!("{error}");
+    }
+    let machine: Table = machine.parse().unwrap_or_else(|error| panic!("{error}"));
+    let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
+    let session = sessions.iter().find(|session| session.id == EXAMPLE);
+    let session = session.unwrap_or_else(|| panic!("no session {EXAMPLE}"));
+    assert!(holds(&machine, &session.machine.differs), "{:#?}", session.machine.differs);
+    let sent = block("\n@0");
+    let script = include_str!("../../fixtures/sessions/isel/settings/effect.toml");
+    for line in format!("@0{sent}").lines() {
+        assert!(script.contains(&format!("> {line} -> 0")), "{line}");
+    }
+}
+
+/// Whether a table has every value of a part of it.
+fn holds(whole: &Table, part: &Table) -> bool {
+    part.iter().all(|(key, value)| match (whole.get(key), value) {
+        (Some(Value::Table(whole)), Value::Table(part)) => holds(whole, part),
+        (found, value) => found == Some(value),
+    })
 }

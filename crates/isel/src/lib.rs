@@ -45,8 +45,8 @@ pub use controller::Controller;
 pub use flash::{Flash, FlashError};
 pub use model::{
     AfterFree, BitValues, BranchBase, CommandSet, Defaults, FlashProfile, FractionalNumbers,
-    LeaveSwitch, LimitLatch, Limits, LineProfile, LoopCount, Model, Place, Quirks, SpeedOf3d,
-    StopButton, StopInMoveUntil, StopInReference, StopReply, StoredArcs, Texts, Timing,
+    LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoopCount, Model, Place, Quirks,
+    SpeedOf3d, StopButton, StopInMoveUntil, StopInReference, StopReply, StoredArcs, Texts, Timing,
     Unreferenced,
 };
 pub use ports::{Output, Outputs, Ports, Wire};

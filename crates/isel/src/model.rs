@@ -193,6 +193,8 @@ pub struct Quirks {
     pub bit_values: BitValues,
     /// Circles and helices that are stored while their axes are not set.
     pub stored_arcs: StoredArcs,
+    /// What the bits of `IE` belong to where `Ie` swaps the switches of an axis.
+    pub limit_bits: LimitBits,
 }
 
 impl Quirks {
@@ -361,6 +363,16 @@ pub enum StoredArcs {
     Check,
     /// Are stored, and end the program when it comes to them.
     Accept,
+}
+
+/// What the bits of `IE` belong to where `Ie` swaps the switches of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LimitBits {
+    /// The switch as it is wired: switch 1 is at the machine's negative end.
+    Switch,
+    /// The end that the switch stands for after they are swapped.
+    End,
 }
 
 impl Model {

@@ -4,18 +4,29 @@ use vimc4_device::Point;
 use vimc4_motion::Path;
 use vimc4_plant::End;
 
+use crate::model::LimitBits;
+use crate::state::State;
 use crate::{AXES, Controller};
 
 impl Controller {
     /// Whether the limit switch of an end is active with the carriage at a place: the switch
-    /// that stands for this end is enabled and has its active level (12 4.2.6, 4.2.7).
+    /// that stands for this end is enabled and has its active level (12 4.2.6, 4.2.7). A switch
+    /// that the machine does not have has no level; only a hand can press it.
     pub(crate) fn limit_active_at(&self, axis: usize, end: End, carriage: i64) -> bool {
-        let settings = &self.state.settings;
+        let State { settings, plant, model, .. } = &self.state;
         let switch = if settings.swapped.has(axis) { end.other() } else { end };
-        let number = usize::from(switch == End::Positive);
-        settings.is_enabled(axis, number)
-            && self.state.plant.switch_level_at(axis, switch, carriage)
-                != settings.is_low_active(axis, number)
+        let bits = match model.quirks.limit_bits {
+            LimitBits::Switch => usize::from(switch == End::Positive),
+            LimitBits::End => usize::from(end == End::Positive),
+        };
+        settings.is_enabled(axis, bits)
+            && match plant.machine().axis(axis).switch(switch) {
+                Some(_) => {
+                    plant.switch_level_at(axis, switch, carriage)
+                        != settings.is_low_active(axis, bits)
+                }
+                None => plant.is_held(axis, switch),
+            }
     }
 
     /// Whether a limit switch is active where the carriage stands.

@@ -144,6 +144,7 @@ impl Model {
                 ("speed_3d", &["\"longest\"", "\"xyz\""]),
                 ("bit_values", &["\"any\"", "\"binary\""]),
                 ("stored_arcs", &["\"check\"", "\"accept\""]),
+                ("limit_bits", &["\"switch\"", "\"end\""]),
             ],
             Model::Lpkf(_) => &[
                 ("unknown_command", &["\"echo\"", "\"never\"", "\"always\""]),

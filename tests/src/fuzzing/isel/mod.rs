@@ -16,9 +16,9 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4_device::Input;
 use vimc4_isel::{
-    AfterFree, BitValues, BranchBase, Controller, FractionalNumbers, LeaveSwitch, LimitLatch,
-    LoopCount, Model, SpeedOf3d, StopButton, StopInMoveUntil, StopInReference, StopReply,
-    StoredArcs,
+    AfterFree, BitValues, BranchBase, Controller, FractionalNumbers, LeaveSwitch, LimitBits,
+    LimitLatch, LoopCount, Model, SpeedOf3d, StopButton, StopInMoveUntil, StopInReference,
+    StopReply, StoredArcs,
 };
 use vimc4_isel_wire::{LINE_MAX, control};
 use vimc4_plant::PlantSignal;
@@ -105,6 +105,7 @@ fn model(setup: Setup) -> Arc<Model> {
     if setup.quirk(3) {
         quirks.loop_count = LoopCount::Total;
         quirks.stored_arcs = StoredArcs::Accept;
+        quirks.limit_bits = LimitBits::End;
         quirks.cond_branch_base = BranchBase::Own;
     }
     if setup.quirk(4) {
