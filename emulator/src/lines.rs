@@ -127,6 +127,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         None => Box::new(Diary::new(&log, verbose, to_file)),
     };
     warn_of_wineserver(program);
+    warn_of_yama();
     let mut command = Command::new(program);
     command.args(rest);
     let lines = Lines::new(lines.into(), dcd);
@@ -319,7 +320,25 @@ impl Drop for Served {
     }
 }
 
-// --- Wine ---
+// --- what may be in the way ---
+
+#[cfg(not(target_os = "linux"))]
+fn warn_of_yama() {}
+
+/// A hardened system lets nobody but root look into another program's memory, where arguments are.
+#[cfg(target_os = "linux")]
+fn warn_of_yama() {
+    if rustix::process::geteuid().is_root() {
+        return;
+    }
+    let scope = std::fs::read_to_string("/proc/sys/kernel/yama/ptrace_scope");
+    if scope.is_ok_and(|scope| matches!(scope.trim(), "2" | "3")) {
+        eprintln!(
+            "kernel.yama.ptrace_scope of this system is 2 or more, so that only root may answer \
+             for a program; set it to 1"
+        );
+    }
+}
 
 /// Wine's ports are opened by its server, which may have been started without modem lines.
 fn warn_of_wineserver(program: &std::ffi::OsStr) {

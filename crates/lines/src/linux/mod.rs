@@ -21,7 +21,7 @@ use rustix::net::{
 };
 use rustix::process::{Pid, Signal, WaitOptions, getpgrp, getpid, kill_process};
 
-use self::supervisor::Supervisor;
+use self::supervisor::{Supervisor, Watch};
 use self::sys::{Filter, Listener, Signals, Told};
 use self::terminal::Terminal;
 use crate::launch::{Ending, LaunchError};
@@ -72,6 +72,7 @@ pub struct Running {
     program: Pid,
     port: Port,
     signals: Signals,
+    ignored: u64,
 }
 
 /// A process that is ready to run a program and to stand by it.
@@ -80,6 +81,7 @@ pub struct Launcher {
     signals: Signals,
     /// What was kept from this process before, and so is kept from the program.
     before: Signals,
+    ignored: u64,
 }
 
 /// Makes this process one that can run a program. Signals wait for [`Running::attend`] from here
@@ -105,7 +107,7 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
     let all = [&PASSED_ON[..], &OTHERS[..]].concat();
     let signals = Signals::of(&all);
     let before = signals.block().map_err(system)?;
-    Ok(Launcher { signals, before })
+    Ok(Launcher { signals, before, ignored: ignored() })
 }
 
 impl Launcher {
@@ -123,7 +125,7 @@ impl Launcher {
         peer: Box<dyn Peer>,
     ) -> Result<Running, LaunchError> {
         let system = LaunchError::System;
-        let Launcher { signals, before } = self;
+        let Launcher { signals, before, ignored } = self;
         let path = terminal.to_owned();
         let terminal = Terminal::new(terminal).map_err(system)?;
         match terminal.identity() {
@@ -131,6 +133,7 @@ impl Launcher {
             Some(identity) if !identity.is_pseudo() => return Err(LaunchError::RealPort(path)),
             Some(_) => {}
         }
+        let watch = Watch::new(&terminal);
         let pair = socketpair(AddressFamily::UNIX, SocketType::DGRAM, SocketFlags::CLOEXEC, None);
         let (ours, theirs) = pair.map_err(|e| system(e.into()))?;
         let filter = Filter::new(&filter::program());
@@ -158,11 +161,11 @@ impl Launcher {
         // The program may wait for an answer already.
         let listener = Listener::new(listener);
         let supervisor = Arc::new(Supervisor::new(listener, terminal, lines, peer));
-        if let Err(error) = supervisor.start() {
+        if let Err(error) = supervisor.start(watch) {
             let _ = kill_process(program, Signal::KILL);
             return Err(LaunchError::System(error));
         }
-        Ok(Running { program, port: Port(supervisor), signals })
+        Ok(Running { program, port: Port(supervisor), signals, ignored })
     }
 }
 
@@ -221,7 +224,9 @@ impl Running {
             let limit = (ending.is_some() && !said).then_some(PATIENCE);
             match (self.signals.wait(limit).map_err(LaunchError::System)?, ending) {
                 (Some(told), None) => self.pass_on(told),
-                (Some(told), Some(ending)) if asks_for_an_end(told.signal) => return Ok(ending),
+                (Some(told), Some(ending)) if self.asks_for_an_end(told.signal) => {
+                    return Ok(ending);
+                }
                 (None, Some(_)) if !said => {
                     said = true;
                     lingering();
@@ -252,6 +257,12 @@ impl Running {
                 Err(_) => return false,
             }
         }
+    }
+
+    /// Whether a signal ends the waiting for what goes on after the program.
+    fn asks_for_an_end(&self, signal: i32) -> bool {
+        [libc::SIGHUP, libc::SIGINT, libc::SIGQUIT, libc::SIGTERM].contains(&signal)
+            && self.ignored >> (signal - 1) & 1 == 0
     }
 
     /// The program has been stopped. If the shell is to notice, we stop too, and it wakes both.
@@ -288,8 +299,12 @@ fn in_foreground() -> bool {
     group.and_then(|group| group.parse().ok()) == Some(getpgrp().as_raw_nonzero().get())
 }
 
-fn asks_for_an_end(signal: i32) -> bool {
-    [libc::SIGHUP, libc::SIGINT, libc::SIGQUIT, libc::SIGTERM].contains(&signal)
+/// The signals that this process was told to ignore, such as SIGHUP by `nohup`: a bit for each,
+/// from the lowest for signal 1.
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let set = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    set.and_then(|set| u64::from_str_radix(set.trim(), 16).ok()).unwrap_or(0)
 }
 
 impl Ending {

@@ -56,7 +56,7 @@ struct Waiting {
 
 /// Who has the terminal open, as inotify tells it. Two openings at one instant may be told as
 /// one; a port that then counts as closed too early is open again with its next request.
-struct Watch {
+pub(super) struct Watch {
     inotify: Option<OwnedFd>,
     watched: Option<(Identity, i32)>,
     opens: u32,
@@ -87,9 +87,9 @@ impl Supervisor {
     }
 
     /// Answers in a thread of its own, until no task is left that could ask.
-    pub(super) fn start(self: &Arc<Supervisor>) -> io::Result<()> {
+    pub(super) fn start(self: &Arc<Supervisor>, watch: Watch) -> io::Result<()> {
         let supervisor = Arc::clone(self);
-        thread::Builder::new().name("lines".to_owned()).spawn(move || supervisor.run())?;
+        thread::Builder::new().name("lines".to_owned()).spawn(move || supervisor.run(watch))?;
         Ok(())
     }
 
@@ -127,9 +127,7 @@ impl Supervisor {
 
     // --- the thread ---
 
-    fn run(&self) {
-        let mut watch = Watch::new();
-        self.identity(&mut watch);
+    fn run(&self, mut watch: Watch) {
         let mut round = None;
         loop {
             let somebody_waits = !self.state().waiting.is_empty();
@@ -347,10 +345,13 @@ impl Supervisor {
 }
 
 impl Watch {
-    /// Without inotify a port is open from its first request on.
-    fn new() -> Watch {
+    /// Begins to watch, before there is a program that could open the terminal. Without inotify a
+    /// port is open from its first request on.
+    pub(super) fn new(terminal: &Terminal) -> Watch {
         let inotify = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).ok();
-        Watch { inotify, watched: None, opens: 0 }
+        let mut watch = Watch { inotify, watched: None, opens: 0 };
+        watch.turn_to(terminal, terminal.identity());
+        watch
     }
 
     fn turn_to(&mut self, terminal: &Terminal, identity: Option<Identity>) {
