@@ -4,6 +4,7 @@
 mod circle;
 mod completions;
 mod conform;
+mod doctor;
 mod endings;
 mod failure;
 mod job;
@@ -52,6 +53,8 @@ enum Command {
         about = "Play the fixture sessions against any port, also real hardware, and report what differs"
     )]
     Conform(conform::Arguments),
+    #[command(about = "Say what a program will find at a port, and the remedy")]
+    Doctor(doctor::Arguments),
     #[command(about = "Print isel's commands for a circle, a part of one, or a helix")]
     Circle(circle::Arguments),
     #[command(about = "List the built-in models, or show the profile of one")]
@@ -77,6 +80,9 @@ fn main() -> ExitCode {
         Command::Send(arguments) => return send::run(&arguments).unwrap_or_else(Failure::report),
         Command::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
+        }
+        Command::Doctor(arguments) => {
+            return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }
         Command::Circle(arguments) => circle::run(arguments),
         Command::Models(arguments) => profiles::models(arguments),

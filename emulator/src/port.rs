@@ -41,6 +41,16 @@ enum Link {
     },
 }
 
+/// The lines that the other end switches.
+pub(crate) enum ModemLines {
+    /// There is none.
+    None,
+    /// They are so.
+    Are([(&'static str, bool); 4]),
+    /// TCP has no place for them.
+    Unasked,
+}
+
 /// What happens at a port.
 enum News {
     Bytes(Instant, Vec<u8>),
@@ -114,6 +124,20 @@ impl Port {
             Link::Serial { baud, .. } => *baud,
             Link::Tcp(_) => None,
         }
+    }
+
+    /// How its modem lines are.
+    pub(crate) fn modem_lines(&mut self) -> ModemLines {
+        let Link::Serial { port, .. } = &mut self.link else { return ModemLines::Unasked };
+        let mut lines = || -> serialport::Result<[(&'static str, bool); 4]> {
+            Ok([
+                ("CTS", port.read_clear_to_send()?),
+                ("DSR", port.read_data_set_ready()?),
+                ("DCD", port.read_carrier_detect()?),
+                ("RI", port.read_ring_indicator()?),
+            ])
+        };
+        lines().map_or(ModemLines::None, ModemLines::Are)
     }
 
     /// Gives a line that has a speed another one.
@@ -206,6 +230,11 @@ impl Drop for Port {
             let _ = stream.shutdown(Shutdown::Both);
         }
     }
+}
+
+/// Whether a name means TCP.
+pub(crate) fn is_tcp(name: &str) -> bool {
+    tcp_address(name).is_some()
 }
 
 /// The address behind a name that means TCP.

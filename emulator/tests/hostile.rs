@@ -525,3 +525,228 @@ fn a_serial_port_that_was_unplugged_is_opened_again() {
     serve.signal(Signal::TERM);
     assert_eq!(serve.ends(), Some(0));
 }
+
+// --- finding out ---
+
+#[test]
+fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let doctor = |port: &str, code: i32, words: &[&str]| {
+        let (ended, out, errors) = run(folder.path(), &["doctor", port]);
+        assert_eq!(ended, Some(code), "{port}: {out}{errors}");
+        for word in words {
+            assert!(out.contains(word) || errors.contains(word), "{word}: {out}{errors}");
+        }
+    };
+    let (mut serve, places) = Running::serve(folder.path(), &["-v"]);
+    let link = folder.path().join("vimc4.pty");
+    let holder = format!("vimc4 (process {}) answers", serve.0.id());
+    let target = fs::read_link(&link).unwrap().display().to_string();
+    let found = [
+        format!("leads to {target}"),
+        holder,
+        "nobody else has it open".to_owned(),
+        "19200 baud, 8N1".to_owned(),
+        "`vimc4 lines".to_owned(),
+        "X 0, Y 0, Z 0".to_owned(),
+        "IMC4 (virtual)".to_owned(),
+    ];
+    doctor("./vimc4.pty", 0, &found.each_ref().map(String::as_str));
+    // A client that has it open, and the half line it has left.
+    let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
+    port.write_all(b"@0A1000,900").unwrap();
+    let me = format!("(process {}) has it open", std::process::id());
+    doctor("./vimc4.pty", 1, &[&me, "-> two programs take the answers"]);
+    drop(port);
+    let tcp = places["controllers"][0]["tcp"].as_str().unwrap();
+    doctor(tcp, 0, &["somebody listens", "X 0, Y 0, Z 0"]);
+    let client = connect(&places);
+    doctor(tcp, 1, &["has gone", "-> one client holds the line"]);
+    drop(client);
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    for order in ["@0A", "@0M", "@0R", "move"] {
+        let lines = errors.lines().filter(|line| line.contains(order));
+        // The half line, which was an error.
+        assert!(lines.clone().all(|line| line.contains("@0A1000,900@0P")), "{errors}");
+    }
+    doctor("./vimc4.pty", 2, &["cannot open ./vimc4.pty"]);
+    doctor(tcp, 2, &["nobody listens there"]);
+    symlink("/dev/pts/none", &link).unwrap();
+    doctor("./vimc4.pty", 2, &["leads nowhere"]);
+    // A terminal at which nobody is a controller.
+    let (_near, far) = pseudo_terminal();
+    doctor(&far, 1, &["no emulator holds the other end", "nothing answers"]);
+    // The other family.
+    let arguments = ["--model", "smcu", "--machine", "board-plotter", "--pty", "plotter"];
+    let (_serve, places) = Running::serve(folder.path(), &arguments);
+    doctor("./plotter", 0, &["X 0, Y 0", "S310"]);
+    doctor(places["controllers"][0]["tcp"].as_str().unwrap(), 0, &["X 0, Y 0"]);
+}
+
+// --- everything at once ---
+
+/// Random numbers that a seed repeats.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % sides
+    }
+
+    fn bytes(&mut self, most: u64) -> Vec<u8> {
+        const WORDS: &[u8] = b"@@00AMRIPVSifz7,,,---0123456789\r\r\r\x1B\n";
+        (0..self.roll(most))
+            .map(|_| match self.roll(8) {
+                0 => u8::try_from(self.roll(256)).unwrap(),
+                _ => WORDS[usize::try_from(self.roll(WORDS.len() as u64)).unwrap()],
+            })
+            .collect()
+    }
+}
+
+/// The memory that a process takes, in KiB, and how many files it has open.
+fn size(process: u32) -> (u64, usize) {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let memory = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    let memory = memory.trim().trim_end_matches(" kB").parse().unwrap();
+    (memory, fs::read_dir(format!("/proc/{process}/fd")).unwrap().count())
+}
+
+/// One attack on a controller. Whatever it is, nothing of it may be left.
+fn attack(dice: &mut Dice, folder: &Path, tcp: &str) {
+    let link = folder.join("vimc4.pty");
+    match dice.roll(8) {
+        // Noise over TCP, with all ways to leave.
+        0 | 1 => {
+            let Ok(mut client) = TcpStream::connect(tcp) else { return };
+            let _ = client.set_nonblocking(true);
+            for _ in 0..dice.roll(20) {
+                let _ = client.write(&dice.bytes(400));
+            }
+            if dice.roll(2) == 0 {
+                let _ = client.shutdown(std::net::Shutdown::Write);
+                thread::sleep(Duration::from_millis(dice.roll(5)));
+            }
+        }
+        // Noise over the terminal, with settings that a client may make.
+        2 | 3 => {
+            use std::os::unix::fs::OpenOptionsExt;
+
+            use rustix::termios::{Action, OptionalActions, tcflow, tcgetattr, tcsetattr};
+            let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
+            let flags = i32::try_from(flags.bits()).unwrap();
+            let open = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&link);
+            let Ok(mut port) = open else { return };
+            if let (0, Ok(mut settings)) = (dice.roll(2), tcgetattr(&port)) {
+                let bits = u32::try_from(dice.roll(1 << 16)).unwrap();
+                settings.local_modes = rustix::termios::LocalModes::from_bits_retain(bits);
+                settings.input_modes = rustix::termios::InputModes::from_bits_retain(bits >> 3);
+                let _ = tcsetattr(&port, OptionalActions::Now, &settings);
+            }
+            for _ in 0..dice.roll(20) {
+                let _ = port.write(&dice.bytes(400));
+            }
+            if dice.roll(3) == 0 {
+                let _ = tcflow(&port, Action::OOff);
+            }
+        }
+        // A crowd.
+        4 => drop((0..dice.roll(30)).map(|_| TcpStream::connect(tcp)).collect::<Vec<_>>()),
+        // Somebody who asks and never listens.
+        5 => {
+            let Ok(mut client) = TcpStream::connect(tcp) else { return };
+            let _ = client.set_nonblocking(true);
+            for _ in 0..dice.roll(50) {
+                let _ = client.write(&b"@0P\r".repeat(500));
+            }
+        }
+        // Another emulator that wants the same name.
+        6 => {
+            let (code, _, errors) = run(folder, &["serve", "--tcp", "none"]);
+            assert_eq!(code, Some(2), "{errors}");
+        }
+        // A file of nonsense for the other commands.
+        _ => {
+            let mut job = b"IMF_PBL_V1.0\n".to_vec();
+            job.extend(dice.bytes(4_000));
+            fs::write(folder.join("job"), &job).unwrap();
+            let commands: [&[&str]; 4] = [
+                &["ncp", "check", "job"],
+                &["ncp", "run", "job", "--lenient"],
+                &["run", "job"],
+                &["ncp", "compile", "job", "--lenient"],
+            ];
+            let command = commands[usize::try_from(dice.roll(4)).unwrap()];
+            let (code, out, errors) = run(folder, command);
+            assert!(matches!(code, Some(0..=3)), "{command:?}: {code:?} {errors}");
+            let order = out.chars().chain(errors.chars()).find(|c| c.is_control() && *c != '\n');
+            assert_eq!(order, None, "{command:?}: {out:?} {errors:?}");
+        }
+    }
+}
+
+/// A few seconds, or as many as `VIMC4_HOSTILE_SECONDS` says; `VIMC4_HOSTILE_SEED` repeats a run.
+#[test]
+fn random_attacks_leave_nothing() {
+    let variable = |name| std::env::var(name).ok().and_then(|value| value.parse::<u64>().ok());
+    let seconds = Duration::from_secs(variable("VIMC4_HOSTILE_SECONDS").unwrap_or(4));
+    let seed = variable("VIMC4_HOSTILE_SEED").unwrap_or_else(|| u64::from(std::process::id()) | 1);
+    // Shown when it fails.
+    println!("VIMC4_HOSTILE_SEED={seed}");
+    let mut dice = Dice(seed.max(1));
+    let began = Instant::now();
+    while began.elapsed() < seconds {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = ["--time", "instant", "--log", "/dev/null"];
+        let (mut serve, places) = Running::serve(folder.path(), &arguments);
+        let errors = serve.0.stderr.take().unwrap();
+        let said = thread::spawn(move || {
+            BufReader::new(errors).lines().map_while(Result::ok).collect::<Vec<_>>()
+        });
+        let tcp = places["controllers"][0]["tcp"].as_str().unwrap().to_owned();
+        let mut before = None;
+        let round = Instant::now();
+        for attacks in 1.. {
+            attack(&mut dice, folder.path(), &tcp);
+            if attacks == 20 {
+                before = Some(size(serve.0.id()));
+            }
+            if attacks > 30 && (began.elapsed() > seconds || round.elapsed().as_secs() > 60) {
+                break;
+            }
+        }
+        // It lives, and is reached both ways: a reset, and it answers as ever.
+        let patience = Instant::now();
+        loop {
+            let mut client = TcpStream::connect(&tcp).unwrap();
+            client.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+            let mut answer = [0; 1];
+            let _ = client.write_all(b"\xFE");
+            thread::sleep(Duration::from_millis(50));
+            let _ = client.write_all(b"\r@07\r");
+            while client.read_exact(&mut answer).is_ok() && answer != *b"0" {}
+            if answer == *b"0" {
+                break;
+            }
+            assert!(patience.elapsed() < PATIENCE, "it does not answer any more");
+        }
+        let wait = Instant::now();
+        let before = before.unwrap();
+        while size(serve.0.id()).1 > before.1.max(16) {
+            assert!(wait.elapsed() < PATIENCE, "it keeps files open");
+            thread::sleep(Duration::from_millis(10));
+        }
+        let grown = size(serve.0.id()).0.saturating_sub(before.0);
+        assert!(grown < 20_000, "it has grown by {grown} KiB");
+        let signal = [Signal::INT, Signal::TERM, Signal::HUP];
+        serve.signal(signal[usize::try_from(dice.roll(3)).unwrap()]);
+        assert_eq!(serve.ends(), Some(0));
+        let said = said.join().unwrap();
+        assert!(!said.iter().any(|line| line.contains("panicked")), "{said:?}");
+        assert!(!folder.path().join("vimc4.pty").is_symlink());
+    }
+}

@@ -1,7 +1,8 @@
 //! The conversation as people read it.
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Write};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use vimc4_device::{Event, Kinds, Time, Warning};
 
@@ -19,7 +20,20 @@ pub struct Traffic<F> {
     write: F,
     verbosity: Verbosity,
     began: Option<Time>,
+    floods: BTreeMap<&'static str, Flood>,
 }
+
+/// Warnings of one kind that come one after the other.
+#[derive(Clone, Copy, Debug)]
+struct Flood {
+    /// When the last one was told, on the wall: the controller's time may stand still, or leap.
+    told: Instant,
+    /// How many were not since then.
+    left_out: u64,
+}
+
+/// Of each kind of warning no more than one is told in this time.
+const RESPITE: Duration = Duration::from_secs(1);
 
 /// How much a [`Traffic`] sink tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,13 +47,42 @@ pub enum Verbosity {
 impl<F: FnMut(String) + Send> Traffic<F> {
     /// Tells `write` about the conversation.
     pub fn new(verbosity: Verbosity, write: F) -> Traffic<F> {
-        Traffic { write, verbosity, began: None }
+        Traffic { write, verbosity, began: None, floods: BTreeMap::new() }
     }
 
     fn line(&mut self, at: Time, text: fmt::Arguments<'_>) {
         let micros = at.as_nanos() / 1_000;
         let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
         (self.write)(format!("{seconds:>6}.{micros:06} s  {text}"));
+    }
+
+    /// Tells a warning, unless one of its kind has just been told: then it is counted.
+    fn warn(&mut self, at: Time, kind: &'static str, text: &str) {
+        let now = Instant::now();
+        let mut left_out = 0;
+        if let Some(flood) = self.floods.get_mut(kind) {
+            if now.duration_since(flood.told) < RESPITE {
+                flood.left_out += 1;
+                return;
+            }
+            left_out = flood.left_out;
+        }
+        self.floods.insert(kind, Flood { told: now, left_out: 0 });
+        match left_out {
+            0 => self.line(at, format_args!("{text}")),
+            _ => {
+                self.line(at, format_args!("{text} ({left_out} of the kind were left out before)"))
+            }
+        }
+    }
+
+    /// Says how many warnings were left out that nothing has been said of yet.
+    fn settle(&mut self, at: Time) {
+        for (kind, flood) in std::mem::take(&mut self.floods) {
+            if flood.left_out > 0 {
+                self.line(at, format_args!("{} more were left out: {kind}", flood.left_out));
+            }
+        }
     }
 
     fn event(&mut self, at: Time, event: &Event, explain: &dyn Fn(&[u8]) -> String) {
@@ -64,13 +107,17 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             Event::Warning(Warning::NobodyListens { .. })
                 if self.verbosity == Verbosity::Warnings => {}
             Event::Warning(warning) => {
-                self.line(at, format_args!("warning: {}", describe_warning(warning)));
+                let text = format!("warning: {}", describe_warning(warning));
+                self.warn(at, kind_of(warning), &text);
             }
             _ => {}
         }
     }
 
     fn news(&mut self, at: Time, news: &News) {
+        if let News::Closed { .. } = news {
+            self.settle(at);
+        }
         match news {
             News::Opened { transport, client } if self.verbosity == Verbosity::Conversation => {
                 self.line(at, format_args!("{transport}: {client} opened the line"));
@@ -83,13 +130,15 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 self.line(at, format_args!("{transport}: the host has switched {line} {state}"));
             }
             News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } => {}
-            News::Refused { transport, client, holder } => self.line(
+            News::Refused { transport, client, holder } => self.warn(
                 at,
-                format_args!("{transport}: refused {client}, because {holder} holds the line"),
+                "clients that were refused",
+                &format!("{transport}: refused {client}, because {holder} holds the line"),
             ),
-            News::Lost { transport, bytes } => self.line(
+            News::Lost { transport, bytes } => self.warn(
                 at,
-                format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
+                "answers that were not read",
+                &format!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
             News::WrongSpeed { transport, client, line } => self.line(
                 at,
@@ -142,6 +191,18 @@ impl<F: FnMut(String) + Send> Sink for Traffic<F> {
 impl<F> fmt::Debug for Traffic<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Traffic").field("verbosity", &self.verbosity).finish_non_exhaustive()
+    }
+}
+
+/// What is left out when there are many, in words.
+fn kind_of(warning: &Warning) -> &'static str {
+    match warning {
+        Warning::ReceiveOverflow { .. } => "overflows of the receive buffer",
+        Warning::NobodyListens { .. } => "answers while nobody had the line open",
+        Warning::NoEffect { .. } => "commands without effect",
+        Warning::StepsLost { .. } => "losses of steps",
+        Warning::ProgramError { .. } => "programs that ended with an error",
+        _ => "other warnings",
     }
 }
 
@@ -235,6 +296,31 @@ mod tests {
                 "     1.250000 s  @0A 5000,900  relative move X +5,000 steps at 900 Hz",
                 "     6.805000 s  0  after 5.6 s",
                 "     7.000000 s  warning: nobody has the line open, 1 byte was lost",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_flood_is_one_line_and_a_number() {
+        let (sender, lines) = mpsc::channel();
+        let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
+        let explain = |_: &[u8]| String::new();
+        let (transport, client) = (std::sync::Arc::from("pty"), "a client".to_owned());
+        for ms in 0..2_000 {
+            let at = Time::from_millis(ms);
+            let warning = Warning::NoEffect { what: "half a turn".into() };
+            traffic.report(&Report::Event(at, Event::Warning(warning)), &explain);
+        }
+        let other = Warning::ReceiveOverflow { lost: 1 };
+        traffic.report(&Report::Event(Time::from_secs(3), Event::Warning(other)), &explain);
+        let end = News::Closed { transport, client };
+        traffic.report(&Report::News(Time::from_secs(4), end), &explain);
+        assert_eq!(
+            lines.try_iter().collect::<Vec<_>>(),
+            [
+                "     0.000000 s  warning: no effect: half a turn",
+                "     3.000000 s  warning: the receive buffer was full, 1 byte was lost",
+                "     4.000000 s  1999 more were left out: commands without effect",
             ]
         );
     }

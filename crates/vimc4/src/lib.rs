@@ -69,6 +69,8 @@ pub use vimc4_host::{
     Clients, Clock, ControlError, HostLines, MemoryPort, News, Rate, Reply, Report, Sink, Traffic,
     Verbosity, Wants, Worker, escape,
 };
+#[cfg(unix)]
+pub use vimc4_host::{User, Users};
 pub use vimc4_plant::Machine;
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.

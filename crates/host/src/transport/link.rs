@@ -143,12 +143,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("vimc4.pty");
         // Free, dangling, into /dev/pts: allowed.
-        drop(Link::create(&path, Path::new("/dev/pts/0"), false).unwrap());
+        drop(Link::create(&path, Path::new("/dev/pts/99990"), false).unwrap());
         assert!(!path.is_symlink());
         symlink("/nowhere/at/all", &path).unwrap();
-        let first = Link::create(&path, Path::new("/dev/pts/0"), false).unwrap();
-        let second = Link::create(&path, Path::new("/dev/pts/1"), false).unwrap();
-        assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/1"));
+        let first = Link::create(&path, Path::new("/dev/pts/99990"), false).unwrap();
+        let second = Link::create(&path, Path::new("/dev/pts/99991"), false).unwrap();
+        assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/99991"));
         // The first one has lost the name and must not take it away from the second.
         drop(first);
         assert!(path.is_symlink());
@@ -156,16 +156,16 @@ mod tests {
         assert!(!path.is_symlink());
         // A file, a folder, a link to a file: somebody's own.
         fs::write(&path, "precious").unwrap();
-        let refused = Link::create(&path, Path::new("/dev/pts/0"), false).unwrap_err();
+        let refused = Link::create(&path, Path::new("/dev/pts/99990"), false).unwrap_err();
         assert!(matches!(refused, LinkError::Occupied(_)), "{refused}");
         let other = folder.path().join("other");
         symlink(&path, &other).unwrap();
-        assert!(Link::create(&other, Path::new("/dev/pts/0"), false).is_err());
-        assert!(Link::create(folder.path(), Path::new("/dev/pts/0"), false).is_err());
+        assert!(Link::create(&other, Path::new("/dev/pts/99990"), false).is_err());
+        assert!(Link::create(folder.path(), Path::new("/dev/pts/99990"), false).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"precious");
         // A folder that is not there.
         let nowhere = folder.path().join("none").join("link");
-        let failed = Link::create(&nowhere, Path::new("/dev/pts/0"), false).unwrap_err();
+        let failed = Link::create(&nowhere, Path::new("/dev/pts/99990"), false).unwrap_err();
         assert!(matches!(failed, LinkError::Failed { .. }), "{failed}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }

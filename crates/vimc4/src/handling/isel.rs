@@ -34,6 +34,7 @@ pub(super) fn handling(model: Model, inner: &vimc4_isel::Model) -> Handling {
         boot: Duration::from_millis(inner.timing.boot_ms),
         running: Duration::ZERO,
         position: "@0P",
+        names: &["@0V", "@0?", "@0U"],
         done: b"0",
         speeds: &[19_200, 9_600, 38_400],
         erase: &["@0k", "@0IX", "@0IW"],

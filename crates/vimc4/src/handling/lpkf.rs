@@ -31,6 +31,7 @@ pub(super) fn handling(model: Model) -> Handling {
         boot: Duration::ZERO,
         running: Duration::from_secs(60),
         position: "!ON0",
+        names: &["OS"],
         done: b"C\r",
         speeds: &[9_600, 4_800, 57_600],
         erase: &[],

@@ -36,6 +36,9 @@ pub struct Handling {
     pub running: Duration,
     /// Asks where the axes are; it is never refused at rest and changes nothing.
     pub position: &'static str,
+    /// These lines ask what it is called and which version it has; a model knows one of them, and
+    /// none changes anything.
+    pub names: &'static [&'static str],
     /// Answers a command that was carried out and says nothing else.
     pub done: &'static [u8],
     /// The speeds that such controllers are set to, baud, the commonest first.
