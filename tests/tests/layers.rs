@@ -100,6 +100,41 @@ fn only_the_outer_rooms_know_the_world() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The one room that may have unsafe code, and only in the module that says why.
+const UNSAFE: (&str, &str) = ("vimc4-lines", "linux/sys.rs");
+
+#[test]
+fn unsafe_code_is_in_one_place() {
+    let mut wrong = Vec::new();
+    for package in packages() {
+        let (name, manifest) = (package.name.as_str(), &package.manifest_path);
+        let text = std::fs::read_to_string(manifest).expect("a package has a manifest");
+        let shared = text.contains("[lints]\nworkspace = true");
+        if shared == (name == UNSAFE.0) {
+            wrong.push(format!("{name} does not keep to the lints of the workspace"));
+        }
+        if shared {
+            continue;
+        }
+        let sources = manifest.parent().expect("a package has a folder").join("src");
+        let mut folders = vec![sources.clone()];
+        while let Some(folder) = folders.pop() {
+            for file in folder.read_dir_utf8().expect("a folder").map(|file| file.expect("a file"))
+            {
+                let path = file.path();
+                if path.is_dir() {
+                    folders.push(path.to_owned());
+                } else if path != sources.join(UNSAFE.1)
+                    && std::fs::read_to_string(path).expect("text").contains("unsafe {")
+                {
+                    wrong.push(format!("{path} has unsafe code"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 fn packages() -> Vec<Package> {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml");
     let mut command = MetadataCommand::new();

@@ -238,6 +238,7 @@ fifty threads: 0 wrong
 closed in a call: 0 wrong
 killed in a call: 250, 0 wrong
 interrupted: 0 wrong
+anything: 0 wrong
 beside 200 who wait: quick
 of them killed: 200
 a request: 30 us or less

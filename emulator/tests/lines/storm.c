@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -55,6 +57,32 @@ static void *ask_meanwhile(void *none)
         if (ioctl(shared, TIOCMGET, &lines) && errno != EBADF && errno != ENOTTY)
             __sync_fetch_and_add(&wrong, 1);
     return none;
+}
+
+/* Requests of all kinds with arguments of all kinds, the same in every run of a seed. Nothing is
+   to come of it but an answer each. */
+static void *anything(void *seed)
+{
+    static const int requests[] = {TIOCMGET, TIOCMBIS, TIOCMBIC, TIOCMSET, TIOCGSERIAL,
+                                   TIOCSSERIAL, TIOCSERGETLSR, TIOCGICOUNT};
+    unsigned s = (unsigned)(long)seed;
+    int i, port = open(path, O_RDWR | O_NOCTTY);
+    char *page = mmap(NULL, 8192, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    munmap(page + 4096, 4096);
+    for (i = 0; i < 3000; i++) {
+        long request = requests[rand_r(&s) % 8], high = (long)rand_r(&s) << 32;
+        long file = rand_r(&s) % 8 ? port : rand_r(&s);
+        char *argument = page + rand_r(&s) % 4200;
+        if (rand_r(&s) % 4 == 0)
+            argument = (char *)((long)rand_r(&s) << rand_r(&s) % 33);
+        syscall(SYS_ioctl, file | high, request | high, argument);
+        if (rand_r(&s) % 500 == 0) {
+            kill(getpid(), SIGALRM);
+            if (fork() == 0)
+                execl("/bin/true", "true", (char *)NULL);
+        }
+    }
+    return NULL;
 }
 
 static void nothing(int signal)
@@ -140,6 +168,14 @@ int main(int argc, char **argv)
         setitimer(ITIMER_REAL, &never, NULL);
     }
     printf("interrupted: %ld wrong\n", wrong);
+
+    for (i = 0; i < 8; i++)
+        pthread_create(&threads[i], NULL, anything, (void *)(long)i);
+    for (i = 0; i < 8; i++)
+        pthread_join(threads[i], NULL);
+    while (wait(&status) > 0)
+        wrong += WIFSIGNALED(status);
+    printf("anything: %ld wrong\n", wrong);
 
     /* Those who wait for a change do not hold up others, and go with their process. */
     for (i = 0; i < 200; i++)

@@ -166,7 +166,7 @@ impl Listener {
     /// Whether the thread still waits in this call. If it does not, its number may be another's.
     pub(crate) fn waits(&self, id: u64) -> bool {
         // The request as the first kernels with it had it; it is understood by all.
-        const ID_VALID: libc::Ioctl = 0x8008_2102;
+        const ID_VALID: libc::Ioctl = 0x8008_2102_u32 as libc::Ioctl;
         // SAFETY: the kernel reads one 64-bit number.
         unsafe { libc::ioctl(self.0.as_raw_fd(), ID_VALID, ptr::from_ref(&id)) == 0 }
     }
