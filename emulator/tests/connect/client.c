@@ -1,123 +1,79 @@
-/* A host program for Windows. Arguments: a COM port, and `lines` if it also uses the modem
- * lines and waits for events. Everything that fails is said; the exit code is 1 then. */
+/* A host program in C. Arguments: a terminal or a TCP address, and `lines` if it also sets and
+ * reads the modem lines. */
+#define _DEFAULT_SOURCE
+#include <arpa/inet.h>
+#include <fcntl.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
-#include <windows.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
 
-static HANDLE port;
-static int failures;
+static int port;
 
-static void say(const char *what, BOOL worked) {
-    if (worked) {
-        printf("%s\n", what);
-    } else {
-        printf("%s: error %lu\n", what, GetLastError());
-        failures = 1;
-    }
+static void fail(const char *what) {
     fflush(stdout);
+    perror(what);
+    exit(1);
 }
 
-static BOOL open_port(const char *name) {
-    char path[32];
-    DCB dcb = {.DCBlength = sizeof dcb};
-    COMMTIMEOUTS timeouts = {0, 0, 5000, 0, 5000};
-    snprintf(path, sizeof path, "\\\\.\\%s", name);
-    port = CreateFileA(path, GENERIC_READ | GENERIC_WRITE, 0, NULL, OPEN_EXISTING,
-                       FILE_FLAG_OVERLAPPED, NULL);
-    if (port == INVALID_HANDLE_VALUE) {
-        say("CreateFile", FALSE);
-        return FALSE;
+static void ask(const char *line, int count) {
+    if (write(port, line, strlen(line)) < 0) {
+        fail("write");
     }
-    if (!GetCommState(port, &dcb)) {
-        say("GetCommState", FALSE);
-        return FALSE;
+    for (char answer; count > 0; count--) {
+        if (read(port, &answer, 1) != 1) {
+            fail("read");
+        }
+        putchar(answer);
     }
-    dcb.BaudRate = 19200;
-    dcb.ByteSize = 8;
-    dcb.Parity = NOPARITY;
-    dcb.StopBits = ONESTOPBIT;
-    dcb.fBinary = TRUE;
-    dcb.fDtrControl = DTR_CONTROL_ENABLE;
-    dcb.fRtsControl = RTS_CONTROL_ENABLE;
-    if (!SetCommState(port, &dcb) || !SetCommTimeouts(port, &timeouts)) {
-        say("SetCommState", FALSE);
-        return FALSE;
-    }
-    return TRUE;
 }
 
-/* Sends a line and reads so many bytes, both overlapped. */
-static void ask(const char *line, DWORD count) {
-    char answer[32] = {0};
-    DWORD done = 0;
-    OVERLAPPED writing = {.hEvent = CreateEvent(NULL, TRUE, FALSE, NULL)};
-    OVERLAPPED reading = {.hEvent = CreateEvent(NULL, TRUE, FALSE, NULL)};
-    WriteFile(port, line, strlen(line), NULL, &writing);
-    GetOverlappedResult(port, &writing, &done, TRUE);
-    if (count > 0) {
-        ReadFile(port, answer, count, NULL, &reading);
-        GetOverlappedResult(port, &reading, &done, TRUE);
+static void open_terminal(const char *name) {
+    struct termios mode;
+    port = open(name, O_RDWR | O_NOCTTY);
+    if (port < 0 || tcgetattr(port, &mode) < 0) {
+        fail(name);
     }
-    printf("%s", answer);
-    fflush(stdout);
+    cfmakeraw(&mode);
+    cfsetspeed(&mode, B19200);
+    tcsetattr(port, TCSANOW, &mode);
 }
 
-/* Waits for one of these events, which the answer to a line or nothing at all brings about. */
-static void wait_for(const char *what, DWORD mask, const char *line, DWORD expected) {
-    OVERLAPPED waiting = {.hEvent = CreateEvent(NULL, TRUE, FALSE, NULL)};
-    DWORD events = 0, done = 0;
-    char text[64];
-    PurgeComm(port, PURGE_RXCLEAR);
-    if (!SetCommMask(port, mask) || (!WaitCommEvent(port, &events, &waiting) &&
-                                     GetLastError() != ERROR_IO_PENDING)) {
-        say(what, FALSE);
-        return;
+static void open_address(const char *name, const char *number) {
+    struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons(atoi(number))};
+    char host[32] = {0};
+    strncat(host, name, number - name - 1);
+    inet_pton(AF_INET, host, &to.sin_addr);
+    port = socket(AF_INET, SOCK_STREAM, 0);
+    if (connect(port, (struct sockaddr *)&to, sizeof to) < 0) {
+        fail(name);
     }
-    if (line != NULL) {
-        ask(line, 0);
-    }
-    if (WaitForSingleObject(waiting.hEvent, 500) == WAIT_TIMEOUT) {
-        /* Nothing came; this ends the waiting. */
-        SetCommMask(port, 0);
-        WaitForSingleObject(waiting.hEvent, 5000);
-        events = 0;
-    } else if (!GetOverlappedResult(port, &waiting, &done, FALSE)) {
-        say(what, FALSE);
-        return;
-    }
-    snprintf(text, sizeof text, "%s: %lx", what, events);
-    say(text, TRUE);
-    failures |= events != expected;
-    Sleep(200);
 }
 
 int main(int count, char **arguments) {
-    DWORD status = 0;
-    char text[64];
-    if (!open_port(arguments[1])) {
-        return 1;
+    const char *colon = strchr(arguments[1], ':');
+    int rts = TIOCM_RTS, dtr = TIOCM_DTR, now;
+    if (colon == NULL) {
+        open_terminal(arguments[1]);
+    } else {
+        open_address(arguments[1], colon + 1);
     }
     ask("@01\r", 1);
     ask("@0A20000,10000\r", 0);
-    Sleep(300);
+    usleep(300000);
     ask("\375", 1);
     ask("@0S\r", 1);
     ask("@0P\r", 19);
-    printf("\n");
-    CloseHandle(port);
-    if (!open_port(arguments[1])) {
-        return 1;
-    }
+    putchar('\n');
     if (count > 2) {
-        say("EscapeCommFunction", EscapeCommFunction(port, CLRDTR) &&
-            EscapeCommFunction(port, SETDTR) && EscapeCommFunction(port, CLRRTS) &&
-            EscapeCommFunction(port, SETRTS));
-        BOOL worked = GetCommModemStatus(port, &status);
-        snprintf(text, sizeof text, "GetCommModemStatus: %lx", status);
-        say(worked ? text : "GetCommModemStatus", worked);
-        wait_for("WaitCommEvent RXCHAR", EV_RXCHAR, "@0P\r", EV_RXCHAR);
-        wait_for("WaitCommEvent CTS DSR RXCHAR", EV_CTS | EV_DSR | EV_RXCHAR, "@0P\r", EV_RXCHAR);
-        wait_for("WaitCommEvent CTS DSR", EV_CTS | EV_DSR, NULL, 0);
+        if (ioctl(port, TIOCMBIC, &dtr) < 0 || ioctl(port, TIOCMBIS, &rts) < 0 ||
+            ioctl(port, TIOCMGET, &now) < 0) {
+            fail("modem lines");
+        }
+        printf("CTS %d DSR %d DCD %d\n", !!(now & TIOCM_CTS), !!(now & TIOCM_DSR),
+               !!(now & TIOCM_CD));
     }
-    return failures;
+    return 0;
 }

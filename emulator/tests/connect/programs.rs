@@ -69,6 +69,10 @@ const MONO: (&str, &str) = ("mono --version && command -v mcs", "mono-mcs");
 const NODE: (&str, &str) =
     ("NODE_PATH=$(npm root -g) node -e 'require(\"serialport\")'", "node with serialport");
 const JAVA: (&str, &str) = ("javac -version", "a Java development kit");
+const CC: (&str, &str) = (
+    "printf 'int main(void) { return 0; }' | cc -static -x c -o /dev/null -",
+    "a C compiler that links statically",
+);
 const SCRIPT: (&str, &str) = ("script --version", "script of util-linux");
 const DOSBOX: (&str, &str) = ("dosbox -version", "dosbox");
 const AS: (&str, &str) =
@@ -113,6 +117,13 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", java),
             lines: Test("yes", java),
             tcp: Test("yes", java),
+        },
+        Program {
+            name: "C, linked statically: termios, sockets",
+            needs: &[CC],
+            terminal: Test("bytes; `TIOCMGET` and the others fail", c),
+            lines: Test("yes", c),
+            tcp: Test("yes", c),
         },
         Program {
             name: "Rust: serialport, TcpStream",
@@ -203,11 +214,17 @@ fn client(bench: &Bench, interpreter: &str, file: &str, arguments: &[&str]) -> R
     bench.run(&mut bench.host(&line))
 }
 
+/// The code that the guide prints in this language under this heading.
+fn code(bench: &Bench, heading: &str, language: &str) -> Result<String, String> {
+    let section = super::GUIDE.split(&format!("\n## {heading}\n")).nth(1).unwrap_or_default();
+    let code = section.split(&format!("```{language}\n")).nth(1);
+    let code = code.and_then(|rest| rest.split("```").next());
+    code.map(|code| bench.here(code)).ok_or(format!("docs/connect.md has no code in {heading}"))
+}
+
 /// What the guide prints in Python works as it stands.
 fn python_recipe(bench: &Bench, heading: &str) -> Outcome {
-    let section = super::GUIDE.split(&format!("\n## {heading}\n")).nth(1).unwrap_or_default();
-    let code = section.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
-    write(bench, "recipe.py", &bench.here(code.ok_or("docs/connect.md has no such recipe")?))?;
+    write(bench, "recipe.py", &code(bench, heading, "python")?)?;
     let ended = bench.run(&mut bench.host("python3 recipe.py"))?;
     if ended.success { Ok(()) } else { Err(ended.to_string().into()) }
 }
@@ -275,6 +292,37 @@ fn mono(way: Way) -> Outcome {
 fn java(way: Way) -> Outcome {
     let bench = Bench::new(way)?;
     client(&bench, "java", "Client.java", &[&bench.place()])?.held("")
+}
+
+fn c(way: Way) -> Outcome {
+    let bench = Bench::new(way)?;
+    let compile = |file: &str| -> Outcome {
+        let compiler = format!("cc -Wall -Werror -static -o client {file}");
+        let compiled = bench.run(&mut bench.shell(&compiler))?;
+        if compiled.success { Ok(()) } else { Err(compiled.to_string().into()) }
+    };
+    if way != Way::Tcp {
+        // What the guide prints, as a program.
+        let code = format!(
+            "#define _DEFAULT_SOURCE\n#include <fcntl.h>\n#include <termios.h>\n\
+             #include <unistd.h>\nint main(void) {{\n{}return answer != '0';\n}}\n",
+            code(&bench, "C and termios", "c")?
+        );
+        write(&bench, "recipe.c", &code)?;
+        compile("recipe.c")?;
+        let ended = bench.run(&mut bench.host("./client"))?;
+        if !ended.success {
+            return Err(ended.to_string().into());
+        }
+    }
+    compile(&source("client.c").display().to_string())?;
+    let lines = if way == Way::Tcp { "" } else { "lines" };
+    let ended = bench.run(&mut bench.host(&format!("./client {} {lines}", bench.place())))?;
+    match way {
+        Way::Terminal => ended.failed(CONVERSATION, NO_LINES),
+        Way::Lines => ended.held(LINES),
+        Way::Tcp => ended.held(""),
+    }
 }
 
 /// The variable that makes this program the Rust client: where it connects to.
@@ -548,7 +596,7 @@ impl Wine<'_> {
     fn new(bench: &Bench) -> Result<Wine<'_>, Box<dyn std::error::Error>> {
         let wine = Wine(bench);
         let compiler = "x86_64-w64-mingw32-gcc -O -o client.exe ";
-        let compiler = bench.shell(&format!("{compiler}{}", source("client.c").display()));
+        let compiler = bench.shell(&format!("{compiler}{}", source("windows.c").display()));
         wine.does(compiler)?;
         wine.does(bench.shell("wineboot -i"))?;
         wine.does(bench.shell("wineserver -w"))?;
