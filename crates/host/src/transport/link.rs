@@ -85,7 +85,10 @@ impl Link {
     /// Makes the link, or moves it here from a PTY that is gone. Whoever looks at the name sees
     /// the old link or the new one, never none.
     pub fn create(path: &Path, target: &Path, replace: bool) -> Result<Link, LinkError> {
-        Link::check(path, replace)?;
+        // A link of an emulator that was killed may lead to our own terminal, which has got the
+        // same number.
+        let ours_already = fs::read_link(path).is_ok_and(|old| old == target);
+        Link::check(path, replace || ours_already)?;
         let failed = |source| LinkError::Failed { path: path.to_owned(), source };
         // The link must be found again when the working directory has changed.
         let path = absolute(path).map_err(failed)?;
@@ -136,6 +139,8 @@ impl Drop for Link {
 
 #[cfg(test)]
 mod tests {
+    use serialport::{SerialPort, TTYPort};
+
     use super::*;
 
     #[test]
@@ -163,6 +168,14 @@ mod tests {
         assert!(Link::create(&other, Path::new("/dev/pts/99990"), false).is_err());
         assert!(Link::create(folder.path(), Path::new("/dev/pts/99990"), false).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"precious");
+        // One that was left behind leads to the very terminal that is to be named.
+        let (near, far) = TTYPort::pair().unwrap();
+        let target = PathBuf::from(far.name().unwrap());
+        let left = folder.path().join("left.pty");
+        symlink(&target, &left).unwrap();
+        assert!(matches!(Link::check(&left, false), Err(LinkError::Held { .. })));
+        drop(Link::create(&left, &target, false).unwrap());
+        drop((near, far));
         // A folder that is not there.
         let nowhere = folder.path().join("none").join("link");
         let failed = Link::create(&nowhere, Path::new("/dev/pts/99990"), false).unwrap_err();
