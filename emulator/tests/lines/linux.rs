@@ -467,7 +467,9 @@ pub(super) fn main() -> ExitCode {
         Trial::test(name, body).with_ignored_flag(!there && !required)
     };
     let cc = makes(&[]);
-    let python = has("python3", &["--version"]) && has("bash", &["--version"]);
+    let python = has("python3", &["--version"])
+        && has("bash", &["--version"])
+        && has("pkill", &["--version"]);
     // 32-bit programs are those of x86.
     let narrow = cfg!(target_arch = "x86_64");
     let mut trials = vec![
@@ -486,7 +488,7 @@ pub(super) fn main() -> ExitCode {
         with(cc, "needs cc", "the link leads elsewhere", the_link_leads_elsewhere),
         Trial::test("exit codes", exit_codes),
         Trial::test("a buffer shows on CTS", a_buffer_shows_on_cts),
-        with(python, "needs python3 and bash", "jobs", jobs),
+        with(python, "needs python3, bash and procps", "jobs", jobs),
     ];
     if narrow {
         let there = makes(&["-m32"]);
