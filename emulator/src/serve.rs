@@ -71,6 +71,10 @@ pub(crate) struct Arguments {
     /// Show the conversation as people read it
     #[arg(short, long, action = ArgAction::SetTrue)]
     pub(crate) verbose: bool,
+    /// Forget the half line of a client that has left; else it spoils the first command of the
+    /// next one, as on a real cable
+    #[arg(long)]
+    pub(crate) fresh_clients: bool,
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     pub(crate) json: bool,
@@ -186,6 +190,7 @@ pub(crate) async fn start(
             .on(worker)
             .tcp_clients(arguments.tcp_clients)
             .line_pacing(arguments.line_pacing)
+            .fresh_clients(arguments.fresh_clients)
             .record(false)
             .sink(log.terminal(verbosity, prefix.clone()));
         if arguments.log.is_some() {

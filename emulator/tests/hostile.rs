@@ -214,7 +214,15 @@ fn a_link_in_use_is_taken_only_with_force() {
     let _window = pseudo_terminal();
     fs::remove_file(&link).unwrap();
     symlink(&_window.1, &link).unwrap();
-    let (_third, _) = Running::serve(folder.path(), &[]);
+    let (mut third, _) = Running::serve(folder.path(), &[]);
+    // Nor is one that another emulator has got.
+    third.signal(Signal::KILL);
+    third.ends();
+    let number = fs::read_link(&link).unwrap();
+    let others: Vec<_> = (0..20).map(|_| tempfile::tempdir().unwrap()).collect();
+    let others: Vec<_> = others.iter().map(|folder| Running::serve(folder.path(), &[])).collect();
+    let (_fourth, _) = Running::serve(folder.path(), &[]);
+    assert!(others.len() == 20 && number.starts_with("/dev/pts"));
 }
 
 /// The near end of a pseudo terminal, whose far end nobody here has, and the far end's name.
@@ -524,6 +532,35 @@ fn a_serial_port_that_was_unplugged_is_opened_again() {
     assert_eq!(ask(&mut host, "@0P\r", 19), "0000000000000000000");
     serve.signal(Signal::TERM);
     assert_eq!(serve.ends(), Some(0));
+}
+
+#[test]
+fn a_half_line_is_told_of_or_forgotten() {
+    let folder = tempfile::tempdir().unwrap();
+    for (option, first) in [(vec![], "1"), (vec!["--fresh-clients"], "0")] {
+        let (mut serve, places) = Running::serve(folder.path(), &option);
+        let mut port = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(folder.path().join("vimc4.pty"))
+            .unwrap();
+        assert_eq!(ask(&mut port, "@07\r", 1), "0");
+        port.write_all(b"@0A1").unwrap();
+        drop(port);
+        thread::sleep(Duration::from_millis(100));
+        let mut client = connect(&places);
+        let answer = ask(&mut client, "@07\r", 1);
+        assert_eq!(answer == "0", first == "0", "{answer}");
+        assert_eq!(ask(&mut client, "@07\r", 1), "0");
+        // What is told is written by a thread of its own, for which an end does not wait long.
+        thread::sleep(Duration::from_millis(200));
+        serve.signal(Signal::TERM);
+        let (_, errors) = serve.end();
+        let told = usize::from(option.is_empty());
+        for words in ["somebody has left half a line, `@0A1`", "behind the half line `@0A1`"] {
+            assert_eq!(errors.matches(words).count(), told, "{errors}");
+        }
+    }
 }
 
 // --- finding out ---

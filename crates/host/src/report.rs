@@ -92,6 +92,16 @@ pub enum News {
         /// The programs, as far as they can be seen.
         programs: String,
     },
+    /// A client that has left has begun a line and not ended it. As on a real cable the next
+    /// client's first command becomes the rest of it.
+    HalfLine {
+        /// The transport of the next client, by its label.
+        transport: Arc<str>,
+        /// The half line.
+        half: Bytes,
+        /// The next client has sent something; else it has only come.
+        spoils: bool,
+    },
     /// A port is gone, most likely unplugged. It is served again when it is back.
     Gone {
         /// The transport, by its label.

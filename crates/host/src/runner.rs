@@ -75,6 +75,57 @@ pub struct Runner<D: Device> {
     failure: Option<RunError>,
     /// What happened before anybody watched.
     early: Vec<News>,
+    half: HalfLine,
+}
+
+/// The line that a client has begun and not ended.
+#[derive(Debug, Default)]
+struct HalfLine {
+    /// What ends a line. Nothing is known of lines without.
+    ends: &'static [u8],
+    /// It is kept back until it is whole, and forgotten when its client leaves.
+    fresh: bool,
+    bytes: Vec<u8>,
+    /// Somebody else has come since then.
+    left: bool,
+    /// How many clients there are.
+    clients: usize,
+}
+
+impl HalfLine {
+    /// So much of it is kept.
+    const LONGEST: usize = 4_096;
+
+    /// How much of what arrives are whole lines, or the rest of one.
+    fn end(&self, bytes: &[u8]) -> usize {
+        bytes.iter().rposition(|byte| self.ends.contains(byte)).map_or(0, |end| end + 1)
+    }
+
+    /// Remembers what has been begun.
+    fn note(&mut self, bytes: &[u8]) {
+        let end = self.end(bytes);
+        if end > 0 {
+            self.bytes.clear();
+        }
+        let room = Self::LONGEST.saturating_sub(self.bytes.len());
+        self.bytes.extend(bytes[end..].iter().take(room));
+    }
+
+    /// Takes in what arrives, and returns what of it the device gets now.
+    fn take(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let end = self.end(bytes);
+        let (whole, rest) = bytes.split_at(end);
+        let mut given = Vec::new();
+        if end > 0 {
+            given = std::mem::take(&mut self.bytes);
+        }
+        given.extend_from_slice(whole);
+        self.bytes.extend_from_slice(rest);
+        if self.bytes.len() > Self::LONGEST {
+            given.append(&mut self.bytes);
+        }
+        given
+    }
 }
 
 /// Why a controller ended by itself.
@@ -175,6 +226,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             waiters: Vec::new(),
             failure: None,
             early: Vec::new(),
+            half: HalfLine::default(),
         };
         runner.watch_kinds();
         (runner, Handle::new(jobs, stop))
@@ -200,6 +252,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
         self.flash = Some(file);
         Ok(self)
+    }
+
+    /// Says what ends a line, so that a half line that a client has left can be told of when the
+    /// next one comes. With `fresh` it is forgotten instead: the device gets whole lines only.
+    #[must_use]
+    pub fn with_lines(mut self, ends: &'static [u8], fresh: bool) -> Runner<D> {
+        self.half = HalfLine { ends, fresh, ..HalfLine::default() };
+        self
     }
 
     /// Opens a way to the line.
@@ -350,12 +410,57 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     let bytes = Bytes::copy_from_slice(bytes);
                     self.report(Kinds::NONE, true, || Report::Received { at, from, bytes });
                 }
-                self.input(Input::Bytes(bytes));
+                self.take_line(from, bytes);
             }
             Received::Finished => {}
-            Received::News(news) => self.news(news),
+            Received::News(news) => {
+                self.mind_half_line(&news);
+                self.news(news);
+            }
         }
         self.transports.retain(|transport| !transport.is_finished());
+    }
+
+    /// Passes on what has arrived, and says when it begins behind a half line of somebody else.
+    fn take_line(&mut self, from: usize, bytes: &[u8]) {
+        if self.half.ends.is_empty() {
+            return self.input(Input::Bytes(bytes));
+        }
+        if std::mem::take(&mut self.half.left) {
+            let transport = Arc::clone(self.transports[from].label());
+            let half = Bytes::copy_from_slice(&self.half.bytes);
+            self.news(News::HalfLine { transport, half, spoils: true });
+        }
+        if !self.half.fresh {
+            self.half.note(bytes);
+            return self.input(Input::Bytes(bytes));
+        }
+        let whole = self.half.take(bytes);
+        if !whole.is_empty() {
+            self.input(Input::Bytes(&whole));
+        }
+    }
+
+    /// A client comes or goes.
+    fn mind_half_line(&mut self, news: &News) {
+        match news {
+            News::Closed { .. } => self.half.clients = self.half.clients.saturating_sub(1),
+            News::Opened { transport, .. } => {
+                self.half.clients += 1;
+                // What somebody has written last may come in behind the news of the leaving. Who
+                // comes while another one is there shares its lines.
+                if self.half.clients > 1 || self.half.bytes.is_empty() {
+                    return;
+                }
+                if self.half.fresh {
+                    return self.half.bytes.clear();
+                }
+                self.half.left = true;
+                let half = Bytes::copy_from_slice(&self.half.bytes);
+                self.news(News::HalfLine { transport: Arc::clone(transport), half, spoils: false });
+            }
+            _ => {}
+        }
     }
 
     /// Lets time pass until the destination is reached, and then replies.

@@ -154,6 +154,25 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                      other; close all but one"
                 ),
             ),
+            News::HalfLine { transport, half, spoils: false } => self.warn(
+                at,
+                "half lines",
+                &format!(
+                    "{transport}: somebody has left half a line, `{}`, which the first command of \
+                     the next client will be the rest of, as on a real cable (--fresh-clients \
+                     forgets it)",
+                    excerpt(half)
+                ),
+            ),
+            News::HalfLine { transport, half, spoils: true } => self.warn(
+                at,
+                "commands behind half lines",
+                &format!(
+                    "{transport}: this command comes behind the half line `{}` that somebody has \
+                     left",
+                    excerpt(half)
+                ),
+            ),
             News::Gone { transport, error } => self.line(
                 at,
                 format_args!("{transport}: is gone: {error}; it is opened again when it is back"),
@@ -228,6 +247,14 @@ fn describe_warning(warning: &Warning) -> String {
 
 fn count(bytes: u64) -> String {
     if bytes == 1 { "1 byte was".to_owned() } else { format!("{bytes} bytes were") }
+}
+
+/// No more of a line than a person reads.
+fn excerpt(bytes: &[u8]) -> String {
+    match bytes.get(..100) {
+        Some(beginning) => escape(beginning) + "…",
+        None => escape(bytes),
+    }
 }
 
 /// `after 5.6 s`, in two digits or as many as the whole part has.

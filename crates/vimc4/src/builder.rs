@@ -14,7 +14,7 @@ use vimc4_host::{
 use vimc4_host::{Link, Pty};
 use vimc4_plant::Machine;
 
-use crate::catalogue::{self, Controller, Model};
+use crate::catalogue::{self, Controller, Family, Model};
 use crate::control::Control;
 use crate::emulator::{Emulator, Places};
 use crate::error::Error;
@@ -29,6 +29,7 @@ pub struct Builder {
     pty: Terminal,
     #[cfg_attr(not(unix), expect(dead_code, reason = "there are no links"))]
     replace: bool,
+    fresh_clients: bool,
     tcp: Option<String>,
     clients: Clients,
     serial: Option<String>,
@@ -89,6 +90,7 @@ impl Builder {
             time: Clock::Real,
             pty: Terminal::Off,
             replace: false,
+            fresh_clients: false,
             tcp: None,
             clients: Clients::Refuse,
             serial: None,
@@ -141,6 +143,13 @@ impl Builder {
     /// running. It may not if nothing is said.
     pub fn replace_link(mut self, on: bool) -> Builder {
         self.replace = on;
+        self
+    }
+
+    /// Whether a half line of a client that has left is forgotten, so that it does not spoil the
+    /// first command of the next one, as it does on a real cable and if nothing is said.
+    pub fn fresh_clients(mut self, on: bool) -> Builder {
+        self.fresh_clients = on;
         self
     }
 
@@ -276,7 +285,13 @@ impl Builder {
             Error::Flash { path: path.unwrap_or_default(), source }
         })?;
         let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
-        let (mut runner, handle) = Runner::new(line, self.time);
+        let (runner, handle) = Runner::new(line, self.time);
+        // A control code ends what was begun, or is none of it.
+        let ends: &[u8] = match model.family() {
+            Family::Isel => b"\r\xFD\xFE\xFF",
+            Family::Lpkf => b"\r\n;",
+        };
+        let mut runner = runner.with_lines(ends, self.fresh_clients);
         if let Some((file, image)) = flash {
             runner = runner.with_flash(file, &image)?;
         }

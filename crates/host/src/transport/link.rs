@@ -57,14 +57,14 @@ impl Link {
     /// running emulator as well.
     ///
     /// A number of a PTY is given out again when its owner has gone. So a link that is left of an
-    /// emulator that was killed may lead to somebody's terminal window: what tells an emulator is
-    /// that it holds both ends.
+    /// emulator that was killed may lead to somebody's terminal window, or to another emulator. The
+    /// PTY is younger than the link then, and what tells an emulator is that it holds both ends.
     pub fn check(path: &Path, replace: bool) -> Result<(), LinkError> {
         match fs::symlink_metadata(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             Err(source) => Err(LinkError::Failed { path: path.to_owned(), source }),
             Ok(found) if !found.is_symlink() => Err(LinkError::Occupied(path.to_owned())),
-            Ok(_) => {
+            Ok(link) => {
                 let target = fs::read_link(path)
                     .map_err(|source| LinkError::Failed { path: path.to_owned(), source })?;
                 let dangling =
@@ -72,7 +72,7 @@ impl Link {
                 if !dangling && !target.starts_with("/dev/pts") {
                     return Err(LinkError::Occupied(path.to_owned()));
                 }
-                match holder(&target) {
+                match holder(&target, &link) {
                     Some(holder) if !replace => {
                         Err(LinkError::Held { path: path.to_owned(), holder })
                     }
@@ -114,7 +114,11 @@ impl Link {
 }
 
 /// Who answers at a PTY, in words.
-fn holder(target: &Path) -> Option<String> {
+fn holder(target: &Path, link: &fs::Metadata) -> Option<String> {
+    let made = fs::metadata(target).ok()?;
+    if (made.ctime(), made.ctime_nsec()) > (link.mtime(), link.mtime_nsec()) {
+        return None;
+    }
     let users = Users::of(target).ok()?;
     if let Some(user) = users.server() {
         return Some(match user.process == std::process::id() {
@@ -123,7 +127,7 @@ fn holder(target: &Path) -> Option<String> {
         });
     }
     // A PTY of somebody else exists as long as somebody holds its near end, whom we may not see.
-    let owner = fs::metadata(target).ok()?.uid();
+    let owner = made.uid();
     let other = !users.all_looked_at && owner != rustix::process::geteuid().as_raw();
     other.then(|| format!("a program of another user (number {owner})"))
 }
