@@ -15,6 +15,8 @@ use crate::port::{Port, PortError};
 
 /// How long an answer may take while nothing moves, and before anything has.
 const FIRST: Duration = Duration::from_secs(3);
+/// How long a line is waited for to fall silent.
+const NOISE: Duration = Duration::from_secs(3);
 /// How long a line must be silent before an answer of unknown length is over.
 const PAUSE: Duration = Duration::from_millis(100);
 /// How long a controller may take to come to rest.
@@ -112,7 +114,13 @@ impl Wire {
 
     /// Lets everything pass that was sent before.
     pub(super) fn quiet(&mut self) -> Result<(), PortError> {
-        while self.port.next(Instant::now() + PAUSE)?.is_some() {}
+        let end = Instant::now() + NOISE;
+        while self.port.next(Instant::now() + PAUSE)?.is_some() {
+            if Instant::now() > end {
+                let why = "it never falls silent, so no answer could be told from the rest";
+                return Err(PortError::Gone(why.to_owned()));
+            }
+        }
         Ok(())
     }
 
