@@ -239,10 +239,7 @@ closed in a call: 0 wrong
 killed in a call: 250, 0 wrong
 interrupted: 0 wrong
 anything: 0 wrong
-beside 200 who wait: quick
-of them killed: 200
-a request: 30 us or less
-another request: as ever
+of those who wait killed: 200
 ";
     same("said", said.as_str(), should)
 }

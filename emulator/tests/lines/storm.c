@@ -110,7 +110,7 @@ int main(int argc, char **argv)
     pthread_t threads[THREADS], closer;
     struct sigaction action;
     struct itimerval often = {{0, 1000}, {0, 1000}}, never = {{0, 0}, {0, 0}};
-    int i, k, status, lines, port, killed = 0, round[2];
+    int i, k, status, lines, port, killed = 0;
 
     path = argv[argc - 1];
     for (i = 0; i < THREADS; i++)
@@ -184,17 +184,15 @@ int main(int argc, char **argv)
             _exit(0);
         }
     usleep(200000);
-    printf("beside 200 who wait: %s\n", best(port, TIOCMGET) < 200 ? "quick" : "slow");
+    fprintf(stderr, "beside 200 who wait a request takes %.1f us\n", best(port, TIOCMGET));
     signal(SIGTERM, SIG_IGN);
     kill(0, SIGTERM);
     for (i = 0; wait(&status) > 0; i++)
         ;
-    printf("of them killed: %d\n", i);
+    printf("of those who wait killed: %d\n", i);
 
-    round[0] = (int)best(port, TIOCMGET);
-    round[1] = (int)best(port, TIOCINQ);
-    printf("a request: %s\n", round[0] <= 30 ? "30 us or less" : "slow");
-    printf("another request: %s\n", round[1] <= 3 ? "as ever" : "slow");
-    fprintf(stderr, "a request takes %d us\n", round[0]);
+    /* How long a request takes is said, not judged: see docs/connect.md for the figures. */
+    fprintf(stderr, "a request takes %.1f us\n", best(port, TIOCMGET));
+    fprintf(stderr, "a request that is let through takes %.1f us\n", best(port, TIOCINQ));
     return 0;
 }
