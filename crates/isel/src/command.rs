@@ -199,10 +199,8 @@ impl Controller {
             Init::Baud9600(on) => settings.baud_9600 = on,
             Init::UserInfo(text) => settings.user_info = text,
             Init::Load => {
-                if let Some(kept) = &self.state.flash.settings {
-                    let kept = Settings::clone(kept);
-                    self.adopt(kept);
-                }
+                let kept = self.state.kept_settings();
+                self.adopt(kept);
             }
             Init::Factory => {
                 let factory = Settings::factory(&self.state.model, self.state.plant.machine());

@@ -55,11 +55,13 @@ impl Controller {
         self.next_line();
     }
 
-    /// Goes on with a program that was stopped.
+    /// Goes on with a program that was stopped. If a command of the host had begun it or gone on
+    /// with it, that command is taken up again, by whomever (12 5, code F): the host learns of its
+    /// end, as it does with a stopped motion.
     pub(crate) fn resume(&mut self, by_command: bool) {
         let Some(run) = &mut self.state.run else { return };
         run.paused = false;
-        run.by_command = by_command;
+        run.by_command |= by_command;
         let remainder = run.remainder.take();
         self.watch_program_inputs();
         if !self.state.is_running() {

@@ -202,7 +202,7 @@ pub(crate) enum Phase {
 /// A running or stopped program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Run {
-    /// Whether `S` started it and waits for an answer.
+    /// Whether `S` began it or went on with it: then the host is told how it ends.
     pub(crate) by_command: bool,
     /// The line that is executed, or comes next.
     pub(crate) line: u32,
@@ -267,13 +267,18 @@ impl State {
         state
     }
 
+    /// The settings in the flash memory: until `IW` writes others, those of the delivery.
+    pub(crate) fn kept_settings(&self) -> Settings {
+        match &self.flash.settings {
+            Some(kept) => Settings::clone(kept),
+            None => Settings::factory(&self.model, self.plant.machine()),
+        }
+    }
+
     /// Everything as after power-on, except what the flash memory, the plant and the safety
     /// relay keep (99 2.2.21).
     pub(crate) fn reset(&mut self) {
-        self.settings = match &self.flash.settings {
-            Some(kept) => Settings::clone(kept),
-            None => Settings::factory(&self.model, self.plant.machine()),
-        };
+        self.settings = self.kept_settings();
         self.baud = if self.settings.baud_9600 { 9_600 } else { self.model.line.baud };
         self.receiver = Receiver::default();
         self.axes = AxisSet::NONE;
