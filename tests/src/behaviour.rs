@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use vimc4::Family;
 use vimc4_conform::format::{Session, topics};
-use vimc4_conform::source::Evidence;
+use vimc4_conform::source::{Evidence, with_manual};
 use vimc4_lpkf::language::{Dialect, Status, forms};
 
 use crate::shown::{Shown, shown};
@@ -33,6 +33,9 @@ same. Each row is held by a session of that name, a file below
 - **F** field: host software in daily use with real controllers depends on it.
 - **A** assumed: no manual says. What could plausibly be otherwise is a value in the profile of a
   model or machine, so that the owner of a real one can set it right.
+
+`all` are the models of the family that have a manual. The c142 has none: it is what programs of the
+field rely on, and is named where a behaviour is shown for it.
 
 This file is made from the sessions by `cargo run -p vimc4-tests --bin behaviour`.
 ";
@@ -168,8 +171,8 @@ fn count(sessions: &[Session], has: impl Fn(&Evidence) -> bool) -> usize {
 /// The models in as few words as they have.
 fn models(session: &Session) -> String {
     let models = &session.models;
-    let family = session.family.models();
-    if models.len() == family.len() {
+    let family = with_manual(session.family);
+    if *models == family {
         return "all".to_owned();
     }
     let of_2012 = |model: &&str| model.starts_with("imc-");

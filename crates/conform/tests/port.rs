@@ -11,6 +11,7 @@ use vimc4_conform::fixtures;
 use vimc4_conform::format::{Session, merge};
 use vimc4_conform::player::Timing;
 use vimc4_conform::rehearsal::rehearse;
+use vimc4_conform::source::with_manual;
 use vimc4_conform::workshop::{self, Workshop};
 
 /// Everything, on a machine as large as can be, for an hour.
@@ -43,6 +44,8 @@ fn plans(model: &vimc4::Model, allowed: &Allowed) -> Vec<(Session, Plan)> {
 /// nothing.
 fn least(model: &vimc4::Model) -> (usize, usize) {
     match model.family() {
+        // What is known of a model without a manual.
+        Family::Isel if !with_manual(Family::Isel).contains(&model.name()) => (2, 1),
         Family::Isel => (150, 20),
         // To other machines the numbers of unknown commands are moves.
         Family::Lpkf => (40, 7),
@@ -66,16 +69,37 @@ fn flipped(model: &vimc4::Model, quirk: &str, value: &str) -> vimc4::Model {
 const SHOWN: [(&str, &[&str]); 5] = [
     (
         "imc4",
-        &["fractional_numbers", "speed_3d", "stop_reply", "unreferenced", "version_handshake"],
+        &[
+            "axis_codes",
+            "break_reply",
+            "fractional_numbers",
+            "lower_case",
+            "position_axes",
+            "reset_reply",
+            "resting_speed",
+            "self_test_end",
+            "speed_3d",
+            "stop_reply",
+            "unreferenced",
+            "version_handshake",
+        ],
     ),
     (
         "imc4-m",
         &[
+            "axis_codes",
             "bit_values",
+            "break_reply",
             "fractional_numbers",
+            "lower_case",
+            "position_axes",
+            "reset_reply",
+            "resting_speed",
+            "self_test_end",
             "speed_3d",
             "stop_in_move_until",
             "stop_reply",
+            "store_over",
             "stored_arcs",
             "unreferenced",
             "version_handshake",
@@ -84,13 +108,20 @@ const SHOWN: [(&str, &[&str]); 5] = [
     (
         "imc-s8",
         &[
+            "axis_codes",
             "bit_values",
+            "break_reply",
             "cond_bit_base",
             "fractional_numbers",
             "loop_count",
+            "lower_case",
+            "position_axes",
+            "reset_reply",
+            "resting_speed",
             "speed_3d",
             "stop_in_move_until",
             "stop_reply",
+            "store_over",
             "stored_arcs",
             "unreferenced",
             "version_handshake",

@@ -33,6 +33,12 @@ pub struct Context<'a> {
     /// Whether a single bit of a port may be given every value of a byte, of which 0 clears it
     /// and any other sets it, as the tables of 99 §3.2.12 have it; else 0 and 1 only.
     pub any_bit_value: bool,
+    /// Whether `@0<n>` takes every set of X, Y and Z; else these axes come one after the other, X,
+    /// X+Y, X+Y+Z (99 §2.2.1).
+    pub any_axes: bool,
+    /// Whether 0 is a speed for an axis of a straight move that stays where it is. Of an absolute
+    /// move only the position tells which do, so there every speed may be 0.
+    pub zero_at_rest: bool,
     /// The number, from 0, of the line of the data field that is being stored, to find jumps to
     /// before its beginning; `None` if it does not matter.
     pub line: Option<u32>,
@@ -162,10 +168,11 @@ impl Frame<'_> {
         Ok(match self.op() {
             Op::SetAxes => Command::SetAxes(match v.raw(0) {
                 bits @ (1 | 3 | 7 | 8) => axis_set(bits).ok_or(Reply::Axis)?,
+                bits @ 1..=8 if ctx.any_axes => axis_set(bits).ok_or(Reply::Axis)?,
                 _ => return Err(Reply::Axis),
             }),
-            Op::RelativeMove => Command::RelativeMove(v.pairs()?),
-            Op::AbsoluteMove => Command::AbsoluteMove(v.pairs()?),
+            Op::RelativeMove => Command::RelativeMove(v.pairs(|steps| steps == 0)?),
+            Op::AbsoluteMove => Command::AbsoluteMove(v.pairs(|_| true)?),
             Op::ReadPort => Command::ReadPort(v.readable(0)?),
             Op::WritePort => {
                 let (port, value) = v.writable(0, 1)?;
@@ -357,15 +364,21 @@ impl<'a> Values<'a> {
         axis_set(self.raw(0)).ok_or(Reply::Number)
     }
 
-    /// One to four ways with their speeds.
-    fn pairs(&self) -> Result<Pairs, Reply> {
+    /// One to four ways with their speeds. `rests` says of which steps that their axis may stay
+    /// where it is.
+    fn pairs(&self, rests: impl Fn(i32) -> bool) -> Result<Pairs, Reply> {
         let count = (self.count / 2).min(4);
         for index in 0..2 * count {
             self.long(index)?;
         }
         let mut pairs = [Pair::default(); 4];
         for (place, pair) in pairs.iter_mut().enumerate().take(count) {
-            *pair = Pair { steps: self.long(2 * place)?, speed: self.speed(2 * place + 1)? };
+            let steps = self.long(2 * place)?;
+            let speed = match self.raw(2 * place + 1) {
+                0 if self.ctx.zero_at_rest && rests(steps) => 0,
+                _ => self.speed(2 * place + 1)?,
+            };
+            *pair = Pair { steps, speed };
         }
         Pairs::new(&pairs[..count]).ok_or(Reply::Count)
     }

@@ -42,6 +42,8 @@
 //!     ports: &NoPorts,
 //!     bit_base_one: false,
 //!     any_bit_value: false,
+//!     any_axes: false,
+//!     zero_at_rest: false,
 //!     line: None,
 //! };
 //! let mut buffer = LineBuffer::default();

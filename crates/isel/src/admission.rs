@@ -5,7 +5,10 @@ use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Context, Frame, Op,
 use vimc4_motion::Point;
 
 use crate::Controller;
-use crate::model::{AfterFree, BitValues, CommandSet, LeaveSwitch, LimitLatch, Unreferenced};
+use crate::model::{
+    AfterFree, AxisCodes, BitValues, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver,
+    Unreferenced,
+};
 use crate::program::Validity;
 
 impl Controller {
@@ -19,6 +22,8 @@ impl Controller {
             ports: &model.ports,
             bit_base_one: model.quirks.cond_bit_base == 1,
             any_bit_value: model.quirks.bit_values == BitValues::Any,
+            any_axes: model.quirks.axis_codes == AxisCodes::Any,
+            zero_at_rest: model.quirks.resting_speed == RestingSpeed::Zero,
             line,
         }
     }
@@ -70,6 +75,7 @@ impl Controller {
             }
             Command::RelativeMove(_) | Command::MoveUntil { .. } | Command::AbsoluteMove(_) => {
                 let way = self.way_of(command);
+                self.check_speeds(command, &way)?;
                 self.check_limits(|axis| way[axis], false)?;
                 self.check_freed()?;
                 if matches!(command, Command::AbsoluteMove(_)) {
@@ -108,7 +114,9 @@ impl Controller {
     fn check_data_field(&self, op: Op) -> Result<(), Reply> {
         let state = &self.state;
         let fits = match op {
-            Op::Store => state.flash.program.is_none(),
+            Op::Store => {
+                state.flash.program.is_none() || state.model.quirks.store_over == StoreOver::Replace
+            }
             Op::Start => {
                 let program = state.flash.program.as_ref();
                 let valid = program.is_some_and(|program| program.validity == Validity::Valid);
@@ -122,6 +130,25 @@ impl Controller {
 
     fn check_plane_axes(&self, axes: &[usize]) -> Result<(), Reply> {
         if axes.iter().all(|&axis| self.state.axes.has(axis)) { Ok(()) } else { Err(Reply::Axis) }
+    }
+
+    /// `D` for an axis, or a part of a move, that would go at speed 0. Where an axis may rest at
+    /// it, that is seen only now.
+    fn check_speeds(&self, command: &Command, way: &Point) -> Result<(), Reply> {
+        if self.state.model.quirks.resting_speed == RestingSpeed::Check {
+            return Ok(());
+        }
+        let axes = self.state.axes.iter();
+        let stuck = match command {
+            Command::AbsoluteMove(pairs) => {
+                axes.zip(pairs.as_slice()).any(|(axis, pair)| pair.speed == 0 && way[axis] != 0)
+            }
+            _ => false,
+        };
+        if stuck || self.plan_of(command).parts.iter().any(|(_, speed)| *speed == 0) {
+            return Err(Reply::Speed);
+        }
+        Ok(())
     }
 
     /// `2` while a limit switch error is latched, and for an axis that stands on an active

@@ -5,6 +5,7 @@ use vimc4_device::{Event, Kinds, Warning};
 use vimc4_isel_wire::{Addressed, AxisSet, Command, Init, Mode, Op, Reply, parse};
 
 use crate::Controller;
+use crate::model::{ControlReply, LowerCase};
 use crate::ports::Output;
 use crate::settings::Settings;
 use crate::state::{Activity, Job, Wait};
@@ -17,7 +18,10 @@ impl Controller {
             return;
         }
         let dialect = self.state.model.command_set.dialect();
-        match parse(text, dialect, Mode::Direct, self.state.device) {
+        let told_apart = self.state.model.quirks.lower_case != LowerCase::After;
+        let capital = capital_letter(text).filter(|_| told_apart);
+        let line = capital.as_deref().unwrap_or(text);
+        match parse(line, dialect, Mode::Direct, self.state.device) {
             Ok(Addressed::OtherDevice) => {}
             Err(reply) => {
                 self.announce("?", text);
@@ -27,7 +31,11 @@ impl Controller {
                 let op = frame.op();
                 self.announce(frame.spec().mnemonic, text);
                 match self.admit(&frame) {
-                    Ok(command) => self.perform(op, command),
+                    Ok(command) if capital.is_some() => {
+                        self.answer(Mode::Direct, op, Reply::Done);
+                        self.perform(op, command, Job::Answered(op));
+                    }
+                    Ok(command) => self.perform(op, command, Job::Command(op)),
                     Err(reply) => self.answer(Mode::Direct, op, reply),
                 }
             }
@@ -43,7 +51,8 @@ impl Controller {
         self.answer_unknown(Reply::Syntax);
     }
 
-    fn perform(&mut self, op: Op, command: Command) {
+    /// Executes a command. A motion does what it does as `job`.
+    fn perform(&mut self, op: Op, command: Command, job: Job) {
         let done = match command {
             Command::RelativeMove(_)
             | Command::AbsoluteMove(_)
@@ -52,17 +61,17 @@ impl Controller {
             | Command::MoveUntil { .. } => {
                 self.forget_stopped_motion();
                 let plan = self.plan_of(&command);
-                return self.begin_plan(Job::Command(op), plan);
+                return self.begin_plan(job, plan);
             }
             Command::Reference(axes) => {
                 self.forget_stopped_motion();
-                return self.begin_reference(Job::Command(op), axes);
+                return self.begin_reference(job, axes);
             }
             Command::Free(axes) => {
                 self.forget_stopped_motion();
-                return self.begin_free(Job::Command(op), axes);
+                return self.begin_free(job, axes);
             }
-            Command::Start => return self.start_command(),
+            Command::Start => return self.start_command(job),
             Command::SelfTest => {
                 self.forget_stopped_motion();
                 return self.begin_self_test();
@@ -243,9 +252,20 @@ impl Controller {
     }
 
     pub(crate) fn answer_unknown(&mut self, reply: Reply) {
+        self.answer_named("?", reply);
+    }
+
+    /// What a control byte answers on this model while it ends no command.
+    pub(crate) fn answer_control(&mut self, control: &'static str, reply: ControlReply) {
+        if reply == ControlReply::Done {
+            self.answer_named(control, Reply::Done);
+        }
+    }
+
+    fn answer_named(&mut self, mnemonic: &'static str, reply: Reply) {
         let Answer(bytes) = reply.into();
         if self.wants(Kinds::ANSWER) {
-            self.emit(Event::Answer { mnemonic: "?", bytes: bytes.clone() });
+            self.emit(Event::Answer { mnemonic, bytes: bytes.clone() });
         }
         self.send(bytes);
     }
@@ -261,6 +281,19 @@ impl Controller {
             self.emit(Event::Warning(Warning::NoEffect { what: what.into() }));
         }
     }
+}
+
+/// A motion whose letter is a small one, with a capital in its place: the third token of its line,
+/// after `@` and the number of the controller.
+fn capital_letter(text: &[u8]) -> Option<Vec<u8>> {
+    let mut tokens = text.iter().enumerate().filter(|(_, byte)| **byte != b' ');
+    let (place, letter) = tokens.nth(2)?;
+    if !matches!(letter, b'a' | b'm' | b'r' | b's') {
+        return None;
+    }
+    let mut capital = text.to_vec();
+    capital.get_mut(place)?.make_ascii_uppercase();
+    Some(capital)
 }
 
 /// The bytes of an answer.

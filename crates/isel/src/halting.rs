@@ -45,7 +45,10 @@ impl Controller {
             Activity::Moving(_) => self.brake(Ending::Break),
             Activity::Referencing(_) => self.halt(Reply::LimitSwitch),
             _ if self.state.is_running() => self.end_run(Ok(())),
-            Activity::Idle => self.forget_stopped_motion(),
+            Activity::Idle => {
+                self.forget_stopped_motion();
+                self.answer_control("255", self.state.model.quirks.break_reply);
+            }
             _ => {}
         }
     }
@@ -54,6 +57,7 @@ impl Controller {
     pub(crate) fn software_reset(&mut self) {
         self.abandon_motion();
         self.reset();
+        self.answer_control("254", self.state.model.quirks.reset_reply);
     }
 
     /// Puts the controller into the state after power-on and tells what that changed.
@@ -168,6 +172,12 @@ impl Controller {
             Job::Command(op) => {
                 self.state.remainder = Some(plan);
                 self.answer_stopped(op);
+            }
+            Job::Answered(op) => {
+                self.state.remainder = Some(plan);
+                if self.tells_late_errors() {
+                    self.answer_stopped(op);
+                }
             }
             Job::Program => {
                 if let Some(run) = &mut self.state.run {

@@ -1,4 +1,4 @@
-//! The isel stepper controllers IMC4, IMC4-M and iMC-M/-MP/-S8.
+//! The isel stepper controllers IMC4, IMC4-M and iMC-M/-MP/-S8, and the interface cards before them.
 //!
 //! A [`Controller`] is a [`Device`](vimc4_device::Device): bytes, signals and times go in,
 //! bytes, events and times come out. Inside, data flows one way, and so do these modules:
@@ -44,9 +44,10 @@ pub(crate) const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
 pub use controller::Controller;
 pub use flash::{Flash, FlashError};
 pub use model::{
-    AfterFree, BitValues, BranchBase, CommandSet, Defaults, FlashProfile, FractionalNumbers,
-    LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoopCount, Model, Place, Quirks,
-    SpeedOf3d, StopButton, StopInMoveUntil, StopInReference, StopReply, StoredArcs, Texts, Timing,
+    AfterFree, AxisCodes, BitValues, BranchBase, CommandSet, ControlReply, Defaults, FlashProfile,
+    FractionalNumbers, LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoopCount,
+    LowerCase, Model, Place, PositionAxes, Quirks, RestingSpeed, SelfTestEnd, SpeedOf3d,
+    StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs, Texts, Timing,
     Unreferenced,
 };
 pub use ports::{Output, Outputs, Ports, Wire};

@@ -11,13 +11,14 @@ use vimc4_plant::{Builtins, ProfileError, parse_profile};
 use crate::ports::{Ports, Wire};
 
 /// The models that are built in, name and profile. The three iMC models share everything but
-/// their texts.
-static BUILTIN: Builtins<Model, 5> = Builtins::new([
+/// their texts. The last has no manual.
+static BUILTIN: Builtins<Model, 6> = Builtins::new([
     ("imc4", include_str!("../models/imc4.toml")),
     ("imc4-m", include_str!("../models/imc4-m.toml")),
     ("imc-m", include_str!("../models/imc-m.toml")),
     ("imc-mp", include_str!("../models/imc-mp.toml")),
     ("imc-s8", include_str!("../models/imc-s8.toml")),
+    ("c142", include_str!("../models/c142.toml")),
 ]);
 
 /// A model of controller. Every value that the manuals leave open is in here, so that the owner
@@ -61,6 +62,9 @@ pub enum CommandSet {
     Imc4M,
     /// The iMC-M, iMC-MP and iMC-S8 of 2012.
     ImcXx,
+    /// The interface cards before the IMC4. No manual is at hand; their commands are taken to be
+    /// those of the IMC4.
+    C142,
 }
 
 impl CommandSet {
@@ -68,7 +72,7 @@ impl CommandSet {
     #[must_use]
     pub fn dialect(self) -> Dialect {
         match self {
-            CommandSet::Imc4 => Dialect::Imc4,
+            CommandSet::Imc4 | CommandSet::C142 => Dialect::Imc4,
             CommandSet::Imc4M => Dialect::Imc4M,
             CommandSet::ImcXx => Dialect::ImcXx,
         }
@@ -195,6 +199,22 @@ pub struct Quirks {
     pub stored_arcs: StoredArcs,
     /// What the bits of `IE` belong to where `Ie` swaps the switches of an axis.
     pub limit_bits: LimitBits,
+    /// The sets of axes that `@0<n>` takes.
+    pub axis_codes: AxisCodes,
+    /// When a motion answers whose letter is a small one.
+    pub lower_case: LowerCase,
+    /// The axes whose positions `P` tells.
+    pub position_axes: PositionAxes,
+    /// The speeds that an axis may be given which stays where it is.
+    pub resting_speed: RestingSpeed,
+    /// What `i` does to a program that is stored.
+    pub store_over: StoreOver,
+    /// What comes after the self-test.
+    pub self_test_end: SelfTestEnd,
+    /// What 254 answers.
+    pub reset_reply: ControlReply,
+    /// What 255 answers while nothing executes.
+    pub break_reply: ControlReply,
 }
 
 impl Quirks {
@@ -375,6 +395,79 @@ pub enum LimitBits {
     End,
 }
 
+/// The sets of axes that `@0<n>` takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisCodes {
+    /// X, X and Y, all three; A apart.
+    Nested,
+    /// Every set of X, Y and Z; A apart.
+    Any,
+}
+
+/// When a motion answers whose letter is a small one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LowerCase {
+    /// After it has been executed, like one with a capital letter.
+    After,
+    /// As soon as it is read and found right; what becomes of it is not told.
+    Before,
+    /// So, too, but what ends it early is told when it happens.
+    BeforeAndError,
+}
+
+/// The axes whose positions `P` tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PositionAxes {
+    /// X, Y and Z, whatever is set, and A where it is.
+    Three,
+    /// Those that are set.
+    Configured,
+}
+
+/// The speeds that an axis may be given which stays where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RestingSpeed {
+    /// Those within the limits, as for any other.
+    Check,
+    /// 0 as well.
+    Zero,
+}
+
+/// What `i` does to a program that is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StoreOver {
+    /// It answers `G`: the program has to be erased first.
+    Refuse,
+    /// It is forgotten, and a new one begins.
+    Replace,
+}
+
+/// What comes after the self-test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SelfTestEnd {
+    /// An echo, until 254.
+    Echo,
+    /// Commands.
+    Commands,
+}
+
+/// What a control byte answers that executes no command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ControlReply {
+    /// Nothing.
+    #[serde(rename = "none")]
+    Nothing,
+    /// `0`.
+    #[serde(rename = "0")]
+    Done,
+}
+
 impl Model {
     /// The names of the built-in models.
     #[must_use]
@@ -503,8 +596,9 @@ impl Model {
                         "eight from bit 0 up, or one for a logical port",
                     );
                 }
-                let only_outputs =
-                    wires.iter().all(|w| matches!(w, Wire::Output(_) | Wire::Reserved));
+                let only_outputs = wires
+                    .iter()
+                    .all(|w| matches!(w, Wire::Output(_) | Wire::Inverted(_) | Wire::Reserved));
                 if table == "ports.write" && !only_outputs {
                     return error(
                         table,

@@ -5,7 +5,7 @@ use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs, Reply};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
 
 use crate::admission::moving_axes;
-use crate::model::SpeedOf3d;
+use crate::model::{LowerCase, SpeedOf3d};
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
 use crate::{AXES, Controller};
 
@@ -241,12 +241,22 @@ impl Controller {
         self.state.activity = Activity::Idle;
         match job {
             Job::Command(op) => self.answer(Mode::Direct, op, result.err().unwrap_or(Reply::Done)),
+            Job::Answered(op) => {
+                if let Some(reply) = result.err().filter(|_| self.tells_late_errors()) {
+                    self.answer(Mode::Direct, op, reply);
+                }
+            }
             Job::Program => match result {
                 Ok(()) => self.line_ended(),
                 Err(reply) => self.end_run(Err(reply)),
             },
             Job::SelfTest => self.self_test_ended(),
         }
+    }
+
+    /// What ends a motion early is told although it has been answered.
+    pub(crate) fn tells_late_errors(&self) -> bool {
+        self.state.model.quirks.lower_case == LowerCase::BeforeAndError
     }
 
     pub(crate) fn take_activity(&mut self) -> Activity {

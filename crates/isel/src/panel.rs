@@ -2,13 +2,13 @@
 //! (99 appendix E).
 
 use vimc4_device::{Event, Kinds};
-use vimc4_isel_wire::Reply;
+use vimc4_isel_wire::{Op, Reply};
 use vimc4_plant::{End, PlantSignal};
 
 use crate::Controller;
 use crate::model::CommandSet;
 use crate::ports::Output;
-use crate::state::{Activity, Ending, Wait};
+use crate::state::{Activity, Ending, Job, Wait};
 
 impl Controller {
     /// A signal of the plant takes a level.
@@ -60,7 +60,7 @@ impl Controller {
             self.resume(false);
         } else if self.state.remainder.is_some() {
             if self.state.model.quirks.start_resumes_dnc {
-                self.start_command();
+                self.start_command(Job::Command(Op::Start));
             }
         } else {
             self.begin_run(false);

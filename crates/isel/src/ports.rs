@@ -50,6 +50,8 @@ pub enum Wire {
     Rotary(u8),
     /// An output by number, see [`Output`].
     Output(Output),
+    /// An output whose bit has the inverse sense: 0 is on.
+    Inverted(Output),
 }
 
 /// An output line, by its place in the output register.
@@ -108,6 +110,7 @@ impl Outputs {
     pub fn value_of(self, wires: &[Wire]) -> u8 {
         wires.iter().enumerate().fold(0, |value, (bit, wire)| match wire {
             Wire::Output(output) => value | u8::from(self.get(*output)) << bit,
+            Wire::Inverted(output) => value | u8::from(!self.get(*output)) << bit,
             _ => value,
         })
     }
@@ -137,6 +140,12 @@ impl TryFrom<String> for Wire {
         ];
         if let Some((_, wire)) = PLAIN.iter().find(|(n, _)| *n == name) {
             return Ok(*wire);
+        }
+        if let Some(inverted) = name.strip_prefix('!') {
+            return match Wire::try_from(inverted.to_owned())? {
+                Wire::Output(output) => Ok(Wire::Inverted(output)),
+                _ => Err(format!("`{name}` is no wire: only outputs have an inverse sense")),
+            };
         }
         if let Some((_, output)) = Output::NAMED.iter().find(|(n, _)| *n == name) {
             return Ok(Wire::Output(*output));
@@ -202,6 +211,7 @@ impl From<Wire> for String {
             Wire::Limit(axis, _) => format!("{}+", letter(axis)),
             Wire::Configured(axis) => format!("{} configured", letter(axis)),
             Wire::Rotary(axis) => format!("{} rotary", letter(axis)),
+            Wire::Inverted(output) => format!("!{}", String::from(Wire::Output(output))),
             Wire::Output(output) => {
                 if let Some((name, _)) = Output::NAMED.iter().find(|(_, o)| *o == output) {
                     return (*name).into();

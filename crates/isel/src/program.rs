@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Mode, Op, Reply, parse};
 
-use crate::model::{BitValues, Model, StoredArcs};
+use crate::model::{AxisCodes, BitValues, Model, RestingSpeed, StoredArcs};
 
 /// What a stored program is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -121,6 +121,8 @@ pub(crate) fn read_stored(
         ports: &model.ports,
         bit_base_one: model.quirks.cond_bit_base == 1,
         any_bit_value: model.quirks.bit_values == BitValues::Any,
+        any_axes: model.quirks.axis_codes == AxisCodes::Any,
+        zero_at_rest: model.quirks.resting_speed == RestingSpeed::Zero,
         line: Some(program.len()),
     };
     parse_stored(text, model, &context).map_err(|(_, reply)| {

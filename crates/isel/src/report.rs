@@ -3,24 +3,31 @@
 use std::fmt::Write as _;
 
 use vimc4_device::{Event, Kinds};
-use vimc4_isel_wire::{AxisSet, Reply};
+use vimc4_isel_wire::{AxisSet, Dialect, Reply};
 use vimc4_plant::End;
 
 use crate::command::Answer;
-use crate::model::{CommandSet, Place};
+use crate::model::{Place, PositionAxes};
 use crate::ports::{Output, Outputs, Wire};
 use crate::{AXIS_NAMES, Controller};
 
+/// The axes whose positions are told whether they are configured or not.
+const XYZ: AxisSet = AxisSet::X.union(AxisSet::Y).union(AxisSet::Z);
+
 impl Controller {
     /// `P`: `0` and six hexadecimal digits for each axis; four axes where A is configured,
-    /// else three, however many are.
+    /// else three, however many are. Older cards leave out those that are not.
     pub(crate) fn position_report(&self) -> Answer {
-        let axes = if self.state.axes.contains(AxisSet::A) { 4 } else { 3 };
-        let mut answer = Vec::with_capacity(1 + 6 * axes);
+        let state = &self.state;
+        let told = match state.model.quirks.position_axes {
+            PositionAxes::Three => XYZ.union(state.axes),
+            PositionAxes::Configured => state.axes,
+        };
+        let mut answer = Vec::with_capacity(1 + 6 * told.count());
         answer.push(Reply::Done.code());
-        for position in &self.state.position[..axes] {
+        for axis in told.iter() {
             for digit in (0..6).rev() {
-                answer.push(hex_digit((position >> (4 * digit)) as u8 & 15));
+                answer.push(hex_digit((state.position[axis] >> (4 * digit)) as u8 & 15));
             }
         }
         answer.into()
@@ -103,7 +110,7 @@ impl Controller {
 
     /// On the IMC4 the status includes the limit switches; later models have `h` for them.
     fn has_limit_report(&self) -> bool {
-        self.state.model.command_set != CommandSet::Imc4
+        self.state.model.command_set.dialect() != Dialect::Imc4
     }
 
     /// `V`: the version.
@@ -184,6 +191,7 @@ impl Controller {
             Wire::Configured(axis) => state.axes.has(usize::from(axis)),
             Wire::Rotary(axis) => state.settings.rotary.has(usize::from(axis)),
             Wire::Output(output) => state.driven().get(output),
+            Wire::Inverted(output) => !state.driven().get(output),
         }
     }
 

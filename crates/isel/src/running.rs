@@ -19,13 +19,14 @@ impl Controller {
     // --- start, pause, end ---
 
     /// `S`: goes on with a stopped motion, or with the program.
-    pub(crate) fn start_command(&mut self) {
+    pub(crate) fn start_command(&mut self, job: Job) {
+        let answers = matches!(job, Job::Command(_));
         if let Some(plan) = self.state.remainder.take() {
-            self.begin_plan(Job::Command(Op::Start), plan);
+            self.begin_plan(job, plan);
         } else if self.state.run.is_some() {
-            self.resume(true);
+            self.resume(answers);
         } else {
-            self.begin_run(true);
+            self.begin_run(answers);
         }
     }
 

@@ -1,8 +1,9 @@
 //! The self-test: version, every axis out and back, the ASCII characters, and an echo that only a
-//! reset ends (99 2.2.20).
+//! reset ends (99 2.2.20). Older cards go back to commands instead.
 
 use vimc4_motion::Path;
 
+use crate::model::SelfTestEnd;
 use crate::moves::along;
 use crate::state::{Activity, Job, Plan};
 use crate::{AXES, Controller};
@@ -24,11 +25,14 @@ impl Controller {
         self.begin_plan(Job::SelfTest, Plan { parts, until: None });
     }
 
-    /// The axes have moved: the characters, then the echo.
+    /// The axes have moved: the characters, then what comes after them.
     pub(crate) fn self_test_ended(&mut self) {
         let mut text: Vec<u8> = (b' '..=b'~').collect();
         text.extend_from_slice(b"\r\n");
         self.send(text.into());
-        self.state.activity = Activity::Echo;
+        self.state.activity = match self.state.model.quirks.self_test_end {
+            SelfTestEnd::Echo => Activity::Echo,
+            SelfTestEnd::Commands => Activity::Idle,
+        };
     }
 }

@@ -115,6 +115,8 @@ pub(crate) enum Wait {
 pub(crate) enum Job {
     /// The host: it gets an answer.
     Command(Op),
+    /// The host, which had its answer before the motion began: at most an error is told it.
+    Answered(Op),
     /// The program: it goes on.
     Program,
     /// The self-test: it goes on.

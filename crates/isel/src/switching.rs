@@ -30,10 +30,10 @@ impl Controller {
         let now = self.state.outputs.value_of(wires);
         let wanted = now & !mask | value & mask;
         let refused = (0..8).filter(|&bit| {
-            let write = BitTest { port, bit: Bit::One(bit), value: 1 };
-            (wanted & !now) >> bit & 1 == 1 && self.check_switching(write).is_err()
+            let write = BitTest { port, bit: Bit::One(bit), value: wanted >> bit & 1 };
+            (wanted ^ now) >> bit & 1 == 1 && self.check_switching(write).is_err()
         });
-        let value = refused.fold(wanted, |value, bit| value & !(1 << bit));
+        let value = refused.fold(wanted, |value, bit| value ^ 1 << bit);
         self.write_port(port, value);
     }
 
@@ -80,6 +80,7 @@ impl Controller {
         let wires = self.wires(write).iter().enumerate();
         wires.filter_map(move |(bit, wire)| match wire {
             Wire::Output(output) => Some((*output, write.value >> bit & 1 == 1)),
+            Wire::Inverted(output) => Some((*output, write.value >> bit & 1 == 0)),
             _ => None,
         })
     }

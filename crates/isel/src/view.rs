@@ -83,7 +83,7 @@ impl Controller {
             Activity::Moving(moving) => match moving.job {
                 Job::Program => "program move",
                 Job::SelfTest => "self-test",
-                Job::Command(_) => "move",
+                Job::Command(_) | Job::Answered(_) => "move",
             },
             Activity::Referencing(run) => match run.phase {
                 _ if !run.whole => "leaving a limit switch",

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vimc4::{Machine, Model};
+use vimc4::{Family, Machine, Model};
 use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, Options, Register, Target, Zero};
 use vimc4_ncp::language;
@@ -131,9 +131,9 @@ impl Site {
         let machine = vimc4::machine(machine)?;
         let Model::Isel(inner) = &model else {
             return Err(Failure::usage(format!(
-                "the {} does not speak isel's @-format; choose one of imc4, imc4-m, imc-m, imc-mp \
-                 and imc-s8",
-                model.name()
+                "the {} does not speak isel's @-format; choose one of {}",
+                model.name(),
+                Family::Isel.models().join(", ")
             )));
         };
         let controller = Controller {

@@ -127,6 +127,8 @@ fn decoded(
         ports: &model.ports,
         bit_base_one: false,
         any_bit_value: false,
+        any_axes: false,
+        zero_at_rest: false,
         line: None,
     };
     match parse(line, target.controller.dialect, mode, 0)? {

@@ -141,6 +141,8 @@ proptest! {
         ports in ports(),
         bit_base_one in any::<bool>(),
         any_bit_value in any::<bool>(),
+        any_axes in any::<bool>(),
+        zero_at_rest in any::<bool>(),
         at in any::<Option<u32>>(),
     ) {
         let fractions = if truncate { Fractions::Truncate } else { Fractions::Reject };
@@ -151,6 +153,8 @@ proptest! {
             ports: &ports,
             bit_base_one,
             any_bit_value,
+            any_axes,
+            zero_at_rest,
             line: at,
         };
         check(&line, &ctx)?;

@@ -47,6 +47,8 @@ pub(crate) fn context(axes: AxisSet) -> Context<'static> {
         ports: &Ports,
         bit_base_one: false,
         any_bit_value: false,
+        any_axes: false,
+        zero_at_rest: false,
         line: None,
     }
 }

@@ -45,7 +45,7 @@ impl Family {
     /// The command sets that its profiles can name.
     pub(super) const fn command_sets(self) -> &'static [&'static str] {
         match self {
-            Family::Isel => &["imc4", "imc4-m", "imc-xx"],
+            Family::Isel => &["imc4", "imc4-m", "imc-xx", "c142"],
             Family::Lpkf => &["smcu", "motionsystem"],
         }
     }

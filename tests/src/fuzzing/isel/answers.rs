@@ -1,7 +1,7 @@
 //! What a controller may say, and when.
 
 use vimc4_device::{Device, Event};
-use vimc4_isel::Controller;
+use vimc4_isel::{ControlReply, Controller, LowerCase};
 use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
 
 use crate::fuzzing::motions::Motions;
@@ -35,6 +35,10 @@ pub(in crate::fuzzing) struct Conversation {
     motions: Motions,
     /// START goes on with motions that were stopped.
     start_resumes: bool,
+    /// What ends a motion early is told although it was answered before.
+    late_errors: bool,
+    /// 254 and 255 are answered at rest, too.
+    controls_answer: bool,
     /// Bytes that were no answer to anything.
     unasked: usize,
     /// The self-test was at work.
@@ -48,6 +52,9 @@ impl twins::Conversation<Controller> for Conversation {
             model: model_name(setup),
             dialect: model.command_set.dialect(),
             start_resumes: model.quirks.start_resumes_dnc,
+            late_errors: model.quirks.lower_case == LowerCase::BeforeAndError,
+            controls_answer: model.quirks.reset_reply == ControlReply::Done
+                && model.quirks.break_reply == ControlReply::Done,
             pending: None,
             announced: None,
             character: false,
@@ -90,11 +97,16 @@ impl twins::Conversation<Controller> for Conversation {
                 self.character = *mnemonic == "1";
                 reached.lines.insert((self.model, mnemonic));
             }
+            Event::Answer { mnemonic: "254" | "255", bytes } => {
+                assert!(self.controls_answer && bytes == &b"0"[..], "a control byte is answered");
+                self.announced = Some(bytes.to_vec());
+            }
             Event::Answer { mnemonic, bytes } => {
                 let pending = self.pending.take();
                 // Known: a motion that START goes on with (a quirk) is answered like an `S`.
                 let resumed = pending.is_none() && *mnemonic == "@S" && self.start_resumes;
-                assert!(resumed || pending == Some(*mnemonic), "{mnemonic} was not asked");
+                let late = pending.is_none() && bytes != &b"0"[..] && self.late_errors;
+                assert!(resumed || late || pending == Some(*mnemonic), "{mnemonic} was not asked");
                 self.check_answer(mnemonic, bytes, reached);
                 self.announced = Some(bytes.to_vec());
             }
@@ -144,7 +156,7 @@ impl Conversation {
                     None => matches!(reply, Reply::Syntax | Reply::NotStorable),
                 }
             }
-            ("@P", [b'0', digits @ ..]) => matches!(digits.len(), 18 | 24) && hex(digits),
+            ("@P", [b'0', digits @ ..]) => matches!(digits.len(), 6 | 12 | 18 | 24) && hex(digits),
             ("@b" | "@D", [b'0', digits @ ..]) => digits.len() == 2 && hex(digits),
             ("@V" | "@U" | "@H" | "@h", text) => {
                 text.len() <= TEXT_MAX && (text.starts_with(b"0") || text.ends_with(b"0"))

@@ -16,9 +16,9 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4_device::Input;
 use vimc4_isel::{
-    AfterFree, BitValues, BranchBase, Controller, FractionalNumbers, LeaveSwitch, LimitBits,
-    LimitLatch, LoopCount, Model, SpeedOf3d, StopButton, StopInMoveUntil, StopInReference,
-    StopReply, StoredArcs,
+    AfterFree, AxisCodes, BitValues, BranchBase, Controller, FractionalNumbers, LeaveSwitch,
+    LimitBits, LimitLatch, LoopCount, LowerCase, Model, PositionAxes, RestingSpeed, SelfTestEnd,
+    SpeedOf3d, StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs,
 };
 use vimc4_isel_wire::{LINE_MAX, control};
 use vimc4_plant::PlantSignal;
@@ -97,10 +97,16 @@ fn model(setup: Setup) -> Arc<Model> {
     if setup.quirk(1) {
         quirks.limit_latch = LimitLatch::Off;
         quirks.after_free = AfterFree::Any;
+        quirks.store_over = StoreOver::Replace;
+        quirks.resting_speed = RestingSpeed::Zero;
+        quirks.axis_codes = AxisCodes::Any;
     }
     if setup.quirk(2) {
         quirks.leave_switch = LeaveSwitch::Away;
         quirks.stop_button = StopButton::Pressed;
+        quirks.lower_case = LowerCase::Before;
+        quirks.position_axes = PositionAxes::Configured;
+        quirks.self_test_end = SelfTestEnd::Commands;
     }
     if setup.quirk(3) {
         quirks.loop_count = LoopCount::Total;

@@ -25,6 +25,8 @@ pub fn parser(data: &[u8]) {
         ports: &model.ports,
         bit_base_one: habits & 2 != 0,
         any_bit_value: habits & 32 != 0,
+        any_axes: habits & 64 != 0,
+        zero_at_rest: habits & 128 != 0,
         line: (habits & 4 != 0).then_some(u32::from(axes >> 4)),
     };
     for line in lines.split(|&byte| byte == b'\r') {

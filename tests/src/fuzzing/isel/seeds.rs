@@ -132,7 +132,7 @@ fn wrong(spec: &CommandSpec, reply: Reply) -> Option<String> {
         (Reply::Count, _) if fields(spec.op).is_empty() => Some(line(spec, "1")),
         (Reply::Count, _) => Some(line(spec, &format!("{},1,1", fields(spec.op)))),
         (Reply::Speed, op) => with(speed_field(op), "5"),
-        (Reply::Axis, Op::SetAxes) => with(0, "2"),
+        (Reply::Axis, Op::SetAxes) => with(0, "0"),
         (Reply::Axis, _) => with(0, "8"),
         (Reply::Syntax, _) => Some(line(spec, "?")),
         _ => None,
