@@ -492,6 +492,125 @@ fn without_echo_times_belong_to_their_commands() {
     assert!(said.contains("line 1     PA0,0\n          line 1     PD\n"), "{said}");
 }
 
+/// The commands of a plot in the order in which they were carried out.
+fn carried_out(json: &Value) -> Vec<&str> {
+    json["answers"].as_array().unwrap().iter().filter_map(|a| a["command"].as_str()).collect()
+}
+
+/// A profile of an SMCU with one value in place of another.
+fn smcu_with(value: &str, other: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let profile = vimc4::model_profile("smcu").unwrap();
+    assert!(profile.contains(value), "{value}");
+    let file = folder.path().join("mine.toml");
+    fs::write(&file, profile.replace(value, other)).unwrap();
+    (folder, format!("--model {}", file.display()))
+}
+
+#[test]
+fn after_in_commands_are_waited_for_as_the_echo_mode_is() {
+    let text = b"IN;PA100,100;PA2000,2000;!CB;PA5,5;";
+    let order = ["IN", "PA100,100", "PA2000,2000", "!CB", "PA5,5"];
+    for (value, other) in [("init_reply = \"Z\"", "init_reply = \"C\""), ("title", "title")] {
+        let (_folder, profile) = smcu_with(value, other);
+        let (code, json) = plot_summary(text, &profile);
+        assert_eq!((code, carried_out(&json)), (0, order.to_vec()), "{json}");
+        assert_eq!(json["taken_away"], json!([]));
+    }
+    let arguments = "--model smcu --machine board-plotter";
+    let (code, json) = plot_summary(b"IN;OH;PA100,1;!ST;", arguments);
+    assert_eq!((code, carried_out(&json)), (0, vec!["IN", "OH", "PA100,1", "!ST"]), "{json}");
+    let (_, json) = plot_summary(b"IN;!CT0;SP1;", arguments);
+    assert_eq!(carried_out(&json), ["IN", "!CT0", "SP1"], "{json}");
+    // Where `IN` ends the echo mode, whatever it answers, nothing is waited for.
+    for reply in ["Z", "C"] {
+        let (_folder, profile) = smcu_with(
+            "init_reply = \"Z\"\ninit_echo = \"on\"",
+            &format!("init_reply = \"{reply}\"\ninit_echo = \"off\""),
+        );
+        let (_, json) = plot_summary(text, &profile);
+        assert_eq!(json["taken_away"][0]["command"], "PA2000,2000", "{json}");
+        let (_, json) = plot_summary(b"IN;!CT1;PA100,100;PA2000,2000;!CB;PA5,5;", &profile);
+        assert_eq!(json["taken_away"], json!([]), "{json}");
+    }
+}
+
+#[test]
+fn every_line_of_numbers_is_listed_where_line_feeds_end_them() {
+    let (_folder, profile) = smcu_with("line_feed = \"separate\"", "line_feed = \"end\"");
+    for (text, listed) in [
+        ("PA1,1\nPD\n2,2\n3,3\n", &[(3, "2,2"), (4, "3,3")][..]),
+        ("PA1,1\n2,2\n3,3\n4,4\n", &[(2, "2,2"), (3, "3,3"), (4, "4,4")]),
+    ] {
+        let (code, json) = plot_summary(text.as_bytes(), &profile);
+        let places = json["ignored"].as_array().unwrap().iter();
+        let places: Vec<_> = places
+            .map(|place| (place["line"].as_u64().unwrap(), place["text"].as_str().unwrap()))
+            .collect();
+        assert_eq!((code, places), (1, listed.to_vec()), "{json}");
+    }
+}
+
+#[test]
+fn a_sign_or_a_point_by_itself_is_nothing() {
+    let (_folder, profile) = smcu_with("bare_pairs = \"ignore\"", "bare_pairs = \"repeat\"");
+    for (text, order) in [
+        ("\x1B.(;IN;PA1,1;", &["IN", "PA1,1"][..]),
+        ("PU;-;PA1,1;", &["PU", "PA1,1"]),
+        ("PU;-PA1,1;+2,2;- 3,3;", &["PU", "PA1,1", "+2,2", "- 3,3"]),
+        (".;SP1;PA1,1;", &["SP1", "PA1,1"]),
+        ("PU-.+;PD .", &["PU", "PD"]),
+    ] {
+        let (code, json) = plot_summary(text.as_bytes(), &format!("{profile} --keep-going"));
+        assert_eq!((code, carried_out(&json)), (0, order.to_vec()), "{text}: {json}");
+        assert_eq!(json["taken_away"], json!([]), "{text}");
+    }
+}
+
+#[test]
+fn moves_of_unknown_commands_are_not_left_out() {
+    let (_folder, profile) = smcu_with("unknown_pairs = \"ignore\"", "unknown_pairs = \"move\"");
+    let (code, json) = plot_summary(b"PA1,1;SP1,2;PA3,3;", &profile);
+    assert_eq!((code, &json["unknown"]), (0, &json!([])), "{json}");
+    let (_, said) = plot(b"PA1,1;SP1,2;PA3,3;", &format!("{profile} -v"));
+    assert!(said.contains("(move to X 1 Y 2)"), "{said}");
+    let (code, json) = plot_summary(b"PA1,1;SP1;PA3,3;", &format!("{profile} --keep-going"));
+    assert_eq!((code, &json["unknown"][0]["command"]), (0, &json!("SP1")), "{json}");
+}
+
+#[test]
+fn a_value_that_no_status_is_for_is_named() {
+    for (text, reason) in [
+        ("AA0,0,400;", "an arc of more than a turn, 360 degrees"),
+        ("AA0,0;", "a parameter is missing"),
+        ("!WR999,1;", "the address of a port is 0 to 255"),
+        ("!OI4;", "the trackball is opened with 1, 2 or 3"),
+    ] {
+        let (code, said) = plot(text.as_bytes(), "--model smcu -v");
+        assert_eq!(code, 1);
+        assert!(ended(&said).ends_with(&format!("was answered E07: {reason}")), "{said}");
+        assert!(said.contains(&format!("({reason})")), "{said}");
+    }
+}
+
+#[test]
+fn lower_case_letters_are_said_to_be_no_commands() {
+    let (code, said) = plot(b"in;pu;\npa100,100;PA5,5;", "--model smcu");
+    assert_eq!(code, 1, "{said}");
+    let listed = "line 1     in\n          line 1     pu\n          line 2     pa100,100\n";
+    assert!(ended(&said).contains("3 commands in lower-case letters"), "{said}");
+    assert!(said.contains(listed) && said.contains("write PA, not pa"), "{said}");
+    assert!(!said.contains("bare_pairs"), "{said}");
+    // Text that is no such command is not spoken of.
+    let (code, said) = plot(b"PU;drilled in mm;PA5,5;", "--model smcu");
+    assert_eq!(code, 0, "{said}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plot.plt");
+    fs::write(&file, "in;pu;").unwrap();
+    let output = vimc4(&file, "--model smcu");
+    assert_eq!(output.status.code(), Some(1));
+}
+
 #[test]
 fn a_stop_in_a_file_is_told_how_it_ends() {
     let (code, said) = plot(b"PA100,0;!ST;\nPA5,5;", "--model smcu");

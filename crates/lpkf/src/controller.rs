@@ -9,7 +9,7 @@ use vimc4_device::{
 };
 use vimc4_plant::{Machine, PlantSignal};
 
-use crate::language::parse;
+use crate::language::wrong_value;
 use crate::model::Model;
 use crate::state::State;
 
@@ -157,9 +157,11 @@ impl Device for Controller {
     }
 
     fn explain(&self, command: &[u8]) -> String {
-        match parse(command, self.state.model.grammar()) {
+        match self.state.reader.understand(command) {
             Ok(command) => command.describe(),
-            Err(status) => status.meaning().to_owned(),
+            Err(status) => wrong_value(command, self.state.model.grammar())
+                .unwrap_or(status.meaning())
+                .to_owned(),
         }
     }
 

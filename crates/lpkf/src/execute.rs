@@ -365,10 +365,15 @@ impl Controller {
 
     /// A command has failed.
     pub(crate) fn answer_status(&mut self, mnemonic: &'static str, status: Status) {
+        self.answer_meaning(mnemonic, status, status.meaning());
+    }
+
+    /// A command has failed, for a reason that the status may not say.
+    pub(crate) fn answer_meaning(&mut self, mnemonic: &'static str, status: Status, meaning: &str) {
         if let Some(text) = self.written(status) {
             self.answer(mnemonic, text.into());
             if self.wants(Kinds::ANSWER) {
-                let text = format!("{}{}", status.meaning(), self.waits_for()).into();
+                let text = format!("{meaning}{}", self.waits_for()).into();
                 self.emit(Event::Meaning { text });
             }
         }

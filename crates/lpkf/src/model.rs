@@ -263,8 +263,9 @@ pub enum InitEcho {
 pub enum AfterStatus {
     /// They wait until `!GO`; questions are answered, and `IN` is obeyed.
     Wait,
-    /// Everything but questions and what goes on is refused with a status. An SMCU has none for that
-    /// and says nothing, and obeys `IN`.
+    /// Everything that arrives then, but questions and what goes on, is refused with a status. An
+    /// SMCU has none for that and says nothing, and obeys `IN`. What was in the buffer already waits
+    /// until `!GO`.
     Refuse,
     /// They are executed as if nothing had been.
     Execute,

@@ -4,7 +4,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Warning};
 
 use crate::Controller;
-use crate::language::{Command, Item, Reader, Status};
+use crate::language::{Command, Item, Reader, Status, wrong_value};
 use crate::model::{AfterStatus, CommandSet, UnknownCommand};
 use crate::state::{Buffer, Entry, Stop};
 
@@ -113,7 +113,10 @@ impl Controller {
         self.command_event(&command, raw);
         match command {
             Ok(command) => self.execute(command),
-            Err(status) => self.answer_status("?", status),
+            Err(status) => {
+                let meaning = wrong_value(raw, self.state.model.grammar());
+                self.answer_meaning("?", status, meaning.unwrap_or(status.meaning()));
+            }
         }
     }
 

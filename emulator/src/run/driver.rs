@@ -96,8 +96,17 @@ impl<D: Device> Driver<D> {
 
     /// Whether the head is down, if there is one.
     pub(crate) fn head(&self) -> Option<bool> {
+        self.setting("head").map(|place| place == "down")
+    }
+
+    /// Whether the device says when a command is completed.
+    pub(crate) fn echoes(&self) -> bool {
+        self.setting("echo").is_none_or(|echo| echo == "on")
+    }
+
+    fn setting(&self, wanted: &str) -> Option<String> {
         let settings = self.device.view(self.now).settings.into_iter();
-        settings.filter(|(name, _)| name == "head").map(|(_, place)| place == "down").next()
+        settings.filter(|(name, _)| name == wanted).map(|(_, value)| value).next()
     }
 
     /// Stops at a time.

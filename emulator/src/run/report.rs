@@ -77,6 +77,8 @@ pub(super) enum Left {
     Command,
     /// Numbers that belong to no command.
     Numbers,
+    /// What would be a command in capital letters.
+    LowerCase,
     /// A command that another has taken out of the buffer.
     TakenAway,
 }
@@ -90,6 +92,9 @@ struct LeftOut {
     /// How many numbers.
     numbers: usize,
 }
+
+/// What is to be done about commands in lower-case letters.
+pub(super) const LOWER_CASE: &str = "lower-case letters are no commands: write PA, not pa";
 
 /// So many places are listed that have something left out.
 const PLACES: usize = 20;
@@ -270,6 +275,15 @@ impl Report {
                 help.push("--ignore-numbers leaves it at that".to_owned());
             }
         }
+        let lower_case = of(Left::LowerCase).count();
+        if lower_case > 0 {
+            unsaid.push(match lower_case {
+                1 => "1 command in lower-case letters was ignored".to_owned(),
+                _ => format!("{lower_case} commands in lower-case letters were ignored"),
+            });
+            help.extend(listed(of(Left::LowerCase)));
+            help.push(LOWER_CASE.to_owned());
+        }
         let taken = of(Left::TakenAway).count();
         if taken > 0 {
             unsaid.push(match taken {
@@ -281,7 +295,8 @@ impl Report {
         if unsaid.is_empty() {
             return End::of(Why::Done, "every command was carried out");
         }
-        let fails = commands > 0 && !self.keep_going || numbers > 0 && !self.ignore_numbers;
+        let fails =
+            commands > 0 && !self.keep_going || numbers + lower_case > 0 && !self.ignore_numbers;
         let why = if fails { Why::Error } else { Why::Done };
         let line = self.left.first().and_then(|left| left.line).filter(|_| fails);
         let text = format!("the end of the file was reached, but {}", unsaid.join(", and "));
@@ -291,7 +306,11 @@ impl Report {
     /// A program was stored and is to be started.
     pub(super) fn stored(&mut self, lines: usize) {
         if !self.json {
-            self.say(&format!("        stored {} lines, start with START", grouped(lines as i64)));
+            let s = if lines == 1 { "" } else { "s" };
+            self.say(&format!(
+                "        stored {} line{s}, start with START",
+                grouped(lines as i64)
+            ));
         }
     }
 
@@ -391,6 +410,7 @@ impl Report {
                 };
                 summary.insert("unknown".to_owned(), left(Left::Command).into());
                 summary.insert("ignored".to_owned(), left(Left::Numbers).into());
+                summary.insert("lower_case".to_owned(), left(Left::LowerCase).into());
                 summary.insert("taken_away".to_owned(), left(Left::TakenAway).into());
             }
             if let (true, Some(summary)) = (has_head, summary.as_object_mut()) {
@@ -452,7 +472,9 @@ impl Report {
 impl LeftOut {
     fn json(&self) -> Value {
         match self.what {
-            Left::Command | Left::TakenAway => json!({ "line": self.line, "command": self.text }),
+            Left::Command | Left::LowerCase | Left::TakenAway => {
+                json!({ "line": self.line, "command": self.text })
+            }
             Left::Numbers => {
                 json!({ "line": self.line, "text": self.text, "numbers": self.numbers })
             }

@@ -42,6 +42,8 @@ pub(crate) struct Line {
     pub(crate) command: bool,
     /// How many numbers it has that belong to no command and mean nothing.
     pub(crate) numbers: usize,
+    /// Whether it would be a command in capital letters.
+    pub(crate) lower_case: bool,
 }
 
 impl Line {
@@ -51,7 +53,14 @@ impl Line {
     }
 
     fn read(number: Option<usize>, text: &[u8]) -> Line {
-        Line { number, bytes: text.to_vec(), end: b'\r', command: true, numbers: 0 }
+        Line {
+            number,
+            bytes: text.to_vec(),
+            end: b'\r',
+            command: true,
+            numbers: 0,
+            lower_case: false,
+        }
     }
 
     /// All that is sent.
@@ -116,7 +125,8 @@ impl Script {
             // Blanks and ends of lines at the end mean nothing, but to what is behind it.
             let text = if piece.command { text.trim_ascii_end() } else { text };
             let line = Line::read(Some(number), text);
-            Line { end, command: piece.command, numbers: piece.numbers, ..line }
+            let (numbers, lower_case) = (piece.numbers, piece.lower_case);
+            Line { end, command: piece.command, numbers, lower_case, ..line }
         });
         Some(Script { lines: pieces.collect(), kind: Kind::Stream, axes: None })
     }
@@ -165,17 +175,51 @@ fn axes_of(comment: &[u8]) -> Option<u8> {
 /// So many bytes at the beginning of a file show what it is.
 const LOOKED_AT: usize = 4_096;
 
-/// Whether this is no text. A NUL may stand behind the end of a command, and text has an ESC or an
-/// ETX here and there; but not one byte in ten is a control character, or none of ASCII.
+/// No label is longer than this.
+const LABEL_MAX: usize = 256;
+
+/// Whether this is no text: more than one byte in ten is a control character that no text has, or
+/// outside of ASCII. Labels may be in any language and code. NULs fill plots up, and are no reason
+/// as long as nothing else is; but a third of a text they are not.
 fn is_binary(bytes: &[u8]) -> bool {
     let bytes = &bytes[..bytes.len().min(LOOKED_AT)];
-    let before = [b'\n'].into_iter().chain(bytes.iter().copied());
-    let strange = bytes.iter().zip(before).filter(|&(&byte, before)| match byte {
-        0 => !matches!(before, b';' | b'\r' | b'\n'),
-        b'\t' | b'\n' | b'\r' | b'\x0C' => false,
-        byte => !(b' '..=b'~').contains(&byte),
-    });
-    strange.count() * 10 > bytes.len()
+    let nuls = bytes.iter().filter(|&&byte| byte == 0).count();
+    let mut strange = 0;
+    let mut rest = bytes;
+    while let [first, behind @ ..] = rest {
+        let is_text = match first {
+            // The controls of text, of labels, of a plotter's handshake and of the end of a file.
+            0 | 3 | b'\t' | b'\n' | b'\r' | b'\x0C' | b'\x0E' | b'\x0F' | 0x11 | 0x13 | 0x1A
+            | 0x1B => true,
+            byte => (b' '..=b'~').contains(byte),
+        };
+        let length = if is_text { label(rest).max(1) } else { encoded(rest) };
+        strange += usize::from(length == 0);
+        rest = rest.get(length.max(1)..).unwrap_or(behind);
+    }
+    let strange = if strange > 0 { strange + nuls } else { 0 };
+    strange * 10 > bytes.len() || nuls * 3 > bytes.len()
+}
+
+/// How long the label is that begins here: its text ends at an ETX, and where that was forgotten,
+/// at a semicolon. 0 if none does.
+fn label(bytes: &[u8]) -> usize {
+    let Some(text) = bytes.strip_prefix(b"LB") else { return 0 };
+    let text = &text[..text.len().min(LABEL_MAX)];
+    let at = |end| text.iter().position(|byte| *byte == end).map(|place| place + 1);
+    match at(3).or_else(|| at(b';')) {
+        Some(length) if !text[..length].contains(&0) => 2 + length,
+        _ => 0,
+    }
+}
+
+/// How long the character is that begins here, if it is one of UTF-8 beyond ASCII; else 0.
+fn encoded(bytes: &[u8]) -> usize {
+    let is_character = |length: &usize| {
+        bytes.first().is_some_and(|first| !first.is_ascii())
+            && bytes.get(..*length).is_some_and(|bytes| str::from_utf8(bytes).is_ok())
+    };
+    (2..=4).find(is_character).unwrap_or(0)
 }
 
 /// How many lines end in a text, however they do.
@@ -259,10 +303,25 @@ mod tests {
             b"\x1B.(;IN;SP1;PU0,0;LBnote\x03;PD10,10;PU;SP0;",
             b"PA1,2;\n\x0C\t PU;\r\n",
             b"P",
+            b"LBGeh\xC3\xA4use\x03;PA100,100;",
+            b"LBGeh\xE4use;PA100,100;",
+            b"LB\xD0\x9F\xD0\xBB\xD0\xB0\xD1\x82\xD0\xB0\x03;PA1,1;",
+            "# \u{43F}\u{43B}\u{430}\u{442}\u{430}\nPA1,1;".as_bytes(),
+            b"\x1B.Y\x1B.J\x1B.K\x1B.R\x1B.@0;0:IN;PA10,10;",
+            b"PA100,100;\0\0\0",
+            b"\0\0\0PA100,100;",
+            b"PA100,\0\0\x00100;",
+            b"PA5,5;\r\n\x1A",
         ] {
             assert!(!is_binary(text), "{}", escape(text));
         }
-        for binary in [&b"LMD\0\x01\0\0\0PA1,2;"[..], b"\0\0\0\0", b"\x89LMD\r\n\x1A\n\0\0\0\x0D"] {
+        for binary in [
+            &b"LMD\0\x01\0\0\0PA1,2;"[..],
+            b"\0\0\0\0",
+            b"\x89LMD\r\n\x1A\n\0\0\0\x0D",
+            b"P\0A\x001\0,\x002\0;\0",
+            b"LB\0\x80\x81\x82\x83\x03",
+        ] {
             assert!(is_binary(binary), "{}", escape(binary));
         }
     }

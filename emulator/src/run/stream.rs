@@ -6,7 +6,7 @@ use vimc4::device::Device;
 use vimc4::{Time, Turn};
 
 use super::driver::{Halt, News};
-use super::report::{Answer, End, Left, Why};
+use super::report::{Answer, End, LOWER_CASE, Left, Why};
 use super::script::Line;
 use super::{Outside, Session};
 
@@ -20,7 +20,7 @@ struct Feed<'l> {
     running: Option<Command<'l>>,
     /// A command that has overtaken others, or that nobody knows, likewise. It takes no time.
     aside: Option<Command<'l>>,
-    /// Whether every command says when it was completed, so that the next one waits for that.
+    /// Whether the next command waits until the one before says that it was completed.
     echo: bool,
 }
 
@@ -62,14 +62,16 @@ impl<D: Device> Session<D> {
             waiting: VecDeque::new(),
             running: None,
             aside: None,
-            echo: true,
+            echo: self.echoes(),
         };
         loop {
             while let Some(line) = feed.next(self.driver.device().room(true)) {
                 if line.command {
                     feed.waiting.push_back(line);
                 }
-                if line.numbers > 0 {
+                if line.lower_case {
+                    self.report.left(Left::LowerCase, line);
+                } else if line.numbers > 0 {
                     self.report.left(Left::Numbers, line);
                 }
                 self.driver.send(&line.whole());
@@ -91,8 +93,8 @@ impl<D: Device> Session<D> {
                 // Whoever has not answered until now does not.
                 let now = self.driver.now();
                 let begun = [feed.aside.take(), feed.running.take()];
-                feed.echo &= begun.iter().all(Option::is_none);
                 begun.into_iter().flatten().for_each(|command| self.told(command, now));
+                feed.echo = self.echoes();
                 if feed.lines.as_slice().is_empty() {
                     return Ok(self.report.carried_out());
                 }
@@ -158,7 +160,6 @@ impl<D: Device> Session<D> {
         }
         let slot = if feed.aside.is_some() { &mut feed.aside } else { &mut feed.running };
         let completes = self.family.completes(answer);
-        let refusal = self.family.refusal(answer);
         match slot {
             Some(command) => command.answer.extend_from_slice(answer),
             None => self.report.sent(at, answer),
@@ -167,6 +168,8 @@ impl<D: Device> Session<D> {
             Some(command) => (Some(command.line), command.turn),
             None => (None, Turn::InOrder),
         };
+        let sent = line.map_or(&b""[..], |line| line.bytes.as_slice());
+        let refusal = self.handling.refusal(sent, answer);
         let is_over = completes || refusal.is_some();
         let command = if is_over { slot.take() } else { None };
         command.into_iter().for_each(|command| self.told(command, at));
@@ -178,14 +181,23 @@ impl<D: Device> Session<D> {
             if turn == Turn::Unknown {
                 let known = line.and_then(|line| self.handling.known_with(&line.bytes));
                 help.extend(known.map(|value| format!("a profile with {value} knows it")));
+                if let [b'!', b'a'..=b'z', ..] = sent {
+                    help.push(LOWER_CASE.to_owned());
+                }
                 help.push("--keep-going leaves out what the controller does not know".to_owned());
             }
             return Err(self.report.refused(line, &refusal, help));
         }
         if completes && line.is_some() {
-            feed.echo = answer.starts_with(b"C");
+            // `IN` says that it is done whether or not commands after it will.
+            feed.echo = self.echoes();
         }
         Ok(())
+    }
+
+    /// Whether the controller says when a command is completed.
+    fn echoes(&self) -> bool {
+        self.driver.echoes()
     }
 
     /// Says what became of a command.

@@ -33,16 +33,18 @@ pub(super) fn work(
         let command = bytes.trim_ascii_start();
         if !piece.command && !is_open {
             let shown = escape(&piece.bytes);
-            return Err(Failure::at_line(
-                format!(
-                    "`{shown}` belongs to no command, and the model {} ignores it; a profile with \
-                     bare_pairs = \"repeat\" takes pairs behind PU and PD as moves",
-                    handling.model().name()
+            let model = handling.model().name();
+            let what = match piece.lower_case {
+                true => format!(
+                    "`{shown}` is in lower-case letters, which are no commands, and the model \
+                     {model} ignores it; write PA, not pa"
                 ),
-                name,
-                text,
-                line,
-            ));
+                false => format!(
+                    "`{shown}` belongs to no command, and the model {model} ignores it; a profile \
+                     with bare_pairs = \"repeat\" takes pairs behind PU and PD as moves"
+                ),
+            };
+            return Err(Failure::at_line(what, name, text, line));
         }
         if piece.command && [&b"!CT"[..], b"!ES"].iter().any(|left| command.starts_with(left)) {
             continue;

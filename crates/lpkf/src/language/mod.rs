@@ -62,7 +62,7 @@ pub use dialect::Dialect;
 pub use grammar::Grammar;
 pub use number::{Number, numbers};
 pub use parameter::{AxisKind, Kind, Parameter};
-pub use parse::{VECTORS_MAX, letters, parse};
+pub use parse::{VECTORS_MAX, letters, parse, wrong_value};
 pub use read::{COMMAND_MAX, Item, Reader};
 pub use status::{Side, Status};
 pub use table::{Answer, Count, Form, Op, forms};

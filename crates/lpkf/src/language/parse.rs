@@ -90,6 +90,24 @@ pub fn parse(raw: &[u8], grammar: impl Into<Grammar>) -> Result<Command, Status>
     Values { values, model: grammar.dialect, at: 0 }.command(form.op, records)
 }
 
+/// What is wrong with a command, for people, where the status that refuses it says something else
+/// because no status says it: a lower-case fragment.
+#[must_use]
+pub fn wrong_value(raw: &[u8], grammar: impl Into<Grammar>) -> Option<&'static str> {
+    if parse(raw, grammar) != Err(Status::MissingParameter) {
+        return None;
+    }
+    let letters = letters(raw);
+    let count = numbers(&raw[letters.len()..]).count();
+    let form = forms_of(letters).filter(|form| form.least() <= count).last()?;
+    match form.op {
+        Op::ArcAbsolute | Op::ArcRelative => Some("an arc of more than a turn, 360 degrees"),
+        Op::OpenInterface => Some("the trackball is opened with 1, 2 or 3"),
+        Op::ReadPort | Op::WritePort => Some("the address of a port is 0 to 255"),
+        _ => None,
+    }
+}
+
 /// A turn in millionths of a degree.
 const TURN: u64 = 360_000_000;
 

@@ -252,7 +252,13 @@ impl Reader {
         emit(Item::Command { raw, command });
     }
 
-    fn understand(&self, raw: &[u8]) -> Result<Command, Status> {
+    /// What the bytes of one command mean, which begin with its letters, or with its first number
+    /// if they are a move without any.
+    ///
+    /// # Errors
+    ///
+    /// The status that refuses it, as [`parse`] finds it.
+    pub fn understand(&self, raw: &[u8]) -> Result<Command, Status> {
         let letters = letters(raw);
         if letters.is_empty() {
             return self.move_by(numbers(raw));

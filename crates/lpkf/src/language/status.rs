@@ -133,12 +133,12 @@ statuses! {
     ReadTimeout 73 "read-timeout" "a command was begun and not ended in time";
     NoCounterAxis 74 "no-counter-axis" "no axis of the counter module is selected";
     ModuleLost 75 "module-lost" "a module no longer identifies itself";
-    WrongAfterStop 76 "wrong-after-stop" "not a command for after a stop; !GO goes on";
-    WrongAfterLimit 77 "wrong-after-limit" "not a command for after a limit switch; !GO goes on";
-    WrongAfterSoftFrame 78 "wrong-after-soft-frame" "not a command for after leaving a range; !GO goes on";
-    WrongAfterMessage 79 "wrong-after-message" "not a command for after a message interrupt; !GO goes on";
+    WrongAfterStop 76 "wrong-after-stop" "not allowed after a stop; !GO goes on";
+    WrongAfterLimit 77 "wrong-after-limit" "not allowed after a limit switch; !GO goes on";
+    WrongAfterSoftFrame 78 "wrong-after-soft-frame" "not allowed after leaving a range; !GO goes on";
+    WrongAfterMessage 79 "wrong-after-message" "not allowed after a message interrupt; !GO goes on";
     MessageInterrupt1 80 "message-interrupt-1" "message interrupt 1";
-    WrongAfterOpenInterface 81 "wrong-after-open-interface" "not a command for while the interface is open";
+    WrongAfterOpenInterface 81 "wrong-after-open-interface" "not allowed while the interface is open";
     TooManyVectorParameters 82 "too-many-vector-parameters" "a following vector has too many parameters";
     VectorBufferFull 83 "vector-buffer-full" "too many following vectors";
     ReferenceNotAllowed 84 "reference-not-allowed" "no reference run is allowed for this axis";

@@ -5,7 +5,7 @@ use std::time::Duration;
 use vimc4_device::Point;
 use vimc4_lpkf::CommandSet;
 use vimc4_lpkf::language::{
-    Command, Dialect, Grammar, Item, Reader, Status, letters, numbers, parse,
+    Command, Dialect, Grammar, Item, Reader, Status, numbers, parse, wrong_value,
 };
 
 use super::{Effects, Handling, Piece, Turn};
@@ -81,12 +81,14 @@ pub(super) fn moving(model: &vimc4_lpkf::Model, by: Point, speed: u64) -> Vec<St
 }
 
 pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
-    let mut reader = Reader::new(model.grammar());
+    let grammar = model.grammar();
+    let mut reader = Reader::new(grammar);
     let mut pieces = Vec::new();
-    let piece = |command, bytes| Piece { bytes, command, numbers: 0 };
+    let piece = |command, bytes| Piece { bytes, command, numbers: 0, lower_case: false };
     let ignored = |bytes: std::ops::Range<usize>| {
         let numbers = file.get(bytes.clone()).map_or(0, |bytes| numbers(bytes).count());
-        Piece { bytes, command: false, numbers }
+        let lower_case = file.get(bytes.start).is_some_and(u8::is_ascii_lowercase);
+        Piece { bytes, command: false, numbers, lower_case }
     };
     // Where what has not been completed yet begins.
     let mut begun = None;
@@ -101,10 +103,15 @@ pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
             Item::Command { .. } | Item::TooLong => complete = true,
         });
         let pending = !reader.pending().is_empty();
-        if reader.take_stray() {
-            stray = Some(at);
+        let lower_case = stray.is_none()
+            && !was_open
+            && reader.is_idle()
+            && is_lower_case(&file[..at], &file[at..], grammar);
+        if reader.take_stray() || lower_case {
+            stray.get_or_insert(at);
         }
-        if pending || matches!(byte, b'\r' | b';') {
+        let ends = matches!(byte, b'\r' | b';') || byte == b'\n' && grammar.line_feed_ends;
+        if pending || ends {
             pieces.extend(stray.take().map(|start| ignored(start..at)));
         }
         if was_open {
@@ -123,20 +130,47 @@ pub(super) fn stream(model: &vimc4_lpkf::Model, file: &[u8]) -> Vec<Piece> {
             let end = if pending { at } else { at + 1 };
             pieces.extend(begun.map(|start| piece(true, start..end)));
             begun = pending.then_some(at);
-        } else if pending {
-            begun.get_or_insert(at);
+        } else if reader.pending().len() == 1 {
+            // A sign or a point before it was a beginning of nothing.
+            begun = Some(at);
+        } else if !pending {
+            begun = None;
         }
     }
     pieces.extend(stray.map(|start| ignored(start..file.len())));
     let command = !reader.channel_open();
-    pieces.extend(begun.map(|start| piece(command, start..file.len())));
+    // The end of the file ends what has been begun, if that is anything.
+    let mut complete = !command;
+    reader.read(b';', |_| complete = true);
+    pieces.extend(begun.filter(|_| complete).map(|start| piece(command, start..file.len())));
     pieces
 }
 
+/// Whether a statement begins here that is commands but for its lower-case letters.
+fn is_lower_case(before: &[u8], rest: &[u8], grammar: Grammar) -> bool {
+    let begins = rest.first().is_some_and(u8::is_ascii_lowercase)
+        && matches!(
+            before.iter().rfind(|byte| !matches!(byte, b' ' | b'\t')),
+            None | Some(b';' | b'\r' | b'\n')
+        );
+    let end = |byte: &u8| matches!(byte, b';' | b'\r' | b'\n');
+    let known = |word: &[u8]| {
+        let (pairs, odd) = word.as_chunks::<2>();
+        let known = |pair: &[u8; 2]| {
+            pair.iter().all(u8::is_ascii_lowercase)
+                && parse(&pair.to_ascii_uppercase(), grammar) != Err(Status::UnknownCommand)
+        };
+        odd.is_empty() && pairs.iter().all(known)
+    };
+    begins && {
+        let statement = rest.split(end).next().unwrap_or_default();
+        statement.split(|byte| !byte.is_ascii_alphabetic()).all(known)
+    }
+}
+
 pub(super) fn turn(model: &vimc4_lpkf::Model, command: &[u8]) -> Turn {
-    match parse(command, model.grammar()) {
-        // Numbers by themselves are a move, or are not sent as a command.
-        Err(Status::UnknownCommand) if letters(command).is_empty() => Turn::InOrder,
+    // Numbers by themselves, and those of unknown commands, may be moves.
+    match Reader::new(model.grammar()).understand(command) {
         Err(Status::UnknownCommand) => Turn::Unknown,
         Ok(command) if command.is_direct() => Turn::Overtakes,
         _ => Turn::InOrder,
@@ -209,6 +243,22 @@ pub(super) fn refusal(answer: &[u8]) -> Option<String> {
     Some(match Status::ALL.iter().find(|status| written(status)) {
         Some(status) => format!("{code}: {}", status.meaning()),
         None => code,
+    })
+}
+
+/// The same for a command that is known: a status may stand in for what has none.
+pub(super) fn refusal_of(
+    model: &vimc4_lpkf::Model,
+    command: &[u8],
+    answer: &[u8],
+) -> Option<String> {
+    let refusal = refusal(answer)?;
+    let reason = wrong_value(command, model.grammar()).and_then(|reason| {
+        Some((refusal.strip_suffix(Status::MissingParameter.meaning())?, reason))
+    });
+    Some(match reason {
+        Some((code, reason)) => format!("{code}{reason}"),
+        None => refusal,
     })
 }
 

@@ -84,6 +84,8 @@ pub struct Piece {
     pub command: bool,
     /// How many numbers it has that belong to no command and mean nothing.
     pub numbers: usize,
+    /// Whether it would be a command in capital letters. As it is, the controller ignores it.
+    pub lower_case: bool,
 }
 
 /// How a command is taken that waits for no other.
@@ -174,6 +176,15 @@ impl Handling {
         match &self.model {
             Model::Isel(_) => None,
             Model::Lpkf(model) => lpkf::known_with(model, command),
+        }
+    }
+
+    /// What is wrong with a command, if the answer to it says that something is.
+    #[must_use]
+    pub fn refusal(&self, command: &[u8], answer: &[u8]) -> Option<String> {
+        match &self.model {
+            Model::Isel(_) => isel::refusal(answer),
+            Model::Lpkf(model) => lpkf::refusal_of(model, command, answer),
         }
     }
 
