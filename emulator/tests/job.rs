@@ -767,6 +767,43 @@ fn the_zero_is_taught_before_the_start() {
     assert!(err.contains("say with --zero"), "{err}");
 }
 
+#[test]
+fn a_refused_line_leaves_the_place_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let job = "IMF_PBL\nREF XYZ\nFASTABS X1000 Y1000 Z-5000\nMOVEABS Z-6000\n";
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    let (emulator, port) = listening("imc4", "mill", Clock::Instant);
+    let send = ["job.ncp", "--to", &port, "--machine", "mill", "--teach"];
+    let mut typist = Typist::new(folder, &send);
+    let asked = "Enter makes this place the zero";
+    typist.types(asked, "MOVEREL X20000 Y20000 Z-60000");
+    typist.types(asked, "MOVEREL Z-50000");
+    typist.types("Z", "");
+    let (_, err) = typist.ends(0);
+    assert!(err.contains("--zero 20000,20000,-60000"), "{err}");
+    // The mill has 80 steps to the mm across and 100 in Z.
+    assert_eq!(emulator.position().unwrap()[..3], [21 * 80, 21 * 80, -66 * 100]);
+
+    // At WPTEACH, with a line that is half understood, and one that a LIMIT forbids.
+    let job = "IMF_PBL\nREF XYZ\nLIMIT X0,30000\nWPTEACH\nMOVEABS X1000\n";
+    let typed = b"MOVEREL X2000\nMOVEREL X3000 Q5\nMOVEREL X400000\nMOVEREL Z-900000\n\n";
+    for job in [job.to_owned(), job.replace("LIMIT X0,30000\n", "")] {
+        fs::write(folder.join("job.ncp"), job).unwrap();
+        let (mut terminal, end) = terminal();
+        let typed = typed.as_slice();
+        terminal.write_all(typed).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+        command.args(["ncp", "run", "job.ncp", "--machine", "mill", "--json"]);
+        let output = command.current_dir(folder).stdin(end).output().unwrap();
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        let json: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}"));
+        assert_eq!(json["ended"], "done", "{err}");
+        let place = ["X", "Z"].map(|axis| json["axes"][axis]["position"].as_i64().unwrap());
+        assert_eq!(place, [3 * 80, 0], "{err}");
+    }
+}
+
 /// A square with the head down, an arc, and the modes that `send` keeps for itself.
 const PLOT: &str = "IN;!CT0;IW0,0,20000,20000;\nVS20000;!VU50000;\nPA1000,1000;PD;\n\
                     PA3000,1000,3000,3000;PR-2000,0;PA1000,1000;PU;\nAA2000,2000,90;PA0,0;\n";

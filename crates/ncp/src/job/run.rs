@@ -337,14 +337,27 @@ impl<'t> Job<'t> {
         self.reader.interpreter.take_zero();
     }
 
-    /// Carries out what the operator says, a line as in a file, and then asks again.
+    /// Carries out what the operator says, a line as in a file, and then asks again. A line that is
+    /// refused is as if it had never been said: nothing moves, so nothing of what holds may change.
     pub fn enter(&mut self, text: &str, again: Question, report: &mut dyn FnMut(Diagnostic)) {
         let number = self.reader.number;
+        let mut refused = false;
+        let mut told = |diagnostic: Diagnostic| {
+            refused |= diagnostic.problem.severity() == Severity::Error;
+            report(diagnostic);
+        };
         let line = language::parse(text, &mut |span, problem| {
-            report(Diagnostic { line: number, span, problem: problem.into(), left_out: false });
+            told(Diagnostic { line: number, span, problem: problem.into(), left_out: false });
         });
-        self.reader.carry_out(&line, &mut self.scratch, report);
-        self.actions.extend(self.scratch.drain(..));
+        let (before, span) = (self.reader.interpreter.clone(), self.reader.span);
+        let done = self.reader.carry_out(&line, &mut self.scratch, &mut told);
+        match done && !refused {
+            true => self.actions.extend(self.scratch.drain(..)),
+            false => {
+                self.scratch.clear();
+                (self.reader.interpreter, self.reader.span) = (before, span);
+            }
+        }
         self.actions.push_back(Action::Ask(again));
     }
 }
