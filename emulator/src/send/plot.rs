@@ -122,7 +122,8 @@ mod tests {
                 "3 PD;"
             ]
         );
-        let stray = "IN;\nPD 10,20;";
-        assert!(super::work("x", stray.as_bytes(), stray, &handling).is_err());
+        for stray in ["IN;\nPD 10,20;", "in;pa10,20;"] {
+            assert!(super::work("x", stray.as_bytes(), stray, &handling).is_err(), "{stray}");
+        }
     }
 }
