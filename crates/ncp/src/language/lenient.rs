@@ -19,7 +19,74 @@ pub(super) fn is_no_motion(line: &str) -> bool {
     let says_more = others.clone().next().is_some();
     let standard = others.any(|word| is_like(&word.to_ascii_uppercase(), "STANDARD"));
     let is_text = name.len() >= SHORTEST && says_more && !standard;
-    is_text && !has_coordinates(rest) && !names.any(|known| is_like(&name, known))
+    let hides_another = hides_a_command(rest);
+    is_text && !hides_another && !has_coordinates(rest) && !names.any(|known| is_like(&name, known))
+}
+
+/// Whether what stands behind something on its line, up to the comment, has a word that is or
+/// begins with the name of a command, is written nearly so, or is a coordinate of X, Y or Z.
+/// Comments in brackets are none of it; a bracket that is not closed begins no comment.
+pub(super) fn hides_a_command(rest: &str) -> bool {
+    let code = token::code(rest).map_or("", |(_, code)| code);
+    let is_name = |word: &str| word.len() >= SHORTEST && glued_or_near(word);
+    let mut rest = code;
+    loop {
+        let (outside, inside) = match rest.split_once('(') {
+            Some((outside, inside)) if inside.contains(')') => (outside, Some(inside)),
+            _ => (rest, None),
+        };
+        let mut words = outside.split(|c: char| !c.is_ascii_alphabetic() && c != '_');
+        if words.any(|word| is_name(&word.to_ascii_uppercase()) || is_short_name(word))
+            || has_linear_coordinates(outside)
+        {
+            return true;
+        }
+        match inside.and_then(|inside| inside.split_once(')')) {
+            Some((_, behind)) => rest = behind,
+            None => return false,
+        }
+    }
+}
+
+/// The first word that is the name of a command, in text that is taken for none, and where it is.
+pub(super) fn command_in(text: &str) -> Option<(usize, &'static str)> {
+    let code = token::code(text).map_or("", |(_, code)| code);
+    let words = code.split(|c: char| !c.is_ascii_alphabetic() && c != '_');
+    let of = |word: &str| {
+        let mut names = reference::COMMANDS.iter().map(|info| info.name);
+        names.find(|name| name.eq_ignore_ascii_case(word))
+    };
+    // Every word ends before one byte that is no letter.
+    let mut at = 0;
+    words.into_iter().find_map(|word| {
+        let start = at;
+        at += word.len();
+        at += code.get(at..)?.chars().next().map_or(0, char::len_utf8);
+        of(word).map(|name| (start, name))
+    })
+}
+
+/// Whether a word begins with the name of a command or is written nearly as one.
+fn glued_or_near(word: &str) -> bool {
+    let mut names = reference::COMMANDS.iter().map(|info| info.name);
+    names.any(|known| word.starts_with(known) || distance(word, known) * 3 <= known.len())
+}
+
+/// Whether a word is the name of a command of few letters: REF, VEL, CYL.
+fn is_short_name(word: &str) -> bool {
+    reference::COMMANDS.iter().any(|info| info.name.eq_ignore_ascii_case(word))
+}
+
+/// Whether X, Y or Z stands before a number.
+fn has_linear_coordinates(text: &str) -> bool {
+    let mut letters = text.split(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
+    // What is behind the last number stands before none.
+    letters.next_back();
+    letters.any(|before| {
+        let word = before.trim_end_matches(token::is_blank);
+        let word = word.rsplit(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default();
+        ["X", "Y", "Z"].iter().any(|axis| word.eq_ignore_ascii_case(axis))
+    })
 }
 
 /// The letters of the shortest word that is taken for one.
@@ -104,12 +171,33 @@ mod tests {
             "WPZEROX",
             "PLAEN XY",
             "ETTOOL 5",
+            "AIRBLAST ON WPZERO",
             "",
         ] {
             assert!(!is_no_motion(line), "{line}");
         }
         for line in ["TOOLCHANGERLIGHT ON", "MESSAGE done", "SUCTION OFF", "AIRBLAST ON"] {
             assert!(is_no_motion(line), "{line}");
+        }
+    }
+
+    #[test]
+    fn commands_are_seen_behind_others() {
+        for rest in [
+            " ON MOVEABS X10000",
+            " ON (x) MOVEREL X5000",
+            " OFF fastabsZ0",
+            " ON MOVABS",
+            " ON REF XYZ",
+            " ON (not closed MOVEABS",
+            "(one) WPZERO (two)",
+            " ON Z-500",
+            " ON X 5",
+        ] {
+            assert!(hides_a_command(rest), "{rest}");
+        }
+        for rest in ["", " ON", " ON 5 ; MOVEABS X5", " ON (MOVEABS X5)", " A1=256", " TIME x"] {
+            assert!(!hides_a_command(rest), "{rest}");
         }
     }
 

@@ -49,8 +49,9 @@ impl<'t> Reader<'t, '_> {
     /// The command, if it can be read, and whether it does no harm to leave out what cannot.
     fn command(&mut self) -> (Option<Placed<Command>>, bool) {
         if self.ends() {
+            let says_nothing = !lenient::hides_a_command(self.rest());
             self.bracket_comment();
-            return (None, true);
+            return (None, says_nothing);
         }
         let Some(name) = self.take(token::name) else {
             let text = self.pass_over();
@@ -63,17 +64,19 @@ impl<'t> Reader<'t, '_> {
             self.pass_over();
             return (None, harmless);
         };
+        // What is left out with the line must not be another command.
+        let hides_another = lenient::hides_a_command(self.rest());
         let Some(value) = self.form(info, name.span) else {
             self.pass_over();
-            return (None, info.is_accessory());
+            return (None, info.is_accessory() && !hides_another);
         };
         let span = self.whole_command(info, name.span);
-        let harmless = info.is_accessory() || !self.failed();
         let command = (!self.failed()).then_some(Placed { value, span });
-        if command.is_some() {
-            self.bracket_comment();
-        }
-        (command, harmless)
+        let harmless = command.is_some() || info.is_accessory() && !hides_another;
+        // A comment in brackets is left out, unless there is more between brackets.
+        let more = lenient::hides_a_command(self.rest());
+        let in_brackets = command.is_some() && self.bracket_comment();
+        (command, harmless && !(in_brackets && more))
     }
 
     /// A name may have digits, though no command has one: `G00`.
@@ -112,6 +115,11 @@ impl<'t> Reader<'t, '_> {
                 Command::End
             }
             Form::Anything(command) => {
+                if let Some((at, hidden)) = lenient::command_in(self.rest()) {
+                    let start = self.place() + at as u32;
+                    let span = Span { start, end: start + hidden.len() as u32 };
+                    self.say(span, Problem::Swallowed { by: info.name, command: hidden });
+                }
                 self.pass_over_all();
                 command
             }

@@ -67,6 +67,14 @@ pub enum Problem {
     /// Something behind the last word that the command takes.
     #[error("{0} takes nothing more")]
     Surplus(&'static str),
+    /// A command behind one whose text goes on to the end of the line.
+    #[error("{command} is not done: everything up to the end of the line belongs to {by}")]
+    Swallowed {
+        /// The name of the command whose text it is.
+        by: &'static str,
+        /// The name of the command that is in it.
+        command: &'static str,
+    },
     /// Digits, signs and points that are no number, or no digits where a number is due.
     #[error("{0} is no number")]
     NotANumber(Excerpt),
@@ -120,7 +128,9 @@ impl Problem {
     #[must_use]
     pub fn severity(self) -> Severity {
         match self {
-            Problem::Rounded | Problem::NothingNamed(_) => Severity::Warning,
+            Problem::Rounded | Problem::NothingNamed(_) | Problem::Swallowed { .. } => {
+                Severity::Warning
+            }
             _ => Severity::Error,
         }
     }
@@ -144,6 +154,7 @@ impl Problem {
             Problem::StrayNumber(_) => "stray-number",
             Problem::Unexpected(_) => "unexpected-text",
             Problem::Surplus(_) => "surplus-text",
+            Problem::Swallowed { .. } => "swallowed",
             Problem::NotANumber(_) => "not-a-number",
             Problem::NotWhole(_) => "not-whole",
             Problem::TooLarge => "too-large",
@@ -201,6 +212,7 @@ impl Problem {
                 "decimal places stand behind a point, and blanks separate words".to_owned()
             }
             Problem::Unexpected(_) | Problem::Surplus(_) => "a comment begins with `;`".to_owned(),
+            Problem::Swallowed { command, .. } => format!("write {command} in a line of its own"),
             Problem::NotANumber(_) => {
                 "numbers are such as 2500, -2500 and 12.5, without a unit".to_owned()
             }

@@ -91,9 +91,15 @@ impl<'t> Here<'t> {
     fn at(text: &'t str, offset: usize) -> (Here<'t>, usize) {
         let offset = (0..=offset.min(text.len())).rev().find(|at| text.is_char_boundary(*at));
         let (before, after) = text.split_at(offset.unwrap_or_default());
-        let start = before.rfind('\n').map_or(0, |end| end + 1);
-        let end = before.len() + after.find('\n').unwrap_or(after.len());
-        let line = text.get(start..end).unwrap_or_default().trim_end_matches('\r');
+        // CRs before LF are part of the end of the line, and a place among them is in it.
+        let start = match after.trim_start_matches('\r').starts_with('\n') {
+            true => before.trim_end_matches('\r'),
+            false => before,
+        };
+        let start = start.rfind(['\r', '\n']).map_or(0, |end| end + 1);
+        let behind = text.get(start..).unwrap_or_default();
+        let end = start + behind.find(['\r', '\n']).unwrap_or(behind.len());
+        let line = text.get(start..end).unwrap_or_default();
         (Here { offset: start, line }, (before.len() - start).min(line.len()))
     }
 

@@ -66,8 +66,8 @@ pub struct Lines<'t> {
 }
 
 /// The lines of a text. LF ends a line; CRs before it belong to the end, more than one of them
-/// because some ways of copying a file double them. What follows the last LF is a line only if
-/// it is not empty.
+/// because some ways of copying a file double them. CR without LF ends a line too, as on old Macs
+/// and at terminals. What follows the last end is a line only if it is not empty.
 #[must_use]
 pub fn lines(text: &str) -> Lines<'_> {
     Lines { rest: text, number: 0, offset: 0 }
@@ -77,14 +77,28 @@ impl<'t> Iterator for Lines<'t> {
     type Item = TextLine<'t>;
 
     fn next(&mut self) -> Option<TextLine<'t>> {
-        let whole = self.rest.split_inclusive('\n').next()?;
-        let (_, rest) = self.rest.split_at(whole.len());
+        if self.rest.is_empty() {
+            return None;
+        }
+        let length = self.rest.find(['\r', '\n']).unwrap_or(self.rest.len());
+        let (text, end) = self.rest.split_at(length);
+        let (_, rest) = end.split_at(end_of_line(end));
         let offset = self.offset;
         self.number += 1;
-        self.offset += whole.len();
+        self.offset += self.rest.len() - rest.len();
         self.rest = rest;
-        let text = whole.trim_end_matches(['\r', '\n']);
         Some(TextLine { number: self.number, offset, text })
+    }
+}
+
+/// How long the end of a line is that a text begins with.
+fn end_of_line(text: &str) -> usize {
+    /// So many CRs are taken for a doubled one.
+    const CRS: usize = 8;
+    let crs = text.bytes().take(CRS).take_while(|&byte| byte == b'\r').count();
+    match text.as_bytes().get(crs) {
+        Some(b'\n') => crs + 1,
+        _ => crs.min(1),
     }
 }
 
@@ -112,6 +126,9 @@ mod tests {
         let found: Vec<_> = lines(text).map(|line| (line.number, line.offset, line.text)).collect();
         assert_eq!(found, [(1, 0, "a"), (2, 3, ""), (3, 4, "b"), (4, 8, " c")]);
         assert_eq!(lines("").count(), 0);
+        let text = "a\rb\r\r c\n\r";
+        let found: Vec<_> = lines(text).map(|line| (line.number, line.offset, line.text)).collect();
+        assert_eq!(found, [(1, 0, "a"), (2, 2, "b"), (3, 4, ""), (4, 5, " c"), (5, 8, "")]);
         assert_eq!(lines("a\n").count(), 1);
     }
 
