@@ -118,6 +118,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let machine = vimc4::machine(&arguments.machine)?;
     let handling = Handling::of(&model);
     let bytes = source::read(&arguments.file, "a file of commands")?;
+    source::no_g_code(&arguments.file.display().to_string(), &bytes)?;
     if model.family() == Family::Isel && source::is_job(&bytes) {
         let Arguments { file, model, machine, world, json, verbose, time, .. } = arguments;
         let job = JobArguments::new(file, model, machine);

@@ -29,7 +29,7 @@ use crate::run::script::{Kind, Line, Script};
 
 use identity::{Identity, identify};
 use rehearsal::{Rehearsal, rehearse};
-use wire::{Broken, Wire};
+use wire::{Broken, Halted, Wire};
 
 #[derive(clap::Args)]
 #[command(
@@ -46,8 +46,8 @@ The controller is asked first who it is, and a job for another model is refused.
 to a real machine the travel is shown, and somebody has to agree.
 
 Enter stops a motion along its ramp, and Enter again goes on with it, as does START at the panel; a
-plot halts behind the command that runs. At a HALT, s goes on line by line. An error reply ends the
-job. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays on. Whatever ends it,
+plot halts behind the command that runs. At a HALT, s goes on line by line. An error reply, and
+what is no answer of such a controller, ends the job. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays on. Whatever ends it,
 the line is said with which --from goes on.",
     after_long_help = "\
 Examples:
@@ -76,6 +76,17 @@ pub(crate) struct Arguments {
     /// Send it although the controller says that it is another model
     #[arg(long)]
     any_model: bool,
+    /// Send a command list although the virtual controller refuses something of it: the real one
+    /// may have been told more before
+    #[arg(long)]
+    refused_too: bool,
+    /// Believe that motions are done that machines cannot do so fast; for virtual controllers whose
+    /// time is faster
+    #[arg(long)]
+    any_time: bool,
+    /// Erase the stored program before a data field is stored, on models with a command for it
+    #[arg(long)]
+    erase: bool,
     /// Agree beforehand, and accept every HALT, GETTOOL and WPTEACH
     #[arg(long)]
     yes: bool,
@@ -93,6 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let text = source::decoded(&bytes);
     let name = job.name();
     let model = vimc4::model(&job.model)?;
+    source::no_g_code(&name, &bytes)?;
     if model.family() == Family::Lpkf {
         not_for(job_options(arguments), &name, "plot file")?;
         let machine = vimc4::machine(&job.machine)?;
@@ -111,7 +123,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     }
     let mut site = job.site()?;
     let machine = Arc::clone(&site.machine);
-    if let Some((list, what)) = command_list(arguments, &bytes)? {
+    let list = command_list(arguments, &bytes)?;
+    let stores = matches!(list, Some((_, What::Stored)));
+    if arguments.erase && !stores {
+        return Err(Failure::usage(format!(
+            "--erase is for data fields, and {name} is none; leave it out"
+        )));
+    }
+    if let Some((mut list, what)) = list {
+        if arguments.erase {
+            if !erases(&model) {
+                return Err(Failure::usage(format!(
+                    "the model {} has no command that erases; {AT_PANEL}",
+                    model.name()
+                )));
+            }
+            list.insert(0, (0, ERASE.to_vec()));
+        }
         let work = Work::List(list.into_iter());
         let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
         let mut sending = Sending::open(arguments, &model, &machine, &text)?;
@@ -193,12 +221,23 @@ fn rehearsed(
     let rehearsal = rehearse(work, model, machine, here)?;
     let list = matches!(work, Work::List(_));
     if let Some(failure) = rehearsal.objection(arguments, text, list) {
-        if !list && !arguments.job.reading.lenient {
+        let goes_on = if list { arguments.refused_too } else { arguments.job.reading.lenient };
+        if !goes_on {
             return Err(failure);
         }
         failure.report();
     }
     Ok(rehearsal)
+}
+
+/// Erases the stored program.
+const ERASE: &[u8] = b"@0k\r";
+/// How it is erased where no command does.
+const AT_PANEL: &str = "turn the key to test, and press STOP and ON at the panel";
+
+/// Whether a model has a command that erases: all but the IMC4.
+fn erases(model: &Model) -> bool {
+    model.family() == Family::Isel && !identity::has_commands_of(model, "imc4")
 }
 
 /// Commands as they are sent, each with its line in the file.
@@ -295,6 +334,8 @@ impl<'a> Sending<'a> {
         let port = self.link.name().to_owned();
         let model = self.model.name();
         let asked = self.link.quiet().and_then(|()| identify(&mut self.link, &self.handling));
+        let is_virtual = asked.as_ref().is_ok_and(Identity::is_virtual);
+        self.link.any_time = self.arguments.any_time || is_virtual;
         match asked {
             Ok(Identity::Same(_)) => Ok(()),
             Ok(Identity::Unknown(said)) => {
@@ -310,6 +351,10 @@ impl<'a> Sending<'a> {
                 "the controller at {port} is {what} (it says `{said}`), and the job is for the \
                  model {model}; nothing has moved: name its model with --model, or add \
                  --any-model to send the job nevertheless"
+            ))),
+            Ok(Identity::Foreign { what, said }) => Err(Failure::usage(format!(
+                "what answers at {port} is {what} (it says `{said}`), and the job is for the model \
+                 {model}; nothing was sent: name its model with --model, and a file for it"
             ))),
             Ok(Identity::Silent) => Err(self.broken(Broken::Silent)),
             Err(error) => Err(self.broken(error.into())),
@@ -404,7 +449,7 @@ impl<'a> Sending<'a> {
         });
         self.operator.bar = bar.clone();
         self.listen()?;
-        self.link.begin(rehearsal.link.times, bar);
+        self.link.begin(rehearsal.link.times, rehearsal.link.sent, bar);
         let name = self.arguments.job.name();
         let began = Instant::now();
         let ending = perform(&mut work, &mut self.link, &mut self.operator);
@@ -438,6 +483,18 @@ impl<'a> Sending<'a> {
             Ok(ending @ (Ending::Done | Ending::Ended { .. })) => return Ok(ending),
             Ok(Ending::Impossible { line }) => {
                 (format!("line {line} cannot be carried out{}", self.place()), line)
+            }
+            Ok(Ending::Refused { sent, answer, .. })
+                if self.what == What::Stored && sent == b"@0i\r" && answer == b"G" =>
+            {
+                let how = match erases(self.model) {
+                    true => "add --erase, which sends @0k before, or erase it",
+                    false => AT_PANEL,
+                };
+                return Err(Failure::midway(format!(
+                    "the controller has a program stored already, and takes no other (it answered \
+                     G); nothing was stored; to erase it, {how}"
+                )));
             }
             Ok(Ending::Refused { line, sent, answer }) => {
                 // What a semicolon parts from it would be the remedy.
@@ -491,15 +548,51 @@ impl<'a> Sending<'a> {
                 let halted = self.link.halt();
                 let place = self.place();
                 let halted = match (self.model.family(), halted) {
-                    (Family::Isel, true) => {
+                    (Family::Isel, Halted::Rests) => {
                         "253 was sent, and the motion has come to rest along its ramp"
                     }
-                    (Family::Isel, false) => "253 was sent, and nothing was moving",
+                    (Family::Isel, Halted::NothingMoved) => "253 was sent, and nothing was moving",
+                    (Family::Isel, Halted::NoAnswer) => {
+                        "253 was sent, and there is no answer: it may still be moving, so use the \
+                         emergency stop"
+                    }
                     (Family::Lpkf, _) => self.handling.halting,
                 };
                 let message = format!(
                     "interrupted: {halted}{place}; what is switched on, such as the spindle, is \
                      still on{onward}"
+                );
+                Failure::at_line(message, &name, self.text, line)
+            }
+            Broken::Strange { sent, said } => {
+                self.link.brake();
+                let answered = identity::shown(&said);
+                let answered = match answered.is_empty() {
+                    true => vimc4::escape(&said),
+                    false => answered,
+                };
+                let to = match sent.is_empty() {
+                    true => "without being asked".to_owned(),
+                    false => format!("to {}", shown(&sent)),
+                };
+                let message = format!(
+                    "the controller answered `{answered}` {to}, which is no answer of the model {}; \
+                     the job has ended there, and 253 was sent, but what moves may still be moving: \
+                     use the emergency stop if it does{onward}",
+                    self.model.name()
+                );
+                Failure::at_line(message, &name, self.text, line)
+            }
+            Broken::Early { sent, took, takes } => {
+                self.link.brake();
+                let message = format!(
+                    "the controller says that {} is done after {:.1} s, and that motion takes {:.1} \
+                     s; the job has ended there, and 253 was sent: this is another controller, or \
+                     another speed of its line or its axes, or a virtual one in faster time, for \
+                     which there is --any-time{onward}",
+                    shown(&sent),
+                    took.as_secs_f64(),
+                    takes.as_secs_f64()
                 );
                 Failure::at_line(message, &name, self.text, line)
             }

@@ -967,3 +967,190 @@ fn a_data_field_without_its_axes_is_not_stored() {
     let (_, err) = ends(folder, &["send", "field.cnc", "--to", "nowhere"], 2);
     assert!(err.contains("`; axes: 7`"), "{err}");
 }
+
+/// A peer that is no emulator: what it answers to each line; and what it was sent.
+fn peer(
+    answers: impl Fn(&str) -> Vec<u8> + Send + 'static,
+) -> (String, thread::JoinHandle<String>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().to_string();
+    let heard = thread::spawn(move || {
+        let (mut client, _) = listener.accept().unwrap();
+        let (mut all, mut line, mut byte) = (Vec::new(), Vec::new(), [0]);
+        while matches!(client.read(&mut byte), Ok(1)) {
+            all.push(byte[0]);
+            line.push(byte[0]);
+            if byte[0] == b'\r' {
+                let _ = client.write_all(&answers(&text(&line)));
+                line.clear();
+            }
+        }
+        text(&all)
+    });
+    (port, heard)
+}
+
+/// What an IMC4 says to `V`, and `0` to everything else, or what is given for a letter.
+fn like_an_imc4(line: &str, letter: char, answer: &[u8]) -> Vec<u8> {
+    match line.chars().nth(2) {
+        Some('V') => b"isel IMC4\r\n0".to_vec(),
+        Some('P') if letter != 'P' => [b'0'; 25].to_vec(),
+        Some(it) if it == letter => answer.to_vec(),
+        _ => b"0".to_vec(),
+    }
+}
+
+#[test]
+fn what_is_no_answer_is_not_believed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let job = "IMF_PBL\nREF XYZ\nVEL 20000\nMOVEABS X900000\n";
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    for answer in [&b"FooBar 3000\r\n0"[..], b"00000", b"X", b"01F"] {
+        let (port, heard) = peer(|_| answer.to_vec());
+        let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+        assert!(err.contains("which is no answer of the model imc4"), "{err}");
+        let heard = heard.join().unwrap();
+        assert!(!heard.contains("@0R") && !heard.contains("@0A"), "{heard}");
+    }
+    // What looks right comes far too early.
+    let (port, heard) = peer(|line| like_an_imc4(line, '-', b""));
+    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    assert!(err.contains("that motion takes 45.") && err.contains("--any-time"), "{err}");
+    assert!(heard.join().unwrap().contains("@0A72000,1600"));
+    let (port, _heard) = peer(|line| like_an_imc4(line, '-', b""));
+    ends(folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
+    // One more than it should be, also where it comes later.
+    let (port, _heard) = peer(|line| {
+        thread::sleep(Duration::from_millis(5));
+        like_an_imc4(line, 'R', b"00")
+    });
+    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    assert!(err.contains("answered `00`") || err.contains("without being asked"), "{err}");
+    // A place is a place.
+    fs::write(folder.join("list.txt"), "@07\n@0P\n").unwrap();
+    let (port, _heard) = peer(|line| like_an_imc4(line, 'P', b"0"));
+    let (_, err) = ends(folder, &["send", "list.txt", "--to", &port], 1);
+    assert!(err.contains("to @0P, which is no answer"), "{err}");
+}
+
+#[test]
+fn what_the_virtual_controller_refuses_is_not_sent() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("list.txt"), "@07\n@0A500,900,0,21,0,21,0,21\n@0A5,900\n").unwrap();
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let send = ["send", "list.txt", "--to", &port, "--yes"];
+    let (_, err) = ends(folder, &send, 1);
+    assert!(err.contains("would answer 7") && err.contains("--refused-too"), "{err}");
+    assert!(sent(&emulator).is_empty());
+    let (_, err) = ends(folder, &[&send[..], &["--refused-too"]].concat(), 1);
+    assert!(err.contains("it is sent nevertheless"), "{err}");
+    assert_eq!(emulator.position().unwrap()[0], 500);
+}
+
+#[test]
+fn rest_is_not_claimed_without_an_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X500000\n").unwrap();
+    let (sender, moves) = std::sync::mpsc::channel();
+    let (port, _heard) = peer(move |line| {
+        if line.starts_with("@0A") {
+            let _ = sender.send(());
+        }
+        like_an_imc4(line, 'A', b"")
+    });
+    let child = sending(folder, &["job.ncp", "--to", &port]);
+    moves.recv_timeout(Duration::from_secs(20)).unwrap();
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let err = text(&child.wait_with_output().unwrap().stderr);
+    assert!(err.contains("may still be moving") && !err.contains("come to rest"), "{err}");
+}
+
+#[test]
+fn a_job_of_isel_does_not_go_to_lpkf() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\n").unwrap();
+    for model in ["smcu", "motionsystem"] {
+        let (emulator, port) = listening(model, "board-plotter", Clock::Instant);
+        let send = ["send", "job.ncp", "--to", &port, "--any-model"];
+        let (_, err) = ends(folder, &send, 2);
+        assert!(err.contains("is an LPKF controller"), "{err}");
+        assert!(!sent(&emulator).iter().any(|sent| sent.contains("@0R")));
+    }
+    let (port, _heard) = peer(|line| match line {
+        "@0V\r" => [&[b'x'; 3_000][..], b"\r\n0"].concat(),
+        line => like_an_imc4(line, '-', b""),
+    });
+    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
+    assert!(err.contains("xxx ...") && err.len() < 1_000, "{}", err.len());
+    let (port, _heard) = peer(|_| vec![b'x'; 200_000]);
+    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    assert!(err.contains("no end of it is in sight") && err.len() < 1_000, "{}", err.len());
+}
+
+#[test]
+fn a_second_program_needs_the_first_erased() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("field.cnc"), "; axes: 7\n71\n9\n").unwrap();
+    for (model, remedy) in [("imc4", "turn the key to test"), ("imc4-m", "--erase")] {
+        let (_emulator, port) = listening(model, "bench", Clock::Instant);
+        let send = ["send", "field.cnc", "--to", &port, "--model", model];
+        ends(folder, &send, 0);
+        let (_, err) = ends(folder, &send, 1);
+        assert!(err.contains("a program stored already") && err.contains(remedy), "{err}");
+        let code = if model == "imc4" { 2 } else { 0 };
+        ends(folder, &[&send[..], &["--erase"]].concat(), code);
+    }
+    fs::write(folder.join("list.txt"), "@07\n").unwrap();
+    let (_, err) = ends(folder, &["send", "list.txt", "--to", "nowhere", "--erase"], 2);
+    assert!(err.contains("--erase is for data fields"), "{err}");
+}
+
+#[test]
+fn g_code_is_told_so_before_anything_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for code in ["G21\nG0 X5 Y5\n", "T1 M6\nG0 X5\n", "%\n(part)\nN10 G90\n"] {
+        fs::write(folder.join("part.nc"), code).unwrap();
+        for what in [&["send", "part.nc", "--to", "nowhere"][..], &["run", "part.nc"]] {
+            let (_, err) = ends(folder, what, 1);
+            assert!(err.contains("this is G-code") && err.contains("post-processor"), "{err}");
+        }
+    }
+}
+
+#[test]
+fn a_line_that_chatters_is_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\n").unwrap();
+    // From the beginning, and from the first question on.
+    for waits in [false, true] {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().to_string();
+        thread::spawn(move || {
+            for mut client in listener.incoming().map(Result::unwrap) {
+                if waits {
+                    let _ = client.read(&mut [0; 9]);
+                }
+                while client.write_all(b"0").is_ok() {
+                    thread::sleep(Duration::from_millis(50));
+                }
+            }
+        });
+        let begun = Instant::now();
+        let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+        assert!(err.contains("never falls silent") || err.contains("no end of it"), "{err}");
+        assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
+        let mut child = sending(folder, &["job.ncp", "--to", &port]);
+        thread::sleep(Duration::from_millis(500));
+        kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
+        let killed = Instant::now();
+        child.wait().unwrap();
+        assert!(killed.elapsed() < Duration::from_secs(2));
+    }
+}

@@ -20,6 +20,9 @@ pub(crate) struct Virtual {
     pub(crate) characters: u64,
     /// When each thing was done, in ms, if somebody wants to know.
     pub(crate) times: Vec<u32>,
+    /// What was sent last for each of them, if somebody wants to know.
+    pub(crate) sent: Vec<Vec<u8>>,
+    last: Vec<u8>,
     keeps_times: bool,
     /// The line that is under way.
     pub(crate) line: u32,
@@ -40,6 +43,8 @@ impl Virtual {
             commands: 0,
             characters: 0,
             times: Vec::new(),
+            sent: Vec::new(),
+            last: Vec::new(),
             keeps_times,
             line: 0,
             lines: Vec::new(),
@@ -72,6 +77,9 @@ impl Virtual {
     fn send(&mut self, line: &[u8]) {
         self.commands += 1;
         self.characters += line.len() as u64;
+        if self.keeps_times {
+            self.last = line.to_vec();
+        }
         self.driver.meter.references = line.starts_with(b"@0R");
         self.driver.send(line);
     }
@@ -139,6 +147,7 @@ impl Link for Virtual {
         let millis = u32::try_from(self.elapsed().as_millis()).unwrap_or(u32::MAX);
         if self.keeps_times {
             self.times.push(millis);
+            self.sent.push(std::mem::take(&mut self.last));
         }
     }
 }

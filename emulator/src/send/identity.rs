@@ -19,6 +19,13 @@ pub(super) enum Identity {
         /// How it has said so.
         said: String,
     },
+    /// It is none that such a job could be for.
+    Foreign {
+        /// What it is.
+        what: &'static str,
+        /// How it has said so.
+        said: String,
+    },
     /// It says nothing.
     Silent,
 }
@@ -37,6 +44,10 @@ pub(super) fn identify(link: &mut Wire, handling: &Handling) -> Result<Identity,
             if version.is_empty() {
                 return Ok(Identity::Silent);
             }
+            if is_status_of_lpkf(&version) {
+                let what = "an LPKF controller";
+                return Ok(Identity::Foreign { what, said: shown(&version) });
+            }
             match of_version(handling.model(), &version) {
                 // A controller of the later family has a text of its owner.
                 Identity::Unknown(said) => {
@@ -47,6 +58,32 @@ pub(super) fn identify(link: &mut Wire, handling: &Handling) -> Result<Identity,
             }
         }
     }
+}
+
+impl Identity {
+    /// Whether it says of itself that it is no machine.
+    pub(super) fn is_virtual(&self) -> bool {
+        match self {
+            Identity::Same(said)
+            | Identity::Unknown(said)
+            | Identity::Other { said, .. }
+            | Identity::Foreign { said, .. } => said.contains("(virtual)"),
+            Identity::Silent => false,
+        }
+    }
+}
+
+/// Whether all of it is what one of LPKF's says to what it does not know: lines with `E` and a
+/// number, or with `C` alone.
+fn is_status_of_lpkf(answer: &[u8]) -> bool {
+    let Some(lines) = answer.strip_suffix(b"\r") else { return false };
+    let is_status = |line: &[u8]| {
+        line == b"C"
+            || line.strip_prefix(b"E").is_some_and(|number| {
+                matches!(number.len(), 1..=4) && number.iter().all(u8::is_ascii_hexdigit)
+            })
+    };
+    lines.split(|byte| *byte == b'\r').all(is_status)
 }
 
 /// What the text of `V` says: the name of a model, as a word of it.
@@ -72,7 +109,8 @@ fn is_like(model: &Model, name: &str) -> bool {
     if is_builtin { model.name() == name } else { has_commands_of(model, name) }
 }
 
-fn has_commands_of(model: &Model, name: &str) -> bool {
+/// Whether a model has the commands of the built-in one of that name.
+pub(super) fn has_commands_of(model: &Model, name: &str) -> bool {
     match (model, vimc4::model(name)) {
         (Model::Isel(own), Ok(Model::Isel(named))) => own.command_set == named.command_set,
         (Model::Lpkf(own), Ok(Model::Lpkf(named))) => own.command_set == named.command_set,
@@ -121,12 +159,20 @@ fn of_lpkf(model: &Model, answer: &[u8]) -> Identity {
     }
 }
 
-/// An answer in one line, without the codes and line ends around it.
-fn shown(answer: &[u8]) -> String {
+/// So many characters are shown of what a controller says of itself.
+const SHOWN: usize = 120;
+
+/// An answer in one line, without the codes and line ends around it, and no longer than a line.
+pub(super) fn shown(answer: &[u8]) -> String {
     let text = answer.split(|byte| matches!(byte, b'\r' | b'\n'));
     let lines = text.filter(|line| !line.is_empty() && *line != b"0" && *line != b"C");
     let text: Vec<String> = lines.map(|line| escape(line).to_string()).collect();
-    text.join(" ").trim_start_matches('0').trim().to_owned()
+    let text = text.join(" ");
+    let text = text.trim_start_matches('0').trim();
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{} ...", &text[..end]),
+        None => text.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -157,6 +203,22 @@ mod tests {
             of_version(&model("imc4"), b"isel IMC4-MAX\r\n0"),
             Identity::Unknown("isel IMC4-MAX".to_owned())
         );
+    }
+
+    #[test]
+    fn a_status_of_lpkf_is_none_of_isel() {
+        for status in [&b"E0D\r"[..], b"E13\r", b"C\rE0D\r", b"E0D\rE0D\r"] {
+            assert!(is_status_of_lpkf(status));
+        }
+        for other in [&b"0"[..], b"5", b"E0D", b"isel IMC4\r\n0", b"E\r", b"EMC4\r", b"\r"] {
+            assert!(!is_status_of_lpkf(other), "{}", other.escape_ascii());
+        }
+    }
+
+    #[test]
+    fn a_long_text_is_shown_in_part() {
+        let said = shown(&[b'x'; 4_000]);
+        assert!(said.len() < 200 && said.ends_with(" ..."), "{said}");
     }
 
     #[test]

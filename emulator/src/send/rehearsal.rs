@@ -89,9 +89,16 @@ impl Rehearsal {
             Ok(Ending::Refused { line, sent, answer }) => {
                 let refusal = refusal(family, answer);
                 // A command list may build on what the controller was told before.
-                let help = match list {
-                    true => "it is sent nevertheless, in case the controller knows more",
-                    false => "nothing was sent",
+                let help = match (list, arguments.refused_too) {
+                    (true, true) => {
+                        "it is sent nevertheless, in case the controller knows more; what is said \
+                         of travel and time ends before it"
+                    }
+                    (true, false) => {
+                        "nothing was sent; --refused-too sends it nevertheless, where the \
+                         controller was told more before"
+                    }
+                    (false, _) => "nothing was sent",
                 };
                 let (model, sent) = (&arguments.job.model, shown(sent));
                 let message = format!("the model {model} would answer {refusal} to {sent}; {help}");

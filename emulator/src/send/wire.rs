@@ -23,6 +23,11 @@ const PAUSE: Duration = Duration::from_millis(100);
 const HALTING: Duration = Duration::from_secs(10);
 /// A motion that takes so much longer than in rehearsal is worth a remark.
 const LATE: Duration = Duration::from_secs(30);
+/// No answer that goes up to a pause is longer, or takes longer: 512 bytes at 1,200 baud.
+const LONGEST: usize = 4_096;
+const TALK: Duration = Duration::from_secs(6);
+/// A motion that ends so much earlier than in rehearsal, and in less than half the time, was none.
+const EARLY: Duration = Duration::from_millis(500);
 /// How often the bar moves.
 const TICK: Duration = Duration::from_millis(200);
 
@@ -36,6 +41,15 @@ pub(super) struct Wire {
     halt: Arc<AtomicBool>,
     /// When each thing was done in rehearsal, in ms.
     times: Vec<u32>,
+    /// What was sent for each of them there.
+    rehearsed: Vec<Vec<u8>>,
+    /// Whether everything was sent as it was in rehearsal up to now; what somebody enters on the
+    /// way makes all that follows another job.
+    as_rehearsed: bool,
+    /// Whether reference runs have told the controller where its axes are.
+    referenced: bool,
+    /// Whether motions may end sooner than machines can move.
+    pub(super) any_time: bool,
     /// How many things were done.
     done: usize,
     /// Whether it has ever answered.
@@ -48,7 +62,29 @@ pub(super) struct Wire {
 /// Why a controller does not answer any more.
 pub(super) enum Broken {
     Silent,
+    /// What it says is no answer to what was sent.
+    Strange {
+        sent: Vec<u8>,
+        said: Vec<u8>,
+    },
+    /// It says that a motion is done that takes longer.
+    Early {
+        sent: Vec<u8>,
+        took: Duration,
+        takes: Duration,
+    },
     Port(PortError),
+}
+
+/// What came of braking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Halted {
+    /// Nothing was under way.
+    NothingMoved,
+    /// What was under way has ended.
+    Rests,
+    /// Nobody knows.
+    NoAnswer,
 }
 
 impl From<PortError> for Broken {
@@ -61,13 +97,33 @@ impl Wire {
     /// The controller at a port.
     pub(super) fn new(port: Port, handling: Handling) -> Wire {
         let (moving, halt) = (Arc::default(), Arc::default());
-        let times = Vec::new();
-        Wire { port, handling, moving, halt, times, done: 0, answered: false, bar: None, line: 0 }
+        Wire {
+            port,
+            handling,
+            moving,
+            halt,
+            times: Vec::new(),
+            rehearsed: Vec::new(),
+            as_rehearsed: false,
+            referenced: false,
+            any_time: false,
+            done: 0,
+            answered: false,
+            bar: None,
+            line: 0,
+        }
     }
 
-    /// A job begins; `times` say when each thing was done in rehearsal, in ms.
-    pub(super) fn begin(&mut self, times: Vec<u32>, bar: Option<ProgressBar>) {
+    /// A job begins; `times` say when each thing was done in rehearsal, in ms, and `rehearsed` what
+    /// was sent for it.
+    pub(super) fn begin(
+        &mut self,
+        times: Vec<u32>,
+        rehearsed: Vec<Vec<u8>>,
+        bar: Option<ProgressBar>,
+    ) {
         (self.times, self.bar, self.done, self.line) = (times, bar, 0, 0);
+        (self.rehearsed, self.as_rehearsed) = (rehearsed, true);
     }
 
     /// Whether what is behind the port is surely virtual.
@@ -124,19 +180,28 @@ impl Wire {
         Ok(())
     }
 
-    /// Brakes what moves. Says whether something did.
-    pub(super) fn halt(&mut self) -> bool {
-        let moved = self.moving.load(Ordering::Relaxed);
-        let _ = self.port.send(self.handling.halt);
+    /// Brakes what moves, and awaits the answer to what was under way.
+    pub(super) fn halt(&mut self) -> Halted {
+        let moved = self.moving.swap(false, Ordering::Relaxed);
+        let sent = self.port.send(self.handling.halt);
+        if !moved {
+            return Halted::NothingMoved;
+        }
         let until = Instant::now() + HALTING;
-        while moved && Instant::now() < until {
+        while sent.is_ok() && Instant::now() < until {
             match self.port.next(until) {
-                Ok(Some(_)) | Err(PortError::Gone(_)) => break,
-                Ok(None) | Err(PortError::Interrupted) => {}
+                Ok(Some((_, bytes))) if is_code(&bytes) => return Halted::Rests,
+                Err(PortError::Gone(_)) => break,
+                Ok(_) | Err(PortError::Interrupted) => {}
             }
         }
+        Halted::NoAnswer
+    }
+
+    /// Brakes what moves without believing any answer.
+    pub(super) fn brake(&mut self) {
         self.moving.store(false, Ordering::Relaxed);
-        moved
+        let _ = self.port.send(self.handling.halt);
     }
 
     /// Asks something while nothing moves: what comes until `is_whole`, or up to a pause where that
@@ -150,10 +215,15 @@ impl Wire {
         self.port.send(format!("{question}{end}").as_bytes())?;
         let mut answer = Vec::new();
         let last = Instant::now() + FIRST;
+        let end = last + TALK;
         let mut until = last;
         while let Some((_, bytes)) = self.port.next(until)? {
             answer.extend(bytes);
             self.answered = true;
+            if answer.len() > LONGEST || Instant::now() > end {
+                let why = "it says more than any answer, and no end of it is in sight";
+                return Err(PortError::Gone(why.to_owned()));
+            }
             let waits = is_whole.is_some_and(|is_whole| !is_whole(&answer));
             until = if waits { last } else { Instant::now() + PAUSE };
         }
@@ -189,9 +259,10 @@ impl Wire {
     /// Awaits an answer to a line.
     fn answer(&mut self, sent: &[u8]) -> Result<Vec<u8>, Broken> {
         let family = self.handling.model().family();
-        let length = answer_length(sent);
+        let form = Form::of(sent);
         let (begun, (_, takes)) = (Instant::now(), self.expected());
         let mut answer = Vec::new();
+        let mut first = None;
         let mut remarked = false;
         loop {
             if family == Family::Lpkf && self.handling.is_whole(sent, &answer) {
@@ -204,20 +275,23 @@ impl Wire {
                 (true, false) if self.answered => LATE,
                 (true, false) => FIRST,
             };
-            match self.port.next(Instant::now() + until)? {
-                Some((_, bytes)) => answer.extend(bytes),
-                None if family == Family::Isel && !answer.is_empty() => return Ok(answer),
-                None => {}
-            }
-            let complete = match answer.first() {
-                _ if family == Family::Lpkf => false,
-                // A stop may be confirmed by a 0 of its own.
-                None | Some(b'F') => false,
-                Some(b'0') => length.is_some_and(|length| answer.len() >= length),
-                Some(_) => length.is_some(),
+            let is_over = match self.port.next(Instant::now() + until)? {
+                Some((_, bytes)) => {
+                    first.get_or_insert_with(Instant::now);
+                    answer.extend(bytes);
+                    // A stop may be confirmed by a 0 of its own.
+                    answer != b"F" && form.is_whole(&answer)
+                }
+                None => !answer.is_empty(),
             };
-            if complete {
-                return Ok(answer);
+            if family == Family::Isel {
+                if is_over && form.takes(&answer) {
+                    return Ok(answer);
+                }
+                let talks = first.is_some_and(|first: Instant| first.elapsed() > TALK);
+                if is_over || talks || answer.len() > LONGEST {
+                    return Err(Broken::Strange { sent: sent.to_vec(), said: answer });
+                }
             }
             let waited = begun.elapsed();
             if answer.is_empty() && !self.answered && waited >= FIRST {
@@ -235,16 +309,46 @@ impl Wire {
             self.show(waited);
         }
     }
+
+    /// Refuses to believe that a motion is done long before it can be.
+    fn believe(&mut self, sent: &[u8], answer: &[u8], took: Duration) -> Result<(), Broken> {
+        let (_, takes) = self.expected();
+        self.as_rehearsed &= self.rehearsed.get(self.done).is_some_and(|then| then == sent);
+        let letter = letter(sent);
+        let known = match letter {
+            // How long these take is known from their numbers alone.
+            Some(b'A' | b'a' | b'y' | b'w') => true,
+            // And these also depend on where the axes were.
+            Some(b'M' | b'm') => self.referenced,
+            _ => false,
+        };
+        self.referenced |= matches!(letter, Some(b'R' | b'r'));
+        let early = took + EARLY < takes && took * 2 < takes;
+        let checks = self.as_rehearsed && !self.any_time && known && answer == b"0";
+        match checks && early {
+            true => Err(Broken::Early { sent: sent.to_vec(), took, takes }),
+            false => Ok(()),
+        }
+    }
 }
 
 impl Link for Wire {
     type Broken = Broken;
 
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Broken> {
+        let is_isel = self.handling.model().family() == Family::Isel;
+        if is_isel && let Some((_, said)) = self.port.next(Instant::now())? {
+            // More than one answer to the one before.
+            return Err(Broken::Strange { sent: Vec::new(), said });
+        }
         self.moving.store(true, Ordering::Relaxed);
+        let begun = Instant::now();
         self.port.send(line)?;
         let answer = self.answer(line)?;
         self.answered = true;
+        if is_isel {
+            self.believe(line, &answer, begun.elapsed())?;
+        }
         self.moving.store(false, Ordering::Relaxed);
         Ok(answer)
     }
@@ -296,12 +400,67 @@ impl Link for Wire {
     }
 }
 
-/// How long the answer to a command is that is carried out; `None` where that is not known.
-fn answer_length(line: &[u8]) -> Option<usize> {
-    match line.iter().filter(|byte| **byte != b' ').nth(2)? {
-        b'b' | b'D' => Some(3),
-        b'P' | b'V' | b'H' | b'h' | b'U' | b'?' => None,
-        _ => Some(1),
+/// The letter of a command for an isel controller.
+fn letter(line: &[u8]) -> Option<u8> {
+    let mut line = line.iter().copied().filter(|byte| *byte != b' ');
+    let is_command = line.next() == Some(b'@');
+    line.nth(1).filter(|_| is_command)
+}
+
+/// Whether that is what a command answers that ends: a code, or the two of a stop.
+fn is_code(answer: &[u8]) -> bool {
+    match answer {
+        b"F0" => true,
+        [code] => b"0123456789DFGHR".contains(code),
+        _ => false,
+    }
+}
+
+/// What the answer to a command looks like that is carried out; one that is not answers a code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// `0`.
+    Code,
+    /// `0` and two hexadecimal digits.
+    Byte,
+    /// `0` and six hexadecimal digits for each axis.
+    Places,
+    /// Lines of text, behind a `0` or before it.
+    Text,
+}
+
+impl Form {
+    fn of(line: &[u8]) -> Form {
+        match letter(line) {
+            Some(b'b' | b'D') => Form::Byte,
+            Some(b'P') => Form::Places,
+            Some(b'V' | b'H' | b'h' | b'U' | b'?') => Form::Text,
+            _ => Form::Code,
+        }
+    }
+
+    /// Whether it is known without waiting that nothing belongs to it any more.
+    fn is_whole(self, answer: &[u8]) -> bool {
+        match self {
+            Form::Code => true,
+            Form::Byte => answer.len() >= 3 || !answer.starts_with(b"0"),
+            Form::Places | Form::Text => false,
+        }
+    }
+
+    /// Whether it is one.
+    fn takes(self, answer: &[u8]) -> bool {
+        let is_hex = |digit: &u8| digit.is_ascii_digit() || (b'A'..=b'F').contains(digit);
+        let digits = answer.strip_prefix(b"0").filter(|digits| digits.iter().all(is_hex));
+        let done = match self {
+            Form::Code => answer == b"0",
+            Form::Byte => digits.is_some_and(|digits| digits.len() == 2),
+            Form::Places => digits.is_some_and(|digits| matches!(digits.len(), 18 | 24)),
+            Form::Text => {
+                answer.ends_with(b"\r\n0") || answer.starts_with(b"0") && answer.ends_with(b"\n")
+            }
+        };
+        done || answer != b"0" && is_code(answer)
     }
 }
 
@@ -310,16 +469,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_of_answers() {
-        for (line, length) in [
-            ("@0A5,900\r", Some(1)),
-            ("@07\r", Some(1)),
-            ("@0b0\r", Some(3)),
-            ("@ 0 D S0\r", Some(3)),
-            ("@0P\r", None),
-            ("\r", None),
+    fn answers_have_the_form_of_their_command() {
+        let place = [b'0'; 19];
+        let takes = |line: &str, answer: &[u8]| Form::of(line.as_bytes()).takes(answer);
+        for (line, answer) in [
+            ("@0A5,900\r", &b"0"[..]),
+            ("@07\r", b"4"),
+            ("35,-1\r", b"0"),
+            ("p0,1,1\r", b"8"),
+            ("@0A5,900\r", b"F0"),
+            ("@0b0\r", b"01F"),
+            ("@ 0 D S0\r", b"000"),
+            ("@0b0\r", b"5"),
+            ("@0P\r", &place),
+            ("@0V\r", b"isel\r\n0"),
+            ("@0V\r", b"0isel\r\n"),
         ] {
-            assert_eq!(answer_length(line.as_bytes()), length, "{line}");
+            assert!(takes(line, answer), "{line} {}", answer.escape_ascii());
         }
+        for (line, answer) in [
+            ("@0A5,900\r", &b"00"[..]),
+            ("@07\r", b"FooBar 3000\r\n0"),
+            ("@07\r", b"00000"),
+            ("@07\r", b"X"),
+            ("@07\r", b"E0D\r"),
+            ("@0b0\r", b"0"),
+            ("@0b0\r", b"01F0"),
+            ("@0b0\r", b"01f"),
+            ("@0P\r", b"0"),
+            ("@0V\r", b"0"),
+            ("@0V\r", b"isel"),
+        ] {
+            assert!(!takes(line, answer), "{line} {}", answer.escape_ascii());
+        }
+        assert_eq!(Form::of(b"o0,128,1,-1\r"), Form::Code);
     }
 }
