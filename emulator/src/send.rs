@@ -47,7 +47,9 @@ to a real machine the travel is shown, and somebody has to agree.
 
 Enter stops a motion along its ramp, and Enter again goes on with it, as does START at the panel; a
 plot halts behind the command that runs. At a HALT, s goes on line by line. An error reply, and
-what is no answer of such a controller, ends the job. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays on. Whatever ends it,
+what is no answer of such a controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where
+nobody is at the terminal. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays
+on. Whatever ends it,
 the line is said with which --from goes on.",
     after_long_help = "\
 Examples:
@@ -280,6 +282,9 @@ fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, Wha
     }
 }
 
+/// What holds wherever a job ends before its end, and has to be known at the machine.
+const STILL_ON: &str = "what is switched on, such as the spindle, is still on";
+
 /// What is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
@@ -454,11 +459,14 @@ impl<'a> Sending<'a> {
         let began = Instant::now();
         let ending = perform(&mut work, &mut self.link, &mut self.operator);
         match self.ended(ending)? {
-            Ending::Ended { line } => {
+            Ending::Ended { line } | Ending::Unattended { line } => {
                 let onward = self.onward(line).map(|onward| format!("\n{onward}"));
                 let onward = onward.unwrap_or_default();
                 let place = self.place();
-                let _ = writeln!(io::stdout(), "{name}: ended in line {line}{place}{onward}");
+                let _ = writeln!(
+                    io::stdout(),
+                    "{name}: ended in line {line}{place}; {STILL_ON}{onward}"
+                );
                 Ok(ExitCode::from(3))
             }
             _ if self.what == What::Stored => {
@@ -479,8 +487,18 @@ impl<'a> Sending<'a> {
             bar.finish_and_clear();
         }
         let name = self.arguments.job.name();
+        // An emergency stop may cut more than the controller knows.
+        let help = format!("the job has ended there; {STILL_ON}, unless the machine has cut it");
         let (message, line) = match ending {
             Ok(ending @ (Ending::Done | Ending::Ended { .. })) => return Ok(ending),
+            Ok(ending @ Ending::Unattended { line }) => {
+                let _ = writeln!(
+                    io::stderr(),
+                    "line {line} waits for somebody, and nobody is at the terminal; start it from \
+                     one, or accept everything beforehand with --yes"
+                );
+                return Ok(ending);
+            }
             Ok(Ending::Impossible { line }) => {
                 (format!("line {line} cannot be carried out{}", self.place()), line)
             }
@@ -506,8 +524,8 @@ impl<'a> Sending<'a> {
             Err(broken) => return Err(self.broken(broken)),
         };
         let help = match self.onward(line) {
-            Some(onward) => format!("the job has ended there; {onward}"),
-            None => "the job has ended there".to_owned(),
+            Some(onward) => format!("{help}; {onward}"),
+            None => help,
         };
         Err(Failure::at_line(format!("{message}; {help}"), &name, self.text, line))
     }
@@ -558,10 +576,7 @@ impl<'a> Sending<'a> {
                     }
                     (Family::Lpkf, _) => self.handling.halting,
                 };
-                let message = format!(
-                    "interrupted: {halted}{place}; what is switched on, such as the spindle, is \
-                     still on{onward}"
-                );
+                let message = format!("interrupted: {halted}{place}; {STILL_ON}{onward}");
                 Failure::at_line(message, &name, self.text, line)
             }
             Broken::Strange { sent, said } => {
@@ -578,7 +593,7 @@ impl<'a> Sending<'a> {
                 let message = format!(
                     "the controller answered `{answered}` {to}, which is no answer of the model {}; \
                      the job has ended there, and 253 was sent, but what moves may still be moving: \
-                     use the emergency stop if it does{onward}",
+                     use the emergency stop if it does; {STILL_ON}{onward}",
                     self.model.name()
                 );
                 Failure::at_line(message, &name, self.text, line)
@@ -597,7 +612,10 @@ impl<'a> Sending<'a> {
                 Failure::at_line(message, &name, self.text, line)
             }
             Broken::Port(PortError::Gone(why)) => Failure::at_line(
-                format!("{} is gone: {why}; the job has ended there{onward}", self.link.name()),
+                format!(
+                    "{} is gone: {why}; the job has ended there; {STILL_ON}{onward}",
+                    self.link.name()
+                ),
                 &name,
                 self.text,
                 line,

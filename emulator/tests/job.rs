@@ -639,6 +639,7 @@ fn an_abort_says_the_line_to_go_on_with() {
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{err}");
     assert!(err.contains("answered 9") && err.contains("--from 4 goes on with that line"), "{err}");
+    assert!(err.contains("such as the spindle, is still on"), "{err}");
 
     let (emulator, port) = listening("imc4", "bench", Clock::Real);
     let child = sending(folder, &["job.ncp", "--to", &port]);
@@ -801,6 +802,63 @@ fn a_refused_line_leaves_the_place_as_it_was() {
         assert_eq!(json["ended"], "done", "{err}");
         let place = ["X", "Z"].map(|axis| json["axes"][axis]["position"].as_i64().unwrap());
         assert_eq!(place, [3 * 80, 0], "{err}");
+    }
+}
+
+#[test]
+fn line_by_line_only_enter_does_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let moves = "MOVEABS X1000\nMOVEABS X2000\nMOVEABS X3000\n";
+    fs::write(folder.join("job.ncp"), format!("IMF_PBL\nREF XYZ\nHALT\n{moves}")).unwrap();
+    let prompt = "Enter does it, c goes on without a halt";
+    for end in ["q", "Q", "quit", "Stop"] {
+        let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+        let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+        typist.types("s goes on line by line", "S");
+        let refused = ["no", "what is it", "k", "MOVEREL X5"];
+        for typed in refused {
+            typist.types(prompt, typed);
+        }
+        typist.types(prompt, "");
+        for typed in refused {
+            let said = format!("`{typed}` is no answer here; Enter does the line");
+            assert!(typist.all.contains(&said), "{}", typist.all);
+        }
+        typist.types("line 5: MOVEABS X2000", end);
+        typist.ends(3);
+        assert_eq!(emulator.position().unwrap()[0], 80, "{end}");
+    }
+}
+
+#[test]
+fn a_halt_that_nobody_can_answer_ends_the_job() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let moves = "MOVEABS X1000\nMOVEABS X2000\n";
+    let job = format!("IMF_PBL\nREF XYZ\nSETBIT A1.4\nHALT\n{moves}");
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let (out, err) = ends(folder, &["send", "job.ncp", "--to", &port], 3);
+    assert!(err.contains("line 4 waits for somebody, and nobody is at the terminal"), "{err}");
+    assert!(out.contains("ended in line 4") && out.contains("the spindle, is still on"), "{out}");
+    assert_eq!(emulator.position().unwrap()[0], 0);
+
+    // Who goes away at the question, or in the midst of going line by line.
+    for steps in [false, true] {
+        let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+        let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+        if steps {
+            typist.types("s goes on line by line", "s");
+            typist.types("line 5: MOVEABS X1000", "");
+            typist.types("line 6: MOVEABS X2000", "\u{4}");
+        } else {
+            typist.types("s goes on line by line", "\u{4}");
+        }
+        let (out, err) = typist.ends(3);
+        assert!(err.contains("nobody is at the terminal"), "{err}");
+        assert!(out.contains("is still on"), "{out}");
+        assert_eq!(emulator.position().unwrap()[0], if steps { 80 } else { 0 });
     }
 }
 

@@ -11,6 +11,7 @@ use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Line, TextLine, lines};
 
 use super::perform::{Attendant, Decision, shown};
+use crate::output::shown_in_line;
 
 /// What is said to a person, and what they say.
 pub(crate) struct Operator<'t> {
@@ -30,6 +31,8 @@ pub(crate) struct Operator<'t> {
     asked: Option<(u32, Asked)>,
     /// How a motion goes on, for people.
     resuming: String,
+    /// Whether there is a START at the panel that goes on with it.
+    has_start: bool,
     /// Whether every line waits for somebody.
     by_line: bool,
     /// What somebody has said to a line that it may begin.
@@ -42,6 +45,36 @@ enum Asked {
     Wait(InputTest),
     Stopped,
     Line,
+}
+
+/// What somebody has typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer<'a> {
+    /// Nothing yet.
+    None,
+    /// An empty line.
+    Enter,
+    /// The end of the job, in one of the words that people have for it.
+    End,
+    /// A letter, in lower case.
+    Key(&'static str),
+    /// Anything else.
+    Text(&'a str),
+}
+
+impl<'a> Answer<'a> {
+    fn of(typed: Option<&'a str>) -> Answer<'a> {
+        let Some(typed) = typed else { return Answer::None };
+        let is = |word: &&'static str| typed.eq_ignore_ascii_case(word);
+        match typed {
+            "" => Answer::Enter,
+            _ if ["q", "quit", "stop"].iter().any(is) => Answer::End,
+            _ => match ["c", "k", "s"].into_iter().find(is) {
+                Some(key) => Answer::Key(key),
+                None => Answer::Text(typed),
+            },
+        }
+    }
 }
 
 /// What START at the panel does to a motion that was stopped.
@@ -88,6 +121,7 @@ impl<'t> Operator<'t> {
             bar: None,
             asked: None,
             resuming: "START goes on".to_owned(),
+            has_start: true,
             by_line: false,
             begun: None,
         }
@@ -101,6 +135,7 @@ impl<'t> Operator<'t> {
         mut keeps: impl FnMut(&str) -> bool + Send + 'static,
         woken: impl Fn() + Send + 'static,
     ) {
+        self.has_start = start != Start::None;
         if !io::stdin().is_terminal() {
             self.resuming = start.says().unwrap_or("nobody is there to go on").to_owned();
             return;
@@ -108,7 +143,7 @@ impl<'t> Operator<'t> {
         let (sender, typed) = channel();
         let reader = move || {
             for line in io::stdin().lock().lines() {
-                let Ok(line) = line else { return };
+                let Ok(line) = line else { break };
                 if keeps(&line) {
                     continue;
                 }
@@ -117,6 +152,9 @@ impl<'t> Operator<'t> {
                 }
                 woken();
             }
+            // Nobody types any more, which somebody may be waiting for.
+            drop(sender);
+            woken();
         };
         if thread::Builder::new().name("operator".to_owned()).spawn(reader).is_ok() {
             self.typed = Some(typed);
@@ -153,6 +191,17 @@ impl<'t> Operator<'t> {
             self.asked = Some((line, asked));
             self.tell(&text(self));
         }
+    }
+
+    /// What it means that nothing was typed: somebody thinks, or nobody is there, and nobody will be.
+    fn silence(&self) -> Decision {
+        if self.has_listener() { Decision::NotYet } else { Decision::Unattended }
+    }
+
+    /// Says what would be right instead of what was typed, and asks again.
+    fn refuse(&mut self, typed: &str, right: &str) -> Decision {
+        self.tell(&format!("`{}` is no answer here; {right}", shown_in_line(typed)));
+        Decision::Again
     }
 
     /// What was typed since it was said; nothing at all if nobody is there.
@@ -237,18 +286,19 @@ impl Attendant for Operator<'_> {
         if self.yes {
             return Decision::GoOn;
         }
-        match self.heard().as_deref() {
-            None => Decision::NotYet,
-            Some("") => Decision::GoOn,
-            Some("q") => Decision::End,
-            Some("k") if question == Question::Teach => Decision::Skip,
-            Some("s") if question != Question::Teach => {
+        let typed = self.heard();
+        match Answer::of(typed.as_deref()) {
+            Answer::None => self.silence(),
+            Answer::Enter => Decision::GoOn,
+            Answer::End => Decision::End,
+            Answer::Key("k") if question == Question::Teach => Decision::Skip,
+            Answer::Key("s") if question != Question::Teach => {
                 self.by_line = true;
                 // The question was its line's beginning.
                 self.begun = Some(line);
                 Decision::GoOn
             }
-            Some(typed) => Decision::First(typed.to_owned()),
+            Answer::Key(typed) | Answer::Text(typed) => Decision::First(typed.to_owned()),
         }
     }
 
@@ -266,10 +316,15 @@ impl Attendant for Operator<'_> {
                 if operator.has_listener() { "; Enter skips it, q ends the job" } else { "" };
             format!("line {line}: waiting for {what}{skip}")
         });
-        match self.heard().as_deref() {
-            None => Decision::NotYet,
-            Some("q") => Decision::End,
-            Some(_) => Decision::Skip,
+        let typed = self.heard();
+        match Answer::of(typed.as_deref()) {
+            // The input may still come.
+            Answer::None => Decision::NotYet,
+            Answer::Enter => Decision::Skip,
+            Answer::End => Decision::End,
+            Answer::Key(typed) | Answer::Text(typed) => {
+                self.refuse(typed, "Enter skips the wait, q ends the job")
+            }
         }
     }
 
@@ -277,16 +332,21 @@ impl Attendant for Operator<'_> {
         self.say(line, Asked::Stopped, |operator| {
             format!("line {line}: stopped; {}", operator.resuming)
         });
-        match self.heard().as_deref() {
-            None => Decision::NotYet,
-            Some("q") => Decision::End,
-            Some(_) => Decision::GoOn,
+        let typed = self.heard();
+        match Answer::of(typed.as_deref()) {
+            Answer::None if self.has_start => Decision::NotYet,
+            Answer::None => self.silence(),
+            Answer::Enter => Decision::GoOn,
+            Answer::End => Decision::End,
+            Answer::Key(typed) | Answer::Text(typed) => {
+                self.refuse(typed, "Enter goes on, q ends the job")
+            }
         }
     }
 
     fn step(&mut self, line: u32) -> Decision {
         // What stands before the first line is its beginning too.
-        if !self.by_line || self.begun == Some(line) || !self.has_listener() {
+        if !self.by_line || self.begun == Some(line) {
             return Decision::GoOn;
         }
         self.say(line, Asked::Line, |operator| {
@@ -294,11 +354,16 @@ impl Attendant for Operator<'_> {
             let text = text.map(|line| line.text.trim()).unwrap_or_default();
             format!("line {line}: {text}\nEnter does it, c goes on without a halt, q ends the job")
         });
-        match self.heard().as_deref() {
-            None => return Decision::NotYet,
-            Some("q") => return Decision::End,
-            Some("c") => self.by_line = false,
-            Some(_) => {}
+        let typed = self.heard();
+        match Answer::of(typed.as_deref()) {
+            Answer::None => return self.silence(),
+            Answer::Enter => {}
+            Answer::End => return Decision::End,
+            Answer::Key("c") => self.by_line = false,
+            Answer::Key(typed) | Answer::Text(typed) => {
+                let right = "Enter does the line, c goes on without a halt, q ends the job";
+                return self.refuse(typed, right);
+            }
         }
         self.begun = Some(line);
         Decision::GoOn

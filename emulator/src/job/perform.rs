@@ -79,6 +79,10 @@ pub(crate) enum Decision {
     Skip,
     /// Not yet; for a wait: look again.
     NotYet,
+    /// What was said is no decision; it is asked again at once.
+    Again,
+    /// Nobody is there to decide, and nobody will be.
+    Unattended,
     /// First do what this line says.
     First(String),
     /// End the job.
@@ -123,8 +127,10 @@ pub(crate) enum Ending {
     Done,
     /// The controller has refused a command.
     Refused { line: u32, sent: Vec<u8>, answer: Vec<u8> },
-    /// Somebody has ended it, or nobody was there to go on.
+    /// Somebody has ended it.
     Ended { line: u32 },
+    /// It waits for somebody, and nobody is there.
+    Unattended { line: u32 },
     /// A line could not be carried out; why was said before.
     Impossible { line: u32 },
 }
@@ -194,8 +200,10 @@ fn step<L: Link>(
     loop {
         match attendant.step(line) {
             Decision::NotYet => drop(link.rest(LONG)?),
-            Decision::End => return Ok(Some(Ending::Ended { line })),
-            _ => return Ok(None),
+            Decision::Again => {}
+            Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
+            Decision::GoOn => return Ok(None),
+            _ => return Ok(Some(Ending::Ended { line })),
         }
     }
 }
@@ -233,6 +241,8 @@ fn send<L: Link>(
                 // Elsewhere START does nothing by itself: it is a bit for hosts (99 2.2.12).
                 !link.handling().start_resumes && start_is_pressed(&link.command(b"@0DS0\r")?)
             }
+            Decision::Again => false,
+            Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             _ => return Ok(Some(Ending::Ended { line })),
         };
         if goes_on {
@@ -263,6 +273,8 @@ fn plot<L: Link>(
             match attendant.stopped(line) {
                 Decision::GoOn => break,
                 Decision::NotYet => drop(link.rest(LONG)?),
+                Decision::Again => {}
+                Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
                 _ => return Ok(Some(Ending::Ended { line })),
             }
         }
@@ -298,8 +310,10 @@ fn await_input<L: Link>(
         }
         match attendant.wait(line, test) {
             Decision::NotYet => drop(link.rest(LOOK)?),
-            Decision::End => return Ok(Some(Ending::Ended { line })),
-            _ => return Ok(None),
+            Decision::Again => {}
+            Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
+            Decision::GoOn | Decision::Skip => return Ok(None),
+            _ => return Ok(Some(Ending::Ended { line })),
         }
     }
 }
@@ -324,6 +338,8 @@ fn ask<L: Link>(
             Decision::First(typed) => {
                 job.enter(&typed, question, &mut |diagnostic| attendant.object(diagnostic.problem));
             }
+            Decision::Again => continue,
+            Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             Decision::GoOn | Decision::Skip => {}
             Decision::End => return Ok(Some(Ending::Ended { line })),
         }

@@ -199,7 +199,7 @@ impl Outcome {
             Err(Halt::Time) => {
                 (3, "for", format!("{place}: the time of --for is over"), Some(link.line))
             }
-            Err(_) => {
+            Ok(Ending::Unattended { .. }) | Err(_) => {
                 let text = format!(
                     "{place} waits, and nothing will change that: --yes accepts questions, \
                      --skip-waits passes waits, --input and --press do something"
