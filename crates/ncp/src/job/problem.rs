@@ -33,8 +33,8 @@ pub enum Problem {
     #[error("the machine has no {} axis", LETTERS[*.0])]
     NoSuchAxis(usize),
     /// A word is not used.
-    #[error("{} is ignored: it is not in the plane of the arc", LETTERS[*.0])]
-    OutsidePlane(usize),
+    #[error("{0} is ignored: it is not in the plane of the arc")]
+    OutsidePlane(char),
     /// A target is beyond what LIMIT allows.
     #[error("{} would go to {at} in machine coordinates, beyond its LIMIT {lowest},{highest}", LETTERS[*axis])]
     BeyondLimit {
@@ -77,11 +77,13 @@ pub enum Problem {
     #[error("J and K both give the centre in Z")]
     TwoCentres,
     /// W is not how far it is from the start to the end.
-    #[error("W says {said} degrees, but from the start to the end it is {is}")]
+    #[error(
+        "W says {said} degrees, but the helix goes {is} from its start to its end; W does not count"
+    )]
     SweepDiffers {
         /// What W says.
         said: Value,
-        /// How far it is, and whole turns more.
+        /// How far it is, in degrees.
         is: Value,
     },
     /// An arc whose centre is where it starts.
@@ -108,6 +110,8 @@ pub enum Problem {
         given: u32,
         /// The speed that it is.
         speed: Value,
+        /// What has set it.
+        set_by: SetBy,
     },
     /// The controller is not slow enough.
     #[error(
@@ -122,6 +126,8 @@ pub enum Problem {
         given: u32,
         /// The speed that it is.
         speed: Value,
+        /// What has set it.
+        set_by: SetBy,
     },
     /// What is one movement in the file takes many motions, and longer.
     #[error(
@@ -180,6 +186,23 @@ pub enum Problem {
         "the tool goes across the work at its surface: S is the height after a hole, and it is not above the reference plane"
     )]
     AtSurface,
+    /// The drill goes across below where it has come out of a hole.
+    #[error(
+        "the tool goes across inside the work, {0} µm below the reference plane: S is below the plane"
+    )]
+    InsideWork(Value),
+    /// L is below the reference plane, or below the bottom of the hole.
+    #[error(
+        "L is {} µm {} the reference plane: the drill would go down to it through the work at the rapid speed",
+        Value::thousandths(.0.in_thousandths().abs()),
+        if *.0 < Value::ZERO { "below" } else { "above, and the bottom is higher above," }
+    )]
+    LiftBelowPlane(Value),
+    /// WPZERO before anything is known of where the tool is.
+    #[error(
+        "where the tool stands is not known before a reference run, and WPZERO would make it the zero"
+    )]
+    PlaceUnknown,
     /// PATH, PATHEND.
     #[error("path processing has no effect: the moves run as they are written")]
     PathIgnored,
@@ -222,6 +245,43 @@ pub enum Problem {
     /// The program does not fit.
     #[error("the program does not fit into the controller: this is where its {0} bytes end")]
     TooLarge(u32),
+}
+
+/// What sets a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetBy {
+    /// VEL.
+    Velocity,
+    /// FASTVEL.
+    RapidVelocity,
+    /// V of DRILLDEF.
+    Drill {
+        /// The lengths of DRILLDEF are mm, and V is none of them.
+        in_mm: bool,
+        /// It is in thousandths of an inch a second.
+        inch: bool,
+    },
+}
+
+impl fmt::Display for SetBy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            SetBy::Velocity => "VEL",
+            SetBy::RapidVelocity => "FASTVEL",
+            SetBy::Drill { .. } => "V of DRILLDEF",
+        })
+    }
+}
+
+/// What would be right where V of DRILLDEF is too slow.
+fn more_of_v(wanted: Value, in_mm: bool) -> String {
+    let though = if in_mm { " under --drilldef-unit mm too" } else { "" };
+    match wanted.times(1_000).filter(|_| wanted < Value::whole(1_000)) {
+        Some(meant) => {
+            format!("V of DRILLDEF is in µm/s{though}: for {wanted} mm/s write V{meant}")
+        }
+        None => format!("ask for more with V of DRILLDEF, which is in µm/s{though}"),
+    }
 }
 
 /// Why a movement is made in pieces.
@@ -298,6 +358,7 @@ impl Problem {
             | BehindEnd
             | MillimetreRadius(_)
             | AtSurface
+            | InsideWork(_)
             | OffPlane { .. }
             | SweepDiffers { .. }
             | PathIgnored
@@ -311,6 +372,8 @@ impl Problem {
             | BeyondTravel { .. }
             | BeyondCounter { .. }
             | NoRadius
+            | LiftBelowPlane(_)
+            | PlaceUnknown
             | TwoCentres
             | UnevenRadius { .. }
             | PortUnmapped { .. }
@@ -356,6 +419,9 @@ impl Problem {
             BehindEnd => "behind-end",
             MillimetreRadius(_) => "millimetre-radius",
             AtSurface => "at-surface",
+            InsideWork(_) => "inside-work",
+            LiftBelowPlane(_) => "lift-below-plane",
+            PlaceUnknown => "place-unknown",
             OffPlane { .. } => "off-plane",
             TwoCentres => "two-centres",
             SweepDiffers { .. } => "sweep-differs",
@@ -406,8 +472,11 @@ impl Problem {
             UnevenRadius { .. } => {
                 "centre and end must fit; in ABS both count from the work-piece zero, in REL from the start"
             }
-            SpeedCapped { .. } => "ask for less with VEL or FASTVEL",
-            SpeedRaised { .. } => "ask for more with VEL or FASTVEL",
+            SpeedCapped { set_by, .. } => return Some(format!("ask for less with {set_by}")),
+            SpeedRaised { set_by: SetBy::Drill { in_mm, inch: false }, wanted, .. } => {
+                return Some(more_of_v(wanted, in_mm));
+            }
+            SpeedRaised { set_by, .. } => return Some(format!("ask for more with {set_by}")),
             AccelerationFixed => "imc-m, imc-mp and imc-s8 can",
             PortUnmapped { .. } => {
                 "name the controller's port in the machine's profile, under [job.ports]"
@@ -434,7 +503,13 @@ impl Problem {
             }
             BehindEnd => "move PROGEND to the end, or leave the rest out",
             MillimetreRadius(_) => "radii are in µm: CYL A25000 Y for 25 mm",
-            AtSurface => "set S above the work, as in DRILLDEF S5000",
+            AtSurface | InsideWork(_) => "set S above the work, as in DRILLDEF S5000",
+            LiftBelowPlane(_) => {
+                "L counts from the reference plane, positive above it, as in DRILLDEF L1000"
+            }
+            PlaceUnknown => {
+                "begin the job with REF XYZ and go to the work-piece, leave WPZERO out and say with --zero X,Y,Z where it lies, or say with --no-ref that the machine stands at its zero"
+            }
             TwoCentres => "leave one of them",
             SweepDiffers { .. } => "leave W out, or mend the end",
             PathIgnored | ToolIgnored | ToolLeftOut(_) | SpindleCapped(_) | WaitRounded(_) => {
@@ -457,5 +532,34 @@ impl Problem {
             TooLarge(_) => "send the job with `vimc4 send`, which stores nothing",
         };
         Some(help.to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speed_is_mended_where_it_is_set() {
+        let help = |wanted, set_by| {
+            let wanted = Value::whole(wanted);
+            let speed = Value::whole(250);
+            Problem::SpeedRaised { wanted, asked: 1, given: 20, speed, set_by }.help()
+        };
+        let drill = |in_mm, inch| SetBy::Drill { in_mm, inch };
+        for (wanted, set_by, expected) in [
+            (2, SetBy::Velocity, "ask for more with VEL"),
+            (2, SetBy::RapidVelocity, "ask for more with FASTVEL"),
+            (2, drill(false, false), "V of DRILLDEF is in µm/s: for 2 mm/s write V2000"),
+            (
+                2,
+                drill(true, false),
+                "V of DRILLDEF is in µm/s under --drilldef-unit mm too: for 2 mm/s write V2000",
+            ),
+            (1_500, drill(false, false), "ask for more with V of DRILLDEF, which is in µm/s"),
+            (2, drill(true, true), "ask for more with V of DRILLDEF"),
+        ] {
+            assert_eq!(help(wanted, set_by).as_deref(), Some(expected));
+        }
     }
 }

@@ -30,6 +30,9 @@ pub enum NoZero {
     /// Something else than a register before the equals sign.
     #[error("{0:?} is no register; 1 to 8 are, as in 1=100000,50000,-20000")]
     NoRegister(String),
+    /// A register with nothing to put in it.
+    #[error("register {0} is given nothing; write {0}=100000,50000,-20000")]
+    NothingForRegister(u8),
 }
 
 impl Zero {
@@ -123,7 +126,11 @@ impl FromStr for Register {
         let number = number.trim();
         let known = number.parse().ok().filter(|number| (1..=8).contains(number));
         let number = known.ok_or_else(|| NoZero::NoRegister(number.to_owned()))?;
-        Ok(Register { number, zero: zero.parse()? })
+        let zero: Zero = zero.parse()?;
+        match zero.is_empty() {
+            true => Err(NoZero::NothingForRegister(number)),
+            false => Ok(Register { number, zero }),
+        }
     }
 }
 
@@ -154,9 +161,8 @@ mod tests {
     fn registers_have_numbers() {
         let zero = Zero([None, Some(Value::whole(5)), None, None]);
         assert_eq!("8=,5".parse(), Ok(Register { number: 8, zero }));
-        for text in ["9=1", "0=1", "=1", "1", "1=", "a=1", "1=b"] {
-            let read = text.parse::<Register>();
-            assert!(read.is_err() || read.is_ok_and(|read| read.zero.is_empty()), "{text}");
+        for text in ["9=1", "0=1", "=1", "1", "1=", "1=,,", "a=1", "1=b"] {
+            assert!(text.parse::<Register>().is_err(), "{text}");
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::geometry::{Circle, Curve, CurveParameters, NoCircle, Scale, Steps, St
 use crate::job::action::Action;
 use crate::job::place::{Place, counters};
 use crate::job::problem::{Problem, Why};
-use crate::language::{Frame, Span, Value, Word, Words};
+use crate::language::{Frame, LETTERS, Span, Value, Word, Words};
 
 impl Interpreter<'_> {
     pub(super) fn arc(&mut self, words: &ArcWords, sink: &mut Sink<'_>) -> Result<(), Refusal> {
@@ -27,7 +27,7 @@ impl Interpreter<'_> {
                 word.span,
                 match elsewhere {
                     Some(at) => Problem::OffPlane { axis, at },
-                    None => Problem::OutsidePlane(axis),
+                    None => Problem::OutsidePlane(LETTERS[axis]),
                 },
             );
         }
@@ -141,7 +141,7 @@ impl Interpreter<'_> {
         let is = own + turns * DEGREES;
         // Programs write whole degrees.
         if (said - is).abs() > 2.0 {
-            let is = Value::thousandths(libm::round(is * 1_000.0) as i64);
+            let is = Value::thousandths(libm::round(own * 1_000.0) as i64);
             sink.say_at(sweep.span, Problem::SweepDiffers { said: sweep.value, is });
             return Ok(Turns::None);
         }
@@ -290,14 +290,14 @@ impl ArcWords {
         let [i, j, k] = self.centre;
         let (Some(z), Plane::Xz | Plane::Yz) = (k, plane) else {
             if let Some(word) = k {
-                sink.say_at(word.span, Problem::OutsidePlane(2));
+                sink.say_at(word.span, Problem::OutsidePlane('K'));
             }
             return Ok([i, j]);
         };
         match (plane, i, j) {
             (Plane::Xz, _, Some(_)) => Err((z.span, Problem::TwoCentres)),
             (Plane::Yz, Some(word), _) => {
-                sink.say_at(word.span, Problem::OutsidePlane(0));
+                sink.say_at(word.span, Problem::OutsidePlane('I'));
                 Ok([j, k])
             }
             (Plane::Xz, ..) => Ok([i, k]),

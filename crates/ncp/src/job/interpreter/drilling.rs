@@ -77,16 +77,24 @@ impl Interpreter<'_> {
         let height = Value::thousandths(up * here);
         // All of the cycle is checked before anything of it is done.
         let (low, high) = definition.extent();
-        let mut checked = Ok(());
+        let bottom = Value::thousandths(-definition.depth.in_thousandths());
+        let mut checked = match definition.lift < bottom.max(Value::ZERO) {
+            true => Err((sink.span, Problem::LiftBelowPlane(definition.lift))),
+            false => Ok(()),
+        };
         for height in [low, high] {
             to[Z] = place_at(plane, up, height);
             let counters = counters(&to, self.target, self.state.cylinder.as_ref());
             checked = checked.and_then(|()| self.check(&to, &counters, sink.span));
         }
-        to[Z] = place_at(plane, up, definition.safety);
-        if height <= definition.safety {
+        let over = height.max(definition.safety);
+        to[Z] = place_at(plane, up, over);
+        if over < Value::ZERO && to[..Z] != self.state.place[..Z] {
+            sink.say(Problem::InsideWork(Value::thousandths(-over.in_thousandths())));
+        } else {
             self.warn_of_surface(&to, false, sink);
         }
+        to[Z] = place_at(plane, up, definition.safety);
         let z = self.state.counters[Z];
         self.warn_of_unreferenced(&to, sink);
         let end = counters(&to, self.target, self.state.cylinder.as_ref());
@@ -108,21 +116,30 @@ impl Interpreter<'_> {
             rapid: self.fit(frequency(self.state.rapid), Pace::Rapid, sink),
         };
         (self.state.place, self.state.counters) = (to, end);
-        self.state.at_surface = definition.safety <= Value::ZERO && definition.depth > Value::ZERO;
+        let inside = -definition.safety.in_thousandths();
+        let in_work = inside >= 0 && definition.depth > Value::ZERO;
+        self.state.in_work = in_work.then(|| Value::thousandths(inside));
         checked?;
         sink.push(Action::Drill(Box::new(hole)));
         Ok(())
     }
 
-    /// Says once after a hole that the tool goes across where it has come out of it.
+    /// Says after a hole that the tool goes across where it has come out of it: once at the
+    /// surface, and below it as long as it stays there.
     pub(super) fn warn_of_surface(&mut self, to: &Place, round: bool, sink: &mut Sink<'_>) {
         let state = &mut self.state;
-        let stays = to[2] == state.place[2];
+        let Some(depth) = state.in_work else { return };
         let across = round || to[..2] != state.place[..2];
-        if state.at_surface && stays && across && !state.told_of_surface {
-            state.told_of_surface = true;
-            sink.say(Problem::AtSurface);
+        if to[2] != state.place[2] {
+            state.in_work = None;
+        } else if across && depth > Value::ZERO {
+            sink.say(Problem::InsideWork(depth));
+        } else if across {
+            state.in_work = None;
+            if !state.told_of_surface {
+                state.told_of_surface = true;
+                sink.say(Problem::AtSurface);
+            }
         }
-        state.at_surface &= stays && !across;
     }
 }

@@ -69,8 +69,9 @@ struct State {
     first_unconnected: Option<(u32, Span)>,
     /// What was said of the spindle.
     told_of_spindle: [bool; 3],
-    /// Where the drill is since a hole that it was not lifted from above the work.
-    at_surface: bool,
+    /// How far below the reference plane the drill is since a hole that it was not lifted from
+    /// above the work.
+    in_work: Option<Value>,
     told_of_surface: bool,
     /// What was said of the normal, the rapid and the drilling speed since they were set.
     told: [Told; 3],
@@ -140,7 +141,7 @@ impl<'t> Interpreter<'t> {
             unconnected: Accessories::default(),
             first_unconnected: None,
             told_of_spindle: [false; 3],
-            at_surface: false,
+            in_work: None,
             told_of_surface: false,
             told: [Told::default(); 3],
             plane: Plane::Xy,
@@ -205,7 +206,8 @@ impl<'t> Interpreter<'t> {
         let before = actions.len();
         let mut sink = Sink { span, actions, report };
         self.mark(&command, number, &mut sink);
-        let command = self.state.units.metric(command, self.target.rotary);
+        let command =
+            self.state.units.metric(command, self.target.rotary, self.options.drill_in_mm);
         match self.command(&command, &mut sink) {
             Ok(()) => true,
             Err((span, problem)) => {
@@ -259,6 +261,9 @@ impl<'t> Interpreter<'t> {
                 self.arc(&to, sink)?;
             }
             Command::Wait(word) => sink.dwell(word),
+            Command::ZeroHere if !state.begun && !self.options.no_reference => {
+                return Err((sink.span, Problem::PlaceUnknown));
+            }
             Command::ZeroHere => state.zero = state.place,
             Command::ZeroStandard => state.zero = self.target.zero.0.map(Option::unwrap_or_default),
             Command::ZeroAt(words) => self.zero_at(&self.named(&words)?),

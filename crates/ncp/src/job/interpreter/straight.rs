@@ -4,8 +4,8 @@ use super::sink::Sink;
 use super::{Interpreter, Pace, Refusal};
 use crate::geometry::{Delay, Fitted, Steps, Straight, StraightParameters};
 use crate::job::place::{Place, Way, counters};
-use crate::job::problem::{Problem, Why};
-use crate::language::Value;
+use crate::job::problem::{Problem, SetBy, Why};
+use crate::language::{Units, Value};
 
 /// Which share of its time a movement may lose before it is said.
 const MOST_LOST: f64 = 0.1;
@@ -100,18 +100,26 @@ impl Interpreter<'_> {
         let velocity = |given: u32| {
             Value::whole(libm::round(wanted.as_f64() * f64::from(given) / asked) as i64)
         };
+        let set_by = match pace {
+            Pace::Normal => SetBy::Velocity,
+            Pace::Rapid => SetBy::RapidVelocity,
+            Pace::Drill => SetBy::Drill {
+                in_mm: self.options.drill_in_mm,
+                inch: self.state.units == Units::Inch,
+            },
+        };
         let told = &mut self.state.told[pace as usize];
         let (velocity, asked) = (velocity, libm::round(asked.max(0.0)) as u64);
         match fitted {
             Fitted::Capped if !told.capped => {
                 told.capped = true;
                 let (given, speed) = (speeds.highest, velocity(speeds.highest));
-                sink.say(Problem::SpeedCapped { wanted, asked, given, speed });
+                sink.say(Problem::SpeedCapped { wanted, asked, given, speed, set_by });
             }
             Fitted::Raised if !told.raised => {
                 told.raised = true;
                 let (given, speed) = (speeds.lowest, velocity(speeds.lowest));
-                sink.say(Problem::SpeedRaised { wanted, asked, given, speed });
+                sink.say(Problem::SpeedRaised { wanted, asked, given, speed, set_by });
             }
             _ => {}
         }

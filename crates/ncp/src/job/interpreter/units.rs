@@ -6,12 +6,13 @@ use crate::language::{Command, DrillWords, Placed, Units, Value, Word, Words};
 
 impl Units {
     /// The command with its lengths and speeds in µm. Angles, times and everything else stay as
-    /// they are.
-    pub(super) fn metric(self, command: Command, rotary: AxisSet) -> Command {
+    /// they are, and so do the lengths of DRILLDEF that are in mm.
+    pub(super) fn metric(self, command: Command, rotary: AxisSet, drill_in_mm: bool) -> Command {
         if self == Units::Metric {
             return command;
         }
         let length = |word: Word| Placed { value: in_um(word.value), ..word };
+        let bore = |word: Word| if drill_in_mm { word } else { length(word) };
         let of = |axis: usize, word: Word| if rotary.has(axis) { word } else { length(word) };
         let words = |words: Words| -> Words {
             std::array::from_fn(|axis| words[axis].map(|word| of(axis, word)))
@@ -36,15 +37,15 @@ impl Units {
             Command::DrillDefinition(drill) => Command::DrillDefinition(DrillWords {
                 cycle: drill.cycle,
                 plane: drill.plane.map(length),
-                depth: drill.depth.map(length),
+                depth: drill.depth.map(bore),
                 dwell: drill.dwell,
                 speed: drill.speed.map(length),
-                first: drill.first.map(length),
-                other: drill.other.map(length),
-                decrease: drill.decrease.map(length),
-                retreat: drill.retreat.map(length),
-                lift: drill.lift.map(length),
-                safety: drill.safety.map(length),
+                first: drill.first.map(bore),
+                other: drill.other.map(bore),
+                decrease: drill.decrease.map(bore),
+                retreat: drill.retreat.map(bore),
+                lift: drill.lift.map(bore),
+                safety: drill.safety.map(bore),
             }),
             other => other,
         }
