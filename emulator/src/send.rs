@@ -13,14 +13,14 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use vimc4::{Family, Handling, Machine, Model, Point};
-use vimc4_ncp::job::{Job, NoResumption};
+use vimc4_ncp::job::{Job, NoResumption, Zero};
 
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
 use crate::job::operator::{Operator, Start};
 use crate::job::perform::{Ending, Work, perform, refusal, shown};
-use crate::job::source::{self, JobArguments, Site};
+use crate::job::source::{self, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::meter::units;
@@ -124,6 +124,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         )));
     }
     let mut site = job.site()?;
+    // Where a WPTEACH stands before the line to go on with, the zero is the one found there.
+    let found = match arguments.from {
+        Some(line) if beginning::is_taught(&text, line) => job.zeros.zero,
+        _ => None,
+    };
+    if found.is_some() {
+        site = Site::new(&job.model, &job.machine)?;
+        Zeros { zero: None, ..job.zeros.clone() }.set(&mut site)?;
+    }
     let machine = Arc::clone(&site.machine);
     let list = command_list(arguments, &bytes)?;
     let stores = matches!(list, Some((_, What::Stored)));
@@ -168,7 +177,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let (work, here, told) = match arguments.from {
         Some(line) => {
             let here = sending.counters()?;
-            let resumed = beginning::resumed(&text, &site.target, options, line, here);
+            let resumed = beginning::resumed(&text, &site.target, options, line, here, found);
             let (work, resumption) =
                 resumed.map_err(|why| no_resumption(line, &why, &name, &text))?;
             let told = beginning::describe(&resumption, &model, &machine);
@@ -242,6 +251,15 @@ fn erases(model: &Model) -> bool {
     model.family() == Family::Isel && !identity::has_commands_of(model, "imc4")
 }
 
+/// A word of a command line, as shells take it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_./:,=@%+-".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
 /// Commands as they are sent, each with its line in the file.
 type List = Vec<(u32, Vec<u8>)>;
 
@@ -305,6 +323,10 @@ struct Sending<'a> {
     what: What,
     /// Whether Ctrl-C is heard here, and what is typed.
     listens: bool,
+    /// The work-piece zero that somebody has found.
+    found: Option<Zero>,
+    /// The line of a WPTEACH behind which the zero was kept.
+    kept: Option<u32>,
 }
 
 impl<'a> Sending<'a> {
@@ -329,6 +351,8 @@ impl<'a> Sending<'a> {
             handling,
             what: What::Job,
             listens: false,
+            found: None,
+            kept: None,
         };
         sending.identify()?;
         Ok(sending)
@@ -427,6 +451,7 @@ impl<'a> Sending<'a> {
         let zero = job.zero();
         let _ = writeln!(io::stderr(), "work-piece zero: next time, --zero {zero} says the same");
         site.target.set_zero(zero);
+        self.found = Some(zero);
         Ok(())
     }
 
@@ -458,6 +483,10 @@ impl<'a> Sending<'a> {
         let name = self.arguments.job.name();
         let began = Instant::now();
         let ending = perform(&mut work, &mut self.link, &mut self.operator);
+        if let Work::Job(job) = &work {
+            self.found = job.found().or(self.found);
+            self.kept = job.kept();
+        }
         match self.ended(ending)? {
             Ending::Ended { line } | Ending::Unattended { line } => {
                 let onward = self.onward(line).map(|onward| format!("\n{onward}"));
@@ -467,6 +496,7 @@ impl<'a> Sending<'a> {
                     io::stdout(),
                     "{name}: ended in line {line}{place}; {STILL_ON}{onward}"
                 );
+                self.tell_onward(line);
                 Ok(ExitCode::from(3))
             }
             _ if self.what == What::Stored => {
@@ -523,6 +553,7 @@ impl<'a> Sending<'a> {
             }
             Err(broken) => return Err(self.broken(broken)),
         };
+        self.tell_onward(line);
         let help = match self.onward(line) {
             Some(onward) => format!("{help}; {onward}"),
             None => help,
@@ -533,10 +564,59 @@ impl<'a> Sending<'a> {
     /// How to go on with a job that has ended in a line.
     fn onward(&self, line: u32) -> Option<String> {
         let is_job = self.what == What::Job && self.model.family() == Family::Isel;
-        match is_job && line > 0 {
-            true => Some(format!("--from {line} goes on with that line, after reference runs")),
-            false => None,
+        let how = match self.arguments.job.reading.no_ref {
+            true => "where the counters say that the axes are",
+            false => "after reference runs",
+        };
+        (is_job && line > 0).then(|| format!("--from {line} goes on with that line, {how}"))
+    }
+
+    /// The whole command that goes on, in lines of their own, so that it can be copied.
+    fn tell_onward(&self, line: u32) {
+        if self.onward(line).is_none() {
+            return;
         }
+        let Arguments { job, .. } = self.arguments;
+        let (file, model, machine) = (job.file.to_string_lossy(), &job.model, &job.machine);
+        let mut words: Vec<String> = vec!["vimc4".into(), "send".into(), file.into_owned()];
+        let mut add = |option: &str, value: &str| {
+            words.extend([option, value].map(str::to_owned));
+        };
+        add("--to", &self.arguments.to);
+        add("--model", model);
+        add("--machine", machine);
+        if let Some(rate) = self.arguments.baud {
+            add("--baud", &rate.to_string());
+        }
+        if job.reading.drilldef_unit == Unit::Mm {
+            add("--drilldef-unit", "mm");
+        }
+        if let Some(zero) = self.found.or(job.zeros.zero) {
+            add("--zero", &zero.to_string());
+        }
+        for register in &job.zeros.wpreg {
+            add("--wpreg", &format!("{}={}", register.number, register.zero));
+        }
+        let flags = [
+            (job.reading.no_ref, "--no-ref"),
+            (job.reading.lenient, "--lenient"),
+            (self.arguments.any_model, "--any-model"),
+            (self.arguments.any_time, "--any-time"),
+            (self.arguments.yes, "--yes"),
+            (self.arguments.skip_waits, "--skip-waits"),
+            (self.arguments.verbose, "--verbose"),
+        ];
+        add("--from", &line.to_string());
+        words.extend(flags.iter().filter(|(given, _)| *given).map(|(_, flag)| (*flag).to_owned()));
+        let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+        if let Some(kept) = self.kept.filter(|kept| *kept < line) {
+            let _ = writeln!(
+                io::stderr(),
+                "the zero was kept in line {kept}; make that WPTEACH a comment before going on, for \
+                 --zero would count as found there"
+            );
+        }
+        let _ = writeln!(io::stderr(), "to go on with line {line}:\n  {}", words.join(" "));
     }
 
     /// Where the axes are, as far as the controller says.
@@ -556,6 +636,9 @@ impl<'a> Sending<'a> {
         let line = self.link.line();
         let name = self.arguments.job.name();
         let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
+        if !matches!(broken, Broken::Silent) {
+            self.tell_onward(line);
+        }
         match broken {
             Broken::Silent => Failure::usage(format!(
                 "nothing answers at {}; check that it is the right port, that the controller is on, \

@@ -862,6 +862,54 @@ fn a_halt_that_nobody_can_answer_ends_the_job() {
     }
 }
 
+/// The command with which an ended job goes on, as it was said.
+fn onward(err: &str) -> Vec<String> {
+    let line = err.lines().find_map(|line| line.strip_prefix("  vimc4 "));
+    assert!(line.is_some(), "{err}");
+    line.unwrap().split(' ').map(|word| word.trim_matches('\'').to_owned()).collect()
+}
+
+#[test]
+fn what_goes_on_with_a_job_is_said_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // What was found by hand counts as what was said.
+    let rest = "MOVEABS Z-1000\nWPREG2\nMOVEREL X500\n";
+    for (job, options) in [
+        ("IMF_PBL\nREF XYZ\nFASTABS X1000 Y1000 Z5000\nHALT\n", true),
+        ("IMF_PBL\nREF XYZ\nWPTEACH\nFASTABS X1000 Y1000\nHALT\n", false),
+    ] {
+        let rest = if options { rest } else { "MOVEABS Z-1000\nMOVEREL X500\n" };
+        fs::write(folder.join("a job.ncp"), format!("{job}{rest}")).unwrap();
+        let (emulator, port) = listening("imc4", "mill", Clock::Instant);
+        let mut send = vec!["a job.ncp", "--to", &port, "--machine", "mill"];
+        if options {
+            send.extend(["--zero", "20mm,30mm,-40mm", "--wpreg", "2=5mm,5mm,-20mm"]);
+            send.extend(["--drilldef-unit", "mm"]);
+        }
+        let run = |end: &str| {
+            let mut typist = Typist::new(folder, &send);
+            if !options {
+                typist.types("find the work-piece zero", "MOVEREL X20000 Y30000 Z-40000");
+                typist.types("find the work-piece zero", "");
+            }
+            typist.types("HALT", end);
+            typist.ends(if end.is_empty() { 0 } else { 3 }).1
+        };
+        run("");
+        let whole = emulator.position().unwrap();
+        let err = run("q");
+        let command = onward(&err.replace("'a job.ncp'", "job.ncp"));
+        fs::copy(folder.join("a job.ncp"), folder.join("job.ncp")).unwrap();
+        assert!(err.contains("'a job.ncp'"), "{err}");
+        assert_eq!(command.iter().any(|word| word == "--drilldef-unit"), options, "{err}");
+        let mut command: Vec<&str> = command.iter().map(String::as_str).collect();
+        command.push("--yes");
+        ends(folder, &command, 0);
+        assert_eq!(emulator.position().unwrap(), whole, "{command:?}");
+    }
+}
+
 /// A square with the head down, an arc, and the modes that `send` keeps for itself.
 const PLOT: &str = "IN;!CT0;IW0,0,20000,20000;\nVS20000;!VU50000;\nPA1000,1000;PD;\n\
                     PA3000,1000,3000,3000;PR-2000,0;PA1000,1000;PU;\nAA2000,2000,90;PA0,0;\n";

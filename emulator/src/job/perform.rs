@@ -335,6 +335,7 @@ fn ask<L: Link>(
                 continue;
             }
             Decision::GoOn if question == Question::Teach => job.take_zero(),
+            Decision::Skip if question == Question::Teach => job.keep_zero(),
             Decision::First(typed) => {
                 job.enter(&typed, question, &mut |diagnostic| attendant.object(diagnostic.problem));
             }

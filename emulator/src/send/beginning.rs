@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use vimc4::{Machine, Model, Point};
-use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target};
+use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target, Zero};
+use vimc4_ncp::language::{Command, lines, parse};
 
 use crate::run::meter::units;
 
@@ -14,9 +15,17 @@ pub(super) fn resumed<'t>(
     options: Options,
     line: u32,
     here: Point,
+    found: Option<Zero>,
 ) -> Result<(Job<'t>, Resumption), NoResumption> {
     let [x, y, z, a, ..] = here;
-    Job::resume(text, target, options, line, [x, y, z, a])
+    Job::resume(text, target, options, line, [x, y, z, a], found)
+}
+
+/// Whether the operator has found the work-piece zero before a line.
+pub(super) fn is_taught(text: &str, line: u32) -> bool {
+    let before = lines(text).take_while(|before| before.number < line);
+    let commands = before.filter_map(|line| parse(line.text, &mut |_, _| {}).command);
+    commands.map(|command| command.value).any(|command| command == Command::Teach)
 }
 
 /// What is done before a job goes on with a line, for people.

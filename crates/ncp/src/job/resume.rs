@@ -44,8 +44,8 @@ pub enum NoResumption {
     Beyond(u32),
     /// The operator has found the zero, which nobody knows any more.
     #[error(
-        "the work-piece zero was found by hand in line {0}, and is not known any more; leave that \
-         WPTEACH out and say with --zero where it is"
+        "the work-piece zero was found by hand in line {0}, and is not known any more; say with \
+         --zero where it was found"
     )]
     Taught(u32),
     /// A line before cannot be carried out.
@@ -81,6 +81,9 @@ impl<'t> Job<'t> {
     /// to the highest place it ever ended a line at, the other axes across; the spindle gets what
     /// it had; Z goes down at the normal speed.
     ///
+    /// `found` is the work-piece zero that the operator has found at a WPTEACH before the line, which
+    /// is where the tool was then.
+    ///
     /// # Errors
     ///
     /// If there is no such line, or what holds there cannot be known.
@@ -90,6 +93,7 @@ impl<'t> Job<'t> {
         options: Options,
         line: u32,
         here: Steps,
+        found: Option<Zero>,
     ) -> Result<(Job<'t>, Resumption), NoResumption> {
         let mut job = Job::new(text, target, options);
         let mut before = Before::default();
@@ -100,7 +104,11 @@ impl<'t> Job<'t> {
                 Some(false) => return Err(NoResumption::Impossible(job.line())),
                 Some(true) => {}
             }
-            before.line(&actions, job.line())?;
+            before.line(&actions);
+            if actions.contains(&Action::Ask(Question::Teach)) {
+                let found = found.ok_or(NoResumption::Taught(job.line()))?;
+                job.interpreter_mut().find_zero(found);
+            }
             actions.clear();
             let z = job.counters()[2];
             let highest = before.highest.unwrap_or(z);
@@ -124,7 +132,7 @@ struct Before {
 }
 
 impl Before {
-    fn line(&mut self, actions: &[Action], line: u32) -> Result<(), NoResumption> {
+    fn line(&mut self, actions: &[Action]) {
         let mut switched = false;
         for action in actions {
             match action {
@@ -136,11 +144,9 @@ impl Before {
                 Action::Dwell(time) if switched => self.run_up = *time,
                 Action::Acceleration(hz_per_ms) => self.acceleration = Some(*hz_per_ms),
                 Action::Ask(Question::Tool(number)) => self.tool = Some(*number),
-                Action::Ask(Question::Teach) => return Err(NoResumption::Taught(line)),
                 _ => {}
             }
         }
-        Ok(())
     }
 
     /// An output that is set again does not have what it had before.

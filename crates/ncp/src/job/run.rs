@@ -7,6 +7,7 @@ use super::emitter::{Emitter, Step};
 use super::interpreter::{Interpreter, Options};
 use super::problem::Problem;
 use super::target::Target;
+use super::zero::Zero;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Curve, Delay, Steps, Straight};
 use crate::language::{self, Line, Lines, Span, TextLine};
@@ -236,6 +237,8 @@ pub struct Job<'t> {
     actions: VecDeque<Action>,
     scratch: Vec<Action>,
     failed: bool,
+    found: Option<Zero>,
+    kept: Option<u32>,
 }
 
 impl<'t> Job<'t> {
@@ -248,6 +251,8 @@ impl<'t> Job<'t> {
             actions: VecDeque::new(),
             scratch: Vec::new(),
             failed: false,
+            found: None,
+            kept: None,
         }
     }
 
@@ -335,6 +340,25 @@ impl<'t> Job<'t> {
     /// The operator has found the work-piece zero: it is where the tool is.
     pub fn take_zero(&mut self) {
         self.reader.interpreter.take_zero();
+        self.found = Some(self.zero());
+        self.kept = None;
+    }
+
+    /// At a WPTEACH the operator has kept the work-piece zero as it was.
+    pub fn keep_zero(&mut self) {
+        self.kept = Some(self.reader.number);
+    }
+
+    /// The work-piece zero that the operator has found last, whatever counts since.
+    #[must_use]
+    pub fn found(&self) -> Option<Zero> {
+        self.found
+    }
+
+    /// The line of the last WPTEACH, if the operator has kept the zero there.
+    #[must_use]
+    pub fn kept(&self) -> Option<u32> {
+        self.kept
     }
 
     /// Carries out what the operator says, a line as in a file, and then asks again. A line that is

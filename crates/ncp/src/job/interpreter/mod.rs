@@ -21,7 +21,7 @@ use vimc4_isel_wire::{AxisSet, Plane};
 use crate::geometry::Steps;
 use crate::job::action::{Action, InputTest, OutputChange, Question};
 use crate::job::drill::Definition;
-use crate::job::place::{Cylinder, Place};
+use crate::job::place::{Cylinder, Place, counters};
 use crate::job::problem::{Accessories, Problem};
 use crate::job::target::Target;
 use crate::job::zero::Zero;
@@ -187,6 +187,16 @@ impl<'t> Interpreter<'t> {
     /// Makes the present place the work-piece zero, as the operator says at WPTEACH.
     pub(in crate::job) fn take_zero(&mut self) {
         self.state.zero = self.state.place;
+    }
+
+    /// The same at a place that was found before; on axes that it does not name, at the present one.
+    pub(in crate::job) fn find_zero(&mut self, found: Zero) {
+        let state = &mut self.state;
+        for (axis, found) in state.place.iter_mut().zip(found.0) {
+            *axis = found.unwrap_or(*axis);
+        }
+        state.counters = counters(&state.place, self.target, state.cylinder.as_ref());
+        self.take_zero();
     }
 
     /// Carries a line out: what it asks for goes into `actions`, what is to be said about it to
