@@ -387,7 +387,12 @@ impl Link for Wire {
 
     fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Broken> {
         let heard = self.port.next(Instant::now() + longest)?;
-        Ok(heard.map(|(_, bytes)| bytes).unwrap_or_default())
+        let said = heard.map(|(_, bytes)| bytes).unwrap_or_default();
+        let is_isel = self.handling.model().family() == Family::Isel;
+        match is_isel && !said.is_empty() && !is_code(&said) {
+            true => Err(Broken::Strange { sent: Vec::new(), said }),
+            false => Ok(said),
+        }
     }
 
     fn begins(&mut self, line: u32) {
