@@ -599,7 +599,7 @@ fn an_aborted_job_goes_on_with_its_line() {
                 "{err}"
             );
             assert!(err.contains("tool 3 is in") && err.contains("port 2 is 1"), "{err}");
-            assert!(err.contains("reference runs come first: X, Y, Z"), "{err}");
+            assert!(err.contains("reference runs come first: Z, Y, X"), "{err}");
             assert!(before < emulator.events().unwrap().len());
             assert_eq!(emulator.position().unwrap()[..3], whole.last().unwrap()[..3]);
             // What comes behind the approach is, step for step, what the whole job ends with.

@@ -150,6 +150,8 @@ struct RawJob {
     lenient: bool,
     #[serde(default)]
     no_ref: bool,
+    #[serde(default)]
+    leave_out_tool_changes: bool,
     drilldef_unit: Option<String>,
     zero: Option<String>,
     #[serde(default)]
@@ -354,7 +356,11 @@ impl RawJob {
             title: self.title.clone(),
             model,
             program: self.bytes()?,
-            options: Options { no_reference: self.no_ref, drill_in_mm, ..Options::default() },
+            options: Options {
+                no_reference: self.no_ref,
+                drill_in_mm,
+                leave_out_tools: self.leave_out_tool_changes,
+            },
             zero: zero.map_err(|error: NoZero| error.to_string())?,
             registers: registers.collect::<Result<_, NoZero>>().map_err(|e| e.to_string())?,
             lenient: self.lenient,

@@ -68,7 +68,9 @@ pub(super) fn describe(resumption: &Resumption, model: &Model, machine: &Machine
         say(format_args!("nothing has moved before that line"));
         return text;
     }
-    let axes = referenced.iter().map(|axis| names[axis]).collect::<Vec<_>>();
+    // In the order in which they run.
+    let order = [2, 1, 0, 3].into_iter().filter(|&axis| referenced.has(axis));
+    let axes = order.map(|axis| names[axis]).collect::<Vec<_>>();
     match axes.is_empty() {
         true => say(format_args!("no reference run: the counters of the controller are believed")),
         false => say(format_args!("reference runs come first: {}", axes.join(", "))),
