@@ -1244,7 +1244,7 @@ fn a_line_that_chatters_is_not_waited_for() {
                     let _ = client.read(&mut [0; 9]);
                 }
                 while client.write_all(b"0").is_ok() {
-                    thread::sleep(Duration::from_millis(50));
+                    thread::sleep(Duration::from_millis(10));
                 }
             }
         });
