@@ -268,8 +268,8 @@ fn columns_are_those_of_utf_16() {
     let mut editor = Editor::with("IMF_PBL\nREF XYZ\nHALT 𝄞ä x\n");
     assert_eq!(editor.problems(Some(1)), [problem("surplus-text", 1, [2, 5, 2, 10])]);
     editor.change(2, json!({ "text": "IMF_PBL\nREF XYZ\rMOVEABS 𝄞 Q5" }));
-    // A CR alone ends a line for editors and is a wrong axis here.
-    assert_eq!(editor.problems(Some(2))[0], problem("unknown-axis", 1, [1, 7, 2, 0]));
+    // A CR alone ends a line for editors, and so it does here.
+    assert_eq!(editor.problems(Some(2))[0], problem("unexpected-text", 1, [2, 8, 2, 10]));
 }
 
 #[test]

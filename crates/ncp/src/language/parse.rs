@@ -115,7 +115,12 @@ impl<'t> Reader<'t, '_> {
                 Command::End
             }
             Form::Anything(command) => {
-                if let Some((at, hidden)) = lenient::command_in(self.rest()) {
+                // What posts write behind TYPE is full of words of the trade: `Spindle:18000r.p.m`.
+                let hidden = match command {
+                    Command::Mark => lenient::command_in(self.rest()),
+                    _ => None,
+                };
+                if let Some((at, hidden)) = hidden {
                     let start = self.place() + at as u32;
                     let span = Span { start, end: start + hidden.len() as u32 };
                     self.say(span, Problem::Swallowed { by: info.name, command: hidden });
