@@ -7,8 +7,10 @@ use vimc4::{Family, Time};
 fn replies_leave_whole() {
     for family in Family::ALL {
         let replies: &[(&str, &[usize])] = match family {
-            // Position, port and diagnosis.
-            Family::Isel => &[("@0P\r", &[19]), ("@0b1\r", &[3]), ("@0DS0\r", &[3])],
+            // Position, port and diagnosis. Some give the position of configured axes only.
+            Family::Isel => {
+                &[("@07\r", &[1]), ("@0P\r", &[19]), ("@0b1\r", &[3]), ("@0DS0\r", &[3])]
+            }
             // Position, and that it was given: each line is a reply.
             Family::Lpkf => &[("!ON1;", &[3, 2])],
         };
