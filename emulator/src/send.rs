@@ -158,6 +158,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         sending.agree(&rehearsal, None)?;
         return sending.run(work, rehearsal);
     }
+    if arguments.teach && job.reading.no_ref {
+        return Err(Failure::usage(
+            "--teach finds the zero from the reference point, and --no-ref takes the present place \
+             for it; leave one of them out",
+        ));
+    }
     if !arguments.teach {
         check::before(job, &site, &text)?;
     }
@@ -564,7 +570,12 @@ impl<'a> Sending<'a> {
     /// How to go on with a job that has ended in a line.
     fn onward(&self, line: u32) -> Option<String> {
         let is_job = self.what == What::Job && self.model.family() == Family::Isel;
-        let how = match self.arguments.job.reading.no_ref {
+        let no_ref = self.arguments.job.reading.no_ref;
+        // Such a job counts from the place where it began, which the counters do not tell.
+        if no_ref && self.arguments.from.is_none() {
+            return None;
+        }
+        let how = match no_ref {
             true => "where the counters say that the axes are",
             false => "after reference runs",
         };
