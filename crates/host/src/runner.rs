@@ -332,6 +332,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
             if Pin::new(&mut self.stop).poll(cx).is_ready() {
                 return Poll::Ready(Woken::Stop);
             }
+            // Before anything is received: a client that never stops sending gets its answers too.
+            for transport in &mut self.transports {
+                transport.poll_send(cx);
+            }
             // A journey through time and its catching up are not disturbed: what arrives in
             // between arrives when they have ended.
             if self.journey.is_none() && self.behind.is_none() {
@@ -343,9 +347,6 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     Poll::Ready(None) => return Poll::Ready(Woken::Stop),
                     Poll::Pending => {}
                 }
-            }
-            for transport in &mut self.transports {
-                transport.poll_send(cx);
             }
             if timer.poll(cx).is_ready() || busy {
                 return Poll::Ready(Woken::Time);

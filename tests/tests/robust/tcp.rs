@@ -1,6 +1,7 @@
 //! Clients over TCP.
 
 use std::io::{Read, Write};
+use std::net::Shutdown;
 use std::process::{Command, ExitCode};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -16,6 +17,7 @@ pub(crate) const TESTS: &[(&str, fn())] = &[
     ("tcp: a client that resets does not stop the move", a_client_resets),
     ("tcp: garbage is answered line by line while the neighbour works", a_client_floods),
     ("tcp: a client that does not read for long keeps the line and hears again", a_client_rests),
+    ("tcp: a client that asks on and on hears the answers", a_client_asks_on_and_on),
 ];
 
 fn a_thousand_clients() {
@@ -127,6 +129,35 @@ fn a_client_rests() {
     }
     assert!(answers > 1_000, "{answers}");
     assert_eq!(ask(&mut client, "@0P", 19), at(0));
+}
+
+/// Answers that could not leave at once leave as soon as they can, also while it goes on asking.
+fn a_client_asks_on_and_on() {
+    const ANSWERS: usize = 100_000;
+    let counts = Counts::default();
+    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(counts.clone());
+    let emulator = builder.start().unwrap();
+    let mut client = connect(&emulator);
+    assert_eq!(ask(&mut client, "@07", 1), "0");
+    stuff(&mut client, &counts);
+    let mut asking = client.try_clone().unwrap();
+    let over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let question = b"@0P\r".repeat(1_000);
+            // In the end the line is closed, which need not be said here.
+            while !over.load(Ordering::Relaxed) && asking.write_all(&question).is_ok() {}
+        });
+        let mut heard = 0;
+        let mut answer = [0; 19];
+        while heard < ANSWERS && client.read_exact(&mut answer).is_ok() {
+            assert_eq!(answer, at(0).as_bytes());
+            heard += 1;
+        }
+        over.store(true, Ordering::Relaxed);
+        client.shutdown(Shutdown::Both).unwrap();
+        assert_eq!(heard, ANSWERS);
+    });
 }
 
 // --- a network that goes away ---
