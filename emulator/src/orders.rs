@@ -1,11 +1,14 @@
 //! The lines that people type while controllers run.
 
+use std::future::{Future, poll_fn};
 use std::io::{self, BufRead, ErrorKind, Read, Write};
+use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll};
 use std::thread;
 
 use tokio::sync::mpsc;
-use vimc4::{Emulator, HELP, Order, Signal};
+use vimc4::{Emulator, Order, Signal};
 
 /// No order is as long as this; a longer line is taken in pieces.
 const LONGEST: u64 = 1_000;
@@ -49,63 +52,176 @@ fn in_background() -> bool {
     false
 }
 
+/// No more orders than these wait for their answers; who types more of them waits.
+const MOST: usize = 1_000;
+
 /// What a line asks for, beyond what was done at once.
+#[derive(PartialEq, Eq)]
 pub(crate) enum Next {
     Continue,
     Quit,
 }
 
-/// Carries out one line. With several controllers it begins with the number of one.
-pub(crate) fn carry_out(line: &str, emulators: &[Emulator], signals: &[Signal]) -> Next {
-    let line = line.trim();
-    let (number, order) = match (emulators.len(), line) {
-        (_, "help") => {
-            answer("", HELP);
-            if emulators.len() > 1 {
-                answer("", "Begin each with the number of a controller, as in `1 press start`.");
-            }
-            return Next::Continue;
-        }
-        (_, "quit") => return Next::Quit,
-        (1, _) => (1, line),
-        (_, "") => return Next::Continue,
-        (count, _) => {
-            let (number, order) = line.split_once(' ').unwrap_or((line, ""));
-            match number.parse::<usize>() {
-                Ok(number) if (1..=count).contains(&number) && !order.is_empty() => (number, order),
-                _ => {
-                    let wrong = format!(
-                        "`{line}` is wrong: begin with the number of a controller, 1 to {count}, \
-                         as in `1 press start`"
-                    );
-                    complain("", &wrong);
-                    return Next::Continue;
-                }
-            }
-        }
-    };
-    let prefix = if emulators.len() > 1 { format!("{number}: ") } else { String::new() };
-    let Some(emulator) = emulators.get(number - 1) else { return Next::Continue };
-    match Order::parse(order, signals) {
-        Ok(None) => {}
-        Ok(Some(Order::Quit)) => return Next::Quit,
-        Ok(Some(order)) => {
-            let outcome = emulator.control().give(&order);
-            // The next line need not wait: `press stop` must work while the machine is awaited.
-            tokio::spawn(async move {
-                match outcome.await {
-                    Ok(text) => answer(&prefix, &text),
-                    Err(error) => complain(&prefix, &error.to_string()),
-                }
-            });
-        }
-        Err(error) => complain(&prefix, &error.to_string()),
-    }
-    Next::Continue
+/// The orders that have been given and are not answered yet, oldest first.
+///
+/// Everything is ordered at once, so that STOP can be pressed while the machine is awaited. What
+/// is done at once is answered in the order of the lines. What lasts is answered when it is done,
+/// and says which order it was if others have been answered meanwhile.
+pub(crate) struct Desk<'a> {
+    emulators: &'a [Emulator],
+    signals: &'a [Signal],
+    open: Vec<Open>,
 }
 
-fn answer(prefix: &str, text: &str) {
-    say(&format!("{prefix}{text}\n"));
+/// An order without its answer.
+struct Open {
+    /// The number of the controller; 0 for none of them.
+    number: usize,
+    order: String,
+    lasts: bool,
+    /// Something that was ordered later has been answered.
+    overtaken: bool,
+    coming: Pin<Box<dyn Future<Output = Answer> + Send>>,
+    answer: Option<Answer>,
+}
+
+/// What comes of an order, or what was wrong.
+type Answer = Result<String, String>;
+
+impl<'a> Desk<'a> {
+    pub(crate) fn new(emulators: &'a [Emulator], signals: &'a [Signal]) -> Desk<'a> {
+        Desk { emulators, signals, open: Vec::new() }
+    }
+
+    /// Whether everything is answered.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.open.is_empty()
+    }
+
+    pub(crate) fn has_room(&self) -> bool {
+        self.open.len() < MOST
+    }
+
+    /// Gives the order of one line. With several controllers it begins with the number of one.
+    pub(crate) fn take(&mut self, line: &str) -> Next {
+        let line = line.trim();
+        let count = self.emulators.len();
+        let (number, order) = match line {
+            "" => return Next::Continue,
+            "quit" => return Next::Quit,
+            "help" => (0, line),
+            _ if count == 1 => (1, line),
+            _ => {
+                let (number, order) = line.split_once(' ').unwrap_or((line, ""));
+                match number.parse() {
+                    Ok(number) if (1..=count).contains(&number) && !order.is_empty() => {
+                        (number, order)
+                    }
+                    _ => {
+                        let wrong = format!(
+                            "`{line}` is wrong: begin with the number of a controller, 1 to \
+                             {count}, as in `1 press start`"
+                        );
+                        self.open(0, line, false, async { Err(wrong) });
+                        return Next::Continue;
+                    }
+                }
+            }
+        };
+        let Some(emulator) = self.emulators.get(number.saturating_sub(1)) else {
+            return Next::Continue;
+        };
+        match Order::parse(order, self.signals) {
+            Ok(None) => {}
+            Ok(Some(Order::Quit)) => return Next::Quit,
+            Ok(Some(given)) => {
+                let outcome = emulator.control().give(&given);
+                let remark = number == 0 && count > 1;
+                self.open(number, order, given.lasts(), async move {
+                    let mut text = outcome.await.map_err(|error| error.to_string())?;
+                    if remark {
+                        text.push_str(
+                            "\nBegin each with the number of a controller, as in `1 press start`.",
+                        );
+                    }
+                    Ok(text)
+                });
+            }
+            Err(error) => {
+                // It has its turn, as if it had been an order.
+                let turn = emulator.control().now();
+                self.open(number, order, false, async move {
+                    let _ = turn.await;
+                    Err(error.to_string())
+                });
+            }
+        }
+        Next::Continue
+    }
+
+    fn open(
+        &mut self,
+        number: usize,
+        order: &str,
+        lasts: bool,
+        coming: impl Future<Output = Answer> + Send + 'static,
+    ) {
+        let (order, coming) = (order.to_owned(), Box::pin(coming));
+        self.open.push(Open { number, order, lasts, overtaken: false, coming, answer: None });
+    }
+
+    /// The next answer, as it is printed.
+    pub(crate) async fn answer(&mut self) -> String {
+        poll_fn(|cx| self.poll_answer(cx)).await
+    }
+
+    fn poll_answer(&mut self, cx: &mut Context<'_>) -> Poll<String> {
+        let Some(mut place) = self.find(cx, self.open.len()) else { return Poll::Pending };
+        // What was decided before that may have become known only meanwhile.
+        while let Some(earlier) = self.find(cx, place) {
+            place = earlier;
+        }
+        let open = self.open.remove(place);
+        for earlier in &mut self.open[..place] {
+            earlier.overtaken |= earlier.number == open.number;
+        }
+        Poll::Ready(open.print(self.emulators.len() > 1))
+    }
+
+    /// The first one that can be answered, among so many. Only what lasts can be overtaken.
+    fn find(&mut self, cx: &mut Context<'_>, among: usize) -> Option<usize> {
+        for (place, open) in self.open.iter_mut().take(among).enumerate() {
+            if open.answer.is_none()
+                && let Poll::Ready(answer) = open.coming.as_mut().poll(cx)
+            {
+                open.answer = Some(answer);
+            }
+            if open.answer.is_some() {
+                return Some(place);
+            }
+            if !open.lasts {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+impl Open {
+    /// Errors come where the answers do: a script waits for a line there.
+    fn print(self, several: bool) -> String {
+        let number = match self.number {
+            0 => String::new(),
+            number if several => format!("{number}: "),
+            _ => String::new(),
+        };
+        let order = if self.overtaken { format!("{}: ", self.order) } else { String::new() };
+        match self.answer {
+            Some(Ok(text)) => format!("{number}{order}{text}\n"),
+            Some(Err(wrong)) => format!("{number}error: {order}{wrong}\n"),
+            None => String::new(),
+        }
+    }
 }
 
 /// Prints on standard output. Nobody may be reading, which is no reason to end; what cannot be
@@ -122,9 +238,4 @@ pub(crate) fn say(text: &str) {
             "cannot write to standard output: {error}; the controllers run all the same"
         );
     }
-}
-
-/// Where the answers are too: a script waits for a line there.
-fn complain(prefix: &str, text: &str) {
-    answer(prefix, &format!("error: {text}"));
 }

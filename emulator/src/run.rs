@@ -102,9 +102,10 @@ pub(crate) struct Arguments {
 /// What happens around a run in virtual time, and who watches.
 #[derive(clap::Args)]
 pub(crate) struct World {
-    /// Set a bit of an input port at a time, or from the beginning
-    #[arg(long, value_name = "PORT.BIT=LEVEL[@TIME]", value_parser = timed_input)]
-    input: Vec<(Order, Duration)>,
+    /// Set a bit of an input port, or anything else by the name that `signals` of `vimc4 serve`
+    /// lists, at a time or from the beginning
+    #[arg(long, value_name = "PORT.BIT|NAME=VALUE[@TIME]", value_parser = timed_input)]
+    input: Vec<(String, Duration)>,
     /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
     #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
     press: Vec<(String, Duration)>,
@@ -180,22 +181,44 @@ impl World {
         device: &impl Device,
     ) -> Result<Vec<Scheduled>, Failure> {
         let mut scheduled = Vec::new();
-        for (order, after) in &self.input {
-            let &Order::Input { port, bit, level } = order else { continue };
-            let Some(signal) = device.input_signal(port, bit) else {
-                return Err(Failure::usage(format!(
-                    "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
-                     {model}` has its ports, and its inputs are {}",
-                    inputs(&device.signals()),
-                )));
-            };
-            scheduled.push(Scheduled { after: *after, signal, value: level.into() });
+        for (text, after) in &self.input {
+            let (signal, value) = input(model, device, text)?;
+            scheduled.push(Scheduled { after: *after, signal, value });
         }
         for (button, after) in &self.press {
             scheduled.extend(press(device, button, *after)?);
         }
         Ok(scheduled)
     }
+}
+
+/// Which signal `0.3=1` or `cover=open` sets, and to what.
+fn input(model: &str, device: &impl Device, text: &str) -> Result<(SignalId, i32), Failure> {
+    let signals = device.signals();
+    let (name, value) = text.rsplit_once('=').unwrap_or((text, ""));
+    let is_bit = name.starts_with(|first: char| first.is_ascii_digit());
+    let order = format!("{} {name} {value}", if is_bit { "input" } else { "set" });
+    let (name, value) = match Order::parse(&order, &signals).map_err(Failure::usage)? {
+        Some(Order::Input { port, bit, level }) => {
+            let signal = device.input_signal(port, bit).ok_or_else(|| {
+                Failure::usage(format!(
+                    "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
+                     {model}` has its ports, and its inputs are {}",
+                    inputs(&signals),
+                ))
+            })?;
+            return Ok((signal, level.into()));
+        }
+        Some(Order::Set(name, value)) => (name, value.to_string()),
+        Some(Order::Turn(name, position)) => (name, position),
+        _ => (name.to_owned(), value.to_owned()),
+    };
+    let found = signals.iter().find(|signal| signal.name == name).and_then(|signal| {
+        let named = signal.positions.iter().flatten().position(|position| *position == value);
+        let value = named.map_or_else(|| value.parse().ok(), |place| i32::try_from(place).ok())?;
+        Some((signal.id, value))
+    });
+    found.ok_or_else(|| Failure::usage(format!("there is no signal {name}")))
 }
 
 /// The names of the user inputs.
@@ -247,12 +270,11 @@ fn timed(text: &str) -> Result<(String, Duration), String> {
     }
 }
 
-fn timed_input(text: &str) -> Result<(Order, Duration), String> {
+fn timed_input(text: &str) -> Result<(String, Duration), String> {
     let (what, time) = timed(text)?;
-    let order = Order::parse(&format!("input {}", what.replacen('=', " ", 1)), &[]);
-    match (order, what.contains('=')) {
-        (Ok(Some(order)), true) => Ok((order, time)),
-        _ => Err("port, bit, level and time are needed, as in 0.3=1@2s".to_owned()),
+    match what.contains('=') {
+        true => Ok((what, time)),
+        false => Err("an input, its value and the time are needed, as in 0.3=1@2s".to_owned()),
     }
 }
 

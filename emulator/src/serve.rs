@@ -21,7 +21,7 @@ use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::limits;
 use crate::log::Log;
-use crate::orders::{self, Next};
+use crate::orders::{self, Desk, Next};
 
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
@@ -339,22 +339,27 @@ async fn attend(
         None => Vec::new(),
     };
     let mut lines = orders::read();
-    let mut typing = true;
+    let mut desk = Desk::new(emulators, &signals);
+    let (mut typing, mut ending) = (true, false);
     let mut ended = std::pin::pin!(any_ended(emulators));
     loop {
         tokio::select! {
             () = endings.told() => return Ok(()),
             end = &mut ended => return end,
-            line = lines.recv(), if typing => match line {
-                None if until_stdin_closes => return Ok(()),
-                // Otherwise the end of the input is not the end of the controllers.
-                None => typing = false,
-                Some(line) => {
-                    if let Next::Quit = orders::carry_out(&line, emulators, &signals) {
-                        return Ok(());
-                    }
+            answer = desk.answer() => orders::say(&answer),
+            line = lines.recv(), if typing && desk.has_room() => match line {
+                // The end of the input is not the end of the controllers, unless it is to be.
+                None => {
+                    typing = false;
+                    ending |= until_stdin_closes;
                 }
+                // Who says it again has no time for what is still awaited.
+                Some(line) if ending => if line.trim() == "quit" { return Ok(()) },
+                Some(line) => ending = desk.take(&line) == Next::Quit,
             },
+        }
+        if ending && desk.is_empty() {
+            return Ok(());
         }
     }
 }

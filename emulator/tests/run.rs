@@ -277,6 +277,25 @@ fn inputs_are_there_from_the_beginning() {
 }
 
 #[test]
+fn everything_outside_can_be_set_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("move.txt");
+    fs::write(&file, "@01\n@0A900,900\n").unwrap();
+    for (arguments, answer) in [
+        ("", "0"),
+        ("--input power-ok=0", "9"),
+        ("--input power-ok=0 --input power-ok=1", "0"),
+        ("--input cover=open", "H"),
+        ("--input cover=0", "H"),
+        ("--input cover=open --input cover=closed", "0"),
+    ] {
+        let output = vimc4(&file, &format!("{arguments} --json"));
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(value["answers"][1]["answer"], answer, "{arguments}: {value}");
+    }
+}
+
+#[test]
 fn every_axis_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("turn.txt");
@@ -705,6 +724,9 @@ fn what_cannot_be_run_is_refused_with_a_remedy() {
         (program("drill.txt"), "--input 0.2", "0.3=1@2s"),
         (program("drill.txt"), "--input 0.2=1@soon", "as in 250ms"),
         (program("drill.txt"), "--input 9.0=1", "inputs are 0.2, 0.3"),
+        (program("drill.txt"), "--input pwer-ok=1", "there are power-ok"),
+        (program("drill.txt"), "--input cover=shut", "set cover open or set cover closed"),
+        (program("drill.txt"), "--input in1=1", "in1 is called input 0.2"),
         (program("drill.txt"), "--press strat", "start, stop"),
     ] {
         let complaint = complaint(&path, arguments);

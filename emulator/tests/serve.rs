@@ -46,6 +46,11 @@ impl Serve {
         self.line()
     }
 
+    /// Gives several at once.
+    fn give(&mut self, orders: &str) {
+        self.orders.as_mut().unwrap().write_all(orders.as_bytes()).unwrap();
+    }
+
     fn signal(&self, signal: Signal) {
         kill_process(Pid::from_child(&self.child), signal).unwrap();
     }
@@ -180,13 +185,17 @@ fn people_type_orders() {
         assert_eq!(serve.order(order), "ok", "{order}");
     }
     assert!(serve.order("help").starts_with("press BUTTON"));
-    while serve.line() != "quit                  end" {}
+    while serve.line().split_once(' ').is_some_and(|(order, _)| order != "quit") {}
     // A wrong line says what would be right, and nothing else happens.
     for (wrong, right) in [
         ("press stpo", "error: `press stpo` is wrong: press start, stop"),
         ("move it", "error: `move it` is wrong: not an order; type help"),
         ("\ninput 9.9 1", "error: `input 9.9 1` is wrong"),
-        ("run until x 5", "error: this never happens unless something else does first"),
+        (
+            "run until x 5",
+            "error: this never happens unless something else does first; give the command or the \
+             order that leads there before",
+        ),
     ] {
         let answer = serve.order(wrong);
         assert!(answer.starts_with(right), "{answer}");
@@ -363,4 +372,109 @@ fn the_lists_and_the_version_are_printed() {
         assert_eq!(output.status.code(), Some(2));
         assert!(String::from_utf8_lossy(&output.stderr).contains("more"));
     }
+}
+
+/// Gives all of it at once and ends the input; what is said until the end.
+fn all_at_once(arguments: &[&str], orders: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let none = ["--tcp", "none", "--pty", "none"];
+    let mut serve = Serve::start(folder.path(), &[&none[..], arguments].concat());
+    serve.orders.take().unwrap().write_all(orders.as_bytes()).unwrap();
+    let mut said = String::new();
+    serve.answers.read_to_string(&mut said).unwrap();
+    assert_eq!(serve.end(), (0, String::new()));
+    said.lines().skip(1).map(str::to_owned).collect()
+}
+
+#[test]
+fn what_was_ordered_before_quit_is_done() {
+    let said = all_at_once(
+        &["--model", "imc4-m", "--time", "manual"],
+        "set probe 1\nadvance 1s\nposition\nhlep\nquit\nadvance 1s\n",
+    );
+    let wrong = "error: `hlep` is wrong: not an order; type help for the list";
+    assert_eq!(said, ["ok", "now 1.000000000 s", "X 0 Y 0 Z 0 A 0", wrong]);
+    // The end of the input ends it in the same way.
+    let said = all_at_once(&["--time", "manual", "--until-stdin-closes"], "advance 1s\nposition\n");
+    assert_eq!(said, ["now 1.000000000 s", "X 0 Y 0 Z 0 A 0"]);
+    // Also by several, and in real time.
+    let said = all_at_once(
+        &["--model", "smcu", "--count", "2", "--time", "8x"],
+        "2 set stop 1\n2 set stop 0\n3 position\n2 position\n1 run until idle\nquit\n",
+    );
+    assert_eq!(said[..2], ["2: ok", "2: ok"]);
+    assert!(said[2].starts_with("error: `3 position` is wrong"), "{said:?}");
+    assert_eq!(said[3], "2: X 0 Y 0 Z 0");
+    assert!(said[4].starts_with("1: idle at "), "{said:?}");
+}
+
+#[test]
+fn what_lasts_holds_up_no_other_order_and_says_which_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut serve = Serve::start(folder.path(), &["--tcp", "127.0.0.1:0", "--json"]);
+    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    let never = "this never happens unless something else does first; give the command or the \
+                 order that leads there before";
+    assert_eq!(serve.order("run until x 5"), format!("error: {never}"));
+    assert!(serve.order("run until idle").starts_with("idle at "));
+    assert_eq!(ask(&mut client, "@01\r", 1), "0");
+    // Below the start-stop frequency nothing brakes. It would take minutes.
+    client.write_all(b"@0A50000,300\r").unwrap();
+    while serve.order("position") == "X 0 Y 0 Z 0 A 0" {}
+    assert_eq!(serve.order("run until x 60000"), format!("error: {never}"));
+    serve.give("run until x 49000\nposition\nrun until x 50000\nhlep\npress stop\nposition\n");
+    let position = serve.line();
+    assert!(position.starts_with("X "), "{position}");
+    assert!(serve.line().starts_with("error: `hlep` is wrong"));
+    // STOP is pressed although two lines wait, which then wait in vain.
+    let never = |order| format!("error: {order}{never}");
+    assert_eq!(serve.line(), never("run until x 49000: "));
+    assert_eq!(serve.line(), never("run until x 50000: "));
+    assert_eq!(serve.line(), "ok");
+    assert!(serve.line().starts_with("X "));
+    assert_eq!(ask(&mut client, "", 1), "F");
+}
+
+#[test]
+fn help_has_what_this_controller_has() {
+    let help = |model: &str| all_at_once(&["--model", model, "--time", "manual"], "help\nquit\n");
+    let smcu = help("smcu");
+    assert_eq!(smcu[0], "press BUTTON          press and release at once: stop");
+    for absent in ["key ", "cover", "erase", "estop", "input "] {
+        assert!(!smcu.iter().any(|line| line.contains(absent)), "{absent}: {smcu:?}");
+    }
+    let imc4 = help("imc4").join("\n");
+    for present in [
+        "start, stop, on, cover-button, estop",
+        "key test|auto",
+        "cover open|closed",
+        "input 0.2 1           set bit 2 of input port 0",
+        "\nerase ",
+    ] {
+        assert!(imc4.contains(present), "{present}: {imc4}");
+    }
+    // The panel of an iMC-xx does not erase.
+    assert!(!help("imc-s8").iter().any(|line| line.starts_with("erase")));
+    let numbered = all_at_once(&["--count", "2", "--time", "manual"], "help\nquit\n");
+    assert!(numbered.last().unwrap().contains("as in `1 press start`"), "{numbered:?}");
+}
+
+#[test]
+fn signals_are_set_by_the_words_that_signals_lists() {
+    let said = all_at_once(
+        &["--model", "imc4-m", "--time", "manual"],
+        "set cover open\nset key auto\nset cover 1\nset limit x- 1\nset in1 1\nset cover shut\n\
+         set nothing 1\nset probe\nsignals\nquit\n",
+    );
+    assert_eq!(said[..4], ["ok"; 4]);
+    assert_eq!(
+        said[4..8],
+        [
+            "error: `set in1 1` is wrong: in1 is called input 0.2, as in `input 0.2 1`",
+            "error: `set cover shut` is wrong: set cover open or set cover closed",
+            "error: `set nothing 1` is wrong: there is no signal `nothing`; `signals` lists those \
+             there are",
+            "error: `set probe` is wrong: set probe 0 or set probe 1",
+        ]
+    );
 }

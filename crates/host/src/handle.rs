@@ -82,7 +82,10 @@ pub enum ControlError {
     #[error("nothing within {0:?}; it may come later, or never")]
     Late(Duration),
     /// It comes to rest, or runs on without end, and the condition never holds.
-    #[error("this never happens unless something else does first")]
+    #[error(
+        "this never happens unless something else does first; give the command or the order that \
+         leads there before"
+    )]
     Never,
 }
 

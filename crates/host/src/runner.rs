@@ -28,6 +28,10 @@ const BATCH: u32 = 10_000;
 /// How long that may take.
 const BATCH_TIME: Duration = Duration::from_millis(5);
 
+/// How many causes are looked ahead for somebody who waits while time runs by itself. What is not
+/// decided by then is waited for.
+const FORESIGHT: u32 = 1_000;
+
 /// How long the computer may be behind a clock that runs by itself before the clock gives way.
 const PATIENCE: Duration = Duration::from_millis(250);
 
@@ -475,6 +479,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
             Destination::After(span) => self.journey = Some((now + span, reply)),
             Destination::Until(condition) if by_itself => {
+                if self.rests_before(&condition) {
+                    let _ = reply.send(Err(ControlError::Never));
+                    return;
+                }
                 let at = self.device.crossing(&condition);
                 self.waiters.push(Waiter { condition, at, reply });
             }
@@ -485,6 +493,22 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 }
             },
         }
+    }
+
+    /// Whether the device comes to rest, as far as can be foreseen without holding up the line,
+    /// and the condition does not hold before.
+    fn rests_before(&self, condition: &Condition) -> bool {
+        let mut future = self.device.clone();
+        future.watch(Kinds::NONE);
+        for _ in 0..FORESIGHT {
+            if future.crossing(condition).is_some() {
+                return false;
+            }
+            let Some(due) = future.wake().filter(|at| *at != Time::NEVER) else { return true };
+            future.handle(Input::Wake, due);
+            while !matches!(future.poll_output(), Output::Wake(_)) {}
+        }
+        false
     }
 
     /// Something happens to the device now.
@@ -501,6 +525,17 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
         for input in inputs {
             self.input_at(*input, at);
+        }
+        self.disappoint();
+    }
+
+    /// Tells those who wait for what cannot come any more: the device rests.
+    fn disappoint(&mut self) {
+        if self.waiters.is_empty() || self.device.wake().is_some_and(|at| at != Time::NEVER) {
+            return;
+        }
+        for waiter in self.waiters.extract_if(.., |waiter| waiter.at.is_none()) {
+            let _ = waiter.reply.send(Err(ControlError::Never));
         }
     }
 
@@ -616,6 +651,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         for waiter in due {
             let _ = waiter.reply.send(Ok(now));
         }
+        self.disappoint();
     }
 
     /// Whether something is to be done by then, or the device is behind its clock.

@@ -60,7 +60,7 @@ pub use control::{Button, Control, Snapshot};
 pub use emulator::Emulator;
 pub use error::{Error, MemoryError, ProfileFileError};
 pub use handling::{Effects, Handling, Piece, Turn};
-pub use order::{HELP, Order, OrderError, Outcome};
+pub use order::{Order, OrderError, Outcome, help};
 pub use record::Command;
 pub use vimc4_device::{
     AXES, Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,

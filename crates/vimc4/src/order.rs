@@ -8,28 +8,52 @@ use thiserror::Error;
 use vimc4_device::{Condition, Signal, SignalKind, View};
 use vimc4_host::ControlError;
 
-use crate::catalogue;
+use crate::catalogue::{self, Model};
 use crate::control::Control;
 use crate::error::Error;
 
-/// What can be ordered, as `help` prints it.
-pub const HELP: &str = "\
-press BUTTON          press and release at once; estop stays pressed until released
-hold BUTTON           press and keep pressed
-release BUTTON        release what is held, or the estop
-key auto|test         turn the key switch
-cover open|closed     open or close the cover
-input 0.3 1           set bit 3 of input port 0
-set SIGNAL VALUE      set any signal; `signals` lists them
-erase                 erase the stored program at the panel: emergency stop, then STOP and ON
-power off|on          the mains switch
-advance 250ms         move time forward (manual or instant clock)
-run until idle        let time pass until nothing moves
-run until x 2500      let time pass until the axis is there
-position              where the axes are
-signals               what can be pressed, turned and set
-help                  this list
-quit                  end";
+/// What can be ordered of a controller, a line each, as `help` prints it: what its model has not
+/// is not in it.
+#[must_use]
+pub fn help(model: &Model, signals: &[Signal]) -> String {
+    let buttons: Vec<_> =
+        signals.iter().filter(|s| s.kind == SignalKind::Button).map(|s| s.name.as_str()).collect();
+    let latches = buttons.contains(&"estop");
+    let only = |there: bool, text: &'static str| if there { text } else { "" };
+    let mut lines = Vec::new();
+    let mut line = |order: &str, about: &str| lines.push(format!("{order:<22}{about}"));
+    if !buttons.is_empty() {
+        let latching = only(latches, "; estop stays pressed until released");
+        let buttons = buttons.join(", ");
+        line("press BUTTON", &format!("press and release at once: {buttons}{latching}"));
+        line("hold BUTTON", "press and keep pressed");
+        line("release BUTTON", &format!("release what is held{}", only(latches, ", or the estop")));
+    }
+    for switch in signals {
+        if let Some([first, second]) = &switch.positions {
+            line(&format!("{} {first}|{second}", switch.name), &format!("the {}", switch.about));
+        }
+    }
+    let input = signals.iter().find_map(|signal| signal.name.strip_prefix("input "));
+    if let Some((place, (port, bit))) =
+        input.and_then(|place| Some((place, place.split_once('.')?)))
+    {
+        line(&format!("input {place} 1"), &format!("set bit {bit} of input port {port}"));
+    }
+    line("set SIGNAL VALUE", "set any signal; `signals` lists them");
+    if model.refuses_to_erase().is_none() {
+        line("erase", "erase the stored program at the panel: emergency stop, then STOP and ON");
+    }
+    line("power off|on", "the mains switch");
+    line("advance 250ms", "move time forward (manual or instant clock)");
+    line("run until idle", "let time pass until nothing moves");
+    line("run until x 2500", "let time pass until the axis is there");
+    line("position", "where the axes are");
+    line("signals", "what can be pressed, turned and set");
+    line("help", "this list");
+    line("quit", "end, when everything ordered before is answered; a second one ends at once");
+    lines.join("\n")
+}
 
 /// Something a person tells a running emulator.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +91,7 @@ pub enum Order {
     Position,
     /// Say what can be set.
     Signals,
-    /// Print [`HELP`].
+    /// Say what can be ordered.
     Help,
     /// End.
     Quit,
@@ -79,6 +103,13 @@ pub enum Order {
 pub struct OrderError(String);
 
 impl Order {
+    /// Whether it may take its time to be done, while others are: where time passes by itself
+    /// what is ordered next is not held up by it.
+    #[must_use]
+    pub fn lasts(&self) -> bool {
+        matches!(self, Order::Advance(_) | Order::RunUntilIdle | Order::RunUntilAt(..))
+    }
+
     /// Reads a line, with the signals that can be set; `None` if it is empty.
     ///
     /// ```
@@ -115,11 +146,14 @@ impl Order {
             ["release", rest @ ..] => button(&rest.join(" "), "release", Order::Release),
             ["input", rest @ ..] => match parse_input(rest) {
                 Some(order) => Ok(Some(order)),
-                None => wrong("input PORT.BIT LEVEL, as in `input 0.3 1`"),
+                None => {
+                    let name = rest.first().and_then(|name| by_number(name, signals));
+                    wrong(&name.unwrap_or("input PORT.BIT LEVEL, as in `input 0.3 1`".to_owned()))
+                }
             },
-            ["set", rest @ ..] => match parse_set(rest) {
-                Some(order) => Ok(Some(order)),
-                None => wrong("set SIGNAL VALUE, as in `set probe 1`"),
+            ["set", rest @ ..] => match parse_set(rest, signals) {
+                Ok(order) => Ok(Some(order)),
+                Err(right) => wrong(&right),
             },
             ["erase"] => Ok(Some(Order::Erase)),
             ["power", "on"] => Ok(Some(Order::Power(true))),
@@ -182,7 +216,10 @@ impl Control {
             }
             Order::Position => answer(self.view(), |view| position(&view)),
             Order::Signals => answer(self.signals(), |signals| list(&signals)),
-            Order::Help => Box::pin(async { Ok(HELP.to_owned()) }),
+            Order::Help => {
+                let model = self.model().clone();
+                answer(self.signals(), move |signals| help(&model, &signals))
+            }
             Order::Quit => {
                 self.stop();
                 Box::pin(async { Ok(String::new()) })
@@ -231,9 +268,85 @@ fn parse_input(words: &[&str]) -> Option<Order> {
     Some(Order::Input { port: port.parse().ok()?, bit, level: *level == "1" })
 }
 
-fn parse_set(words: &[&str]) -> Option<Order> {
-    let (value, name) = words.split_last()?;
-    Some(Order::Set(name.join(" "), value.parse().ok()?))
+/// A signal by its whole name, and a number or the name of a position; else what would be right.
+fn parse_set(words: &[&str], signals: &[Signal]) -> Result<Order, String> {
+    let named = |name: &str| signals.iter().find(|signal| signal.name == name);
+    let Some((value, name)) = words.split_last() else {
+        return Err("set SIGNAL VALUE, as in `set probe 1`".to_owned());
+    };
+    let name = name.join(" ");
+    let Some(signal) = named(&name) else {
+        let whole = words.join(" ");
+        return Err(match named(&whole) {
+            Some(signal) => values(signal),
+            None => like(if name.is_empty() { &whole } else { &name }, signals),
+        });
+    };
+    let positions = signal.positions.as_ref().map_or(&[] as &[String], |names| names);
+    if positions.iter().any(|position| position == value) {
+        return Ok(Order::Turn(name, (*value).to_owned()));
+    }
+    let (low, high) = range(signal);
+    match value.parse() {
+        Ok(value) if (low..=high).contains(&value) => Ok(Order::Set(name, value)),
+        _ => Err(values(signal)),
+    }
+}
+
+fn range(signal: &Signal) -> (i32, i32) {
+    match signal.kind {
+        SignalKind::Analogue { low, high } => (low, high),
+        SignalKind::Button | SignalKind::Switch | SignalKind::Input => (0, 1),
+    }
+}
+
+/// What a signal can be set to.
+fn values(signal: &Signal) -> String {
+    let name = &signal.name;
+    match (&signal.kind, &signal.positions) {
+        (_, Some([first, second])) => format!("set {name} {first} or set {name} {second}"),
+        (SignalKind::Analogue { low, high }, _) => format!("set {name} {low} to {high}"),
+        _ => format!("set {name} 0 or set {name} 1"),
+    }
+}
+
+/// `in1`, as profiles number the inputs, has the name of the bit that shows it.
+fn by_number(name: &str, signals: &[Signal]) -> Option<String> {
+    let number: u8 = name.strip_prefix("in")?.parse().ok()?;
+    let about = format!("user input {number}");
+    let signal = signals.iter().find(|signal| signal.about == about)?;
+    Some(format!("{name} is called {0}, as in `{0} 1`", signal.name))
+}
+
+/// What is meant by a name that no signal has.
+fn like(name: &str, signals: &[Signal]) -> String {
+    if let Some(right) = by_number(name, signals) {
+        return right;
+    }
+    let near = |signal: &&Signal| {
+        let known = signal.name.as_str();
+        let part = name.len() > 2 && (known.contains(name) || name.contains(known));
+        part || distance(name, known) <= known.len() / 3
+    };
+    let near: Vec<_> = signals.iter().filter(near).map(|signal| signal.name.as_str()).collect();
+    match near.as_slice() {
+        [] => format!("there is no signal `{name}`; `signals` lists those there are"),
+        [..] => format!("there is no signal `{name}`; there are {}", near.join(", ")),
+    }
+}
+
+/// How many letters are to be put in, left out or exchanged to make one word of the other.
+fn distance(one: &str, other: &str) -> usize {
+    let mut row: Vec<usize> = (0..=other.chars().count()).collect();
+    for (i, a) in one.chars().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in other.chars().enumerate() {
+            let exchanged = corner + usize::from(a != b);
+            corner = row[j + 1];
+            row[j + 1] = exchanged.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row.last().copied().unwrap_or_default()
 }
 
 /// A number with a unit: `250ms`, `1.5s`, `2min`.
@@ -280,6 +393,11 @@ mod tests {
             signal(1, "estop", SignalKind::Button, None),
             signal(2, "key", SignalKind::Switch, Some(["test", "auto"])),
             signal(3, "limit x-", SignalKind::Input, None),
+            Signal {
+                about: "user input 1".to_owned(),
+                ..signal(4, "input 0.2", SignalKind::Input, None)
+            },
+            signal(5, "ball x", SignalKind::Analogue { low: -9, high: 9 }, None),
         ]
     }
 
@@ -299,6 +417,9 @@ mod tests {
             ("input 0.3 1", Order::Input { port: 0, bit: 3, level: true }),
             ("input 65531.0 0", Order::Input { port: 65_531, bit: 0, level: false }),
             ("set limit x- 1", Order::Set(text("limit x-"), 1)),
+            ("set key auto", Order::Turn(text("key"), text("auto"))),
+            ("set key 1", Order::Set(text("key"), 1)),
+            ("set ball x -9", Order::Set(text("ball x"), -9)),
             ("erase", Order::Erase),
             ("power off", Order::Power(false)),
             ("advance 250ms", Order::Advance(Duration::from_millis(250))),
@@ -328,6 +449,16 @@ mod tests {
             ("key automatic", "key test or key auto"),
             ("input 0.8 1", "as in `input 0.3 1`"),
             ("input 0.3 2", "as in `input 0.3 1`"),
+            ("input in1 1", "in1 is called input 0.2, as in `input 0.2 1`"),
+            ("set", "as in `set probe 1`"),
+            ("set in1 1", "in1 is called input 0.2, as in `input 0.2 1`"),
+            ("set in7 1", "no signal `in7`; `signals` lists those there are"),
+            ("set key shut", "set key test or set key auto"),
+            ("set limit x-", "set limit x- 0 or set limit x- 1"),
+            ("set limit x- 2", "set limit x- 0 or set limit x- 1"),
+            ("set limitx- 1", "no signal `limitx-`; there are limit x-"),
+            ("set ball x 10", "set ball x -9 to 9"),
+            ("set nothing 1", "no signal `nothing`; `signals` lists those there are"),
             ("advance 250", "as in `advance 250ms`"),
             ("advance 99999999999h", "as in `advance 250ms`"),
             ("power", "power on or power off"),
