@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use vimc4::{Handling, escape};
@@ -21,7 +20,8 @@ PORT is the link of a pseudo-terminal (./vimc4.pty), a serial port (/dev/ttyUSB0
 (127.0.0.1:4004, tcp:HOST:PORT). It is opened as a program would open it: where the link leads, who
 may use it, its speed, whether it has modem lines, who else has it open, and whether a controller
 answers, and as which. Nothing is moved, switched or stored: it is asked where its axes are, and for
-its name.",
+its name. While another program has the port open it is not asked, and a data field that somebody has
+left half stored ends with the first question.",
     after_long_help = "\
 Exit codes: 0 a program will find what it needs, 1 something should be mended, 2 it cannot be opened.
 
@@ -34,8 +34,9 @@ pub(crate) struct Arguments {
     /// The port
     port: String,
     /// The speed that the program uses on a serial port; if nothing answers, others are tried
-    #[arg(long, value_name = "RATE", default_value_t = 19_200)]
-    baud: u32,
+    /// [default: 19200, and that of a pseudo-terminal as it is]
+    #[arg(long, value_name = "RATE")]
+    baud: Option<u32>,
 }
 
 /// How long it is listened before anything is asked.
@@ -52,8 +53,25 @@ const LATEST: Duration = Duration::from_secs(1);
 /// So many characters of what others say are shown.
 const EXCERPT: usize = 200;
 
-/// One controller of each family.
-const FAMILIES: [&str; 2] = ["imc4", "smcu"];
+/// So many programs are named.
+const NAMED: usize = 5;
+
+/// The speed of most serial lines to a controller.
+const BAUD: u32 = 19_200;
+
+/// One controller of each family, and of isel's the kind that tells of configured axes only.
+const ISEL: &str = "imc4";
+const LPKF: &str = "smcu";
+const OLD: &str = "c142";
+
+/// What is known of a port before it is opened as a program would open it.
+#[derive(Default)]
+struct Before {
+    /// The speed of a pseudo-terminal.
+    baud: Option<u32>,
+    /// Somebody else has it open.
+    busy: bool,
+}
 
 /// What was found, line by line.
 #[derive(Default)]
@@ -84,10 +102,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let mut findings = Findings::default();
     let name = arguments.port.as_str();
     let is_tcp = port::is_tcp(name);
-    if !is_tcp {
-        before_opening(name, &mut findings);
-    }
-    let mut port = match Port::open(name, arguments.baud) {
+    let before = if is_tcp { Before::default() } else { before_opening(name, &mut findings) };
+    let baud = arguments.baud.or(before.baud).unwrap_or(BAUD);
+    let mut port = match Port::open(name, baud) {
         Ok(port) => port,
         Err(error) => {
             // What was seen up to here may say why.
@@ -100,7 +117,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     } else {
         modem_lines(&mut port, &mut findings);
     }
-    conversation(&mut port, &mut findings);
+    // The conversation may take a while.
+    output::print(&std::mem::take(&mut findings.text))?;
+    if before.busy {
+        let why = "not asked: the question would get into what the other program says";
+        findings.fine("controller", why);
+    } else {
+        conversation(&mut port, &mut findings);
+    }
     output::print(&findings.text)?;
     Ok(if findings.troubled { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
@@ -108,24 +132,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 // --- what the system knows ---
 
 #[cfg(unix)]
-fn before_opening(name: &str, findings: &mut Findings) {
+fn before_opening(name: &str, findings: &mut Findings) -> Before {
     use std::fs;
     use std::os::unix::fs::FileTypeExt;
 
     let path = Path::new(name);
+    let mut before = Before::default();
     if let Ok(target) = fs::read_link(path) {
         findings.fine("link", &format!("{name} leads to {}", target.display()));
     }
-    let Ok(file) = fs::metadata(path) else { return };
-    if !file.file_type().is_char_device() {
-        findings.trouble(
-            "kind",
-            &format!("{name} is no terminal"),
-            "name a serial port or a link to one",
-        );
+    let Ok(file) = fs::metadata(path) else { return before };
+    // What may not be opened may still be a terminal.
+    let settings = file.file_type().is_char_device().then(|| line_settings(path));
+    if matches!(settings, None | Some(Ok(None))) {
+        let remedy = "name a serial port or a link to one";
+        findings.trouble("kind", &format!("{name} is no terminal"), remedy);
+        return before;
     }
     permission(path, &file, findings);
-    // Who opens it is a user of it, so it is looked before that.
     let users = vimc4::Users::of(path).unwrap_or_default();
     match users.server() {
         Some(server) => {
@@ -139,22 +163,38 @@ fn before_opening(name: &str, findings: &mut Findings) {
         ),
         None => {}
     }
-    let others: Vec<String> = users
+    let others: Vec<_> = users
         .seen
         .iter()
         .filter(|user| !user.serves && user.process != std::process::id())
-        .map(|user| format!("{} (process {})", user.name, user.process))
         .collect();
-    match others.is_empty() {
-        true if users.all_looked_at => findings.fine("open", "nobody else has it open"),
-        true => findings.fine("open", "nobody else is seen to have it open; root sees more"),
-        false => findings.trouble(
+    before.busy = !others.is_empty();
+    let named = others.iter().take(NAMED);
+    let mut named: Vec<String> =
+        named.map(|user| format!("{} (process {})", user.name, user.process)).collect();
+    if others.len() > NAMED {
+        named.push(format!("{} more", others.len() - NAMED));
+    }
+    match named.as_slice() {
+        [] if users.all_looked_at => findings.fine("open", "nobody else has it open"),
+        [] => findings.fine("open", "nobody else is seen to have it open; root sees more"),
+        [one] => findings.trouble(
             "open",
-            &format!("{} has it open", others.join(" and ")),
+            &format!("{one} has it open"),
             "two programs take the answers from each other: close that one first",
         ),
+        many => findings.trouble(
+            "open",
+            &format!("{} have it open", many.join(" and ")),
+            "programs take the answers from each other: close those first",
+        ),
     }
-    settings(path, findings);
+    if let Some(Ok(Some(settings))) = settings {
+        // A program that opens it as a serial port sets all of that.
+        findings.fine("settings", &format!("{}, until the program sets its own", shown(&settings)));
+        before.baud = is_pseudo(path).then_some(settings.output_speed());
+    }
+    before
 }
 
 #[cfg(unix)]
@@ -174,22 +214,36 @@ fn permission(path: &Path, file: &std::fs::Metadata, findings: &mut Findings) {
         Err(_) => findings.trouble(
             "permission",
             &format!("you may not read and write it ({rights})"),
-            "join the group that may, `dialout` on most systems (`sudo usermod -aG dialout \
-             $USER`), and log in again; or start the emulator as the same user",
+            match is_pseudo(path) {
+                true => {
+                    "it is of whoever started the emulator: start that, or this, as the same user"
+                }
+                false => {
+                    "join the group that may, `dialout` on most systems (`sudo usermod -aG dialout \
+                     $USER`), and log in again"
+                }
+            },
         ),
     }
 }
 
-/// How the line is set before a program sets it.
+/// How the line is set before a program sets it; nothing if it is no line.
 #[cfg(unix)]
-fn settings(path: &Path, findings: &mut Findings) {
+fn line_settings(path: &Path) -> rustix::io::Result<Option<rustix::termios::Termios>> {
     use rustix::fs::{Mode, OFlags, open};
-    use rustix::termios::{ControlModes, LocalModes, tcgetattr};
+    use rustix::io::Errno;
 
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    let Ok(settings) = open(path, flags, Mode::empty()).and_then(|port| tcgetattr(&port)) else {
-        return;
-    };
+    match rustix::termios::tcgetattr(&open(path, flags, Mode::empty())?) {
+        Err(Errno::NOTTY) => Ok(None),
+        settings => settings.map(Some),
+    }
+}
+
+#[cfg(unix)]
+fn shown(settings: &rustix::termios::Termios) -> String {
+    use rustix::termios::{ControlModes, LocalModes};
+
     let mut text = format!("{} baud", settings.output_speed());
     let modes = settings.control_modes;
     let bits = match modes & ControlModes::CSIZE {
@@ -213,13 +267,13 @@ fn settings(path: &Path, findings: &mut Findings) {
     if cooked {
         text += ", edited and echoed like a terminal for people";
     }
-    // A program that opens it as a serial port sets all of that.
-    findings.fine("settings", &format!("{text}, until the program sets its own"));
+    text
 }
 
 #[cfg(not(unix))]
-fn before_opening(_name: &str, _findings: &mut Findings) {
-    let _ = Path::new("");
+fn before_opening(_name: &str, _findings: &mut Findings) -> Before {
+    let _ = (Path::new(""), NAMED);
+    Before::default()
 }
 
 fn modem_lines(port: &mut Port, findings: &mut Findings) {
@@ -260,20 +314,32 @@ fn conversation(port: &mut Port, findings: &mut Findings) {
 }
 
 fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
-    let unasked = hear(port, LISTEN)?;
-    if !unasked.is_empty() {
+    let Heard { bytes: unasked, silent } = hear(port, LISTEN)?;
+    if is_telnet(&unasked) {
+        findings.trouble(
+            "line",
+            &format!("it speaks Telnet: `{}`", excerpt(&unasked)),
+            "a server for serial ports (RFC 2217) must be set to raw TCP: 253 to 255 are commands \
+             of controllers",
+        );
+    } else if !unasked.is_empty() {
         findings.trouble(
             "line",
             &format!("it speaks without being asked: `{}`", excerpt(&unasked)),
             "a program runs that sends something, the speed is wrong, or it is no controller",
         );
     }
+    if !silent {
+        findings.fine("controller", "not asked: what never falls silent has no answers");
+        return Ok(());
+    }
+    let handling = |name| vimc4::model(name).map(|model| Handling::of(&model));
+    let (Ok(isel), Ok(lpkf), Ok(old)) = (handling(ISEL), handling(LPKF), handling(OLD)) else {
+        return Ok(());
+    };
     let mut speeds: Vec<Option<u32>> = vec![port.baud()];
-    let known = FAMILIES.iter().filter_map(|name| vimc4::model(name).ok());
-    let handlings: Vec<Handling> = known.map(|model| Handling::of(&model)).collect();
     if port.baud().is_some() {
-        let all = handlings.iter().flat_map(|handling| handling.speeds);
-        for speed in all.copied().map(Some) {
+        for speed in isel.speeds.iter().chain(lpkf.speeds).copied().map(Some) {
             if !speeds.contains(&speed) {
                 speeds.push(speed);
             }
@@ -284,31 +350,24 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         if let (Some(speed), true) = (speed, number > 0) {
             port.set_baud(speed)?;
         }
-        for handling in &handlings {
-            // Half a line that somebody has left spoils the first question.
-            for _ in 0..2 {
-                let answer = ask(port, handling.position)?;
-                if handling.read_position(&answer).is_some() {
-                    found(port, handling, &answer, findings)?;
-                    if let (Some(speed), true) = (speed, number > 0) {
-                        findings.trouble(
-                            "speed",
-                            &format!("it answers at {speed} baud only"),
-                            &format!("set the program to {speed} baud"),
-                        );
-                    }
-                    return Ok(());
-                }
-                said.extend(answer);
-            }
+        let Some(found) = question(port, [&isel, &lpkf], &old, &mut said)? else { continue };
+        describe(port, &found, findings)?;
+        if let (Some(speed), true) = (speed, number > 0) {
+            findings.trouble(
+                "speed",
+                &format!("it answers at {speed} baud only"),
+                &format!("set the program to {speed} baud"),
+            );
         }
+        return Ok(());
     }
     match said.is_empty() {
         true => findings.trouble(
             "controller",
             "nothing answers",
             "check that it is on, and the cable: crossed (null modem) where the controller needs \
-             it; a virtual one with manual time answers when time is advanced",
+             it; one that moves answers when it has come to rest, and a virtual one with manual \
+             time when time is advanced",
         ),
         false => findings.trouble(
             "controller",
@@ -319,18 +378,75 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
     Ok(())
 }
 
-/// A controller answers.
-fn found(
+/// A controller that answers.
+struct Found<'a> {
+    handling: &'a Handling,
+    /// Where its axes are.
+    places: Vec<i64>,
+    /// What it has answered to the question before, if it has not understood that.
+    refused: Option<String>,
+}
+
+/// Asks in the languages of both families. What came of it is added to `said` if it was nothing.
+fn question<'a>(
     port: &mut Port,
-    handling: &Handling,
-    answer: &[u8],
-    findings: &mut Findings,
-) -> Result<(), PortError> {
+    families: [&'a Handling; 2],
+    old: &'a Handling,
+    said: &mut Vec<u8>,
+) -> Result<Option<Found<'a>>, PortError> {
+    let mut last = [Vec::new(), Vec::new()];
+    for (handling, last) in families.into_iter().zip(&mut last) {
+        let mut refused = None;
+        // Half a line that somebody has left spoils the first question.
+        for _ in 0..2 {
+            let answer = ask(port, handling.position)?;
+            if let Some(places) = handling.read_position(&answer) {
+                return Ok(Some(Found { handling, places, refused }));
+            }
+            refused = handling.model().family().refusal(&answer);
+            said.extend(&answer);
+            *last = answer;
+        }
+    }
+    // With no axis configured an old card answers `0`. So does what answers `0` to everything,
+    // also to the question that it cannot know.
+    let [answer, nonsense] = last;
+    let refuses = old.model().family().refusal(&nonsense).is_some();
+    let places = old.read_position(&answer).filter(|_| refuses);
+    Ok(places.map(|places| Found { handling: old, places, refused: None }))
+}
+
+/// Says who answers.
+fn describe(port: &mut Port, found: &Found<'_>, findings: &mut Findings) -> Result<(), PortError> {
+    let Found { handling, places, refused } = found;
     let family = handling.model().family();
-    let places = handling.read_position(answer).unwrap_or_default();
-    let axes = handling.model().axis_names().iter().zip(&places);
-    let places: Vec<String> = axes.map(|(axis, place)| format!("{axis} {place}")).collect();
-    findings.fine("controller", &format!("one of {family} answers: {}", places.join(", ")));
+    let who = format!("one of {family} answers");
+    let all = handling.model().axis_names();
+    let place = |(axis, place)| format!("{axis} {place}");
+    findings.fine(
+        "controller",
+        &match places.len() {
+            0 => format!("{who}; no axis is configured"),
+            // Which they are it does not say.
+            few if handling.model().name() == OLD && few < all.len().min(3) => {
+                let places: Vec<String> = places.iter().map(i64::to_string).collect();
+                format!("{who}: the configured axes are at {}", places.join(", "))
+            }
+            _ => {
+                let places: Vec<String> = all.iter().zip(places).map(place).collect();
+                format!("{who}: {}", places.join(", "))
+            }
+        },
+    );
+    if let Some(refused) = refused {
+        findings.fine(
+            "left over",
+            &format!(
+                "to the first question it answered {refused}: somebody has left half a line or \
+                 half a data field, which has ended now"
+            ),
+        );
+    }
     for line in handling.names {
         let name = ask(port, line)?;
         if family.refusal(&name).is_none() && name.len() > 2 {
@@ -344,25 +460,36 @@ fn found(
 
 fn ask(port: &mut Port, line: &str) -> Result<Vec<u8>, PortError> {
     port.send(format!("{line}\r").as_bytes())?;
-    hear(port, ANSWER)
+    Ok(hear(port, ANSWER)?.bytes)
 }
 
 /// What comes, up to the first pause.
-fn hear(port: &mut Port, patience: Duration) -> Result<Vec<u8>, PortError> {
-    let mut heard = Vec::new();
+struct Heard {
+    bytes: Vec<u8>,
+    /// There was one.
+    silent: bool,
+}
+
+fn hear(port: &mut Port, patience: Duration) -> Result<Heard, PortError> {
+    let mut heard = Heard { bytes: Vec::new(), silent: true };
     let end = Instant::now() + patience + LATEST;
     let mut until = Instant::now() + patience;
     while let Some((_, bytes)) = port.next(until)? {
-        heard.extend_from_slice(&bytes);
+        heard.bytes.extend_from_slice(&bytes);
         let now = Instant::now();
-        if heard.len() > LONGEST || now > end {
-            // Whatever it says goes on; nobody waits for its end.
-            thread::sleep(PAUSE);
+        if heard.bytes.len() > LONGEST || now > end {
+            heard.silent = false;
             break;
         }
         until = (now + PAUSE).min(end);
     }
+    heard.silent &= Instant::now() < end;
     Ok(heard)
+}
+
+/// Whether it begins with the negotiation of a Telnet server: what follows 255, and what to do.
+fn is_telnet(bytes: &[u8]) -> bool {
+    matches!(bytes, [0xFF, 0xFB..=0xFE, ..])
 }
 
 fn excerpt(bytes: &[u8]) -> String {

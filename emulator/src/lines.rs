@@ -53,6 +53,9 @@ not tried.";
     mut_arg("line_pacing", |arg| arg.requires("serve")),
     mut_arg("flash", |arg| arg.requires("serve")),
     mut_arg("tcp_clients", |arg| arg.requires("serve")),
+    mut_arg("fresh_clients", |arg| arg.requires("serve")),
+    mut_arg("replace", |arg| arg.requires("serve")),
+    mut_arg("until_stdin_closes", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("serial", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("count", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("json", |arg| arg.hide(true).conflicts_with("program")),
@@ -356,5 +359,48 @@ fn warn_of_wineserver(program: &std::ffi::OsStr) {
             "a wineserver runs already, and what it opens has no modem lines; end it first with \
              `wineserver -k`"
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Args as _, Command, Parser};
+
+    use super::serve;
+
+    #[derive(Parser)]
+    struct Lines {
+        #[command(flatten)]
+        arguments: super::Arguments,
+    }
+
+    /// What is about a controller means nothing without one of our own.
+    #[test]
+    fn no_option_of_a_controller_is_ignored() {
+        let own = ["pty", "log", "verbose"];
+        let command = serve::Arguments::augment_args(Command::new("serve"));
+        let options =
+            command.get_arguments().filter(|option| !own.contains(&option.get_id().as_str()));
+        for option in options {
+            let name = format!("--{}", option.get_long().unwrap_or_default());
+            let value = match name.as_str() {
+                "--time" => "8x",
+                "--count" => "2",
+                "--tcp-clients" => "observe",
+                _ => "1",
+            };
+            let given = match option.get_action().takes_values() {
+                true => format!("{name}={value}"),
+                false => name,
+            };
+            let parsed = Lines::try_parse_from(["lines", given.as_str(), "--", "true"]);
+            let error = parsed.err().map(|error| error.kind());
+            let refused = [
+                clap::error::ErrorKind::MissingRequiredArgument,
+                clap::error::ErrorKind::ArgumentConflict,
+            ];
+            assert!(error.is_some_and(|kind| refused.contains(&kind)), "{given}: {error:?}");
+        }
+        assert!(Lines::try_parse_from(["lines", "--serve", "--tcp=1", "--", "true"]).is_ok());
     }
 }

@@ -274,11 +274,17 @@ fn connect(address: &str) -> Result<TcpStream, (io::Error, &'static str)> {
 fn remedy(name: &str, error: &serialport::Error) -> &'static str {
     let exists = Path::new(name).exists() || cfg!(windows);
     match error.kind() {
+        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) if is_pseudo(name) => {
+            "you may not use it: start the emulator, or this, as the same user"
+        }
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
             "you may not use it: on Linux, join the group `dialout` and log in again"
         }
         _ if !exists && Path::new(name).is_symlink() => {
             "the link leads nowhere: the emulator that made it has ended"
+        }
+        _ if !exists && name.contains("://") => {
+            "write host:port alone, as in 127.0.0.1:4004: the line is raw TCP"
         }
         _ if !exists => {
             "name a serial port such as /dev/ttyUSB0 or COM3, the link of a pseudo-terminal such \

@@ -634,6 +634,10 @@ impl<'a> Sending<'a> {
     fn place(&mut self) -> String {
         let answer = self.link.ask(self.handling.position, None).unwrap_or_default();
         let Some(places) = self.handling.read_position(&answer) else { return String::new() };
+        // One that tells of configured axes only does not say which they are.
+        if matches!(places.len(), 0..3) && self.model.family() == Family::Isel {
+            return String::new();
+        }
         let units = units(self.machine);
         let axes = self.model.axis_names().iter().zip(places).enumerate();
         let fitted = axes.filter(|(axis, _)| self.machine.fits(*axis));

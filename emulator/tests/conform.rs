@@ -121,6 +121,17 @@ fn harmless_sessions_pass_over_tcp() {
 }
 
 #[test]
+fn a_card_that_tells_of_configured_axes_only_is_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let serve = Serve::start(folder.path(), &["--model", "c142"]);
+    // After a reset it has no axis to tell of.
+    let arguments = [serve.tcp.as_str(), "--model", "c142"];
+    let (code, report, errors) = report(folder.path(), &arguments);
+    assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
+    assert_eq!(with(&report, "passed"), ["isel/old/c142/at-rest"], "{report}");
+}
+
+#[test]
 fn with_everything_allowed_it_moves_stores_erases_and_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let serve = Serve::start(folder.path(), &["--model", "imc4-m", "--pty", "none"]);

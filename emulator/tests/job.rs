@@ -208,6 +208,21 @@ fn a_command_list_is_sent_as_it_is() {
     assert_eq!(emulator.position().unwrap()[..2], [500, 300]);
 }
 
+#[test]
+fn a_list_for_a_card_that_tells_of_configured_axes_only_is_sent() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("list.txt"), "@0P\n@02\n@0A300,900\n@0P\n@03\n@0P\n").unwrap();
+    let (_emulator, port) = listening("c142", "bench", Clock::Instant);
+    let send = ["send", "list.txt", "--to", &port, "--model", "c142", "-v"];
+    let (out, _) = ends(folder, &send, 0);
+    let answers = ["0", "0", "0", "000012C", "0", "000000000012C"];
+    for (line, answer) in out.lines().zip(answers) {
+        assert!(line.split_whitespace().any(|word| word == answer), "{answer}: {out}");
+    }
+    assert!(out.lines().count() >= answers.len(), "{out}");
+}
+
 /// A `vimc4 send` that is under way.
 fn sending(folder: &Path, arguments: &[&str]) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));

@@ -18,7 +18,7 @@ const ALLOWED: [(&str, &[&str]); 16] = [
     ("vimc4-ncp", &["vimc4-motion", "vimc4-isel-wire", "vimc4-plant"]),
     ("vimc4-session", &["vimc4-device", "vimc4-motion"]),
     ("vimc4-debug", &["vimc4-device", "vimc4-session"]),
-    ("vimc4-host", &["vimc4-device", "vimc4-session"]),
+    ("vimc4-host", &["vimc4-device", "vimc4-lines", "vimc4-session"]),
     (
         "vimc4",
         // The façade hands out types of the contract, which come from device and motion.

@@ -75,6 +75,15 @@ pub enum News {
         /// The speed of the device's line in bits per second.
         line: u32,
     },
+    /// A client has set its port to a parity, which no device's line here has. It is understood
+    /// all the same; a real device would hear noise. Of even parity, and of 7 bits, a pseudo
+    /// terminal tells nothing.
+    WrongParity {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// The client's parity: `odd`, `mark` or `space`.
+        parity: &'static str,
+    },
     /// A client has switched one of its handshake lines.
     HostLine {
         /// The transport, by its label.

@@ -147,6 +147,13 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                      real one would hear noise"
                 ),
             ),
+            News::WrongParity { transport, parity } => self.line(
+                at,
+                format_args!(
+                    "{transport}: the client has set {parity} parity, the controller has none; a \
+                     real one would hear noise"
+                ),
+            ),
             News::Shared { transport, programs } => self.line(
                 at,
                 format_args!(

@@ -27,6 +27,16 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
     Err(LaunchError::NotHere)
 }
 
+/// Gives a terminal the line discipline back that it began with.
+///
+/// # Errors
+///
+/// Always: this takes unsafe code, which there is none of for this system.
+#[cfg(unix)]
+pub fn use_default_discipline(_terminal: impl std::os::fd::AsFd) -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
 impl Launcher {
     /// Runs a command.
     ///

@@ -9,6 +9,8 @@
 //! [`Lines`] is the port as the program sees it, without a process or a kernel. [`prepare`] makes
 //! a process one that can run programs, and [`Running`] is what stands by one to its end.
 //!
+//! [`use_default_discipline`] is here because it needs unsafe code too.
+//!
 //! Unsafe code is in one module, `sys`, and nowhere else in the project.
 
 mod launch;
@@ -21,6 +23,8 @@ mod linux;
 mod linux;
 
 pub use launch::{Ending, LaunchError};
+#[cfg(unix)]
+pub use linux::use_default_discipline;
 pub use linux::{Launcher, Port, Running, prepare};
 pub use state::{
     CTS, Changed, Counts, DCD, DSR, DTR, Far, HostLine, Lines, Peer, RI, RTS, Settings,

@@ -256,6 +256,11 @@ impl Wire {
         ));
     }
 
+    /// Whether it is where the axes are, of a model that tells of configured ones only.
+    fn says_places(&self, form: Form, answer: &[u8]) -> bool {
+        form == Form::Places && self.handling.read_position(answer).is_some()
+    }
+
     /// Awaits an answer to a line.
     fn answer(&mut self, sent: &[u8]) -> Result<Vec<u8>, Broken> {
         let family = self.handling.model().family();
@@ -285,7 +290,8 @@ impl Wire {
                 None => !answer.is_empty(),
             };
             if family == Family::Isel {
-                if is_over && form.takes(&answer) {
+                let takes = form.takes(&answer) || self.says_places(form, &answer);
+                if is_over && takes {
                     return Ok(answer);
                 }
                 let talks = first.is_some_and(|first: Instant| first.elapsed() > TALK);

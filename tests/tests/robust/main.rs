@@ -73,6 +73,15 @@ fn main() -> std::process::ExitCode {
     } else {
         trials.push(with(python, "needs python3", hangs_up, terminal::a_client_hangs_up));
     }
+    let discipline = "terminal: a client changes the line discipline, and it ends with it";
+    if python && !terminal::has_another_discipline() {
+        let name = "terminal: a client changes the line discipline (the system has no other)";
+        let body = terminal::a_client_changes_the_discipline;
+        trials.push(test(name, body).with_ignored_flag(true));
+    } else {
+        let body = terminal::a_client_changes_the_discipline;
+        trials.push(with(python, "needs python3", discipline, body));
+    }
     // Who is not root has run them as an ordinary user already.
     if rustix::process::geteuid().is_root() {
         trials.push(with(

@@ -221,6 +221,40 @@ pub(crate) fn a_client_hangs_up() {
     assert_eq!(emulator.position().unwrap()[0], 20);
 }
 
+/// The one that swallows everything; others need a driver, a network, or a modem's answers.
+const N_NULL: i32 = 27;
+
+/// Whether this system has it.
+pub(crate) fn has_another_discipline() -> bool {
+    let known = fs::read_to_string("/proc/tty/ldiscs").unwrap_or_default();
+    known.lines().any(|line| line.split_whitespace().eq(["n_null", &N_NULL.to_string()]))
+}
+
+/// No safe call does.
+pub(crate) fn a_client_changes_the_discipline() {
+    const TIOCSETD: &str = "import fcntl, os, struct, sys\n\
+        port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n\
+        fcntl.ioctl(port, 0x5423, struct.pack('i', int(sys.argv[2])))\n";
+    let counts = Counts::default();
+    let (emulator, path) = emulator(&counts);
+    let mut first = Terminal::open(&path);
+    assert_eq!(ask(&mut first, "@07", 1), "0");
+    counts.after_leaving(|| drop(first));
+    for n in 1..=20 {
+        counts.after_leaving(|| {
+            let mut python = Command::new("python3");
+            python.args(["-c", TIOCSETD]).arg(&path).arg(N_NULL.to_string());
+            assert!(python.status().unwrap().success());
+        });
+        let mut next = Terminal::open(&path);
+        assert_eq!(tcgetattr(&next.0).unwrap().line_discipline, 0);
+        assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
+        assert_eq!(ask(&mut next, "@0P", 19), at(n));
+        counts.after_leaving(|| drop(next));
+    }
+    assert_eq!(emulator.position().unwrap()[0], 20);
+}
+
 fn two_programs() {
     let counts = Counts::default();
     let (_emulator, path) = emulator(&counts);

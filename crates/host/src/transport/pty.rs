@@ -15,6 +15,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_serial::SerialStream;
 
 use super::outbox::Outbox;
+use super::terminal::LineSettings;
 use super::watch::{Seen, Watch};
 use super::{Received, Sent, Transport, take};
 use crate::report::News;
@@ -46,7 +47,7 @@ pub struct Pty {
     unsure: bool,
     /// The speed of the device's line.
     baud: u32,
-    /// The present client's speed has been compared with it.
+    /// The present client's settings have been compared with the device's.
     compared: bool,
     news: VecDeque<News>,
     /// What has been read already and comes after the news.
@@ -147,18 +148,20 @@ impl Pty {
         self.seen = seen;
     }
 
-    /// Looks, once a client or a change of speed, whether the client talks at the device's speed.
-    fn compare_speed(&mut self) {
+    /// Looks, once a client or a change of speed, whether the client talks as the device does.
+    fn compare(&mut self) {
         if std::mem::replace(&mut self.compared, true) {
             return;
         }
+        let Some(LineSettings { baud: client, parity }) = self.watch.settings() else { return };
+        let transport = || Arc::clone(&self.label);
         // A speed of 0 means to hang up, which some programs use for a terminal without a line.
-        if let Some(client) = self.watch.speed()
-            && client != self.baud
-            && client != 0
-        {
-            let (transport, line) = (Arc::clone(&self.label), self.baud);
-            self.news.push_back(News::WrongSpeed { transport, client, line });
+        if client != self.baud && client != 0 {
+            let news = News::WrongSpeed { transport: transport(), client, line: self.baud };
+            self.news.push_back(news);
+        }
+        if let Some(parity) = parity {
+            self.news.push_back(News::WrongParity { transport: transport(), parity });
         }
     }
 
@@ -202,7 +205,7 @@ impl Transport for Pty {
                     self.look();
                 }
                 self.unsure |= !self.seen.open;
-                self.compare_speed();
+                self.compare();
                 match self.news.pop_front() {
                     None => Poll::Ready(Received::Bytes(n)),
                     Some(news) => {

@@ -25,8 +25,9 @@ use rustix::fs::inotify::{self, CreateFlags, ReadFlags, Reader, WatchFlags};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::io::Errno;
 use rustix::termios::{Action, QueueSelector, ioctl_tiocnxcl, tcflow, tcflush, tcgetattr};
+use vimc4_lines::use_default_discipline;
 
-use super::terminal::{set_raw, speed};
+use super::terminal::{LineSettings, set_raw};
 use super::users::Users;
 
 /// The watch over one terminal.
@@ -56,6 +57,9 @@ struct Watcher {
 }
 
 type Identity = (u64, u64);
+
+/// The line discipline that every terminal begins with.
+const N_TTY: u8 = 0;
 
 #[derive(Debug)]
 struct Terminal {
@@ -132,10 +136,10 @@ impl Watch {
         (seen == terminal.seen()).then(write)
     }
 
-    /// The speed that the terminal is set to.
-    pub(super) fn speed(&self) -> Option<u32> {
+    /// How the line is set.
+    pub(super) fn settings(&self) -> Option<LineSettings> {
         let terminals = self.watcher.terminals();
-        speed(&terminals.get(&self.number)?.kept).ok()
+        LineSettings::of(&terminals.get(&self.number)?.kept).ok()
     }
 
     /// Clients find another speed from now on. One that is there has to change it itself, as on
@@ -299,11 +303,15 @@ impl Terminal {
         self.closings += 1;
     }
 
-    /// Exclusive use, a stopped output and the settings of a client end with it, unless the next
-    /// one is there already and may have its own.
+    /// Exclusive use, a stopped output, a line discipline and the settings of a client end with
+    /// it, unless the next one is there already and may have its own.
     fn settle(&self) {
         if self.opens == 0 {
             let _ = ioctl_tiocnxcl(&self.kept);
+            // Asking for the one that is there already would take a lock that readers hold.
+            if !tcgetattr(&self.kept).is_ok_and(|settings| settings.line_discipline == N_TTY) {
+                let _ = use_default_discipline(&self.kept);
+            }
             let _ = tcflow(&self.kept, Action::OOn);
             let _ = set_raw(&self.kept, self.baud);
         }
@@ -313,7 +321,8 @@ impl Terminal {
     /// opens it next finds it as terminals for people are. It gets a living one of ours before
     /// the dead one is let go, so that the near end notices nothing.
     fn mend(&mut self) {
-        if tcgetattr(&self.kept).is_ok() {
+        // Other errors come from a line discipline that knows no settings.
+        if tcgetattr(&self.kept).err() != Some(Errno::IO) {
             return;
         }
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;

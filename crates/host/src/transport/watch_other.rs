@@ -5,7 +5,7 @@ use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::task::Waker;
 
-use super::terminal::{set_raw, speed};
+use super::terminal::{LineSettings, set_raw};
 
 /// Keeps the emulator's own descriptor of the client's end.
 #[derive(Debug)]
@@ -30,8 +30,8 @@ impl Watch {
         Ok(Watch { kept })
     }
 
-    pub(super) fn speed(&self) -> Option<u32> {
-        speed(&self.kept).ok()
+    pub(super) fn settings(&self) -> Option<LineSettings> {
+        LineSettings::of(&self.kept).ok()
     }
 
     pub(super) fn set_baud(&self, _baud: u32) {}

@@ -368,6 +368,11 @@ impl Diary {
             .sum()
     }
 
+    /// What is wanted of the reports, in their order.
+    pub(crate) fn all<T>(&self, wanted: impl FnMut(&Report) -> Option<T>) -> Vec<T> {
+        self.0.lock().unwrap().iter().filter_map(wanted).collect()
+    }
+
     /// Waits until a report is there.
     pub(crate) fn wait_for(&self, what: &str, fits: impl Fn(&Report) -> bool) {
         for _ in 0..500 {

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::termios::{
-    InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl, tcgetattr, tcsetattr,
+    ControlModes, InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl,
+    tcgetattr, tcsetattr,
 };
 use vimc4_host::{Clock, News, Pty, Report};
 
@@ -113,6 +114,35 @@ fn settings_end_with_their_client() {
     assert_eq!(ask(&second, "etwo\r", 3), "two");
     assert_eq!(read(&second, 1, 20), b"", "an echo");
     running.end().unwrap();
+}
+
+#[test]
+fn a_parity_is_told_of_once_and_ends_with_its_client() {
+    let (odd, sticky) = (ControlModes::PARODD, ControlModes::CMSPAR);
+    for (modes, words) in [(odd, "odd"), (sticky, "space"), (sticky | odd, "mark")] {
+        let diary = Diary::default();
+        let (running, path) = serve(Clock::Real);
+        running.handle.watch(diary.clone()).wait().unwrap();
+        let client = open(&path);
+        let mut settings = tcgetattr(&client).unwrap();
+        // The system drops the parity, and not its kind.
+        settings.control_modes |= modes | ControlModes::PARENB;
+        tcsetattr(&client, OptionalActions::Now, &settings).unwrap();
+        for _ in 0..3 {
+            assert_eq!(ask(&client, "eone\r", 3), "one");
+        }
+        drop(client);
+        diary.wait_for("the end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+        let next = open(&path);
+        assert!(!tcgetattr(&next).unwrap().control_modes.intersects(sticky | odd));
+        assert_eq!(ask(&next, "etwo\r", 3), "two");
+        let told = |report: &Report| match report {
+            Report::News(_, News::WrongParity { parity, .. }) => Some(*parity),
+            _ => None,
+        };
+        assert_eq!(diary.all(told), [words]);
+        running.end().unwrap();
+    }
 }
 
 #[test]

@@ -169,6 +169,17 @@ impl Launcher {
     }
 }
 
+/// Gives a terminal the line discipline back that every terminal begins with. A pseudo terminal
+/// whose near end stays open does not get it back by itself when its last client closes it.
+///
+/// # Errors
+///
+/// What the system says.
+pub fn use_default_discipline(terminal: impl AsFd) -> io::Result<()> {
+    const N_TTY: libc::c_int = 0;
+    sys::set_discipline(terminal.as_fd(), N_TTY)
+}
+
 /// Whether a kernel can let a call go on that somebody was asked about.
 fn is_recent(release: &str) -> bool {
     let mut numbers = release.split(|c: char| !c.is_ascii_digit()).map(str::parse::<u32>);

@@ -6,7 +6,7 @@
 
 use std::io;
 use std::mem::{MaybeUninit, size_of};
-use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
+use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::ptr;
@@ -229,6 +229,19 @@ fn all(done: isize, length: usize) -> io::Result<()> {
         Ok(done) if done == length => Ok(()),
         Ok(_) => Err(io::Error::from_raw_os_error(libc::EFAULT)),
         Err(_) => Err(io::Error::last_os_error()),
+    }
+}
+
+// --- the line discipline ---
+
+/// Gives a terminal this line discipline.
+pub(crate) fn set_discipline(terminal: BorrowedFd<'_>, discipline: c_int) -> io::Result<()> {
+    let discipline = ptr::from_ref(&discipline);
+    // SAFETY: the kernel reads one integer, which outlives the call. On a descriptor that is no
+    // terminal the request means nothing else that would write.
+    match unsafe { libc::ioctl(terminal.as_raw_fd(), libc::TIOCSETD, discipline) } {
+        0 => Ok(()),
+        _ => Err(io::Error::last_os_error()),
     }
 }
 

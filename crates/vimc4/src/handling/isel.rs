@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use vimc4_device::Point;
+use vimc4_isel::PositionAxes;
 
 use super::{Effects, Handling};
 use crate::catalogue::Model;
@@ -44,10 +45,15 @@ pub(super) fn handling(model: Model, inner: &vimc4_isel::Model) -> Handling {
     }
 }
 
-pub(super) fn read_position(answer: &[u8]) -> Option<Vec<i64>> {
+pub(super) fn read_position(model: &vimc4_isel::Model, answer: &[u8]) -> Option<Vec<i64>> {
+    let fewest = match model.quirks.position_axes {
+        PositionAxes::Three => 3,
+        PositionAxes::Configured => 0,
+    };
     let digits = std::str::from_utf8(answer.strip_prefix(b"0")?).ok()?;
     let hex = |digit: u8| digit.is_ascii_digit() || (b'A'..=b'F').contains(&digit);
-    if !matches!(digits.len(), 18 | 24) || !digits.bytes().all(hex) {
+    let is_whole = digits.len().is_multiple_of(6) && (fewest..=4).contains(&(digits.len() / 6));
+    if !is_whole || !digits.bytes().all(hex) {
         return None;
     }
     let place = |at: usize| {
@@ -151,13 +157,25 @@ mod tests {
 
     #[test]
     fn positions_are_read_as_they_are_answered() {
-        assert_eq!(read_position(b"00003E8FFFFFF800000"), Some(vec![1_000, -1, -8_388_608]));
-        assert_eq!(read_position(&[b'0'; 25]), Some(vec![0; 4]));
-        for wrong in [&b"0"[..], b"5", b"0000000000000000", b"00000e8FFFFFF800000", b"\xFF\x00"] {
-            assert_eq!(read_position(wrong), None);
+        let model = |name| vimc4_isel::Model::builtin(name).unwrap();
+        let (later, old) = (model("imc4"), model("c142"));
+        for model in [&later, &old] {
+            let read = |answer| read_position(model, answer);
+            assert_eq!(read(b"00003E8FFFFFF800000"), Some(vec![1_000, -1, -8_388_608]));
+            assert_eq!(read(&[b'0'; 25]), Some(vec![0; 4]));
+            // `P` of a controller in the middle of storing answers an error.
+            for wrong in [&b"5"[..], b"8", b"000000000", b"00000e8FFFFFF800000", b"\xFF\x00"] {
+                assert_eq!(read(wrong), None);
+            }
+            assert_eq!(read(&[b'0'; 31]), None);
         }
-        // `P` of a controller in the middle of storing answers an error.
-        assert_eq!(read_position(b"8"), None);
+        // Axes that are not configured are told of by one, and not by the other.
+        for (answer, places) in
+            [(&b"0"[..], vec![]), (b"0000064", vec![100]), (b"0000064FFFFFF", vec![100, -1])]
+        {
+            assert_eq!(read_position(&later, answer), None);
+            assert_eq!(read_position(&old, answer), Some(places));
+        }
     }
 
     #[test]

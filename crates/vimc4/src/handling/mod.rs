@@ -131,12 +131,13 @@ impl Handling {
     }
 
     /// The places in an answer to [`position`](Handling::position), X first; `None` if it is no
-    /// such answer.
+    /// such answer. A model that tells of configured axes only has fewer places, or none, and does
+    /// not say of which axes they are.
     #[must_use]
     pub fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {
-        match self.model.family() {
-            Family::Isel => isel::read_position(answer),
-            Family::Lpkf => lpkf::read_position(answer),
+        match &self.model {
+            Model::Isel(inner) => isel::read_position(inner, answer),
+            Model::Lpkf(_) => lpkf::read_position(answer),
         }
     }
 
