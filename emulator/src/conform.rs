@@ -142,7 +142,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         }
     }
     let port = Port::open(name, arguments.baud.unwrap_or(model.baud())).map_err(Failure::usage)?;
-    endings::interrupt(&port)?;
+    endings::interrupt(&port, handling.halt)?;
     let candidates = explain::candidates(&model).map_err(Failure::usage)?;
     let mut report = Report::new(&arguments, name, choices.len());
     let client = Client::new(port, handling, timing, arguments.verbose);

@@ -2,6 +2,8 @@
 
 #[cfg(unix)]
 use std::future::poll_fn;
+use std::io::{self, Write};
+use std::process;
 #[cfg(unix)]
 use std::task::Poll;
 use std::thread;
@@ -60,9 +62,14 @@ impl Endings {
     }
 }
 
-/// Lets Ctrl-C, and other ways to ask for an end, interrupt the port.
-pub(crate) fn interrupt(port: &Port) -> Result<(), Failure> {
+/// The exit code of who is told a second time, as shells have it for Ctrl-C.
+const TOLD_AGAIN: i32 = 130;
+
+/// Lets Ctrl-C, and other ways to ask for an end, interrupt the port, so that `halt` is sent and its
+/// effect awaited. Who is told again does not wait: the program ends at once.
+pub(crate) fn interrupt(port: &Port, halt: &'static [u8]) -> Result<(), Failure> {
     let interrupt = port.interrupter();
+    let mut sideways = port.sideways();
     let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
@@ -72,6 +79,15 @@ pub(crate) fn interrupt(port: &Port) -> Result<(), Failure> {
         let mut endings = endings;
         runtime.block_on(endings.told());
         interrupt();
+        runtime.block_on(endings.told());
+        // It may not have been sent yet, and does no harm twice.
+        sideways.iter_mut().for_each(|send| send(halt));
+        let _ = writeln!(
+            io::stderr(),
+            "interrupted again: ended without waiting, and the machine may still be moving; use the \
+             emergency stop if it does"
+        );
+        process::exit(TOLD_AGAIN);
     };
     thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
     Ok(())

@@ -35,7 +35,8 @@ impl Failure {
     /// The command ended too early because of a line of a file, counted from 1.
     pub(crate) fn at_line(text: impl ToString, name: &str, source: &str, line: u32) -> Failure {
         let mut failure = Failure::new(&text.to_string(), 1);
-        let source = output::shown(source);
+        // However lines end, it is the same line.
+        let source = output::shown(&source.replace("\r\n", "\n").replace('\r', "\n"));
         let before = line.saturating_sub(1) as usize;
         let start = source.split_inclusive('\n').take(before).map(str::len).sum::<usize>();
         let length = source.get(start..).and_then(|rest| rest.lines().next()).map_or(0, str::len);

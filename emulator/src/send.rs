@@ -18,7 +18,7 @@ use vimc4_ncp::job::{Job, NoResumption, Zero};
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
-use crate::job::operator::{Operator, Start};
+use crate::job::operator::{Entered, Operator, Start};
 use crate::job::perform::{Ending, Work, perform, refusal, shown};
 use crate::job::source::{self, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
@@ -45,12 +45,12 @@ the time that remains.
 The controller is asked first who it is, and a job for another model is refused. Where the port leads
 to a real machine the travel is shown, and somebody has to agree.
 
-Enter stops a motion along its ramp, and Enter again goes on with it, as does START at the panel; a
-plot halts behind the command that runs. At a HALT, s goes on line by line. An error reply, and
-what is no answer of such a controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where
-nobody is at the terminal. Ctrl-C sends 253, which brakes, and ends the job; what is switched on stays
-on. Whatever ends it,
-the line is said with which --from goes on.",
+Enter, or q, stops a motion along its ramp; then Enter goes on with it, as does START at the panel,
+and q ends the job; a plot halts behind the command that runs. At a HALT, s goes on line by line. What
+is typed before a question is no answer to it. An error reply, and what is no answer of such a
+controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where nobody is at the terminal.
+Ctrl-C sends 253, which brakes, and ends the job when it rests; Ctrl-C again does not wait. What is
+switched on stays on. Whatever ends it, the line is said with which --from goes on.",
     after_long_help = "\
 Examples:
   vimc4 send part.ncp --to ./vimc4.pty --machine mill
@@ -374,22 +374,27 @@ impl<'a> Sending<'a> {
         match asked {
             Ok(Identity::Same(_)) => Ok(()),
             Ok(Identity::Unknown(said)) => {
+                let says = match said.is_empty() {
+                    true => "does not name itself when it is asked".to_owned(),
+                    false => format!("says `{said}`, which names no model known here"),
+                };
                 let _ = writeln!(
                     io::stderr(),
-                    "the controller at {port} says `{said}`, which names no model known here; it \
-                     is taken for the model {model}"
+                    "the controller at {port} {says}; it is taken for the model {model}"
                 );
                 Ok(())
             }
             Ok(Identity::Other { .. }) if self.arguments.any_model => Ok(()),
             Ok(Identity::Other { what, said }) => Err(Failure::usage(format!(
-                "the controller at {port} is {what} (it says `{said}`), and the job is for the \
-                 model {model}; nothing has moved: name its model with --model, or add \
-                 --any-model to send the job nevertheless"
+                "the controller at {port} is {what} ({}), and the job is for the model {model}; \
+                 nothing has moved: name its model with --model, or add --any-model to send the \
+                 job nevertheless",
+                identity::says(&said)
             ))),
             Ok(Identity::Foreign { what, said }) => Err(Failure::usage(format!(
-                "what answers at {port} is {what} (it says `{said}`), and the job is for the model \
-                 {model}; nothing was sent: name its model with --model, and a file for it"
+                "what answers at {port} is {what} ({}), and the job is for the model {model}; \
+                 nothing was sent: name its model with --model, and a file for it",
+                identity::says(&said)
             ))),
             Ok(Identity::Silent) => Err(self.broken(Broken::Silent)),
             Err(error) => Err(self.broken(error.into())),
@@ -419,7 +424,7 @@ impl<'a> Sending<'a> {
     fn listen(&mut self) -> Result<(), Failure> {
         if !self.listens {
             self.listens = true;
-            endings::interrupt(self.link.port())?;
+            endings::interrupt(self.link.port(), self.handling.halt)?;
             let (keeps, woken) = (self.link.stop_key(), self.link.port().waker());
             self.operator.listen(Start::of(&self.handling), keeps, woken);
         }
@@ -627,7 +632,29 @@ impl<'a> Sending<'a> {
                  --zero would count as found there"
             );
         }
+        self.tell_entered(line);
         let _ = writeln!(io::stderr(), "to go on with line {line}:\n  {}", words.join(" "));
+    }
+
+    /// What was typed on the way and is in no file, so that going on does not know of it. The moves
+    /// to a zero are known by the zero, if it was taken.
+    fn tell_entered(&self, line: u32) {
+        // What is typed before the start counts for nothing but the zero.
+        let is_known = |entered: &&Entered| {
+            entered.line == 0 || entered.finds_zero && self.kept != Some(entered.line)
+        };
+        let mut lost = self.operator.entered.iter().filter(|entered| !is_known(entered)).peekable();
+        if lost.peek().is_none() {
+            return;
+        }
+        let mut text = format!(
+            "what was typed at the terminal is in no file, so going on with line {line} leaves it \
+             out:"
+        );
+        for Entered { line, typed, .. } in lost {
+            text += &format!("\n  line {line}: {}", crate::output::shown_in_line(typed));
+        }
+        let _ = writeln!(io::stderr(), "{text}");
     }
 
     /// Where the axes are, as far as the controller says.

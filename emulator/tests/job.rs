@@ -5,6 +5,7 @@
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::ops::Deref;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
@@ -34,6 +35,30 @@ WAIT 200
 MOVEABS X0 Y0
 PROGEND
 ";
+
+/// A folder of its own, which goes when it is dropped.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Folder {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    /// With a job in `job.ncp`.
+    fn with(job: impl AsRef<[u8]>) -> Folder {
+        let folder = Folder::new();
+        fs::write(folder.join("job.ncp"), job).unwrap();
+        folder
+    }
+}
+
+impl Deref for Folder {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        self.0.path()
+    }
+}
 
 fn vimc4(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
@@ -87,27 +112,25 @@ fn recorded(emulator: &Emulator) -> Vec<[i64; 4]> {
 #[test]
 fn run_sent_and_stored_it_takes_the_same_path() {
     for model in ["imc4", "imc-s8"] {
-        let folder = tempfile::tempdir().unwrap();
-        let folder = folder.path();
-        fs::write(folder.join("job.ncp"), JOB).unwrap();
+        let folder = Folder::with(JOB);
         let job = ["job.ncp", "--model", model];
         let with = |before: &[&'static str], after: &[&'static str]| -> Vec<&str> {
             [before, &job, after].concat()
         };
 
-        ends(folder, &with(&["ncp", "run"], &["--trace", "run.csv"]), 0);
+        ends(&folder, &with(&["ncp", "run"], &["--trace", "run.csv"]), 0);
         let run = traced(&folder.join("run.csv"));
         assert!(run.len() > 5_000, "{}", run.len());
 
-        ends(folder, &with(&["ncp", "compile"], &["--output", "job.cnc"]), 0);
+        ends(&folder, &with(&["ncp", "compile"], &["--output", "job.cnc"]), 0);
         // The axes stand in the file.
         let stored = ["run", "job.cnc", "--model", model, "--trace", "stored.csv"];
-        ends(folder, &stored, 0);
+        ends(&folder, &stored, 0);
         assert_eq!(traced(&folder.join("stored.csv")), run, "stored on {model}");
 
         let (emulator, port) = listening(model, "bench", Clock::Instant);
         let (out, _) =
-            ends(folder, &["send", "job.cnc", "--to", &port, "--model", model, "--yes"], 0);
+            ends(&folder, &["send", "job.cnc", "--to", &port, "--model", model, "--yes"], 0);
         assert!(out.contains("stored; START at the machine runs it"), "{out}");
         assert!(recorded(&emulator).is_empty());
         emulator.press(Button::Start).unwrap();
@@ -121,7 +144,7 @@ fn run_sent_and_stored_it_takes_the_same_path() {
             .record(true)
             .start()
             .unwrap();
-        let (said, _) = ends(folder, &with(&["send"], &["--to", "port"]), 0);
+        let (said, _) = ends(&folder, &with(&["send"], &["--to", "port"]), 0);
         let end = run.last().unwrap();
         // The bench has 80 steps to the mm.
         let place = |axis: usize| format!("{:.3}", end[axis] as f64 * 0.0125);
@@ -134,11 +157,9 @@ fn run_sent_and_stored_it_takes_the_same_path() {
 
 #[test]
 fn check_says_everything_and_where() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let job = "IMF_PBL\nREF XYZ\nMOVEABSX 5\nMOVEABS X5 Q7\n(Steps per circle: 64)\nMOVEABS B5\n";
-    fs::write(folder.join("job.ncp"), job).unwrap();
-    let (out, _) = ends(folder, &["ncp", "check", "job.ncp", "--format", "short"], 1);
+    let folder = Folder::with(job);
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 1);
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines.len(), 5, "{out}");
     for (line, place) in lines.iter().zip(["3:1", "4:12", "5:1", "6:9"]) {
@@ -146,64 +167,63 @@ fn check_says_everything_and_where() {
     }
     assert_eq!(lines[4], "job.ncp: 6 lines, 4 errors");
 
-    let (out, _) = ends(folder, &["ncp", "check", "job.ncp", "--format", "json"], 1);
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "json"], 1);
     let json: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(json["errors"], 4);
     assert_eq!(json["diagnostics"][1]["text"], "Q7");
     assert_eq!(json["diagnostics"][1]["column"], 12);
 
-    let (out, _) = ends(folder, &["ncp", "check", "job.ncp"], 1);
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp"], 1);
     assert!(out.contains("[job.ncp:4:12]") && out.contains("4 │ MOVEABS X5 Q7"), "{out}");
 
     // What may move something is not left out.
     let lenient = ["ncp", "check", "job.ncp", "--format", "short", "--lenient"];
-    let (out, _) = ends(folder, &lenient, 1);
+    let (out, _) = ends(&folder, &lenient, 1);
     assert!(out.ends_with("6 lines, 3 errors, 1 warning\n"), "{out}");
+    assert!(out.contains("\njob.ncp: the job ends at line 3: unknown command `MOVEABSX`"), "{out}");
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "json", "--lenient"], 1);
+    let json: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["ends_in_line"], 3);
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 1);
+    assert!(!out.contains("the job ends"), "{out}");
 }
 
 #[test]
 fn with_an_error_nothing_is_done_unless_it_is_lenient() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let job =
         "IMF_PBL\nREF XYZ\nMOVEABS X1000\n(no command)\nMOVEABS Y1000\nMOVEABS C5\nMOVEABS X0\n";
-    fs::write(folder.join("job.ncp"), job).unwrap();
-    let (out, err) = ends(folder, &["ncp", "run", "job.ncp"], 1);
+    let folder = Folder::with(job);
+    let (out, err) = ends(&folder, &["ncp", "run", "job.ncp"], 1);
     assert!(out.is_empty() && err.contains("job.ncp has 2 errors"), "{out}{err}");
 
     let emulator =
         Emulator::builder().pty(folder.join("port")).time(Clock::Instant).start().unwrap();
-    ends(folder, &["send", "job.ncp", "--to", "port"], 1);
+    ends(&folder, &["send", "job.ncp", "--to", "port"], 1);
     assert!(emulator.commands().unwrap().is_empty());
 
-    let (out, _) = ends(folder, &["ncp", "run", "job.ncp", "--lenient", "--json"], 1);
+    let (out, _) = ends(&folder, &["ncp", "run", "job.ncp", "--lenient", "--json"], 1);
     let json: Value = serde_json::from_str(&out).unwrap();
     assert_eq!((&json["ended"], &json["line"]), (&"error".into(), &6.into()));
     assert_eq!(json["axes"]["Y"]["position"], 80);
-    ends(folder, &["send", "job.ncp", "--to", "port", "--lenient"], 1);
+    ends(&folder, &["send", "job.ncp", "--to", "port", "--lenient"], 1);
     assert_eq!(emulator.position().unwrap(), [80, 80, 0, 0]);
 }
 
 #[test]
 fn an_error_reply_names_the_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\nMOVEABS X2000\n").unwrap();
-    let emulator = Emulator::builder().tcp("127.0.0.1:0").time(Clock::Instant).start().unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\nMOVEABS X2000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     emulator.hold(Button::EmergencyStop).unwrap();
-    let port = emulator.tcp_addr().unwrap().to_string();
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
     assert!(err.contains("answered 9") && err.contains("[job.ncp:2:1]"), "{err}");
 }
 
 #[test]
 fn a_command_list_is_sent_as_it_is() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("list.txt"), "; two axes\n@03\n@0A 500,900, 300,900\n@0P\n").unwrap();
-    let emulator = Emulator::builder().tcp("127.0.0.1:0").time(Clock::Instant).start().unwrap();
-    let port = emulator.tcp_addr().unwrap().to_string();
-    let (out, _) = ends(folder, &["send", "list.txt", "--to", &port, "-v"], 0);
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let (out, _) = ends(&folder, &["send", "list.txt", "--to", &port, "-v"], 0);
     assert!(out.contains("     4  @0P") && out.contains("00001F400012C000000"), "{out}");
     assert_eq!(emulator.position().unwrap()[..2], [500, 300]);
 }
@@ -225,8 +245,13 @@ fn a_list_for_a_card_that_tells_of_configured_axes_only_is_sent() {
 
 /// A `vimc4 send` that is under way.
 fn sending(folder: &Path, arguments: &[&str]) -> Child {
+    sending_from(folder, arguments, Stdio::null())
+}
+
+/// The same with somebody who types, or nobody.
+fn sending_from(folder: &Path, arguments: &[&str], typed: impl Into<Stdio>) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.arg("send").args(arguments).current_dir(folder).stdin(Stdio::null());
+    command.arg("send").args(arguments).current_dir(folder).stdin(typed);
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
@@ -238,19 +263,21 @@ fn until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
+/// Waits until an axis stays where it is.
+fn until_it_rests(x: impl Fn() -> i64) {
+    let mut last = -1;
+    until("it stops", || std::mem::replace(&mut last, x()) == x());
+}
+
 #[test]
 fn stop_pauses_and_start_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n").unwrap();
-    let emulator = Emulator::builder().tcp("127.0.0.1:0").start().unwrap();
-    let port = emulator.tcp_addr().unwrap().to_string();
-    let child = sending(folder, &["job.ncp", "--to", &port]);
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Real);
+    let child = sending(&folder, &["job.ncp", "--to", &port]);
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 400);
     emulator.press(Button::Stop).unwrap();
-    let mut last = -1;
-    until("it stops", || std::mem::replace(&mut last, x()) == x());
+    until_it_rests(x);
     assert!(x() < 4_000);
     // START is a button that somebody holds for a moment; the host looks ten times a second.
     emulator.hold(Button::Start).unwrap();
@@ -266,11 +293,9 @@ fn stop_pauses_and_start_goes_on() {
 
 #[test]
 fn ctrl_c_brakes_and_says_where() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X500000\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
     let emulator = Emulator::builder().pty(folder.join("port")).start().unwrap();
-    let child = sending(folder, &["job.ncp", "--to", "port"]);
+    let child = sending(&folder, &["job.ncp", "--to", "port"]);
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 100);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
@@ -284,9 +309,7 @@ fn ctrl_c_brakes_and_says_where() {
 
 #[test]
 fn nobody_there_is_told_at_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\n");
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().to_string();
     let silent = thread::spawn(move || {
@@ -295,20 +318,19 @@ fn nobody_there_is_told_at_once() {
         let _ = client.read_to_end(&mut sent);
         sent
     });
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 2);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 2);
     assert!(err.contains("nothing answers"), "{err}");
     assert_eq!(silent.join().unwrap(), b"@0V\r");
 }
 
 #[test]
 fn questions_and_waits() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     let job =
         "IMF_PBL\nREF XYZ\nHALT ; turn the part\nMOVEABS X1000\nWAITBIT E1.3==1\nMOVEABS X0\n";
     fs::write(folder.join("job.ncp"), job).unwrap();
     let run = |more: &[&'static str], code| {
-        ends(folder, &[&["ncp", "run", "job.ncp"], more].concat(), code)
+        ends(&folder, &[&["ncp", "run", "job.ncp"], more].concat(), code)
     };
     let (out, err) = run(&[], 3);
     assert!(out.contains("line 3 waits") && err.contains("turn the part"), "{out}{err}");
@@ -320,7 +342,7 @@ fn questions_and_waits() {
     assert!(json["time_ns"].as_u64().unwrap() > 10_000_000_000);
 
     // A stored program has nobody to ask, and says so.
-    let (_, err) = ends(folder, &["ncp", "compile", "job.ncp"], 1);
+    let (_, err) = ends(&folder, &["ncp", "compile", "job.ncp"], 1);
     assert!(err.contains("no-operator") && err.contains("[job.ncp:3:1]"), "{err}");
 }
 
@@ -335,19 +357,27 @@ fn terminal() -> (fs::File, fs::File) {
     (fs::File::from(typed), end)
 }
 
+/// What `ncp run` says of `job.ncp`, as JSON and to who has typed this at a terminal.
+fn run_with(folder: &Path, machine: &str, typed: &str) -> (Value, String) {
+    let (mut terminal, end) = terminal();
+    terminal.write_all(typed.as_bytes()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    command.args(["ncp", "run", "job.ncp", "--machine", machine, "--json"]);
+    let output = command.current_dir(folder).stdin(end).output().unwrap();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    let json = serde_json::from_str(&out);
+    assert!(json.is_ok(), "{out}{err}");
+    (json.unwrap(), err)
+}
+
 #[test]
 fn the_operator_finds_the_zero() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     let job = "IMF_PBL\nREF XYZ\nWPTEACH\nMOVEABS X1000\nWPTEACH\nMOVEABS Y1000\n";
-    fs::write(folder.path().join("job.ncp"), job).unwrap();
-    let (mut typed, end) = terminal();
+    fs::write(folder.join("job.ncp"), job).unwrap();
     // The first is found after a slip, the second is left where it was.
-    typed.write_all(b"MOVEREL X500\nMOVEREL Q5\n\nMOVEREL X500\nk\n").unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.args(["ncp", "run", "job.ncp", "--json"]).current_dir(&folder).stdin(end);
-    let output = command.output().unwrap();
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    let json: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}"));
+    let typed = "MOVEREL X500\nMOVEREL Q5\n\nMOVEREL X500\nk\n";
+    let (json, err) = run_with(&folder, "bench", typed);
     assert_eq!(
         (&json["axes"]["X"]["position"], &json["axes"]["Y"]["position"]),
         (&160.into(), &80.into())
@@ -360,20 +390,14 @@ fn the_operator_finds_the_zero() {
 
 #[test]
 fn enter_is_the_stop_key() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n").unwrap();
-    let emulator = Emulator::builder().tcp("127.0.0.1:0").start().unwrap();
-    let port = emulator.tcp_addr().unwrap().to_string();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Real);
     let (mut typed, end) = terminal();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.args(["send", "job.ncp", "--to", &port]).current_dir(folder).stdin(end);
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let child = sending_from(&folder, &["job.ncp", "--to", &port], end);
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 400);
     typed.write_all(b"\n").unwrap();
-    let mut last = -1;
-    until("it stops", || std::mem::replace(&mut last, x()) == x());
+    until_it_rests(x);
     let stopped = x();
     assert!(stopped < 4_000);
     thread::sleep(Duration::from_millis(300));
@@ -389,62 +413,58 @@ fn enter_is_the_stop_key() {
 
 #[test]
 fn what_cannot_begin_says_why() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\n").unwrap();
+    let folder = Folder::with("IMF_PBL\n");
     for (arguments, said) in [
         (&["ncp", "check", "nothing.ncp"][..], "cannot read nothing.ncp"),
         (&["ncp", "check", "job.ncp", "--model", "smcu"], "does not speak isel's @-format"),
         (&["ncp", "run", "job.ncp", "--machine", "nothing"], "nothing"),
         (&["send", "job.ncp", "--to", "nowhere"], "cannot open nowhere"),
     ] {
-        let (_, err) = ends(folder, arguments, 2);
+        let (_, err) = ends(&folder, arguments, 2);
         assert!(err.contains(said), "{err}");
     }
     let mut utf16 = fs::File::create(folder.join("wide.ncp")).unwrap();
     utf16.write_all(b"\xFF\xFEI\0").unwrap();
-    let (_, err) = ends(folder, &["ncp", "check", "wide.ncp"], 2);
+    let (_, err) = ends(&folder, &["ncp", "check", "wide.ncp"], 2);
     assert!(err.contains("UTF-16"), "{err}");
 }
 
 #[test]
 fn help_says_what_a_command_does_at_length() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     for (command, said) in [
         (&["run"][..], "START button"),
         (&["conform"], "Each session is a conversation"),
         (&["circle"], "counted counterclockwise from the first axis"),
-        (&["send"], "Enter stops a motion along its ramp"),
+        (&["send"], "Enter, or q, stops a motion along its ramp"),
         (&["ncp", "check"], "the machine's travel"),
         (&["ncp", "run"], "The job is checked first"),
         (&["ncp", "compile"], "has nobody to ask"),
         (&["ncp", "lsp"], "as you type"),
     ] {
-        let (out, _) = ends(folder.path(), &[command, &["--help"]].concat(), 0);
+        let (out, _) = ends(&folder, &[command, &["--help"]].concat(), 0);
         assert!(out.contains(said), "{command:?}: {out}");
     }
 }
 
 #[test]
 fn a_job_fits_where_its_zero_is_said() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let job = "IMF_PBL\nREF XYZ\nMOVEABS X1000 Y2000 Z5000\nWPREG3ACT\nMOVEABS X0\n";
-    fs::write(folder.join("job.ncp"), job).unwrap();
+    let folder = Folder::with(job);
     let check = ["ncp", "check", "job.ncp", "--format", "short"];
-    let (out, _) = ends(folder, &[&check[..], &["--machine", "mill"]].concat(), 1);
+    let (out, _) = ends(&folder, &[&check[..], &["--machine", "mill"]].concat(), 1);
     assert!(out.contains("beyond-travel") && out.contains("--zero X,Y,Z"), "{out}");
 
-    let mill = vimc4(folder, &["machines", "show", "mill"]).stdout;
+    let mill = vimc4(&folder, &["machines", "show", "mill"]).stdout;
     let own = "\n[job.zero]\nx = 100000\ny = 50000\nz = -60000\n\n[job.registers.3]\nx = 7000\n";
     fs::write(folder.join("mine.toml"), text(&mill) + own).unwrap();
     let from_outside =
         ["--machine", "mill", "--zero", "100mm,50mm,-60mm", "--wpreg", "3=7mm"].as_slice();
     let from_profile = ["--machine", "mine.toml"].as_slice();
     for site in [from_outside, from_profile] {
-        ends(folder, &[&check[..], site].concat(), 0);
+        ends(&folder, &[&check[..], site].concat(), 0);
         let run = [&["ncp", "run", "job.ncp", "--json"], site].concat();
-        let (out, _) = ends(folder, &run, 0);
+        let (out, _) = ends(&folder, &run, 0);
         let summary: Value = serde_json::from_str(&out).unwrap();
         let end = ["X", "Y", "Z"].map(|axis| summary["axes"][axis]["position"].as_i64().unwrap());
         assert_eq!(end, [7 * 80, 52 * 80, -55 * 100]);
@@ -456,7 +476,7 @@ fn a_job_fits_where_its_zero_is_said() {
         (&["--wpreg", "9=1"], "\"9\" is no register"),
         (&["--machine", "board-plotter", "--zero", ",,1"], "board-plotter has no Z axis"),
     ] {
-        let (_, err) = ends(folder, &[&check[..], arguments].concat(), 2);
+        let (_, err) = ends(&folder, &[&check[..], arguments].concat(), 2);
         assert!(err.contains(said), "{err}");
     }
 }
@@ -482,9 +502,7 @@ fn sent(emulator: &Emulator) -> Vec<String> {
 
 #[test]
 fn a_job_for_another_model_is_refused_before_anything_moves() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
     fs::write(folder.join("plot.plt"), "IN;PA100,100;").unwrap();
     for (there, asked, what) in [
         ("imc-s8", "imc4", "is imc-s8 (it says `isel iMC-S8"),
@@ -494,15 +512,15 @@ fn a_job_for_another_model_is_refused_before_anything_moves() {
     ] {
         let (emulator, port) = listening(there, "bench", Clock::Instant);
         let send = ["send", "job.ncp", "--to", &port, "--model", asked];
-        let (_, err) = ends(folder, &send, 2);
+        let (_, err) = ends(&folder, &send, 2);
         assert!(err.contains(what) && err.contains("--any-model"), "{err}");
         assert_eq!(sent(&emulator), ["@0V"]);
-        ends(folder, &[&send[..], &["--any-model"]].concat(), 0);
+        ends(&folder, &[&send[..], &["--any-model"]].concat(), 0);
         assert_eq!(emulator.position().unwrap()[0], 80);
     }
     let (emulator, port) = listening("motionsystem", "board-plotter", Clock::Instant);
     let send = ["send", "plot.plt", "--to", &port, "--machine", "board-plotter", "--model", "smcu"];
-    let (_, err) = ends(folder, &send, 2);
+    let (_, err) = ends(&folder, &send, 2);
     assert!(err.contains("is motionsystem (it says `S204"), "{err}");
     assert_eq!(emulator.position().unwrap()[..2], [0, 0]);
 }
@@ -518,22 +536,19 @@ fn profile(folder: &Path, model: &str, replaced: &str, by: &str) -> String {
 
 #[test]
 fn where_start_resumes_the_host_sends_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X50000\n");
     for resumes in [true, false] {
-        let (text_of, _) = ends(folder, &["models", "show", "imc-s8"], 0);
+        let (text_of, _) = ends(&folder, &["models", "show", "imc-s8"], 0);
         let held = if text_of.contains("start_resumes_dnc = true") { "true" } else { "false" };
         let quirk = |value: &str| format!("start_resumes_dnc = {value}");
         let wanted = if resumes { "true" } else { "false" };
-        let model = profile(folder, "imc-s8", &quirk(held), &quirk(wanted));
+        let model = profile(&folder, "imc-s8", &quirk(held), &quirk(wanted));
         let (emulator, port) = listening(&model, "bench", Clock::Real);
-        let child = sending(folder, &["job.ncp", "--to", &port, "--model", &model]);
+        let child = sending(&folder, &["job.ncp", "--to", &port, "--model", &model]);
         let x = || emulator.position().unwrap()[0];
         until("it moves", || x() > 400);
         emulator.press(Button::Stop).unwrap();
-        let mut last = -1;
-        until("it stops", || std::mem::replace(&mut last, x()) == x());
+        until_it_rests(x);
         assert!(x() < 4_000);
         match resumes {
             // Long enough for a host that polls.
@@ -588,15 +603,13 @@ PROGEND
 
 #[test]
 fn an_aborted_job_goes_on_with_its_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), LONG_JOB).unwrap();
+    let folder = Folder::with(LONG_JOB);
     let machine = ["--machine", "bench", "--yes"];
     for model in ["imc4", "imc-s8"] {
         let whole = {
             let (emulator, port) = listening(model, "bench", Clock::Instant);
             let send = ["send", "job.ncp", "--to", &port, "--model", model];
-            ends(folder, &[&send[..], &machine].concat(), 0);
+            ends(&folder, &[&send[..], &machine].concat(), 0);
             recorded(&emulator)
         };
         // Aborted by an emergency stop in the middle, and gone on with.
@@ -606,7 +619,7 @@ fn an_aborted_job_goes_on_with_its_line() {
             let from = line.to_string();
             let resumed = [&send[..], &machine, &["--from", &from]].concat();
             let before = emulator.events().unwrap().len();
-            let (out, err) = ends(folder, &resumed, 0);
+            let (out, err) = ends(&folder, &resumed, 0);
             assert!(out.contains("done in"), "{out}");
             assert!(err.contains(&format!("The job goes on with line {line}.")), "{err}");
             assert!(
@@ -642,11 +655,9 @@ fn an_aborted_job_goes_on_with_its_line() {
 
 #[test]
 fn an_abort_says_the_line_to_go_on_with() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nVEL 60000\nMOVEABS X300000\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 60000\nMOVEABS X300000\n");
     let (emulator, port) = listening("imc4", "bench", Clock::Real);
-    let child = sending(folder, &["job.ncp", "--to", &port]);
+    let child = sending(&folder, &["job.ncp", "--to", &port]);
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 200);
     emulator.hold(Button::EmergencyStop).unwrap();
@@ -657,22 +668,22 @@ fn an_abort_says_the_line_to_go_on_with() {
     assert!(err.contains("such as the spindle, is still on"), "{err}");
 
     let (emulator, port) = listening("imc4", "bench", Clock::Real);
-    let child = sending(folder, &["job.ncp", "--to", &port]);
+    let child = sending(&folder, &["job.ncp", "--to", &port]);
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 200);
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let err = text(&child.wait_with_output().unwrap().stderr);
     assert!(err.contains("--from 4 goes on with that line"), "{err}");
-    let (out, _) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", "4", "--no-ref"], 0);
+    let (out, _) = ends(&folder, &["send", "job.ncp", "--to", &port, "--from", "4", "--no-ref"], 0);
     assert!(out.contains("at X 300.000 mm"), "{out}");
     assert_eq!(x(), 24_000);
 
     for (from, said) in [("9", "has only 4 lines"), ("5", "has only 4 lines")] {
-        let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", from], 1);
+        let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port, "--from", from], 1);
         assert!(err.contains(said), "{err}");
     }
     fs::write(folder.join("job.ncp"), "IMF_PBL\nREF X\nWPTEACH\nMOVEABS X1\n").unwrap();
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--from", "4"], 1);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port, "--from", "4"], 1);
     assert!(err.contains("found by hand in line 3") && err.contains("--zero"), "{err}");
 }
 
@@ -687,9 +698,7 @@ struct Typist {
 impl Typist {
     fn new(folder: &Path, arguments: &[&str]) -> Typist {
         let (terminal, end) = terminal();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-        command.arg("send").args(arguments).current_dir(folder).stdin(end);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = sending_from(folder, arguments, end);
         let (sender, said) = std::sync::mpsc::channel();
         let stderr = std::io::BufReader::new(child.stderr.take().unwrap());
         thread::spawn(move || {
@@ -729,12 +738,10 @@ impl Typist {
 
 #[test]
 fn a_halt_offers_to_go_line_by_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let moves = "MOVEABS X1000\nMOVEABS X2000\nMOVEABS X3000\nMOVEABS X4000\n";
-    fs::write(folder.join("job.ncp"), format!("IMF_PBL\nREF XYZ\nHALT ; look\n{moves}")).unwrap();
+    let folder = Folder::with(format!("IMF_PBL\nREF XYZ\nHALT ; look\n{moves}"));
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
-    let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
     typist.types("s goes on line by line", "s");
     typist.types("Enter does it, c goes on without a halt", "");
     assert!(typist.all.contains("line 4: MOVEABS X1000"), "{}", typist.all);
@@ -744,7 +751,7 @@ fn a_halt_offers_to_go_line_by_line() {
     assert_eq!(emulator.position().unwrap()[0], 160);
     assert!(out.contains("--from 6 goes on with that line"), "{out}");
 
-    let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
     typist.types("s goes on line by line", "s");
     typist.types("line 4", "");
     typist.types("line 5", "c");
@@ -755,17 +762,16 @@ fn a_halt_offers_to_go_line_by_line() {
 
 #[test]
 fn the_zero_is_taught_before_the_start() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     // On this mill it goes nowhere from the machine's zero: Z ends there.
     let job = "IMF_PBL\nREF XYZ\nFASTABS Z5000\nMOVEABS X1000 Y1000 Z0\n";
     fs::write(folder.join("job.ncp"), job).unwrap();
     let (emulator, port) = listening("imc4", "mill", Clock::Instant);
     let send = ["job.ncp", "--to", &port, "--machine", "mill"];
-    let (_, err) = ends(folder, &[&["send"], &send[..]].concat(), 1);
+    let (_, err) = ends(&folder, &[&["send"], &send[..]].concat(), 1);
     assert!(err.contains("beyond-travel"), "{err}");
     assert!(emulator.commands().unwrap().is_empty());
-    let mut typist = Typist::new(folder, &[&send[..], &["--teach"]].concat());
+    let mut typist = Typist::new(&folder, &[&send[..], &["--teach"]].concat());
     typist.types("Enter makes this place the zero", "MOVEREL X20000 Y30000");
     typist.types("Enter makes this place the zero", "MOVEREL Z-10000");
     typist.types("Enter makes this place the zero", "");
@@ -776,26 +782,25 @@ fn the_zero_is_taught_before_the_start() {
     let (emulator, port) = listening("imc4", "mill", Clock::Instant);
     let zero = ["--zero", "20000,30000,-10000"];
     let said = ["send", "job.ncp", "--to", &port, "--machine", "mill"];
-    ends(folder, &[&said[..], &zero].concat(), 0);
+    ends(&folder, &[&said[..], &zero].concat(), 0);
     assert_eq!(emulator.position().unwrap(), taught);
     // Nobody is there to find it.
-    let (_, err) = ends(folder, &[&said[..], &["--teach"]].concat(), 2);
+    let (_, err) = ends(&folder, &[&said[..], &["--teach"]].concat(), 2);
     assert!(err.contains("say with --zero"), "{err}");
 }
 
 #[test]
 fn a_refused_line_leaves_the_place_as_it_was() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let job = "IMF_PBL\nREF XYZ\nFASTABS X1000 Y1000 Z-5000\nMOVEABS Z-6000\n";
-    fs::write(folder.join("job.ncp"), job).unwrap();
+    let folder = Folder::with(job);
     let (emulator, port) = listening("imc4", "mill", Clock::Instant);
     let send = ["job.ncp", "--to", &port, "--machine", "mill", "--teach"];
-    let mut typist = Typist::new(folder, &send);
+    let mut typist = Typist::new(&folder, &send);
     let asked = "Enter makes this place the zero";
     typist.types(asked, "MOVEREL X20000 Y20000 Z-60000");
     typist.types(asked, "MOVEREL Z-50000");
-    typist.types("Z", "");
+    typist.types(asked, "");
+    assert!(typist.all.contains("Z would go to"), "{}", typist.all);
     let (_, err) = typist.ends(0);
     assert!(err.contains("--zero 20000,20000,-60000"), "{err}");
     // The mill has 80 steps to the mm across and 100 in Z.
@@ -803,17 +808,10 @@ fn a_refused_line_leaves_the_place_as_it_was() {
 
     // At WPTEACH, with a line that is half understood, and one that a LIMIT forbids.
     let job = "IMF_PBL\nREF XYZ\nLIMIT X0,30000\nWPTEACH\nMOVEABS X1000\n";
-    let typed = b"MOVEREL X2000\nMOVEREL X3000 Q5\nMOVEREL X400000\nMOVEREL Z-900000\n\n";
+    let typed = "MOVEREL X2000\nMOVEREL X3000 Q5\nMOVEREL X400000\nMOVEREL Z-900000\n\n";
     for job in [job.to_owned(), job.replace("LIMIT X0,30000\n", "")] {
         fs::write(folder.join("job.ncp"), job).unwrap();
-        let (mut terminal, end) = terminal();
-        let typed = typed.as_slice();
-        terminal.write_all(typed).unwrap();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-        command.args(["ncp", "run", "job.ncp", "--machine", "mill", "--json"]);
-        let output = command.current_dir(folder).stdin(end).output().unwrap();
-        let (out, err) = (text(&output.stdout), text(&output.stderr));
-        let json: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}"));
+        let (json, err) = run_with(&folder, "mill", typed);
         assert_eq!(json["ended"], "done", "{err}");
         let place = ["X", "Z"].map(|axis| json["axes"][axis]["position"].as_i64().unwrap());
         assert_eq!(place, [3 * 80, 0], "{err}");
@@ -822,16 +820,14 @@ fn a_refused_line_leaves_the_place_as_it_was() {
 
 #[test]
 fn line_by_line_only_enter_does_a_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let moves = "MOVEABS X1000\nMOVEABS X2000\nMOVEABS X3000\n";
-    fs::write(folder.join("job.ncp"), format!("IMF_PBL\nREF XYZ\nHALT\n{moves}")).unwrap();
+    let folder = Folder::with(format!("IMF_PBL\nREF XYZ\nHALT\n{moves}"));
     let prompt = "Enter does it, c goes on without a halt";
     for end in ["q", "Q", "quit", "Stop"] {
         let (emulator, port) = listening("imc4", "bench", Clock::Instant);
-        let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
         typist.types("s goes on line by line", "S");
-        let refused = ["no", "what is it", "k", "MOVEREL X5"];
+        let refused = ["no", "what is it", "k", "MOVEREL X5", " "];
         for typed in refused {
             typist.types(prompt, typed);
         }
@@ -848,13 +844,11 @@ fn line_by_line_only_enter_does_a_line() {
 
 #[test]
 fn a_halt_that_nobody_can_answer_ends_the_job() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let moves = "MOVEABS X1000\nMOVEABS X2000\n";
     let job = format!("IMF_PBL\nREF XYZ\nSETBIT A1.4\nHALT\n{moves}");
-    fs::write(folder.join("job.ncp"), job).unwrap();
+    let folder = Folder::with(job);
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
-    let (out, err) = ends(folder, &["send", "job.ncp", "--to", &port], 3);
+    let (out, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 3);
     assert!(err.contains("line 4 waits for somebody, and nobody is at the terminal"), "{err}");
     assert!(out.contains("ended in line 4") && out.contains("the spindle, is still on"), "{out}");
     assert_eq!(emulator.position().unwrap()[0], 0);
@@ -862,7 +856,7 @@ fn a_halt_that_nobody_can_answer_ends_the_job() {
     // Who goes away at the question, or in the midst of going line by line.
     for steps in [false, true] {
         let (emulator, port) = listening("imc4", "bench", Clock::Instant);
-        let mut typist = Typist::new(folder, &["job.ncp", "--to", &port]);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
         if steps {
             typist.types("s goes on line by line", "s");
             typist.types("line 5: MOVEABS X1000", "");
@@ -886,8 +880,7 @@ fn onward(err: &str) -> Vec<String> {
 
 #[test]
 fn what_goes_on_with_a_job_is_said_whole() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     // What was found by hand counts as what was said.
     let rest = "MOVEABS Z-1000\nWPREG2\nMOVEREL X500\n";
     for (job, options) in [
@@ -903,7 +896,7 @@ fn what_goes_on_with_a_job_is_said_whole() {
             send.extend(["--drilldef-unit", "mm"]);
         }
         let run = |end: &str| {
-            let mut typist = Typist::new(folder, &send);
+            let mut typist = Typist::new(&folder, &send);
             if !options {
                 typist.types("find the work-piece zero", "MOVEREL X20000 Y30000 Z-40000");
                 typist.types("find the work-piece zero", "");
@@ -920,7 +913,7 @@ fn what_goes_on_with_a_job_is_said_whole() {
         assert_eq!(command.iter().any(|word| word == "--drilldef-unit"), options, "{err}");
         let mut command: Vec<&str> = command.iter().map(String::as_str).collect();
         command.push("--yes");
-        ends(folder, &command, 0);
+        ends(&folder, &command, 0);
         assert_eq!(emulator.position().unwrap(), whole, "{command:?}");
     }
 }
@@ -931,8 +924,7 @@ const PLOT: &str = "IN;!CT0;IW0,0,20000,20000;\nVS20000;!VU50000;\nPA1000,1000;P
 
 #[test]
 fn plot_files_are_sent_to_both_models() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     // The head and its speeds are the SMCU's.
     let slow = PLOT.replace("VS20000;!VU50000;", "").replace("PD;", "").replace("PU;", "");
     for (model, plot) in [("smcu", PLOT), ("motionsystem", slow.as_str())] {
@@ -940,7 +932,7 @@ fn plot_files_are_sent_to_both_models() {
         let (emulator, port) = listening(model, "board-plotter", Clock::Instant);
         let send = ["send", "plot.plt", "--to", &port, "--model", model];
         let (out, _) =
-            ends(folder, &[&send[..], &["--machine", "board-plotter", "-v"]].concat(), 0);
+            ends(&folder, &[&send[..], &["--machine", "board-plotter", "-v"]].concat(), 0);
         assert!(out.contains("at X 0.000 mm, Y 0.000 mm"), "{out}");
         // Each is answered before the next is sent, also behind IN.
         for command in ["PA3000,1000,3000,3000", "AA2000,2000,90"] {
@@ -957,15 +949,12 @@ fn plot_files_are_sent_to_both_models() {
 
 #[test]
 fn a_plot_halts_behind_its_command_and_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("plot.plt"), "IN;\n!VU20000;\nPA3000,0;\nPA6000,0;\n").unwrap();
     let (emulator, port) = listening("smcu", "board-plotter", Clock::Real);
     let (mut typed, end) = terminal();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.args(["send", "plot.plt", "--to", &port, "--model", "smcu"]);
-    command.args(["--machine", "board-plotter"]).current_dir(folder).stdin(end);
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let plot = ["plot.plt", "--to", &port, "--model", "smcu", "--machine", "board-plotter"];
+    let child = sending_from(&folder, &plot, end);
     let x = || emulator.position().unwrap()[0];
     until("it moves", || x() > 100);
     typed.write_all(b"\n").unwrap();
@@ -982,13 +971,12 @@ fn a_plot_halts_behind_its_command_and_goes_on() {
 
 #[test]
 fn a_plot_ends_with_its_error_and_the_next_is_taken() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("plot.plt"), "IN;\n\nPA9000,0;\nPA12000,0;\n").unwrap();
     for model in ["smcu", "motionsystem"] {
         let (emulator, port) = listening(model, "board-plotter", Clock::Real);
         let plot = ["plot.plt", "--to", &port, "--model", model, "--machine", "board-plotter"];
-        let child = sending(folder, &plot);
+        let child = sending(&folder, &plot);
         let x = || emulator.position().unwrap()[0];
         until("it moves", || x() > 100);
         emulator.press(Button::Stop).unwrap();
@@ -1000,32 +988,29 @@ fn a_plot_ends_with_its_error_and_the_next_is_taken() {
             "{err}"
         );
         // Whatever state that has left, the next one is taken.
-        let (_, err) = ends(folder, &[&["send"], &plot[..]].concat(), 0);
+        let (_, err) = ends(&folder, &[&["send"], &plot[..]].concat(), 0);
         assert_eq!(x(), 12_000, "{err}");
     }
 }
 
 #[test]
 fn a_plot_without_its_model_is_told_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("plot.plt"), PLOT).unwrap();
-    let (_, err) = ends(folder, &["send", "plot.plt", "--to", "nowhere"], 2);
+    let (_, err) = ends(&folder, &["send", "plot.plt", "--to", "nowhere"], 2);
     assert!(err.contains("plot.plt is a plot file") && err.contains("--model smcu"), "{err}");
     fs::write(folder.join("pairs.plt"), "IN;\nPU10,20;PD30,40;\n").unwrap();
     let pairs = ["send", "pairs.plt", "--to", "nowhere", "--model", "smcu"];
-    let (_, err) = ends(folder, &pairs, 1);
+    let (_, err) = ends(&folder, &pairs, 1);
     assert!(err.contains("belongs to no command") && err.contains("bare_pairs"), "{err}");
 }
 
 #[test]
 fn run_knows_a_job_when_it_sees_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let job = "; made by hand\nN1 REF XYZ\nN2 MOVEABS X1000 Y2000\n";
-    fs::write(folder.join("job.ncp"), job).unwrap();
-    let (own, _) = ends(folder, &["ncp", "run", "job.ncp", "--machine", "mill"], 0);
-    let (out, _) = ends(folder, &["run", "job.ncp", "--machine", "mill"], 0);
+    let folder = Folder::with(job);
+    let (own, _) = ends(&folder, &["ncp", "run", "job.ncp", "--machine", "mill"], 0);
+    let (out, _) = ends(&folder, &["run", "job.ncp", "--machine", "mill"], 0);
     assert_eq!(out, own);
     assert!(out.contains("ended     the job is done"), "{out}");
     let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"));
@@ -1037,11 +1022,10 @@ fn run_knows_a_job_when_it_sees_one() {
 
 #[test]
 fn json_tells_everything_also_of_a_job_with_errors() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     let json = |job: &str, code| {
         fs::write(folder.join("job.ncp"), job).unwrap();
-        let (out, _) = ends(folder, &["ncp", "run", "job.ncp", "--json"], code);
+        let (out, _) = ends(&folder, &["ncp", "run", "job.ncp", "--json"], code);
         serde_json::from_str::<Value>(&out).unwrap()
     };
     let right = json("IMF_PBL\nREF XYZ\nWAIT 500\nMOVEABS X1000\nWAIT 250\n", 0);
@@ -1066,26 +1050,23 @@ fn json_tells_everything_also_of_a_job_with_errors() {
 
 #[test]
 fn changes_of_the_tool_can_be_left_out() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nGETTOOL 3\nMOVEABS X1000\n").unwrap();
-    let (_, err) = ends(folder, &["ncp", "compile", "job.ncp"], 1);
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nGETTOOL 3\nMOVEABS X1000\n");
+    let (_, err) = ends(&folder, &["ncp", "compile", "job.ncp"], 1);
     assert!(err.contains("no-operator") && err.contains("--leave-out-tool-changes"), "{err}");
     let leave = ["ncp", "compile", "job.ncp", "--leave-out-tool-changes"];
-    let (out, err) = ends(folder, &leave, 0);
+    let (out, err) = ends(&folder, &leave, 0);
     assert!(err.contains("tool-left-out") && err.contains("tool 3 is not put in"), "{err}");
     assert!(out.starts_with("; axes: 15 (") && out.ends_with("\n9\n"), "{out}");
     // Nobody else is left out.
     fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nHALT\n").unwrap();
-    ends(folder, &leave, 1);
+    ends(&folder, &leave, 1);
 }
 
 #[test]
 fn a_data_field_without_its_axes_is_not_stored() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("field.cnc"), "77\n9\n").unwrap();
-    let (_, err) = ends(folder, &["send", "field.cnc", "--to", "nowhere"], 2);
+    let (_, err) = ends(&folder, &["send", "field.cnc", "--to", "nowhere"], 2);
     assert!(err.contains("`; axes: 7`"), "{err}");
 }
 
@@ -1123,58 +1104,53 @@ fn like_an_imc4(line: &str, letter: char, answer: &[u8]) -> Vec<u8> {
 
 #[test]
 fn what_is_no_answer_is_not_believed() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
     let job = "IMF_PBL\nREF XYZ\nVEL 20000\nMOVEABS X900000\n";
-    fs::write(folder.join("job.ncp"), job).unwrap();
+    let folder = Folder::with(job);
     for answer in [&b"FooBar 3000\r\n0"[..], b"00000", b"X", b"01F"] {
         let (port, heard) = peer(|_| answer.to_vec());
-        let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+        let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
         assert!(err.contains("which is no answer of the model imc4"), "{err}");
         let heard = heard.join().unwrap();
         assert!(!heard.contains("@0R") && !heard.contains("@0A"), "{heard}");
     }
     // What looks right comes far too early.
     let (port, heard) = peer(|line| like_an_imc4(line, '-', b""));
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
     assert!(err.contains("that motion takes 45.") && err.contains("--any-time"), "{err}");
     assert!(heard.join().unwrap().contains("@0A72000,1600"));
     let (port, _heard) = peer(|line| like_an_imc4(line, '-', b""));
-    ends(folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
+    ends(&folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
     // One more than it should be, also where it comes later.
     let (port, _heard) = peer(|line| {
         thread::sleep(Duration::from_millis(5));
         like_an_imc4(line, 'R', b"00")
     });
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
     assert!(err.contains("answered `00`") || err.contains("without being asked"), "{err}");
     // A place is a place.
     fs::write(folder.join("list.txt"), "@07\n@0P\n").unwrap();
     let (port, _heard) = peer(|line| like_an_imc4(line, 'P', b"0"));
-    let (_, err) = ends(folder, &["send", "list.txt", "--to", &port], 1);
+    let (_, err) = ends(&folder, &["send", "list.txt", "--to", &port], 1);
     assert!(err.contains("to @0P, which is no answer"), "{err}");
 }
 
 #[test]
 fn what_the_virtual_controller_refuses_is_not_sent() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("list.txt"), "@07\n@0A500,900,0,21,0,21,0,21\n@0A5,900\n").unwrap();
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     let send = ["send", "list.txt", "--to", &port, "--yes"];
-    let (_, err) = ends(folder, &send, 1);
+    let (_, err) = ends(&folder, &send, 1);
     assert!(err.contains("would answer 7") && err.contains("--refused-too"), "{err}");
     assert!(sent(&emulator).is_empty());
-    let (_, err) = ends(folder, &[&send[..], &["--refused-too"]].concat(), 1);
+    let (_, err) = ends(&folder, &[&send[..], &["--refused-too"]].concat(), 1);
     assert!(err.contains("it is sent nevertheless"), "{err}");
     assert_eq!(emulator.position().unwrap()[0], 500);
 }
 
 #[test]
 fn rest_is_not_claimed_without_an_answer() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X500000\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
     let (sender, moves) = std::sync::mpsc::channel();
     let (port, _heard) = peer(move |line| {
         if line.starts_with("@0A") {
@@ -1182,7 +1158,7 @@ fn rest_is_not_claimed_without_an_answer() {
         }
         like_an_imc4(line, 'A', b"")
     });
-    let child = sending(folder, &["job.ncp", "--to", &port]);
+    let child = sending(&folder, &["job.ncp", "--to", &port]);
     moves.recv_timeout(Duration::from_secs(20)).unwrap();
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let err = text(&child.wait_with_output().unwrap().stderr);
@@ -1191,13 +1167,11 @@ fn rest_is_not_claimed_without_an_answer() {
 
 #[test]
 fn a_job_of_isel_does_not_go_to_lpkf() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nMOVEABS X1000\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
     for model in ["smcu", "motionsystem"] {
         let (emulator, port) = listening(model, "board-plotter", Clock::Instant);
         let send = ["send", "job.ncp", "--to", &port, "--any-model"];
-        let (_, err) = ends(folder, &send, 2);
+        let (_, err) = ends(&folder, &send, 2);
         assert!(err.contains("is an LPKF controller"), "{err}");
         assert!(!sent(&emulator).iter().any(|sent| sent.contains("@0R")));
     }
@@ -1205,50 +1179,48 @@ fn a_job_of_isel_does_not_go_to_lpkf() {
         "@0V\r" => [&[b'x'; 3_000][..], b"\r\n0"].concat(),
         line => like_an_imc4(line, '-', b""),
     });
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port, "--any-time"], 0);
     assert!(err.contains("xxx ...") && err.len() < 1_000, "{}", err.len());
     let (port, _heard) = peer(|_| vec![b'x'; 200_000]);
-    let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
     assert!(err.contains("no end of it is in sight") && err.len() < 1_000, "{}", err.len());
 }
 
 #[test]
 fn a_second_program_needs_the_first_erased() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = Folder::new();
     fs::write(folder.join("field.cnc"), "; axes: 7\n71\n9\n").unwrap();
     for (model, remedy) in [("imc4", "turn the key to test"), ("imc4-m", "--erase")] {
         let (_emulator, port) = listening(model, "bench", Clock::Instant);
         let send = ["send", "field.cnc", "--to", &port, "--model", model];
-        ends(folder, &send, 0);
-        let (_, err) = ends(folder, &send, 1);
+        ends(&folder, &send, 0);
+        let (_, err) = ends(&folder, &send, 1);
         assert!(err.contains("a program stored already") && err.contains(remedy), "{err}");
         let code = if model == "imc4" { 2 } else { 0 };
-        ends(folder, &[&send[..], &["--erase"]].concat(), code);
+        ends(&folder, &[&send[..], &["--erase"]].concat(), code);
     }
     fs::write(folder.join("list.txt"), "@07\n").unwrap();
-    let (_, err) = ends(folder, &["send", "list.txt", "--to", "nowhere", "--erase"], 2);
+    let (_, err) = ends(&folder, &["send", "list.txt", "--to", "nowhere", "--erase"], 2);
     assert!(err.contains("--erase is for data fields"), "{err}");
 }
 
 #[test]
 fn g_code_is_told_so_before_anything_else() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    for code in ["G21\nG0 X5 Y5\n", "T1 M6\nG0 X5\n", "%\n(part)\nN10 G90\n"] {
+    let folder = Folder::new();
+    for code in ["G21\nG0 X5 Y5\n", "T1 M6\n", "%\n(part)\nN10 G90\n"] {
         fs::write(folder.join("part.nc"), code).unwrap();
-        for what in [&["send", "part.nc", "--to", "nowhere"][..], &["run", "part.nc"]] {
-            let (_, err) = ends(folder, what, 1);
-            assert!(err.contains("this is G-code") && err.contains("post-processor"), "{err}");
+        let check = ["ncp", "check", "part.nc"];
+        for what in [&["send", "part.nc", "--to", "nowhere"][..], &["run", "part.nc"], &check] {
+            let (out, err) = ends(&folder, what, 1);
+            let said = out + &err;
+            assert!(said.contains("this is G-code") && said.contains("post-processor"), "{said}");
         }
     }
 }
 
 #[test]
 fn a_line_that_chatters_is_not_waited_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\n").unwrap();
+    let folder = Folder::with("IMF_PBL\nREF XYZ\n");
     // From the beginning, and from the first question on.
     for waits in [false, true] {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -1264,14 +1236,182 @@ fn a_line_that_chatters_is_not_waited_for() {
             }
         });
         let begun = Instant::now();
-        let (_, err) = ends(folder, &["send", "job.ncp", "--to", &port], 1);
+        let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
         assert!(err.contains("never falls silent") || err.contains("no end of it"), "{err}");
         assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
-        let mut child = sending(folder, &["job.ncp", "--to", &port]);
+        let mut child = sending(&folder, &["job.ncp", "--to", &port]);
         thread::sleep(Duration::from_millis(500));
         kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
         let killed = Instant::now();
         child.wait().unwrap();
         assert!(killed.elapsed() < Duration::from_secs(2));
+    }
+}
+
+#[test]
+fn a_zero_is_not_taught_where_the_present_place_counts() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port, "--teach", "--no-ref"], 2);
+    assert!(err.contains("--no-ref takes the present place for it"), "{err}");
+    assert!(sent(&emulator).is_empty());
+}
+
+#[test]
+fn a_job_from_the_present_place_has_no_line_to_go_on_with() {
+    let folder = Folder::with("IMF_PBL\nMOVEABS X1000\nHALT\nMOVEABS X2000\n");
+    let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let send = ["send", "job.ncp", "--to", &port, "--no-ref"];
+    let (out, err) = ends(&folder, &send, 3);
+    assert!(out.contains("ended in line 3"), "{out}");
+    assert!(!out.contains("--from") && !err.contains("to go on with"), "{out}{err}");
+    // Where somebody has said that the counters count, they still do.
+    let (out, err) = ends(&folder, &[&send[..], &["--from", "3"]].concat(), 3);
+    assert!(out.contains("--from 3 goes on with that line, where the counters say"), "{out}");
+    assert!(err.contains("to go on with line 3:") && err.contains("--no-ref"), "{err}");
+}
+
+#[test]
+fn what_is_typed_before_a_question_or_is_blank_is_no_answer() {
+    let job = "IMF_PBL\nREF XYZ\nWAIT 2000\nHALT\nMOVEABS X1000\n";
+    let folder = Folder::with(job);
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    writeln!(typist.terminal, "s").unwrap();
+    typist.types("line 4: HALT", " ");
+    typist.types("line 4: HALT", "");
+    let (_, err) = typist.ends(0);
+    assert!(err.contains("` ` is no answer here; Enter goes on, s goes on line by line"), "{err}");
+    assert!(err.contains("`s` was typed before this was asked, and does not count"), "{err}");
+    assert!(!err.contains("Enter does it"), "{err}");
+    assert_eq!(emulator.position().unwrap()[0], 80);
+}
+
+#[test]
+fn q_stops_what_moves_before_it_ends_the_job() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 50000\nMOVEABS X500000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Real);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    until("it moves", || emulator.position().unwrap()[0] > 400);
+    writeln!(typist.terminal, "q").unwrap();
+    typist.types("line 4: stopped; Enter goes on, q ends the job", "q");
+    let (out, _) = typist.ends(3);
+    assert!(out.contains("ended in line 4"), "{out}");
+    assert!(emulator.position().unwrap()[0] < 40_000);
+}
+
+#[test]
+fn what_was_typed_is_told_where_going_on_leaves_it_out() {
+    let job = "IMF_PBL\nREF XYZ\nWPTEACH\nHALT\nMOVEABS X1000\nHALT\n";
+    let folder = Folder::with(job);
+    let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let teach = "Enter makes this place the zero";
+    let halt = "Enter goes on, s goes on line by line";
+    for key in ["", "k"] {
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+        typist.types(teach, "MOVEREL X500");
+        typist.types(teach, "VEL 5000");
+        typist.types(teach, key);
+        typist.types(halt, "MOVEREL Y700");
+        typist.types(halt, "MOVEREL Q7");
+        typist.types(halt, "");
+        typist.types("line 6: HALT", "q");
+        let (_, err) = typist.ends(3);
+        let told =
+            "what was typed at the terminal is in no file, so going on with line 6 leaves it out:";
+        let (_, lost) = err.split_once(told).unwrap_or_else(|| panic!("{err}"));
+        let mut expected = vec!["  line 3: VEL 5000", "  line 4: MOVEREL Y700"];
+        // The place of a zero that was taken is known; else the way there is lost too.
+        if key == "k" {
+            expected.insert(0, "  line 3: MOVEREL X500");
+        }
+        let lost: Vec<&str> = lost.lines().skip(1).take(expected.len()).collect();
+        assert_eq!(lost, expected, "{err}");
+        assert!(!err.contains(": MOVEREL Q7\n"), "{err}");
+    }
+}
+
+#[test]
+fn ctrl_c_again_does_not_wait() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
+    let (sender, moves) = std::sync::mpsc::channel();
+    let (port, heard) = peer(move |line| {
+        if line.starts_with("@0A") {
+            let _ = sender.send(());
+        }
+        like_an_imc4(line, 'A', b"")
+    });
+    let mut child = sending(&folder, &["job.ncp", "--to", &port]);
+    moves.recv_timeout(Duration::from_secs(20)).unwrap();
+    // Signals that are not seen in time become one.
+    until("it ends", || {
+        kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+        child.try_wait().unwrap().is_some()
+    });
+    let output = child.wait_with_output().unwrap();
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{err}");
+    assert!(err.contains("interrupted again") && err.contains("may still be moving"), "{err}");
+    assert!(heard.join().unwrap().contains('\u{FFFD}'), "253 was sent");
+}
+
+#[test]
+fn who_does_not_name_itself_is_taken_at_its_word() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
+    for model in ["imc4", "imc-s8"] {
+        for version in [&b"0"[..], b"0\r\n", b"\r\n0"] {
+            let (port, _heard) = peer(move |line| match line {
+                "@0V\r" => version.to_vec(),
+                line => like_an_imc4(line, '-', b""),
+            });
+            let send = ["send", "job.ncp", "--to", &port, "--any-time", "--model", model];
+            let (_, err) = ends(&folder, &send, 0);
+            let told =
+                format!("does not name itself when it is asked; it is taken for the model {model}");
+            assert!(err.contains(&told) && !err.contains("``"), "{err}");
+        }
+    }
+}
+
+#[test]
+fn lines_are_counted_as_editors_count_them() {
+    let folder = Folder::new();
+    for (end, line) in [("\n", 3), ("\r\n", 3), ("\r", 3), ("\r\r\n", 5)] {
+        let job = ["IMF_PBL", "REF XYZ", "MOVEABS Q5", "MOVEABS X1"].join(end);
+        fs::write(folder.join("job.ncp"), job).unwrap();
+        let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 1);
+        assert!(out.starts_with(&format!("job.ncp:{line}:9: error")), "{end:?} {out}");
+        // The line that is shown with a refusal is the same one.
+        let list = ["@03", "@0A500,900,0,21", "@0Q5", "@0P"].join(end);
+        fs::write(folder.join("list.txt"), list).unwrap();
+        let (_, err) = ends(&folder, &["send", "list.txt", "--to", "nowhere"], 1);
+        assert!(err.contains(&format!("[list.txt:{line}:1]")) && err.contains("@0Q5"), "{err}");
+    }
+}
+
+#[test]
+fn escape_sequences_of_a_plot_are_named() {
+    let folder = Folder::new();
+    for plot in ["\u{1b}.Y\u{1b}.@IN;PA100,100;", "IN;\n\u{1b}.I81;;17:\nPA100,100;"] {
+        fs::write(folder.join("plot.plt"), plot).unwrap();
+        let (_, err) =
+            ends(&folder, &["send", "plot.plt", "--to", "nowhere", "--model", "smcu"], 1);
+        assert!(err.contains("escape sequence, ESC and a point"), "{err}");
+        assert!(err.contains("nothing was sent"), "{err}");
+        let (out, err) = ends(&folder, &["run", "plot.plt", "--model", "smcu"], 1);
+        let said = out + &err;
+        assert!(
+            said.contains("E0D") && said.contains("escape sequence, ESC and a point"),
+            "{said}"
+        );
+    }
+    // What only separates commands does no harm, nor do numbers that nobody reads.
+    for (plot, said) in [
+        ("\u{1b}.(;IN;PA100,100;", "every command was carried out"),
+        ("\u{1b}.@;0:IN;PA100,100;", "1 escape sequence that means nothing"),
+    ] {
+        fs::write(folder.join("plot.plt"), plot).unwrap();
+        let (out, _) = ends(&folder, &["run", "plot.plt", "--model", "smcu"], 0);
+        assert!(out.contains(said) && !out.contains("bare_pairs"), "{out}");
     }
 }

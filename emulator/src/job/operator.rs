@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use vimc4::{Family, Handling, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
-use vimc4_ncp::language::{Line, TextLine, lines};
+use vimc4_ncp::language::{Command, Line, TextLine, lines};
 
 use super::perform::{Attendant, Decision, shown};
 use crate::output::shown_in_line;
@@ -37,6 +37,19 @@ pub(crate) struct Operator<'t> {
     by_line: bool,
     /// What somebody has said to a line that it may begin.
     begun: Option<u32>,
+    /// What somebody has typed that was done, and where.
+    pub(crate) entered: Vec<Entered>,
+}
+
+/// A line that somebody has typed at a question, and that was done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Entered {
+    /// The line of the job that has asked; 0 before its first.
+    pub(crate) line: u32,
+    /// Whether it only moves the tool to where the zero is to be.
+    pub(crate) finds_zero: bool,
+    /// What was typed.
+    pub(crate) typed: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,16 +78,28 @@ enum Answer<'a> {
 impl<'a> Answer<'a> {
     fn of(typed: Option<&'a str>) -> Answer<'a> {
         let Some(typed) = typed else { return Answer::None };
-        let is = |word: &&'static str| typed.eq_ignore_ascii_case(word);
+        let word = typed.trim();
         match typed {
             "" => Answer::Enter,
-            _ if ["q", "quit", "stop"].iter().any(is) => Answer::End,
-            _ => match ["c", "k", "s"].into_iter().find(is) {
+            _ if is_end(word) => Answer::End,
+            _ => match ["c", "k", "s"].into_iter().find(|key| word.eq_ignore_ascii_case(key)) {
                 Some(key) => Answer::Key(key),
+                // A blank is not Enter: what lets a machine go on has to be meant.
                 None => Answer::Text(typed),
             },
         }
     }
+}
+
+/// Whether somebody wants the job to end.
+fn is_end(word: &str) -> bool {
+    ["q", "quit", "stop"].iter().any(|end| word.eq_ignore_ascii_case(end))
+}
+
+/// Whether a line that somebody types while something moves is to stop it: whoever hits Enter, or
+/// wants the end, wants that first.
+pub(crate) fn is_stop(typed: &str) -> bool {
+    typed.trim().is_empty() || is_end(typed.trim())
 }
 
 /// What START at the panel does to a motion that was stopped.
@@ -124,6 +149,7 @@ impl<'t> Operator<'t> {
             has_start: true,
             by_line: false,
             begun: None,
+            entered: Vec::new(),
         }
     }
 
@@ -185,10 +211,19 @@ impl<'t> Operator<'t> {
         };
     }
 
-    /// Says something once.
+    /// Says something once. Only what is typed from then on is an answer to it.
     fn say(&mut self, line: u32, asked: Asked, text: impl FnOnce(&Self) -> String) {
         if self.asked != Some((line, asked)) {
             self.asked = Some((line, asked));
+            let typed = self.typed.as_ref();
+            let early: Vec<String> = typed.into_iter().flat_map(Receiver::try_iter).collect();
+            for typed in early {
+                let what = match typed.trim() {
+                    "" => "Enter".to_owned(),
+                    typed => format!("`{}`", shown_in_line(typed)),
+                };
+                self.tell(&format!("{what} was typed before this was asked, and does not count"));
+            }
             self.tell(&text(self));
         }
     }
@@ -211,14 +246,14 @@ impl<'t> Operator<'t> {
             let mut line = String::new();
             return match io::stdin().lock().read_line(&mut line) {
                 Ok(0) | Err(_) => Some("q".to_owned()),
-                Ok(_) => Some(line.trim().to_owned()),
+                Ok(_) => Some(line.trim_end_matches(['\r', '\n']).to_owned()),
             };
         }
         let heard = self.typed.as_ref()?.try_recv();
         match heard {
             Ok(line) => {
                 self.asked = None;
-                Some(line.trim().to_owned())
+                Some(line.trim_end_matches('\r').to_owned())
             }
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
@@ -240,7 +275,10 @@ impl<'t> Operator<'t> {
 
     /// The comments of a line and the next, which a HALT shows.
     fn comments(&self, number: u32) -> Vec<&'t str> {
-        let near = lines(self.text).skip(number.saturating_sub(1) as usize).take(2);
+        let from = lines(self.text).skip(number.saturating_sub(1) as usize);
+        // Copies that double the ends of lines have an empty one between any two.
+        let near =
+            from.filter(|line| line.number == number || !line.text.trim().is_empty()).take(2);
         let comment = |line: TextLine<'t>| {
             let Line { command, comment, .. } =
                 vimc4_ncp::language::parse(line.text, &mut |_, _| {});
@@ -298,7 +336,15 @@ impl Attendant for Operator<'_> {
                 self.begun = Some(line);
                 Decision::GoOn
             }
-            Answer::Key(typed) | Answer::Text(typed) => Decision::First(typed.to_owned()),
+            Answer::Text(typed) if typed.trim().is_empty() => {
+                let right = match question {
+                    Question::Teach => "Enter makes this place the zero, k keeps the old one",
+                    _ => "Enter goes on, s goes on line by line, q ends the job",
+                };
+                self.refuse(typed, right)
+            }
+            Answer::Key(typed) => Decision::First(typed.to_owned()),
+            Answer::Text(typed) => Decision::First(typed.trim().to_owned()),
         }
     }
 
@@ -375,6 +421,13 @@ impl Attendant for Operator<'_> {
             let place = if line == 0 { String::new() } else { line.to_string() };
             let _ = writeln!(io::stdout(), "{place:>6}  {sent:<48}  {answer}");
         }
+    }
+
+    fn entered(&mut self, line: u32, question: Question, typed: &str) {
+        let command = vimc4_ncp::language::parse(typed, &mut |_, _| {}).command;
+        let Some(command) = command.map(|command| command.value) else { return };
+        let finds_zero = question == Question::Teach && matches!(command, Command::Move(..));
+        self.entered.push(Entered { line, finds_zero, typed: typed.to_owned() });
     }
 
     fn object(&mut self, problem: Problem) {

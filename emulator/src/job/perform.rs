@@ -6,8 +6,8 @@
 use std::time::Duration;
 
 use vimc4::{Family, Handling, escape};
-use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
+use vimc4_ncp::{Diagnostic, Problem};
 
 /// How often an input is looked at that is waited for: the controller does not tell.
 const LOOK: Duration = Duration::from_millis(100);
@@ -65,6 +65,9 @@ pub(crate) trait Attendant {
 
     /// A command was answered.
     fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]);
+
+    /// What the attendant has said at a question is done; it stands in no file.
+    fn entered(&mut self, _line: u32, _question: Question, _typed: &str) {}
 
     /// What the attendant has said cannot be done so.
     fn object(&mut self, problem: Problem);
@@ -337,7 +340,10 @@ fn ask<L: Link>(
             Decision::GoOn if question == Question::Teach => job.take_zero(),
             Decision::Skip if question == Question::Teach => job.keep_zero(),
             Decision::First(typed) => {
-                job.enter(&typed, question, &mut |diagnostic| attendant.object(diagnostic.problem));
+                let mut object = |diagnostic: Diagnostic| attendant.object(diagnostic.problem);
+                if job.enter(&typed, question, &mut object) {
+                    attendant.entered(line, question, &typed);
+                }
             }
             Decision::Again => continue,
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),

@@ -252,98 +252,11 @@ pub(crate) fn is_job(bytes: &[u8]) -> bool {
     names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
 }
 
-/// So many lines are looked at to tell one language from another.
-const LOOKED_AT: usize = 200;
-
 /// Refuses a file of G-code, whatever else its lines may look like.
 pub(crate) fn no_g_code(name: &str, bytes: &[u8]) -> Result<(), Failure> {
     let text = decoded(bytes);
-    let Some(line) = g_code(&text).filter(|_| !is_job(bytes)) else { return Ok(()) };
+    let Some(line) = language::g_code(&text) else { return Ok(()) };
     let problem = language::Problem::GCode;
     let help = problem.help().unwrap_or_default();
-    Err(Failure::at_line(format!("{name}: {problem}; {help}"), name, &text, line))
-}
-
-/// The first line of G-code: several words of a letter and one number each, or one such as G21 or
-/// M3. No data field, command list or plot file has such a line, for their numbers stand behind one
-/// letter and are parted by commas.
-fn g_code(text: &str) -> Option<u32> {
-    for line in language::lines(text).take(LOOKED_AT) {
-        // What is in brackets, or behind a semicolon, is a comment.
-        let code = line.text.split([';', '(']).next().unwrap_or_default().trim();
-        let says_nothing = code.is_empty() || code.starts_with(['%', '#', 'O', 'o']);
-        if says_nothing {
-            continue;
-        }
-        // What begins otherwise is in another language.
-        let words = words(code)?;
-        let words =
-            words.strip_prefix(&['N']).or_else(|| words.strip_prefix(&['n'])).unwrap_or(&words);
-        match words {
-            [] => {}
-            [_, _, ..] => return Some(line.number),
-            ['G' | 'M'] => return Some(line.number),
-            // Some controllers store such lines too.
-            ['g' | 'm' | 'T' | 't' | 'S' | 's' | 'F' | 'f'] => {}
-            [_] => return None,
-        }
-    }
-    None
-}
-
-/// The letters of words of a letter and a number each, if there is nothing else.
-fn words(code: &str) -> Option<Vec<char>> {
-    let mut rest = code;
-    let mut letters = Vec::new();
-    while let Some(letter) = rest.chars().next() {
-        let number = rest.get(1..).filter(|_| letter.is_ascii_alphabetic())?.trim_start();
-        let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
-        let end = digits.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(digits.len());
-        if !digits.get(..end)?.contains(|c: char| c.is_ascii_digit()) {
-            return None;
-        }
-        letters.push(letter);
-        rest = digits.get(end..)?.trim_start();
-    }
-    Some(letters)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn g_code_is_told_from_the_rest() {
-        for (text, line) in [
-            ("G21\nG0 X5\n", 1),
-            ("%\nO1000 (a part)\nN10 G21 G90\n", 3),
-            ("T1 M6\n", 1),
-            ("(a part)\nT1M6\nG0X5.5Y-3\n", 2),
-            ("g0 x5\n", 1),
-            ("T1\nM6\n", 2),
-            ("; a part\nS12000 M3\n", 2),
-            ("X5 Y5 F100\n", 1),
-        ] {
-            assert_eq!(g_code(text), Some(line), "{text}");
-        }
-        for text in [
-            "",
-            "71\n9\n",
-            "; axes: 7\n0 5,900,5,900,0,400,0,400\n",
-            "p0,1,1\n9\n",
-            "m480,16000,0,21\n",
-            "m5,5,5,5\nG0\n",
-            "@07\n@0A5,900\n",
-            "IN;PU;PA1000,1000;\n",
-            "PU;\n",
-            "z7\n",
-            "T5\n71\n9\n",
-            "g1\n71\n9\n",
-            "REF XYZ\nG0 X5\n",
-            "IMF_PBL\n",
-            "MOVEABS X5\n",
-        ] {
-            assert_eq!(g_code(text), None, "{text}");
-        }
-    }
+    Err(Failure::at_line(format!("{name}: {problem}; {help}"), name, &text, line.number))
 }

@@ -1,6 +1,6 @@
 //! `vimc4 ncp check`: everything that is wrong with a job file.
 
-use std::io;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use vimc4_ncp::job::check;
@@ -16,8 +16,8 @@ use crate::output;
 Say everything that is wrong with a job file, line by line
 
 Nothing is carried out. Every line is read to the end of the file, and every movement is checked
-against the job's LIMIT, the machine's travel and the controller's speeds. The exit code is 1 if
-there are errors.",
+against the job's LIMIT, the machine's travel and the controller's speeds. With --lenient the line is
+said at which the job would end. The exit code is 1 if there are errors.",
     after_long_help = "\
 Examples:
   vimc4 ncp check part.ncp --machine mill
@@ -40,10 +40,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         problems.show(diagnostic);
     });
     problems.summary.lines = summary.lines;
+    let end = problems.end();
     let summary = problems.finish()?;
     if arguments.format != Format::Json {
         let (name, lines) = (job.name(), summary.lines);
-        output::print(&format!("{name}: {lines} lines, {}\n", counts(&summary)))?;
+        let end = end.map(|end| end + "\n").unwrap_or_default();
+        output::print(&format!("{end}{name}: {lines} lines, {}\n", counts(&summary)))?;
     }
     Ok(if summary.errors > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
@@ -59,7 +61,11 @@ pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), 
     check(text, &site.target, job.reading.options(), &mut |diagnostic| {
         problems.show(diagnostic);
     });
+    let end = problems.end();
     let summary = problems.finish()?;
+    if let Some(end) = end {
+        let _ = writeln!(io::stderr(), "{end}");
+    }
     match summary.errors {
         0 => Ok(()),
         // It ends where it cannot be carried out.

@@ -48,7 +48,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let field = compile(&text, &site.target, options, &mut |diagnostic| {
         problems.show(diagnostic);
     });
+    let end = problems.end();
     let summary = problems.finish()?;
+    if let Some(end) = end {
+        let _ = writeln!(io::stderr(), "{end}");
+    }
     let Some(field) = field.filter(|_| summary.errors == 0 || job.reading.lenient) else {
         return Err(Failure::midway(format!(
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"

@@ -43,6 +43,8 @@ pub(crate) struct Problems<'t> {
     shown: u64,
     helps: Vec<(Problem, Option<String>)>,
     pub(crate) summary: Summary,
+    /// The first line with an error, and what it is.
+    first_error: Option<(u32, Problem)>,
     out: BufWriter<Box<dyn Write>>,
     written: io::Result<()>,
 }
@@ -68,6 +70,7 @@ impl<'t> Problems<'t> {
             shown: 0,
             helps: Vec::new(),
             summary: Summary::default(),
+            first_error: None,
             out: BufWriter::with_capacity(1 << 16, out),
             written: Ok(()),
         };
@@ -81,6 +84,10 @@ impl<'t> Problems<'t> {
     pub(crate) fn show(&mut self, diagnostic: Diagnostic) {
         let severity = self.reading.severity(&diagnostic);
         self.summary.count(severity);
+        let is_first = self.first_error.is_none_or(|(line, _)| diagnostic.line < line);
+        if severity == Severity::Error && is_first {
+            self.first_error = Some((diagnostic.line, diagnostic.problem));
+        }
         let line = self.line(diagnostic.line);
         if self.written.is_ok() {
             self.written = match self.format {
@@ -151,12 +158,23 @@ impl<'t> Problems<'t> {
         write!(self.out, "{comma}\n{object}")
     }
 
+    /// Where the job ends, for who is lenient: a sentence.
+    pub(crate) fn end(&self) -> Option<String> {
+        let (line, problem) = self.first_error.filter(|_| self.reading.lenient)?;
+        Some(format!("{}: the job ends at line {line}: {problem}", self.name))
+    }
+
     /// Says how many there were.
     pub(crate) fn finish(mut self) -> Result<Summary, Failure> {
         let Summary { lines, errors, warnings, notes } = self.summary;
         if self.format == Format::Json {
+            let ends = match (self.reading.lenient, self.first_error) {
+                (false, _) => String::new(),
+                (true, None) => ",\"ends_in_line\":null".to_owned(),
+                (true, Some((line, _))) => format!(",\"ends_in_line\":{line}"),
+            };
             let counts = format!(
-                "\n],\"lines\":{lines},\"errors\":{errors},\"warnings\":{warnings},\"notes\":{notes}}}\n"
+                "\n],\"lines\":{lines},\"errors\":{errors},\"warnings\":{warnings},\"notes\":{notes}{ends}}}\n"
             );
             self.write(&counts);
         }

@@ -79,6 +79,8 @@ pub(super) enum Left {
     Numbers,
     /// What would be a command in capital letters.
     LowerCase,
+    /// Numbers of an escape sequence.
+    Escape,
     /// A command that another has taken out of the buffer.
     TakenAway,
 }
@@ -92,6 +94,11 @@ struct LeftOut {
     /// How many numbers.
     numbers: usize,
 }
+
+/// What is to be done about escape sequences.
+pub(crate) const ESCAPE: &str = "it is an escape sequence, ESC and a point, with which programs set up \
+                                 the line of pen plotters: choose a plotter without a handshake where \
+                                 the file is written, or take all of them out";
 
 /// What is to be done about commands in lower-case letters.
 pub(super) const LOWER_CASE: &str = "lower-case letters are no commands: write PA, not pa";
@@ -275,6 +282,18 @@ impl Report {
                 help.push("--ignore-numbers leaves it at that".to_owned());
             }
         }
+        let escapes = of(Left::Escape).count();
+        if escapes > 0 {
+            unsaid.push(match escapes {
+                1 => {
+                    "1 escape sequence that means nothing to the controller was ignored".to_owned()
+                }
+                _ => format!(
+                    "{escapes} escape sequences that mean nothing to the controller were ignored"
+                ),
+            });
+            help.extend(listed(of(Left::Escape)));
+        }
         let lower_case = of(Left::LowerCase).count();
         if lower_case > 0 {
             unsaid.push(match lower_case {
@@ -410,6 +429,7 @@ impl Report {
                 };
                 summary.insert("unknown".to_owned(), left(Left::Command).into());
                 summary.insert("ignored".to_owned(), left(Left::Numbers).into());
+                summary.insert("escapes".to_owned(), left(Left::Escape).into());
                 summary.insert("lower_case".to_owned(), left(Left::LowerCase).into());
                 summary.insert("taken_away".to_owned(), left(Left::TakenAway).into());
             }
@@ -475,7 +495,7 @@ impl LeftOut {
             Left::Command | Left::LowerCase | Left::TakenAway => {
                 json!({ "line": self.line, "command": self.text })
             }
-            Left::Numbers => {
+            Left::Numbers | Left::Escape => {
                 json!({ "line": self.line, "text": self.text, "numbers": self.numbers })
             }
         }

@@ -1,5 +1,6 @@
 //! What there is to run: the lines of a file that mean something.
 
+use std::ops::Range;
 use std::path::Path;
 
 use vimc4::{Family, Handling, escape};
@@ -44,6 +45,8 @@ pub(crate) struct Line {
     pub(crate) numbers: usize,
     /// Whether it would be a command in capital letters.
     pub(crate) lower_case: bool,
+    /// Whether some of it is an escape sequence, with which HPGL sets up a plotter's line.
+    pub(crate) escape: bool,
 }
 
 impl Line {
@@ -60,6 +63,7 @@ impl Line {
             command: true,
             numbers: 0,
             lower_case: false,
+            escape: false,
         }
     }
 
@@ -115,9 +119,12 @@ impl Script {
     /// Takes a stream of commands apart, if files are streams.
     pub(crate) fn stream(bytes: &[u8], handling: &Handling) -> Option<Script> {
         let (mut number, mut counted) = (1, 0);
+        let mut escapes = escapes(bytes).into_iter().peekable();
         let pieces = handling.stream(bytes)?.into_iter().map(|piece| {
             number += breaks(bytes.get(counted..piece.bytes.start).unwrap_or_default());
             counted = piece.bytes.start;
+            while escapes.next_if(|escape| escape.end <= piece.bytes.start).is_some() {}
+            let escape = escapes.peek().is_some_and(|escape| escape.start < piece.bytes.end);
             let (text, end) = match bytes.get(piece.bytes).unwrap_or_default() {
                 [text @ .., end @ (b';' | b'\r')] => (text, *end),
                 text => (text, b';'),
@@ -126,7 +133,7 @@ impl Script {
             let text = if piece.command { text.trim_ascii_end() } else { text };
             let line = Line::read(Some(number), text);
             let (numbers, lower_case) = (piece.numbers, piece.lower_case);
-            Line { end, command: piece.command, numbers, lower_case, ..line }
+            Line { end, command: piece.command, numbers, lower_case, escape, ..line }
         });
         Some(Script { lines: pieces.collect(), kind: Kind::Stream, axes: None })
     }
@@ -199,6 +206,21 @@ fn is_binary(bytes: &[u8]) -> bool {
     }
     let strange = if strange > 0 { strange + nuls } else { 0 };
     strange * 10 > bytes.len() || nuls * 3 > bytes.len()
+}
+
+/// Where the escape sequences of HPGL are: ESC, a point and a character; some have numbers behind it,
+/// between semicolons, and a colon at the end.
+fn escapes(text: &[u8]) -> Vec<Range<usize>> {
+    let begins = text.windows(3).enumerate().filter(|(_, bytes)| bytes.starts_with(b"\x1B."));
+    let whole = |(start, bytes): (usize, &[u8])| {
+        let behind = text.get(start + 3..).unwrap_or_default();
+        let numbers = behind.iter().take_while(|byte| byte.is_ascii_digit() || **byte == b';');
+        let numbers = numbers.count();
+        let takes = bytes.last().is_some_and(|letter| b"@HIMNPT".contains(letter));
+        let ends = takes && behind.get(numbers) == Some(&b':');
+        start..start + 3 + if ends { numbers + 1 } else { 0 }
+    };
+    begins.map(whole).collect()
 }
 
 /// How long the label is that begins here: its text ends at an ETX, and where that was forgotten,
@@ -293,6 +315,24 @@ mod tests {
         assert_eq!(stream(b"\n ; \n"), []);
         let isel = Handling::of(&vimc4::model("imc4").unwrap());
         assert_eq!(Script::stream(b"@07\n", &isel), None);
+    }
+
+    #[test]
+    fn escape_sequences_are_told_from_commands() {
+        let handling = Handling::of(&vimc4::model("smcu").unwrap());
+        let escapes = |text: &[u8]| {
+            let script = Script::stream(text, &handling).unwrap();
+            script.lines.into_iter().map(|line| (line.text(), line.escape)).collect::<Vec<_>>()
+        };
+        let found = escapes(b"\x1B.(;IN;\x1B.@;0:PA1,2;\x1B.YPD;\x1B.I81;;17:PU;");
+        for known in ["IN", "PA1,2", "PU"] {
+            assert!(found.contains(&(known.to_owned(), false)), "{known} {found:?}");
+        }
+        assert!(found.iter().any(|(text, escape)| text.starts_with('Y') && *escape), "{found:?}");
+        assert!(found.iter().filter(|(_, escape)| *escape).count() >= 2, "{found:?}");
+        // Without its colon it has no numbers.
+        assert_eq!(super::escapes(b"\x1B.@;PA5\x1B.J;"), [0..3, 7..10]);
+        assert_eq!(super::escapes(b"a\x1B.@;0:\x1B.J\x1B"), [1..7, 7..10]);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use vimc4::device::Device;
 use vimc4::{Time, Turn};
 
 use super::driver::{Halt, News};
-use super::report::{Answer, End, LOWER_CASE, Left, Why};
+use super::report::{Answer, ESCAPE, End, LOWER_CASE, Left, Why};
 use super::script::Line;
 use super::{Outside, Session};
 
@@ -69,7 +69,9 @@ impl<D: Device> Session<D> {
                 if line.command {
                     feed.waiting.push_back(line);
                 }
-                if line.lower_case {
+                if line.escape && !line.command {
+                    self.report.left(Left::Escape, line);
+                } else if line.lower_case {
                     self.report.left(Left::LowerCase, line);
                 } else if line.numbers > 0 {
                     self.report.left(Left::Numbers, line);
@@ -181,6 +183,9 @@ impl<D: Device> Session<D> {
             if turn == Turn::Unknown {
                 let known = line.and_then(|line| self.handling.known_with(&line.bytes));
                 help.extend(known.map(|value| format!("a profile with {value} knows it")));
+                if line.is_some_and(|line| line.escape) {
+                    help.push(ESCAPE.to_owned());
+                }
                 if let [b'!', b'a'..=b'z', ..] = sent {
                     help.push(LOWER_CASE.to_owned());
                 }

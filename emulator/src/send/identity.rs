@@ -126,6 +126,8 @@ fn of_user_text(model: &Model, answer: &[u8], said: String) -> Identity {
         (true, true) => Identity::Same(said),
         (false, false) => Identity::Unknown(said),
         (true, false) => Identity::Other { what: "an imc-m, imc-mp or imc-s8".to_owned(), said },
+        // One that does not name itself may lack that text too.
+        (false, true) if said.is_empty() => Identity::Unknown(said),
         (false, true) => Identity::Other { what: "an imc4 or imc4-m".to_owned(), said },
     }
 }
@@ -156,6 +158,14 @@ fn of_lpkf(model: &Model, answer: &[u8]) -> Identity {
     match has_commands_of(model, name) {
         true => Identity::Same(said),
         false => Identity::Other { what: name.to_owned(), said },
+    }
+}
+
+/// What a controller says of itself, for people: a clause.
+pub(super) fn says(said: &str) -> String {
+    match said.is_empty() {
+        true => "it answers without naming itself".to_owned(),
+        false => format!("it says `{said}`"),
     }
 }
 
@@ -203,6 +213,23 @@ mod tests {
             of_version(&model("imc4"), b"isel IMC4-MAX\r\n0"),
             Identity::Unknown("isel IMC4-MAX".to_owned())
         );
+    }
+
+    #[test]
+    fn who_names_nothing_is_unknown() {
+        for answer in [&b"0"[..], b"\r\n0", b"0\r\n", b"0 \r\n"] {
+            let unknown = Identity::Unknown(String::new());
+            assert_eq!(of_version(&model("imc4"), answer), unknown, "{}", answer.escape_ascii());
+            assert_eq!(of_user_text(&model("imc-s8"), b"0", String::new()), unknown);
+        }
+        assert_eq!(of_lpkf(&model("smcu"), b"C\r"), Identity::Unknown(String::new()));
+        let user = b"0 UserInfo bench 7\r\n";
+        assert!(matches!(
+            of_user_text(&model("imc4"), user, String::new()),
+            Identity::Other { .. }
+        ));
+        assert_eq!(says(""), "it answers without naming itself");
+        assert_eq!(says("isel"), "it says `isel`");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use vimc4::{Handling, escape};
 
 use crate::failure::Failure;
 use crate::job::perform::{Piece, Work};
+use crate::run::report::ESCAPE;
 use crate::run::script::Script;
 
 /// What makes a controller say when a command is completed, and heed the stop at the machine;
@@ -31,6 +32,19 @@ pub(super) fn work(
         let line = piece.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default();
         let bytes = piece.whole();
         let command = bytes.trim_ascii_start();
+        if piece.escape && !is_open {
+            let what = format!(
+                "the model {} does not know `{}`",
+                handling.model().name(),
+                escape(&piece.bytes)
+            );
+            return Err(Failure::at_line(
+                format!("{what}; {ESCAPE}; nothing was sent"),
+                name,
+                text,
+                line,
+            ));
+        }
         if !piece.command && !is_open {
             let shown = escape(&piece.bytes);
             let model = handling.model().name();

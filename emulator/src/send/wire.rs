@@ -9,6 +9,7 @@ use indicatif::ProgressBar;
 
 use vimc4::{Family, Handling};
 
+use crate::job::operator::is_stop;
 use crate::job::perform::Link;
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::port::{Port, PortError};
@@ -136,14 +137,14 @@ impl Wire {
         &self.port
     }
 
-    /// What is done with a line that somebody types: if it is empty and something is under way, it
-    /// is the stop key. Says whether it was.
+    /// What is done with a line that somebody types: if it is empty, or asks for the end, and
+    /// something is under way, it is the stop key. Says whether it was.
     pub(super) fn stop_key(&self) -> impl FnMut(&str) -> bool + Send + 'static {
         let mut halt = self.port.sideways();
         let (moving, wanted) = (Arc::clone(&self.moving), Arc::clone(&self.halt));
         let family = self.handling.model().family();
         move |typed| {
-            let stops = typed.trim().is_empty() && moving.load(Ordering::Relaxed);
+            let stops = is_stop(typed) && moving.load(Ordering::Relaxed);
             match (&mut halt, family) {
                 (Some(halt), Family::Isel) if stops => halt(&[253]),
                 (_, Family::Lpkf) if stops => wanted.store(true, Ordering::Relaxed),
@@ -347,7 +348,8 @@ impl Link for Wire {
             // More than one answer to the one before.
             return Err(Broken::Strange { sent: Vec::new(), said });
         }
-        self.moving.store(true, Ordering::Relaxed);
+        // While an input is only looked at, what is typed answers a question.
+        self.moving.store(Form::of(line) == Form::Code, Ordering::Relaxed);
         let begun = Instant::now();
         self.port.send(line)?;
         let answer = self.answer(line)?;

@@ -163,7 +163,9 @@ impl<'j> Bench<'j> {
         match answer {
             "ok" => running.take_zero(),
             "keep" => {}
-            line => running.enter(line, Question::Teach, report),
+            line => {
+                running.enter(line, Question::Teach, report);
+            }
         }
     }
 

@@ -111,6 +111,12 @@ impl Definition {
         self.cycle != Cycle::Simple && !self.has_steps()
     }
 
+    /// Whether L leads into the work, down to which the drill goes at the rapid speed.
+    pub(super) fn lifts_into_work(&self) -> bool {
+        let bottom = Value::thousandths(-self.depth.in_thousandths());
+        self.lift < bottom.max(Value::ZERO)
+    }
+
     /// How deep the first step is.
     fn first_step(&self) -> i64 {
         match (self.has_steps(), self.first > Value::ZERO) {

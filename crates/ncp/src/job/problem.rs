@@ -3,6 +3,7 @@
 use std::fmt;
 
 use thiserror::Error;
+use vimc4_isel_wire::AxisSet;
 
 use crate::diagnostic::Severity;
 use crate::geometry::Reason;
@@ -203,6 +204,16 @@ pub enum Problem {
         "where the tool stands is not known before a reference run, and WPZERO would make it the zero"
     )]
     PlaceUnknown,
+    /// The place that became the zero gets other coordinates.
+    #[error(
+        "the work-piece zero of {axes} was taken in line {line}, before this reference run, and is another place from here on"
+    )]
+    ZeroBeforeReference {
+        /// The axes.
+        axes: AxisSet,
+        /// The line that took the place for the zero.
+        line: u32,
+    },
     /// PATH, PATHEND.
     #[error("path processing has no effect: the moves run as they are written")]
     PathIgnored,
@@ -359,6 +370,7 @@ impl Problem {
             | MillimetreRadius(_)
             | AtSurface
             | InsideWork(_)
+            | ZeroBeforeReference { .. }
             | OffPlane { .. }
             | SweepDiffers { .. }
             | PathIgnored
@@ -422,6 +434,7 @@ impl Problem {
             InsideWork(_) => "inside-work",
             LiftBelowPlane(_) => "lift-below-plane",
             PlaceUnknown => "place-unknown",
+            ZeroBeforeReference { .. } => "zero-before-reference",
             OffPlane { .. } => "off-plane",
             TwoCentres => "two-centres",
             SweepDiffers { .. } => "sweep-differs",
@@ -509,6 +522,9 @@ impl Problem {
             }
             PlaceUnknown => {
                 "begin the job with REF XYZ and go to the work-piece, leave WPZERO out and say with --zero X,Y,Z where it lies, or say with --no-ref that the machine stands at its zero"
+            }
+            ZeroBeforeReference { .. } => {
+                "reference all axes first, as in REF XYZ, and take the zero behind it"
             }
             TwoCentres => "leave one of them",
             SweepDiffers { .. } => "leave W out, or mend the end",

@@ -363,7 +363,13 @@ impl<'t> Job<'t> {
 
     /// Carries out what the operator says, a line as in a file, and then asks again. A line that is
     /// refused is as if it had never been said: nothing moves, so nothing of what holds may change.
-    pub fn enter(&mut self, text: &str, again: Question, report: &mut dyn FnMut(Diagnostic)) {
+    /// Says whether it is carried out.
+    pub fn enter(
+        &mut self,
+        text: &str,
+        again: Question,
+        report: &mut dyn FnMut(Diagnostic),
+    ) -> bool {
         let number = self.reader.number;
         let mut refused = false;
         let mut told = |diagnostic: Diagnostic| {
@@ -375,7 +381,8 @@ impl<'t> Job<'t> {
         });
         let (before, span) = (self.reader.interpreter.clone(), self.reader.span);
         let done = self.reader.carry_out(&line, &mut self.scratch, &mut told);
-        match done && !refused {
+        let taken = done && !refused;
+        match taken {
             true => self.actions.extend(self.scratch.drain(..)),
             false => {
                 self.scratch.clear();
@@ -383,5 +390,6 @@ impl<'t> Job<'t> {
             }
         }
         self.actions.push_back(Action::Ask(again));
+        taken
     }
 }

@@ -140,6 +140,20 @@ pub enum Units {
     Inch,
 }
 
+impl Units {
+    /// A length or a speed of the file in µm or µm/s.
+    #[must_use]
+    pub fn in_um(self, value: Value) -> Value {
+        match self {
+            Units::Metric => value,
+            Units::Inch => {
+                let tenths = value.in_thousandths().saturating_mul(254);
+                Value::thousandths((tenths + 5 * tenths.signum()) / 10)
+            }
+        }
+    }
+}
+
 impl Command {
     /// Whether it only switches something beside the tool, or does nothing: what the tool does
     /// is the same without it.

@@ -127,8 +127,14 @@ fn is_like(name: &str, known: &str) -> bool {
 /// So many lines are looked at to tell one language from another.
 const LOOK: usize = 200;
 
-/// The first line of G-code in a file that is that and nothing else.
-pub(crate) fn g_code(text: &str) -> Option<TextLine<'_>> {
+/// The first line of G-code in a text that is that: it begins as G-code does, and no line near the
+/// beginning is a command of a job.
+///
+/// A line of G-code has several words of a letter and one number each, or one such as G21 or M3. No
+/// data field, command list or plot file has such a line, for their numbers stand behind one letter
+/// and are parted by commas.
+#[must_use]
+pub fn g_code(text: &str) -> Option<TextLine<'_>> {
     let mut first = None;
     for line in lines(text).take(LOOK) {
         let code = line.text.trim_start();
@@ -136,18 +142,44 @@ pub(crate) fn g_code(text: &str) -> Option<TextLine<'_>> {
         if token::name(code).is_ok_and(|(_, name)| reference::find(name).is_some()) {
             return None;
         }
-        if first.is_none() && is_g_code(code) {
-            first = Some(line);
+        if first.is_some() {
+            continue;
+        }
+        // What is in brackets, or behind a semicolon, is a comment.
+        let code = line.text.split([';', '(']).next().unwrap_or_default().trim();
+        if code.is_empty() || code.starts_with(['%', '#', 'O', 'o']) {
+            continue;
+        }
+        // What begins otherwise is in another language.
+        let words = words(code)?;
+        let words =
+            words.strip_prefix(&['N']).or_else(|| words.strip_prefix(&['n'])).unwrap_or(&words);
+        match words {
+            [] => {}
+            [_, _, ..] | ['G' | 'M'] => first = Some(line),
+            // Some controllers store such lines too.
+            ['g' | 'm' | 'T' | 't' | 'S' | 's' | 'F' | 'f'] => {}
+            [_] => return None,
         }
     }
     first
 }
 
-/// Whether a line begins with G or M and a number.
-fn is_g_code(code: &str) -> bool {
-    let mut characters = code.chars();
-    let letter = characters.next().is_some_and(|c| matches!(c.to_ascii_uppercase(), 'G' | 'M'));
-    letter && characters.next().is_some_and(|c| c.is_ascii_digit())
+/// The letters of words of a letter and a number each, if there is nothing else.
+fn words(code: &str) -> Option<Vec<char>> {
+    let mut rest = code;
+    let mut letters = Vec::new();
+    while let Some(letter) = rest.chars().next() {
+        let number = rest.get(1..).filter(|_| letter.is_ascii_alphabetic())?.trim_start();
+        let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
+        let end = digits.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(digits.len());
+        if !digits.get(..end)?.contains(|c: char| c.is_ascii_digit()) {
+            return None;
+        }
+        letters.push(letter);
+        rest = digits.get(end..)?.trim_start();
+    }
+    Some(letters)
 }
 
 #[cfg(test)]
@@ -202,13 +234,43 @@ mod tests {
     }
 
     #[test]
-    fn g_code_is_known_by_its_words() {
-        let found = g_code("%\nO1000\n(a part)\nN10 G21 G90\nG0 X5\n").map(|line| line.number);
-        assert_eq!(found, Some(4));
-        for text in
-            ["", "%\n", "IMF_PBL\nG00 X5\n", "G00 X5\nMOVEABS X5\n", "GETTOOL 1\n", "MOVABS X1\n"]
-        {
-            assert_eq!(g_code(text), None, "{text}");
+    fn g_code_is_told_from_the_rest() {
+        let found = |text| g_code(text).map(|line| line.number);
+        for (text, line) in [
+            ("G21\nG0 X5\n", 1),
+            ("%\nO1000\n(a part)\nN10 G21 G90\nG0 X5\n", 4),
+            ("T1 M6\n", 1),
+            ("(a part)\nT1M6\nG0X5.5Y-3\n", 2),
+            ("g0 x5\n", 1),
+            ("T1\nM6\n", 2),
+            ("; a part\nS12000 M3\n", 2),
+            ("X5 Y5 F100\n", 1),
+        ] {
+            assert_eq!(found(text), Some(line), "{text}");
+        }
+        for text in [
+            "",
+            "%\n",
+            "71\n9\n",
+            "; axes: 7\n0 5,900,5,900,0,400,0,400\n",
+            "p0,1,1\n9\n",
+            "m480,16000,0,21\n",
+            "m5,5,5,5\nG0\n",
+            "@07\n@0A5,900\n",
+            "IN;PU;PA1000,1000;\n",
+            "PU;\n",
+            "z7\n",
+            "T5\n71\n9\n",
+            "g1\n71\n9\n",
+            "REF XYZ\nG0 X5\n",
+            "N1 REF XYZ\nG0 X5\n",
+            "IMF_PBL\nG00 X5\n",
+            "G00 X5\nMOVEABS X5\n",
+            "GETTOOL 1\n",
+            "MOVEABS X5\n",
+            "MOVABS X1\n",
+        ] {
+            assert_eq!(found(text), None, "{text}");
         }
     }
 }

@@ -15,7 +15,7 @@ mod value;
 mod words;
 
 pub use command::*;
-pub(crate) use lenient::g_code;
+pub use lenient::g_code;
 pub use parse::parse;
 pub use problem::{Excerpt, Problem};
 pub use text::{Lines, TextLine, decode, lines};

@@ -91,12 +91,9 @@ impl<'t> Here<'t> {
     fn at(text: &'t str, offset: usize) -> (Here<'t>, usize) {
         let offset = (0..=offset.min(text.len())).rev().find(|at| text.is_char_boundary(*at));
         let (before, after) = text.split_at(offset.unwrap_or_default());
-        // CRs before LF are part of the end of the line, and a place among them is in it.
-        let start = match after.trim_start_matches('\r').starts_with('\n') {
-            true => before.trim_end_matches('\r'),
-            false => before,
-        };
-        let start = start.rfind(['\r', '\n']).map_or(0, |end| end + 1);
+        // A place between CR and LF is in the line that they end.
+        let within = before.strip_suffix('\r').filter(|_| after.starts_with('\n'));
+        let start = within.unwrap_or(before).rfind(['\r', '\n']).map_or(0, |end| end + 1);
         let behind = text.get(start..).unwrap_or_default();
         let end = start + behind.find(['\r', '\n']).unwrap_or(behind.len());
         let line = text.get(start..end).unwrap_or_default();

@@ -65,9 +65,9 @@ pub struct Lines<'t> {
     offset: usize,
 }
 
-/// The lines of a text. LF ends a line; CRs before it belong to the end, more than one of them
-/// because some ways of copying a file double them. CR without LF ends a line too, as on old Macs
-/// and at terminals. What follows the last end is a line only if it is not empty.
+/// The lines of a text, as editors count them: LF, CR LF and CR each end one. Some ways of copying
+/// a file double its CRs, which puts an empty line behind each. What follows the last end is a line
+/// only if it is not empty.
 #[must_use]
 pub fn lines(text: &str) -> Lines<'_> {
     Lines { rest: text, number: 0, offset: 0 }
@@ -82,23 +82,12 @@ impl<'t> Iterator for Lines<'t> {
         }
         let length = self.rest.find(['\r', '\n']).unwrap_or(self.rest.len());
         let (text, end) = self.rest.split_at(length);
-        let (_, rest) = end.split_at(end_of_line(end));
+        let rest = end.strip_prefix("\r\n").or_else(|| end.get(1..)).unwrap_or_default();
         let offset = self.offset;
         self.number += 1;
         self.offset += self.rest.len() - rest.len();
         self.rest = rest;
         Some(TextLine { number: self.number, offset, text })
-    }
-}
-
-/// How long the end of a line is that a text begins with.
-fn end_of_line(text: &str) -> usize {
-    /// So many CRs are taken for a doubled one.
-    const CRS: usize = 8;
-    let crs = text.bytes().take(CRS).take_while(|&byte| byte == b'\r').count();
-    match text.as_bytes().get(crs) {
-        Some(b'\n') => crs + 1,
-        _ => crs.min(1),
     }
 }
 
@@ -124,7 +113,7 @@ mod tests {
     fn lines_have_numbers_and_offsets() {
         let text = "a\r\n\nb\r\r\n c";
         let found: Vec<_> = lines(text).map(|line| (line.number, line.offset, line.text)).collect();
-        assert_eq!(found, [(1, 0, "a"), (2, 3, ""), (3, 4, "b"), (4, 8, " c")]);
+        assert_eq!(found, [(1, 0, "a"), (2, 3, ""), (3, 4, "b"), (4, 6, ""), (5, 8, " c")]);
         assert_eq!(lines("").count(), 0);
         let text = "a\rb\r\r c\n\r";
         let found: Vec<_> = lines(text).map(|line| (line.number, line.offset, line.text)).collect();

@@ -43,8 +43,8 @@ impl Interpreter<'_> {
         let to_place = self.place_of(words.frame, &to)?;
         let centre_words = words.centre_of(plane, sink)?;
         self.begin(sink);
-        self.warn_of_surface(&to_place, true, sink);
         let from = self.state.place;
+        self.warn_of_surface(&from, &to_place, true, sink);
         let centre = self.centre(words.frame, centre_words, (first, second));
         let end = (to[first].is_some() || to[second].is_some())
             .then(|| [to_place[first], to_place[second]]);

@@ -8,10 +8,14 @@ use crate::job::action::{Action, Hole, place_at};
 use crate::job::drill::{Cycle, Definition};
 use crate::job::place::{Place, counters};
 use crate::job::problem::Problem;
-use crate::language::{DrillWords, Frame, Value, Word, Words};
+use crate::language::{DrillWords, Frame, Span, Value, Word, Words};
 
 impl Interpreter<'_> {
-    pub(super) fn drill_definition(&mut self, words: &DrillWords, sink: &mut Sink<'_>) {
+    pub(super) fn drill_definition(
+        &mut self,
+        words: &DrillWords,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Refusal> {
         let factor = if self.options.drill_in_mm { 1_000 } else { 1 };
         let length = |word: Option<Word>, old: Value| {
             let value = word.map(|word| word.value.in_thousandths().saturating_mul(factor));
@@ -33,9 +37,11 @@ impl Interpreter<'_> {
         {
             sink.say_at(word.span, Problem::MillimetresMeant(word.value));
         }
-        if words.safety.or(words.plane).is_some() {
-            self.state.told_of_surface = false;
-        }
+        let told = &mut self.state.told_of_holes;
+        told.surface &= words.safety.or(words.plane).is_none();
+        told.depth &= words.depth.is_none();
+        told.steps &= words.cycle.or(words.first).or(words.other).is_none();
+        told.lift &= words.lift.or(words.depth).is_none();
         self.state.drill = Definition {
             cycle,
             plane: words.plane.map_or(old.plane, |word| word.value),
@@ -49,6 +55,27 @@ impl Interpreter<'_> {
             lift: length(words.lift, old.lift),
             safety: length(words.safety, old.safety),
         };
+        // What no other line can mend is said where it stands, be there a hole or not.
+        let definition = self.state.drill;
+        if let Some(word) = words.depth.filter(|_| definition.depth < Value::ZERO) {
+            self.state.told_of_holes.depth = true;
+            sink.say_at(word.span, Problem::NoDepth);
+        }
+        let knows_bottom = words.depth.is_some() || definition.lift < Value::ZERO;
+        match words.lift.filter(|_| knows_bottom) {
+            Some(word) => self.judge_lift(word.span),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses a lift that is none, once.
+    fn judge_lift(&mut self, span: Span) -> Result<(), Refusal> {
+        let definition = self.state.drill;
+        let told = &mut self.state.told_of_holes.lift;
+        match definition.lifts_into_work() && !std::mem::replace(told, true) {
+            true => Err((span, Problem::LiftBelowPlane(definition.lift))),
+            false => Ok(()),
+        }
     }
 
     pub(super) fn drill(&mut self, words: &Words, sink: &mut Sink<'_>) -> Result<(), Refusal> {
@@ -62,26 +89,23 @@ impl Interpreter<'_> {
         }
         let mut to = self.place_of(Frame::Absolute, words)?;
         self.begin(sink);
-        for (problem, applies) in [
-            (Problem::NoDepth, definition.depth <= Value::ZERO),
-            (Problem::NoDrillSteps, definition.lacks_steps()),
+        let told = &mut self.state.told_of_holes;
+        for (problem, applies, told) in [
+            (Problem::NoDepth, definition.depth <= Value::ZERO, &mut told.depth),
+            (Problem::NoDrillSteps, definition.lacks_steps(), &mut told.steps),
         ] {
-            if applies {
+            if applies && !std::mem::replace(told, true) {
                 sink.say(problem);
             }
         }
-        let up = if self.target.setup.up == Up::Positive { 1 } else { -1 };
+        let up = self.up();
         let plane = place_at(self.state.zero[Z], up, definition.plane);
         // It goes across at the higher of S and where it is.
         let here = self.state.place[Z].in_thousandths().saturating_sub(plane.in_thousandths());
         let height = Value::thousandths(up * here);
         // All of the cycle is checked before anything of it is done.
         let (low, high) = definition.extent();
-        let bottom = Value::thousandths(-definition.depth.in_thousandths());
-        let mut checked = match definition.lift < bottom.max(Value::ZERO) {
-            true => Err((sink.span, Problem::LiftBelowPlane(definition.lift))),
-            false => Ok(()),
-        };
+        let mut checked = self.judge_lift(sink.span);
         for height in [low, high] {
             to[Z] = place_at(plane, up, height);
             let counters = counters(&to, self.target, self.state.cylinder.as_ref());
@@ -89,10 +113,14 @@ impl Interpreter<'_> {
         }
         let over = height.max(definition.safety);
         to[Z] = place_at(plane, up, over);
-        if over < Value::ZERO && to[..Z] != self.state.place[..Z] {
+        let from = self.state.place;
+        let mut above = from;
+        above[Z] = to[Z];
+        self.warn_of_surface(&from, &above, false, sink);
+        if over < Value::ZERO && to[..Z] != above[..Z] {
             sink.say(Problem::InsideWork(Value::thousandths(-over.in_thousandths())));
         } else {
-            self.warn_of_surface(&to, false, sink);
+            self.warn_of_surface(&above, &to, false, sink);
         }
         to[Z] = place_at(plane, up, definition.safety);
         let z = self.state.counters[Z];
@@ -120,26 +148,42 @@ impl Interpreter<'_> {
         let in_work = inside >= 0 && definition.depth > Value::ZERO;
         self.state.in_work = in_work.then(|| Value::thousandths(inside));
         checked?;
-        sink.push(Action::Drill(Box::new(hole)));
+        if !definition.lifts_into_work() {
+            sink.push(Action::Drill(Box::new(hole)));
+        }
         Ok(())
     }
 
+    /// The sign of what leads away from the work-piece.
+    fn up(&self) -> i64 {
+        if self.target.setup.up == Up::Positive { 1 } else { -1 }
+    }
+
     /// Says after a hole that the tool goes across where it has come out of it: once at the
-    /// surface, and below it as long as it stays there.
-    pub(super) fn warn_of_surface(&mut self, to: &Place, round: bool, sink: &mut Sink<'_>) {
+    /// surface, and below it as long as it stays there, be the way level or slanting. From the
+    /// surface a way upwards leaves the work at once.
+    pub(super) fn warn_of_surface(
+        &mut self,
+        from: &Place,
+        to: &Place,
+        round: bool,
+        sink: &mut Sink<'_>,
+    ) {
+        const Z: usize = 2;
+        let up = self.up();
         let state = &mut self.state;
         let Some(depth) = state.in_work else { return };
-        let across = round || to[..2] != state.place[..2];
-        if to[2] != state.place[2] {
-            state.in_work = None;
-        } else if across && depth > Value::ZERO {
-            sink.say(Problem::InsideWork(depth));
-        } else if across {
-            state.in_work = None;
-            if !state.told_of_surface {
-                state.told_of_surface = true;
-                sink.say(Problem::AtSurface);
-            }
+        let rise = up * to[Z].in_thousandths().saturating_sub(from[Z].in_thousandths());
+        let left = Value::thousandths(depth.in_thousandths().saturating_sub(rise));
+        let across = round || to[..Z] != from[..Z];
+        if across && depth > Value::ZERO {
+            sink.say(Problem::InsideWork(depth.max(left)));
+        } else if across && rise <= 0 && !std::mem::replace(&mut state.told_of_holes.surface, true)
+        {
+            sink.say(Problem::AtSurface);
         }
+        // Who goes down from the surface has come to cut.
+        let stays = depth > Value::ZERO && left >= Value::ZERO;
+        state.in_work = (stays || !across && rise == 0).then_some(left);
     }
 }

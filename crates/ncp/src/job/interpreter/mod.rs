@@ -72,7 +72,11 @@ struct State {
     /// How far below the reference plane the drill is since a hole that it was not lifted from
     /// above the work.
     in_work: Option<Value>,
-    told_of_surface: bool,
+    told_of_holes: ToldOfHoles,
+    /// Of which axes WPZERO or the operator has made a place the zero that no reference run has
+    /// told yet, and in which line.
+    zero_unsure: AxisSet,
+    zero_line: u32,
     /// What was said of the normal, the rapid and the drilling speed since they were set.
     told: [Told; 3],
     plane: Plane,
@@ -92,6 +96,15 @@ struct State {
 struct Told {
     raised: bool,
     capped: bool,
+}
+
+/// What was said of the holes as they are defined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct ToldOfHoles {
+    surface: bool,
+    depth: bool,
+    steps: bool,
+    lift: bool,
 }
 
 /// Where the file mark is.
@@ -142,7 +155,9 @@ impl<'t> Interpreter<'t> {
             first_unconnected: None,
             told_of_spindle: [false; 3],
             in_work: None,
-            told_of_surface: false,
+            told_of_holes: ToldOfHoles::default(),
+            zero_unsure: AxisSet::NONE,
+            zero_line: 0,
             told: [Told::default(); 3],
             plane: Plane::Xy,
             limits: [None; 4],
@@ -186,7 +201,14 @@ impl<'t> Interpreter<'t> {
 
     /// Makes the present place the work-piece zero, as the operator says at WPTEACH.
     pub(in crate::job) fn take_zero(&mut self) {
-        self.state.zero = self.state.place;
+        let state = &mut self.state;
+        state.zero = state.place;
+        // Before the first movement the present place is the reference point, if it may be told.
+        state.zero_unsure = match state.begun {
+            true => without(self.target.referable, state.referenced),
+            false => AxisSet::NONE,
+        };
+        state.zero_line = state.line;
     }
 
     /// The same at a place that was found before; on axes that it does not name, at the present one.
@@ -274,10 +296,13 @@ impl<'t> Interpreter<'t> {
             Command::ZeroHere if !state.begun && !self.options.no_reference => {
                 return Err((sink.span, Problem::PlaceUnknown));
             }
-            Command::ZeroHere => state.zero = state.place,
-            Command::ZeroStandard => state.zero = self.target.zero.0.map(Option::unwrap_or_default),
+            Command::ZeroHere => self.take_zero(),
+            Command::ZeroStandard => {
+                let standard = self.target.zero.0;
+                self.zero_at(&standard.map(|zero| Some(zero.unwrap_or_default())));
+            }
             Command::ZeroAt(words) => self.zero_at(&self.named(&words)?),
-            Command::ZeroClear => state.zero = Place::default(),
+            Command::ZeroClear => self.zero_at(&Place::default().map(Some)),
             Command::Store(number, words) => {
                 let named = self.named(&words)?;
                 if let Some(register) = register(&mut self.state, number) {
@@ -315,7 +340,7 @@ impl<'t> Interpreter<'t> {
                 sink.say(Problem::ToolLeftOut(number));
             }
             Command::Tool(number) => sink.push(Action::Ask(Question::Tool(number))),
-            Command::DrillDefinition(words) => self.drill_definition(&words, sink),
+            Command::DrillDefinition(words) => self.drill_definition(&words, sink)?,
             Command::Drill(words) => self.drill(&words, sink)?,
             Command::Cylinder(turning, radius, linear) => {
                 self.cylinder(turning, radius, linear, sink)?
@@ -335,6 +360,11 @@ impl<'t> Interpreter<'t> {
 /// One value and another.
 fn sum(a: Value, b: Value) -> Value {
     Value::thousandths(a.in_thousandths().saturating_add(b.in_thousandths()))
+}
+
+/// The axes of one set that are not in another.
+fn without(axes: AxisSet, others: AxisSet) -> AxisSet {
+    AxisSet::from_bits(axes.bits() & !others.bits()).unwrap_or(AxisSet::NONE)
 }
 
 fn register(state: &mut State, number: u8) -> Option<&mut Zero> {

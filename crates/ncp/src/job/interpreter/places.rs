@@ -1,6 +1,8 @@
 //! Where the words of a line lead, and whether that may be.
 
-use super::{Interpreter, Refusal, sum};
+use vimc4_isel_wire::AxisSet;
+
+use super::{Interpreter, Refusal, sum, without};
 use crate::geometry::{MOST_STEPS, Steps};
 use crate::job::place::Place;
 use crate::job::problem::Problem;
@@ -38,9 +40,15 @@ impl Interpreter<'_> {
     }
 
     pub(super) fn zero_at(&mut self, named: &[Option<Value>; 4]) {
-        for (zero, value) in self.state.zero.iter_mut().zip(named) {
+        let state = &mut self.state;
+        for (zero, value) in state.zero.iter_mut().zip(named) {
             *zero = value.unwrap_or(*zero);
         }
+        let known = (0..)
+            .zip(named)
+            .fold(0, |bits, (axis, value)| bits | u8::from(value.is_some()) << axis);
+        let known = AxisSet::from_bits(known).unwrap_or(AxisSet::ALL);
+        state.zero_unsure = without(state.zero_unsure, known);
     }
 
     /// Whether a place may be come to. An axis that stays where it is may.

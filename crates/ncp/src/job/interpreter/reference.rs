@@ -3,7 +3,7 @@
 use vimc4_isel_wire::AxisSet;
 
 use super::sink::Sink;
-use super::{Interpreter, Refusal};
+use super::{Interpreter, Refusal, without};
 use crate::job::action::Action;
 use crate::job::place::Place;
 use crate::job::problem::Problem;
@@ -44,7 +44,15 @@ impl Interpreter<'_> {
             }
             runs.extend(a_apart(axes));
         }
-        self.state.begun = true;
+        let axes = runs.iter().fold(AxisSet::NONE, |all, axes| all.union(*axes));
+        let state = &mut self.state;
+        state.begun = true;
+        let sure = without(state.zero_unsure, axes);
+        let moved = without(state.zero_unsure, sure);
+        if !moved.is_empty() {
+            sink.say(Problem::ZeroBeforeReference { axes: moved, line: state.zero_line });
+        }
+        state.zero_unsure = sure;
         runs.iter().for_each(|axes| self.at_reference(*axes));
         sink.push(Action::Reference(runs));
         Ok(())

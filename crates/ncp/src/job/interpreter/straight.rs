@@ -19,7 +19,8 @@ impl Interpreter<'_> {
         sink: &mut Sink<'_>,
     ) -> Result<StraightParameters, Refusal> {
         self.warn_of_unreferenced(&to, sink);
-        self.warn_of_surface(&to, false, sink);
+        let from = self.state.place;
+        self.warn_of_surface(&from, &to, false, sink);
         let cylinder = self.state.cylinder;
         let counters = counters(&to, self.target, cylinder.as_ref());
         let checked = self.check(&to, &counters, sink.span);

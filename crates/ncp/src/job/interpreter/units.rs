@@ -11,7 +11,7 @@ impl Units {
         if self == Units::Metric {
             return command;
         }
-        let length = |word: Word| Placed { value: in_um(word.value), ..word };
+        let length = |word: Word| Placed { value: self.in_um(word.value), ..word };
         let bore = |word: Word| if drill_in_mm { word } else { length(word) };
         let of = |axis: usize, word: Word| if rotary.has(axis) { word } else { length(word) };
         let words = |words: Words| -> Words {
@@ -55,7 +55,7 @@ impl Units {
     pub(super) fn resolution(self) -> Value {
         match self {
             Units::Metric => Value::ZERO,
-            Units::Inch => in_um(Value::whole(1)),
+            Units::Inch => self.in_um(Value::whole(1)),
         }
     }
 
@@ -66,10 +66,4 @@ impl Units {
             Units::Inch => Value::thousandths((speed.in_thousandths() * 10 + 127) / 254),
         }
     }
-}
-
-/// A thousandth of an inch is 25.4 µm.
-fn in_um(value: Value) -> Value {
-    let tenths = value.in_thousandths().saturating_mul(254);
-    Value::thousandths((tenths + 5 * tenths.signum()) / 10)
 }

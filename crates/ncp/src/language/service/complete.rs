@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::hover::{command, meaning};
+use super::hover::{command, meaning, units_at};
 use super::{Anatomy, Context, Here};
 use crate::language::reader::Reader;
 use crate::language::reference::{COMMANDS, CommandInfo, Form, Parameter};
 use crate::language::token;
-use crate::language::{Span, Value};
+use crate::language::{Span, Units, Value};
 
 /// Something that may stand at a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,13 +33,16 @@ pub struct Completion {
 pub fn complete(text: &str, offset: usize, context: Context) -> Vec<Completion> {
     let (here, place) = Here::at(text, offset);
     let (before, _) = here.line.split_at(place);
+    let units = units_at(text, here.offset);
     if let Some(begun) = begun_name(before) {
         let replaces = here.in_text(begun);
-        let whole = |info| whole_command(info, replaces.clone(), context);
+        let whole = |info| whole_command(info, replaces.clone(), units, context);
         return COMMANDS.iter().map(whole).collect();
     }
     match here.anatomy() {
-        Some(anatomy) if place <= anatomy.end as usize => words(here, place, &anatomy, context),
+        Some(anatomy) if place <= anatomy.end as usize => {
+            words(here, place, &anatomy, (units, context))
+        }
         _ => Vec::new(),
     }
 }
@@ -59,6 +62,7 @@ fn begun_name(before: &str) -> Option<Span> {
 fn whole_command(
     info: &'static CommandInfo,
     replaces: Range<usize>,
+    units: Units,
     context: Context,
 ) -> Completion {
     let words = info.example.strip_prefix(info.name).unwrap_or_default();
@@ -71,14 +75,19 @@ fn whole_command(
         label: info.name,
         is_command: true,
         detail: context.pattern(info),
-        markdown: command(info, context),
+        markdown: command(info, units, context),
         snippet,
         replaces,
     }
 }
 
 /// The words that are not there yet and mean something on the machine.
-fn words(here: Here<'_>, place: usize, anatomy: &Anatomy<'_>, context: Context) -> Vec<Completion> {
+fn words(
+    here: Here<'_>,
+    place: usize,
+    anatomy: &Anatomy<'_>,
+    (units, context): (Units, Context),
+) -> Vec<Completion> {
     let Some(begun) = begun_word(here.line, place, anatomy) else { return Vec::new() };
     let others = || anatomy.words.iter().filter(|word| word.letters.span != begun);
     let before = others().filter(|word| word.span.end <= begun.start).count();
@@ -92,7 +101,7 @@ fn words(here: Here<'_>, place: usize, anatomy: &Anatomy<'_>, context: Context) 
     let named = anatomy.info.words_at(before).iter().filter(|word| !word.name.is_empty());
     let info = anatomy.info;
     let free = named.filter(|parameter| !is_there(parameter) && context.has(info, parameter));
-    free.map(|parameter| word(info, parameter, here.in_text(begun), context)).collect()
+    free.map(|parameter| word(info, parameter, here.in_text(begun), (units, context))).collect()
 }
 
 /// The letters before the place, if a word may begin there. An axis of a reference run goes on
@@ -110,7 +119,7 @@ fn word(
     info: &'static CommandInfo,
     parameter: &'static Parameter,
     replaces: Range<usize>,
-    context: Context,
+    (units, context): (Units, Context),
 ) -> Completion {
     let snippet = match parameter.value {
         Some(number) => {
@@ -123,7 +132,7 @@ fn word(
         label: parameter.name,
         is_command: false,
         detail: parameter.meaning.to_owned(),
-        markdown: meaning(info, parameter, context),
+        markdown: meaning(info, parameter, units, context),
         snippet,
         replaces,
     }

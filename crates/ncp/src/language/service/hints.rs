@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::hover::{larger, thousandth};
 use super::{Context, Here};
 use crate::language::reference::Form;
-use crate::language::{Command, Value, lines, parse, token};
+use crate::language::{Command, Units, Value, lines, parse, token};
 
 /// A remark behind a word.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,10 +21,13 @@ pub struct Hint {
 #[must_use]
 pub fn hints(text: &str, within: Range<usize>, context: Context) -> Vec<Hint> {
     let mut hints = Vec::new();
+    let mut units = Units::default();
     for line in lines(text).take_while(|line| line.offset <= within.end) {
         let Some(command) = parse(line.text, &mut |_, _| {}).command else { continue };
-        if command.value == Command::End {
-            break;
+        match command.value {
+            Command::End => break,
+            Command::Units(new) => units = new,
+            _ => {}
         }
         if line.offset + line.text.len() < within.start {
             continue;
@@ -33,23 +36,26 @@ pub fn hints(text: &str, within: Range<usize>, context: Context) -> Vec<Hint> {
             let pairs = limits.iter().enumerate().filter(|(axis, _)| !context.rotary.has(*axis));
             hints.extend(pairs.filter_map(|(_, limits)| *limits).map(|(low, high)| Hint {
                 at: line.offset + high.span.end as usize,
-                text: format!("{} to {} mm", thousandth(low.value), thousandth(high.value)),
+                text: {
+                    let [low, high] = [low, high].map(|limit| thousandth(units.in_um(limit.value)));
+                    format!("{low} to {high} mm")
+                },
             }));
             continue;
         }
-        words(Here { offset: line.offset, line: line.text }, context, &mut hints);
+        words(Here { offset: line.offset, line: line.text }, (units, context), &mut hints);
     }
     hints.sort_by_key(|hint| hint.at);
     hints
 }
 
-fn words(here: Here<'_>, context: Context, hints: &mut Vec<Hint>) {
+fn words(here: Here<'_>, site: (Units, Context), hints: &mut Vec<Hint>) {
     let Some(anatomy) = here.anatomy() else { return };
     let info = anatomy.info;
     let mut hint = |number: Option<&str>, end: u32, parameter| {
         let value = number.and_then(token::number).map(|number| number.value);
         let value = value.filter(|value| *value != Value::ZERO);
-        let text = value.and_then(|value| larger(value, info, parameter, context));
+        let text = value.and_then(|value| larger(value, info, parameter, site));
         // Seconds are as easily read as milliseconds.
         let text = text.filter(|text| !text.ends_with(" s"));
         hints.extend(text.map(|text| Hint { at: here.offset + end as usize, text }));
@@ -99,6 +105,21 @@ mod tests {
             ("PROGEND\nMOVEABS X5", "PROGEND\nMOVEABS X5"),
         ] {
             assert_eq!(hinted(line, CONTEXT), expected);
+        }
+    }
+
+    #[test]
+    fn inches_are_told_in_mm_too() {
+        for (text, expected) in [
+            (
+                "INCH\nMOVEABS X1000 A5400\nMETRIC\nMOVEABS X1000",
+                "INCH\nMOVEABS X1000«25.4 mm A5400«1.5°\nMETRIC\nMOVEABS X1000«1 mm",
+            ),
+            ("INCH\nVEL 500", "INCH\nVEL 500«12.7 mm/s"),
+            ("INCH\nLIMIT X-1000,10000", "INCH\nLIMIT X-1000,10000«-25.4 to 254 mm"),
+            ("INCH\nDRILLDEF D100 T500 V10", "INCH\nDRILLDEF D100«2.54 mm T500 V10«0.254 mm/s"),
+        ] {
+            assert_eq!(hinted(text, CONTEXT), expected);
         }
     }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Context, Here, LooseWord};
 use crate::language::reference::{CommandInfo, Form, Parameter, SPEED, Source, WAY};
-use crate::language::{Value, token};
+use crate::language::{Command, Units, Value, lines, parse, token};
 
 /// What is to be shown about a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,27 +21,40 @@ pub struct Hover {
 pub fn hover(text: &str, offset: usize, context: Context) -> Option<Hover> {
     let (here, place) = Here::at(text, offset);
     let anatomy = here.anatomy()?;
+    let units = units_at(text, here.offset);
     if anatomy.name.range().contains(&place) {
         let range = here.in_text(anatomy.name);
-        return Some(Hover { range, markdown: command(anatomy.info, context) });
+        return Some(Hover { range, markdown: command(anatomy.info, units, context) });
     }
     let mut words = (0..).zip(&anatomy.words);
     let (nth, word) = words.find(|(_, word)| word.span.range().contains(&place))?;
     let mut parameters = anatomy.info.words_at(nth).iter();
     let parameter =
         parameters.find(|parameter| parameter.name.eq_ignore_ascii_case(word.letters.value))?;
-    let markdown = explain(anatomy.info, parameter, word, context);
+    let markdown = explain(anatomy.info, parameter, word, (units, context));
     Some(Hover { range: here.in_text(word.span), markdown })
 }
 
+/// What lengths are in where a line begins: what the last METRIC or INCH before it says.
+pub(super) fn units_at(text: &str, offset: usize) -> Units {
+    let before = lines(text).take_while(|line| line.offset < offset);
+    let units = before.filter_map(|line| {
+        match parse(line.text, &mut |_, _| {}).command.map(|command| command.value) {
+            Some(Command::Units(units)) => Some(units),
+            _ => None,
+        }
+    });
+    units.last().unwrap_or_default()
+}
+
 /// A command with all the words that mean something on the machine.
-pub(super) fn command(info: &CommandInfo, context: Context) -> String {
+pub(super) fn command(info: &CommandInfo, units: Units, context: Context) -> String {
     let mut text = format!("```ncp\n{}\n```\n\n{}\n", context.pattern(info), info.meaning);
     let words = info.parameters.iter().filter(|parameter| context.has(info, parameter));
     for (place, parameter) in words.enumerate() {
         let gap = if place == 0 { "\n" } else { "" };
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{gap}- {}", meaning(info, parameter, context));
+        let _ = writeln!(text, "{gap}- {}", meaning(info, parameter, units, context));
     }
     let _ = write!(text, "\nFor example `{}`", info.example);
     if info.source == Source::Field {
@@ -51,19 +64,29 @@ pub(super) fn command(info: &CommandInfo, context: Context) -> String {
 }
 
 /// A word, its meaning and its unit.
-pub(super) fn meaning(info: &CommandInfo, parameter: &Parameter, context: Context) -> String {
+pub(super) fn meaning(
+    info: &CommandInfo,
+    parameter: &Parameter,
+    units: Units,
+    context: Context,
+) -> String {
     let Parameter { name, meaning, value } = parameter;
     let name = if name.is_empty() { String::new() } else { format!("`{name}`: ") };
-    match value.and_then(|_| unit(info, parameter, context)) {
+    match value.and_then(|_| unit(info, parameter, units, context)) {
         Some(unit) => format!("{name}{meaning}, in {unit}"),
         None => format!("{name}{meaning}"),
     }
 }
 
 /// The unit of a word; `None` if it counts nothing.
-fn unit(info: &CommandInfo, parameter: &Parameter, context: Context) -> Option<&'static str> {
+fn unit(
+    info: &CommandInfo,
+    parameter: &Parameter,
+    units: Units,
+    context: Context,
+) -> Option<&'static str> {
     let unit = parameter.value?.unit;
-    Some(match info.axis(parameter) {
+    let unit = match info.axis(parameter) {
         _ if unit.is_empty() => return None,
         _ if is_drilled_in_mm(info, parameter, context) => "mm",
         Some(axis) if unit == WAY && context.rotary.has(axis) => "arc seconds",
@@ -71,8 +94,21 @@ fn unit(info: &CommandInfo, parameter: &Parameter, context: Context) -> Option<&
         Some(_) | None if unit == WAY => "µm",
         _ if unit == SPEED && context.rotary.is_empty() => "µm/s",
         _ => unit,
+    };
+    // The lengths of tools are not used.
+    let counts = info.form != Form::ToolDefinition;
+    Some(match unit {
+        "µm" if units == Units::Inch && counts => INCHES,
+        "µm/s" if units == Units::Inch => "thousandths of an inch/s",
+        SPEED if units == Units::Inch => INCHES_A_SECOND,
+        unit => unit,
     })
 }
+
+/// Lengths behind INCH.
+const INCHES: &str = "thousandths of an inch";
+/// Speeds behind INCH, on a machine with axes that turn.
+const INCHES_A_SECOND: &str = "thousandths of an inch/s, of rotary axes alone arc seconds/s";
 
 /// Whether DRILLDEF has mm here: the reference plane and the speed keep their units.
 fn is_drilled_in_mm(info: &CommandInfo, parameter: &Parameter, context: Context) -> bool {
@@ -85,12 +121,12 @@ fn explain(
     info: &CommandInfo,
     parameter: &Parameter,
     word: &LooseWord<'_>,
-    context: Context,
+    (units, context): (Units, Context),
 ) -> String {
-    let mut text = meaning(info, parameter, context);
+    let mut text = meaning(info, parameter, units, context);
     let Some(allowed) = parameter.value else { return text };
     let value = word.number.and_then(token::number).map(|number| number.value);
-    if let Some(larger) = value.and_then(|value| larger(value, info, parameter, context)) {
+    if let Some(larger) = value.and_then(|value| larger(value, info, parameter, (units, context))) {
         let _ = write!(text, "\n\n{larger}");
     }
     if allowed.whole {
@@ -104,11 +140,14 @@ pub(super) fn larger(
     value: Value,
     info: &CommandInfo,
     parameter: &Parameter,
-    context: Context,
+    (units, context): (Units, Context),
 ) -> Option<String> {
     let thousandth = |unit: &str| format!("{} {unit}", thousandth(value));
-    match unit(info, parameter, context)? {
+    let metric = |unit: &str| format!("{} {unit}", self::thousandth(units.in_um(value)));
+    match unit(info, parameter, units, context)? {
         "arc seconds" => Some(format!("{}°", libm::round(value.as_f64() / 0.36) / 10_000.0)),
+        INCHES => Some(metric("mm")),
+        unit if unit.starts_with(INCHES) => Some(metric("mm/s")),
         unit if unit.starts_with("µm/s") => Some(thousandth("mm/s")),
         "µm" => Some(thousandth("mm")),
         "ms" => Some(thousandth("s")),
@@ -170,6 +209,26 @@ mod tests {
         assert_eq!(at("MOVEABS |X").0, "X");
         assert!(at("CYL |A5000 Y").1.starts_with("`A`: radius"));
         assert!(at("CYL A5000 |Y").1.starts_with("`Y`: goes around"));
+    }
+
+    #[test]
+    fn behind_inch_lengths_are_inches() {
+        let at = |text| shown(text).expect("a word").1;
+        let inches = "thousandths of an inch";
+        assert_eq!(
+            at("INCH\nMOVEABS X|1000"),
+            format!("`X`: where X goes, in {inches}\n\n25.4 mm")
+        );
+        assert_eq!(at("METRIC\r\nMOVEABS X|1000"), "`X`: where X goes, in µm\n\n1 mm");
+        let back = "INCH\nMETRIC\nMOVEABS X|1000\nINCH\n";
+        assert_eq!(at(back), "`X`: where X goes, in µm\n\n1 mm");
+        assert!(at("INCH\nMOVEREL A|5400").ends_with("in arc seconds\n\n1.5°"));
+        assert!(at("INCH\nDRILLDEF V|100").ends_with("in thousandths of an inch/s\n\n2.54 mm/s"));
+        assert!(at("INCH\nV|EL 100").contains("in thousandths of an inch/s, of rotary axes alone"));
+        assert!(at("INCH\n|MOVEABS X5").contains(&format!("where X goes, in {inches}\n")));
+        let mm = Context { drill_in_mm: true, ..CONTEXT };
+        let drill = |at| hover("INCH\nDRILLDEF D5 P5", at, mm).expect("a word").markdown;
+        assert!(drill(14).contains("in mm") && drill(17).contains(inches), "{}", drill(17));
     }
 
     #[test]
