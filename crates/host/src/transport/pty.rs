@@ -23,6 +23,12 @@ use crate::report::News;
 /// That several programs have it open is told no more often than this.
 const REMINDER: Duration = Duration::from_secs(10);
 
+/// How often it is looked who they are, once another one has opened it.
+const LOOKS: u32 = 3;
+
+/// So many clients at most that came and went between two looks are told of.
+const VISITS: u64 = 16;
+
 /// A pseudo terminal whose far end a client opens like a serial port.
 ///
 /// The emulator keeps one descriptor of the client's end for itself. Without it the near end
@@ -52,6 +58,8 @@ pub struct Pty {
     news: VecDeque<News>,
     /// What has been read already and comes after the news.
     early: VecDeque<u8>,
+    /// How often it is still to be looked who has it open besides.
+    looks: u32,
     /// When it was told that several programs have it open.
     told: Option<Instant>,
     /// The system is asked what has arrived, although it has not told.
@@ -99,6 +107,7 @@ impl Pty {
             compared: false,
             news: VecDeque::new(),
             early: VecDeque::new(),
+            looks: 0,
             told: None,
             thorough: false,
             path,
@@ -127,7 +136,14 @@ impl Pty {
             if bytes > 0 {
                 self.news.push_back(News::Lost { transport: transport(), bytes });
             }
+            let mut closings = seen.closings.wrapping_sub(self.seen.closings);
             if self.seen.open {
+                self.news.push_back(News::Closed { transport: transport(), client: client() });
+                closings = closings.saturating_sub(1);
+            }
+            // Who has come and gone since the last look was here all the same.
+            for _ in 0..closings.min(VISITS) {
+                self.news.push_back(News::Opened { transport: transport(), client: client() });
                 self.news.push_back(News::Closed { transport: transport(), client: client() });
             }
             self.seen.open = false;
@@ -137,13 +153,21 @@ impl Pty {
             self.compared = false;
             self.news.push_back(News::Opened { transport: transport(), client: client() });
         }
-        if seen.opens > 1
-            && seen.opens > self.seen.opens
-            && self.told.is_none_or(|told| told.elapsed() >= REMINDER)
-            && let Some(programs) = self.watch.programs()
-        {
-            self.told = Some(Instant::now());
-            self.news.push_back(News::Shared { transport: transport(), programs });
+        if seen.opens <= 1 {
+            self.looks = 0;
+        } else if seen.opens > self.seen.opens {
+            self.looks = LOOKS;
+        }
+        // Who opens it is told of a moment before it can be seen to have it.
+        if self.looks > 0 {
+            self.looks -= 1;
+            if self.told.is_none_or(|told| told.elapsed() >= REMINDER)
+                && let Some(programs) = self.watch.programs()
+            {
+                self.looks = 0;
+                self.told = Some(Instant::now());
+                self.news.push_back(News::Shared { transport: transport(), programs });
+            }
         }
         self.seen = seen;
     }

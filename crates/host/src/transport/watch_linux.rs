@@ -73,6 +73,8 @@ struct Terminal {
     baud: u32,
     opens: u32,
     closings: u64,
+    /// How many openings and closings of our own are still to be told of.
+    own: (u32, u32),
     /// How many events there were.
     events: u64,
     waker: Option<Waker>,
@@ -97,6 +99,7 @@ impl Watch {
                 baud,
                 opens: 0,
                 closings: 0,
+                own: (0, 0),
                 events: 0,
                 waker: None,
             };
@@ -262,12 +265,20 @@ impl Watcher {
             let Some(terminal) = terminals.get_mut(&event.wd()) else { continue };
             terminal.events += 1;
             if event.events().contains(ReadFlags::OPEN) {
-                terminal.opens += 1;
+                match terminal.own.0.checked_sub(1) {
+                    Some(own) => terminal.own.0 = own,
+                    None => terminal.opens += 1,
+                }
             }
             if event.events().intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
-                terminal.opens = terminal.opens.saturating_sub(1);
-                if terminal.opens == 0 {
-                    terminal.clear();
+                match terminal.own.1.checked_sub(1) {
+                    Some(own) => terminal.own.1 = own,
+                    None => {
+                        terminal.opens = terminal.opens.saturating_sub(1);
+                        if terminal.opens == 0 {
+                            terminal.clear();
+                        }
+                    }
                 }
                 closed.push(event.wd());
             }
@@ -327,8 +338,8 @@ impl Terminal {
         }
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let Ok(kept) = open(&self.path, flags, Mode::empty()) else { return };
-        // Our opening is told of like any other, and is none; so is the closing of the dead one,
-        // which comes right behind it.
+        // Our opening, and the closing of the dead one, are told of like any other.
+        self.own = (self.own.0 + 1, self.own.1 + 1);
         self.kept = kept;
         let _ = set_raw(&self.kept, self.baud);
     }

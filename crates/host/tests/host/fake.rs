@@ -375,8 +375,13 @@ impl Diary {
 
     /// Waits until a report is there.
     pub(crate) fn wait_for(&self, what: &str, fits: impl Fn(&Report) -> bool) {
+        self.wait_for_all(what, |reports| reports.iter().any(&fits));
+    }
+
+    /// Waits until the reports are like this.
+    pub(crate) fn wait_for_all(&self, what: &str, fit: impl Fn(&[Report]) -> bool) {
         for _ in 0..500 {
-            if self.0.lock().unwrap().iter().any(&fits) {
+            if fit(&self.0.lock().unwrap()) {
                 return;
             }
             thread::sleep(std::time::Duration::from_millis(10));

@@ -78,6 +78,22 @@ fn clients_come_and_go() {
 }
 
 #[test]
+fn who_comes_and_goes_unseen_is_told_of() {
+    let diary = Diary::default();
+    let (running, path) = serve(Clock::Real);
+    running.handle.watch(diary.clone()).wait().unwrap();
+    for n in 1..=200 {
+        drop(open(&path));
+        diary.wait_for_all("the visit", |reports| {
+            let count = |fits: fn(&Report) -> bool| reports.iter().filter(|&r| fits(r)).count();
+            count(|report| matches!(report, Report::News(_, News::Opened { .. }))) == n
+                && count(|report| matches!(report, Report::News(_, News::Closed { .. }))) == n
+        });
+    }
+    running.end().unwrap();
+}
+
+#[test]
 fn it_is_a_raw_terminal_at_the_speed_of_the_line() {
     let (running, path) = serve(Clock::Real);
     let mut port = open(&path);
