@@ -13,13 +13,13 @@ use vimc4_lpkf::language::{Answer, Status, forms};
 use vimc4_plant::Machine;
 use vimc4_tests::fuzzing::{Reached, TARGETS, controller, corpus, lpkf};
 
-/// Checks every file of a target, and says which ones did not hold.
+/// Checks every input of a target, and says which ones did not hold.
 fn replay(target: &str, check: impl Fn(&[u8]) + RefUnwindSafe) {
-    let files = corpus(target).unwrap();
-    assert!(!files.is_empty(), "nothing to replay");
-    let failed = files.into_iter().filter(|(_, data)| catch_unwind(|| check(data)).is_err());
+    let inputs = corpus(target).unwrap();
+    assert!(!inputs.is_empty(), "nothing to replay");
+    let failed = inputs.into_iter().filter(|(_, data)| catch_unwind(|| check(data)).is_err());
     let failed: Vec<String> = failed.map(|(name, _)| name).collect();
-    assert!(failed.is_empty(), "fixtures/corpus/{target}: {}", failed.join(", "));
+    assert!(failed.is_empty(), "{target}: {}", failed.join(", "));
 }
 
 /// Replays a target in which controllers are twins, and says what that has reached.
@@ -33,7 +33,7 @@ fn replay_twins(target: &str, twins: fn(&[u8], &mut Reached)) -> Reached {
     reached.into_inner().unwrap()
 }
 
-/// Checks every file of a target that only looks at what it is given.
+/// Checks every input of a target that only looks at what it is given.
 fn replay_target(name: &str) {
     let (_, check) = TARGETS.iter().find(|(target, _)| *target == name).unwrap();
     replay(name, check);

@@ -1,12 +1,14 @@
-//! Writes the inputs that fuzzing begins with into the corpus, `fixtures/corpus`.
+//! Writes the inputs that fuzzing begins with into `fuzz/corpus`, which is not kept.
 
+use std::path::Path;
 use std::{fs, io};
 
-use vimc4_tests::fuzzing::{folder, seeds};
+use vimc4_tests::fuzzing::seeds;
 
 fn main() -> io::Result<()> {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
     for seed in seeds::seeds() {
-        let folder = folder().join(seed.target);
+        let folder = corpus.join(seed.target);
         fs::create_dir_all(&folder)?;
         fs::write(folder.join(seed.name), seed.data)?;
     }

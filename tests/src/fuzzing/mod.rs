@@ -43,26 +43,30 @@ pub const TARGETS: [Target; 8] = [
     ("lpkf", |data| lpkf(data, &mut Reached::default())),
 ];
 
-/// Where the corpus is kept, a folder for each target.
-#[must_use]
-pub fn folder() -> PathBuf {
+/// Where the finds of fuzzing are kept, a folder for each target that has some.
+fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/corpus"))
 }
 
-/// The files of a target in the corpus, by name.
+/// The inputs of a target by name: its seeds, and what fuzzing has found.
 ///
 /// # Errors
 ///
-/// If they cannot be read.
+/// If the finds cannot be read.
 pub fn corpus(target: &str) -> io::Result<Vec<(String, Vec<u8>)>> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder().join(target))? {
+    let seeds = seeds::seeds().into_iter().filter(|seed| seed.target == target);
+    let mut inputs: Vec<_> = seeds.map(|seed| (format!("seed {}", seed.name), seed.data)).collect();
+    let finds = match fs::read_dir(folder().join(target)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(inputs),
+        finds => finds?,
+    };
+    for entry in finds {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        files.push((name, fs::read(entry.path())?));
+        inputs.push((name, fs::read(entry.path())?));
     }
-    files.sort();
-    Ok(files)
+    inputs.sort();
+    Ok(inputs)
 }
 
 /// Numbers that look random and depend on the input alone, for what must make no difference.

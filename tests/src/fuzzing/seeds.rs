@@ -1,6 +1,7 @@
 //! The inputs to begin with, made from the command tables.
 //!
-//! `cargo run -p vimc4-tests --bin corpus-seeds` writes them into the corpus.
+//! The replay makes them anew each time, so that they are those of the tables as they are now.
+//! `cargo run -p vimc4-tests --bin corpus-seeds` writes them down for fuzzing.
 
 use vimc4_plant::Machine;
 
