@@ -1,7 +1,7 @@
 //! Replies with data leave in one write when the line is not paced.
 
-use vimc4::device::{Device, Input, Output};
-use vimc4::{Family, Time};
+use vimc4::Family;
+use vimc4::device::{Harness, Output};
 
 #[test]
 fn replies_leave_whole() {
@@ -17,17 +17,17 @@ fn replies_leave_whole() {
         for name in family.models() {
             let model = vimc4::model(name).expect("a built-in model");
             let machine = vimc4::machine("bench").expect("a built-in machine");
-            let mut controller = vimc4::bare(&model, &machine, &[]).expect("a controller");
+            let controller = vimc4::bare(&model, &machine, &[]).expect("a controller");
+            let mut controller = Harness::new(controller);
             for (line, lengths) in replies {
-                controller.handle(Input::Bytes(line.as_bytes()), Time::ZERO);
-                let mut writes = Vec::new();
-                loop {
-                    match controller.poll_output() {
-                        Output::Bytes(_, bytes) => writes.push(bytes.len()),
-                        Output::Wake(_) => break,
-                        _ => {}
-                    }
-                }
+                controller.send(line.as_bytes());
+                let writes: Vec<usize> = controller
+                    .drain()
+                    .filter_map(|output| match output {
+                        Output::Bytes(_, bytes) => Some(bytes.len()),
+                        Output::Flash(..) | Output::Event(..) => None,
+                    })
+                    .collect();
                 assert_eq!(writes, *lengths, "{name}: {line:?}");
             }
         }

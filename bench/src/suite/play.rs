@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vimc4_device::{Device, Input, Output, Time};
+use vimc4_device::{Device, Input, Output};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::Machine;
 
@@ -36,26 +36,27 @@ pub(crate) struct Answer {
     pub(crate) code: u8,
 }
 
-/// Takes what has come out, and says when the controller wants to be woken.
-pub(crate) fn drain(controller: &mut impl Device, answer: &mut Answer) -> Option<Time> {
-    loop {
-        match controller.poll_output() {
-            Output::Bytes(_, bytes) => {
-                answer.bytes += bytes.len();
-                answer.code = bytes.first().copied().unwrap_or(answer.code);
+impl Answer {
+    /// Takes what has come out.
+    pub(crate) fn hear(&mut self, controller: &mut impl Device) {
+        while let Some(output) = controller.poll_output() {
+            if let Output::Bytes(_, bytes) = output {
+                self.bytes += bytes.len();
+                self.code = bytes.first().copied().unwrap_or(self.code);
             }
-            Output::Flash(..) | Output::Event(..) => {}
-            Output::Wake(due) => return due,
         }
     }
 }
 
-/// Sends bytes at the controller's present time and lets it run until it waits for more.
+/// Sends bytes at the controller's present time and lets it run until it waits for more, with no
+/// harness that would be measured with it.
 pub(crate) fn play(controller: &mut impl Device, bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     controller.handle(Input::Bytes(bytes), controller.now());
-    while let Some(due) = drain(controller, &mut answer) {
+    answer.hear(controller);
+    while let Some(due) = controller.wake() {
         controller.handle(Input::Wake, due);
+        answer.hear(controller);
     }
     answer
 }

@@ -10,12 +10,12 @@ use std::fmt;
 use toml::{Table, Value};
 use vimc4::device::Controller;
 use vimc4::{Handling, Model};
-use vimc4_device::{AXES, Device, Point};
+use vimc4_device::{AXES, Device, Harness, Point};
 
 use crate::format::Session;
 use crate::play::{Drive, play_watched};
 use crate::player::{Act, PortStep, Timing};
-use crate::rehearsal::{converse, counters, rehearse, rehearse_with_handshake, send};
+use crate::rehearsal::{ask, converse, counters, rehearse, rehearse_with_handshake};
 use crate::script::{Action, Expected, show_nanos};
 use crate::travel::Travel;
 use crate::workshop::{self, Workshop};
@@ -256,18 +256,18 @@ impl Chooser {
     pub fn new(model: &Model, timing: Timing) -> Result<Chooser, String> {
         let handling = Handling::of(model);
         let bench = Workshop::bench(model)?;
-        let mut device = bench.build(&[])?;
-        converse(&mut device, handling.fill);
-        let filled = device.flash_image();
-        let mut device = bench.build(&filled)?;
-        let answers = converse(&mut device, handling.erase);
+        let mut filling = Harness::new(bench.build(&[])?);
+        converse(&mut filling, handling.fill);
+        let filled = filling.device().flash_image();
+        let mut erasing = Harness::new(bench.build(&filled)?);
+        let answers = converse(&mut erasing, handling.erase);
         let erase =
             handling.erase.iter().zip(answers).filter(|(_, answer)| answer == handling.done);
         let erase: Vec<&str> = erase.map(|(line, _)| *line).collect();
-        let erased = device.flash_image();
-        let mut device = bench.build(&filled)?;
-        converse(&mut device, handling.start);
-        let starts = counters(&device) != [0; AXES];
+        let erased = erasing.device().flash_image();
+        let mut starting = Harness::new(bench.build(&filled)?);
+        converse(&mut starting, handling.start);
+        let starts = counters(starting.device()) != [0; AXES];
         Ok(Chooser {
             model: model.clone(),
             profile: workshop::profile(model)?,
@@ -418,7 +418,8 @@ impl Chooser {
             Action::Mark => Act::Mark,
             // At rest a controller says where it is.
             Action::Position(wanted) if device.is_idle() => {
-                let answer = converse(&mut device.clone(), &[self.handling.position]).pop()?;
+                let mut harness = Harness::new(device.clone());
+                let answer = converse(&mut harness, &[self.handling.position]).pop()?;
                 let places = self.handling.read_position(&answer)?;
                 if !places.starts_with(wanted) {
                     return None;
@@ -491,12 +492,12 @@ impl Chooser {
 
     /// A controller as a client finds it when it has reset it.
     fn build(&self, image: &[u8]) -> Result<Controller, Reason> {
-        let mut device = self.bench.build(image).map_err(|_| Reason::OwnProfile)?;
+        let mut harness = Harness::new(self.bench.build(image).map_err(|_| Reason::OwnProfile)?);
         if self.handling.homing.is_some() {
-            send(&mut device, self.handling.reset);
-            converse(&mut device, self.handling.ready);
+            ask(&mut harness, self.handling.reset);
+            converse(&mut harness, self.handling.ready);
         }
-        Ok(device)
+        Ok(harness.into_device())
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 use toml::Table;
 use vimc4::Model;
-use vimc4_device::{Device, Input, Output, SignalKind, Time};
+use vimc4_device::{Device, Harness, Input, SignalKind};
 
 use crate::choice::{leaf, leaves};
 use crate::format::merge;
@@ -171,12 +171,12 @@ fn same(one: &Miss, other: &Miss, timing: Timing) -> bool {
 impl Candidate {
     /// What a port would see instead of what must come.
     fn play(&self, steps: &[PortStep], timing: Timing) -> Option<Miss> {
-        let mut device = self.workshop.build(&[]).ok()?;
+        let mut harness = Harness::new(self.workshop.build(&[]).ok()?);
         if let Some((name, value)) = &self.signal {
-            let id = device.signals().iter().find(|signal| signal.name == *name)?.id;
-            device.handle(Input::Signal(id, *value), Time::ZERO);
-            while !matches!(device.poll_output(), Output::Wake(_)) {}
+            let signals = harness.device().signals();
+            let id = signals.iter().find(|signal| signal.name == *name)?.id;
+            harness.input(Input::Signal(id, *value));
         }
-        rehearse(device, steps, timing, 0).err()
+        rehearse(harness.into_device(), steps, timing, 0).err()
     }
 }

@@ -4,14 +4,14 @@ use std::collections::{BTreeSet, VecDeque};
 use std::fmt::{self, Write as _};
 
 use vimc4::Family;
-use vimc4_device::{Device, Event, FlashChange, Input, Kinds, Motion, Output, Time, View};
+use vimc4_device::{
+    Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Output, Time, View,
+};
 
 use crate::format::Session;
 use crate::script::{Action, Expected, SignalName, Step, escape, show_nanos};
 use crate::travel::Travel;
 
-/// How much happens in a session before it counts as one that never ends.
-const MOST_WAKES: u32 = 1_000_000;
 /// How long a session may take, in the model's time: a week.
 const LONGEST: u64 = 7 * 24 * 3600 * 1_000_000_000;
 
@@ -130,9 +130,8 @@ pub fn play_watched<D: Device>(
     })?;
     let mut player = Player {
         family: session.family,
-        device,
+        harness: drive.harness(device),
         drive,
-        now: Time::ZERO,
         stopwatch: Time::ZERO,
         received: VecDeque::new(),
         warnings: Vec::new(),
@@ -141,9 +140,9 @@ pub fn play_watched<D: Device>(
         travel: Travel::default(),
         wrote_flash: false,
     };
-    player.connect();
+    player.run_to(Time::ZERO);
     for (index, step) in session.steps.iter().enumerate() {
-        let began = player.now;
+        let began = player.harness.now();
         let result = match step.action {
             Action::Restart => player.restart(&build),
             Action::New => player.replace(session, &build),
@@ -153,8 +152,8 @@ pub fn play_watched<D: Device>(
         watch(Glance {
             step: index,
             began,
-            ended: player.now,
-            device: &player.device,
+            ended: player.harness.now(),
+            device: player.harness.device(),
             travel: &player.travel,
             wrote_flash: player.wrote_flash,
         });
@@ -163,7 +162,7 @@ pub fn play_watched<D: Device>(
     player
         .check_end(session, &build)
         .map_err(|Mismatch(e, g)| player.failure(session, last, e, g))?;
-    Ok((player.record, player.device.state().clone()))
+    Ok((player.record, player.harness.device().state().clone()))
 }
 
 /// What was expected, and what came instead.
@@ -175,9 +174,8 @@ fn mismatch<T>(expected: impl Into<String>, got: impl Into<String>) -> Result<T,
 
 struct Player<D> {
     family: Family,
-    device: D,
+    harness: Harness<D>,
     drive: Drive,
-    now: Time,
     stopwatch: Time,
     received: VecDeque<(Time, u8)>,
     warnings: Vec<String>,
@@ -187,22 +185,23 @@ struct Player<D> {
     wrote_flash: bool,
 }
 
-impl<D: Device> Player<D> {
-    fn connect(&mut self) {
-        self.device.watch(match self.drive {
+impl Drive {
+    fn harness<D: Device>(self, device: D) -> Harness<D> {
+        Harness::new(device).watching(match self {
             Drive::Smooth => Kinds::ALL,
             Drive::Rough => Kinds::WARNING,
-        });
-        self.input(Input::Wake);
+        })
     }
+}
 
+impl<D: Device> Player<D> {
     fn perform(&mut self, action: &Action) -> Result<(), Mismatch> {
         if self.drive == Drive::Rough {
             self.save_and_restore()?;
         }
         match action {
             Action::Send(bytes) => {
-                self.stopwatch = self.now;
+                self.stopwatch = self.harness.now();
                 self.send(bytes);
             }
             Action::Control(byte) => self.send(&[*byte]),
@@ -212,11 +211,11 @@ impl<D: Device> Player<D> {
                 return self.nothing_more();
             }
             Action::Silent(nanos) => {
-                self.advance(self.now.after_nanos(*nanos))?;
+                self.advance(*nanos)?;
                 return self.nothing_more();
             }
-            Action::Wait(nanos) => return self.advance(self.now.after_nanos(*nanos)),
-            Action::Mark => self.stopwatch = self.now,
+            Action::Wait(nanos) => return self.advance(*nanos),
+            Action::Mark => self.stopwatch = self.harness.now(),
             Action::Signal(name, values) => return self.set(name, values),
             Action::Power(on) => self.input(Input::Power(*on)),
             Action::Restart | Action::New | Action::Store(_) => {}
@@ -236,10 +235,12 @@ impl<D: Device> Player<D> {
                     return mismatch(format!("{value:02X}"), got);
                 }
             }
-            Action::Baud(baud) if self.device.baud() != *baud => {
-                return mismatch(format!("{baud} baud"), format!("{} baud", self.device.baud()));
+            Action::Baud(wanted) => {
+                let baud = self.harness.device().baud();
+                if baud != *wanted {
+                    return mismatch(format!("{wanted} baud"), format!("{baud} baud"));
+                }
             }
-            Action::Baud(_) => {}
             Action::Warning(kind) => match self.warnings.iter().position(|seen| seen == kind) {
                 Some(at) => drop(self.warnings.drain(..=at)),
                 None => return mismatch(format!("a warning {kind}"), self.warnings.join(", ")),
@@ -260,9 +261,18 @@ impl<D: Device> Player<D> {
     }
 
     fn input(&mut self, input: Input<'_>) {
-        self.device.handle(input, self.now);
-        loop {
-            match self.device.poll_output() {
+        self.harness.input(input);
+        self.take_outputs();
+    }
+
+    fn run_to(&mut self, at: Time) {
+        self.harness.run_to(at);
+        self.take_outputs();
+    }
+
+    fn take_outputs(&mut self) {
+        while let Some(output) = self.harness.take_output() {
+            match output {
                 Output::Bytes(at, bytes) => {
                     self.received.extend(bytes.iter().map(|byte| (at, *byte)));
                 }
@@ -275,7 +285,6 @@ impl<D: Device> Player<D> {
                     }
                 }
                 Output::Event(at, event) => self.watch(at, event),
-                Output::Wake(_) => return,
             }
         }
     }
@@ -306,45 +315,43 @@ impl<D: Device> Player<D> {
     }
 
     fn view(&self) -> View {
-        self.device.view(self.now)
+        self.harness.device().view(self.harness.now())
     }
 
-    /// Lets the device run to `until`.
-    fn advance(&mut self, until: Time) -> Result<(), Mismatch> {
-        let mut wakes = 0;
-        while let Some(due) = self.device.wake().filter(|due| *due <= until) {
-            self.wake_at(due, &mut wakes)?;
+    /// Lets so much time pass.
+    fn advance(&mut self, nanos: u64) -> Result<(), Mismatch> {
+        let until = self.harness.now().after_nanos(nanos);
+        let mut causes = 0;
+        while self.harness.due().is_some_and(|due| due <= until) {
+            self.step(&mut causes)?;
         }
-        self.now = until;
-        self.input(Input::Wake);
+        self.run_to(until);
         Ok(())
     }
 
-    /// Lets the device run until `done` or until it waits for an input; says whether `done`.
-    fn run(&mut self, done: impl Fn(&Self) -> bool) -> Result<bool, Mismatch> {
-        let mut wakes = 0;
-        while !done(self) {
-            let Some(due) = self.device.wake() else { return Ok(false) };
-            self.wake_at(due, &mut wakes)?;
+    /// Lets the device run until `done` or until it waits for an input.
+    fn run(&mut self, done: impl Fn(&Self) -> bool) -> Result<(), Mismatch> {
+        let mut causes = 0;
+        while !done(self) && self.harness.due().is_some() {
+            self.step(&mut causes)?;
         }
-        Ok(true)
+        Ok(())
     }
 
-    fn wake_at(&mut self, due: Time, wakes: &mut u32) -> Result<(), Mismatch> {
-        *wakes += 1;
-        if *wakes > MOST_WAKES || due.as_nanos() > LONGEST {
+    fn step(&mut self, causes: &mut u32) -> Result<(), Mismatch> {
+        let (now, Some(due)) = (self.harness.now(), self.harness.due()) else { return Ok(()) };
+        *causes += 1;
+        if *causes > MAX_CAUSES || due.as_nanos() > LONGEST {
             return mismatch("an end", "the controller goes on and on");
         }
-        if due < self.now {
+        if due < now {
             let got = format!("{due}, which is over");
             return mismatch("a wake-up time that is still to come", got);
         }
         if self.drive == Drive::Rough {
-            self.now = self.now.after_nanos(due.nanos_since(self.now) / 2);
-            self.input(Input::Wake);
+            self.run_to(now.after_nanos(due.nanos_since(now) / 2));
         }
-        self.now = due;
-        self.input(Input::Wake);
+        self.run_to(due);
         Ok(())
     }
 
@@ -383,11 +390,11 @@ impl<D: Device> Player<D> {
     }
 
     fn set(&mut self, name: &SignalName, values: &[i32]) -> Result<(), Mismatch> {
-        let signals = self.device.signals();
+        let signals = self.harness.device().signals();
         let found = match name {
             SignalName::Named(name) => signals.iter().find(|signal| signal.name == *name),
             SignalName::Bit(port, bit) => {
-                let id = self.device.input_signal(*port, *bit);
+                let id = self.harness.device().input_signal(*port, *bit);
                 signals.iter().find(|signal| Some(signal.id) == id)
             }
         };
@@ -409,13 +416,14 @@ impl<D: Device> Player<D> {
 
     fn restart(&mut self, build: impl Fn(&[u8]) -> Result<D, String>) -> Result<(), Mismatch> {
         match build(&self.flash) {
-            Ok(device) => self.device = device,
-            Err(error) => {
-                return mismatch("a controller that takes the flash image it left", error);
+            Ok(device) => {
+                let now = self.harness.now();
+                self.harness = self.drive.harness(device);
+                self.run_to(now);
+                Ok(())
             }
+            Err(error) => mismatch("a controller that takes the flash image it left", error),
         }
-        self.connect();
-        Ok(())
     }
 
     fn replace(
@@ -432,11 +440,11 @@ impl<D: Device> Player<D> {
     }
 
     fn save_and_restore(&mut self) -> Result<(), Mismatch> {
-        let before = self.device.state();
+        let before = self.harness.device().state();
         let after = serde_json::to_string(before).map(|text| serde_json::from_str(&text));
         match after {
             Ok(Ok(after)) if after == *before => {
-                self.device.restore(after);
+                self.harness.restore(after);
                 Ok(())
             }
             Ok(Err(error)) | Err(error) => mismatch("a state that can be saved", error.to_string()),
@@ -464,14 +472,14 @@ impl<D: Device> Player<D> {
         // The host's image grew change by change, the device's own may be shorter; what they say
         // must be the same.
         let copied = build(&self.flash).map(|device| device.flash_image());
-        if copied != Ok(self.device.flash_image()) {
+        if copied != Ok(self.harness.device().flash_image()) {
             return mismatch("changes that make the device's flash image", "another image");
         }
         Ok(())
     }
 
     fn failure(&self, session: &Session, at: usize, expected: String, got: String) -> Box<Failure> {
-        let excerpt = excerpt(session, at);
+        let (now, excerpt) = (self.harness.now(), excerpt(session, at));
         Box::new(Failure {
             id: session.id.clone(),
             path: format!(
@@ -483,8 +491,8 @@ impl<D: Device> Player<D> {
             excerpt,
             expected,
             got,
-            now: self.now,
-            since: self.now.nanos_since(self.stopwatch),
+            now,
+            since: now.nanos_since(self.stopwatch),
         })
     }
 }

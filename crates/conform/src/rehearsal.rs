@@ -3,13 +3,10 @@
 //! What fails here cannot be played through a real port either, and what a model with another
 //! value of its profile gives here is what a controller with that value gives there.
 
-use vimc4_device::{Device, Event, Input, Kinds, Output, Point, Time};
+use vimc4_device::{Device, Event, Harness, Kinds, MAX_CAUSES, Output, Point, Time};
 
 use crate::player::{Miss, Next, Player, PortStep, Timing};
 use crate::travel::Travel;
-
-/// How much happens in a rehearsal before it counts as one that never ends.
-const MOST_WAKES: u32 = 1_000_000;
 
 /// What a rehearsal has shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,80 +47,75 @@ pub fn rehearse_with_handshake<D: Device>(
 }
 
 fn play<D: Device>(
-    mut device: D,
+    device: D,
     steps: &[PortStep],
     timing: Timing,
     delay: u64,
     handshake: bool,
 ) -> Result<Rehearsed, Miss> {
-    device.watch(Kinds::MOTION);
-    let mut travel = Travel::default();
-    let mut player = Player::new(steps, timing);
-    let mut now = device.now();
+    let mut port = Port {
+        harness: Harness::new(device).watching(Kinds::MOTION),
+        player: Player::new(steps, timing),
+        travel: Travel::default(),
+        kept_back: Vec::new(),
+        handshake,
+    };
+    port.run_to(port.harness.now());
     let mut wakes = 0;
-    let mut kept_back = Vec::new();
-    handle(&mut device, &mut player, &mut travel, Input::Wake, now);
     loop {
-        match player.next(now) {
+        let now = port.harness.now();
+        match port.player.next(now) {
             Next::Send(bytes) => {
-                now = now.after_nanos(delay);
-                kept_back.extend_from_slice(bytes);
-                pass(&mut device, &mut player, &mut travel, &mut kept_back, handshake, now);
-                player.sent(now);
-                now = now.after_nanos(delay);
-                handle(&mut device, &mut player, &mut travel, Input::Wake, now);
+                port.kept_back.extend_from_slice(bytes);
+                let sent = now.after_nanos(delay);
+                port.run_to(sent);
+                port.player.sent(sent);
+                port.run_to(sent.after_nanos(delay));
             }
             Next::Wait(until) => {
                 wakes += 1;
                 // A model that never comes to rest is not waited for event by event.
-                let due = device.wake().filter(|due| *due <= until && wakes <= MOST_WAKES);
-                now = due.unwrap_or(until);
-                handle(&mut device, &mut player, &mut travel, Input::Wake, now);
-                pass(&mut device, &mut player, &mut travel, &mut kept_back, handshake, now);
+                let due = port.harness.due().filter(|due| *due <= until && wakes <= MAX_CAUSES);
+                port.run_to(due.unwrap_or(until));
             }
             Next::Over => {
-                let place = travel.place(now);
-                let counters = counters(&device);
+                let place = port.travel.place(now);
+                let counters = counters(port.harness.device());
                 let offset = std::array::from_fn(|axis| place[axis] - counters[axis]);
-                return player.outcome().map(|times| Rehearsed { times, offset });
+                return port.player.outcome().map(|times| Rehearsed { times, offset });
             }
         }
     }
 }
 
-/// Hands the device what is kept back for it, as far as it has room.
-fn pass<D: Device>(
-    device: &mut D,
-    player: &mut Player<'_>,
-    travel: &mut Travel,
-    kept_back: &mut Vec<u8>,
+/// A device at a port, and who plays through it.
+struct Port<'s, D> {
+    harness: Harness<D>,
+    player: Player<'s>,
+    travel: Travel,
+    /// What the device has no room for yet.
+    kept_back: Vec<u8>,
     handshake: bool,
-    now: Time,
-) {
-    while !kept_back.is_empty() {
-        let room = if handshake { device.room(true) } else { usize::MAX };
-        let taken: Vec<u8> = kept_back.drain(..room.min(kept_back.len())).collect();
-        if taken.is_empty() {
-            return;
-        }
-        handle(device, player, travel, Input::Bytes(&taken), now);
-    }
 }
 
-fn handle<D: Device>(
-    device: &mut D,
-    player: &mut Player<'_>,
-    travel: &mut Travel,
-    input: Input<'_>,
-    now: Time,
-) {
-    device.handle(input, now);
-    loop {
-        match device.poll_output() {
-            Output::Bytes(at, bytes) => player.received(&bytes, at),
-            Output::Event(at, Event::Motion(motion)) => travel.watch(at, &motion),
-            Output::Flash(..) | Output::Event(..) => {}
-            Output::Wake(_) => return,
+impl<D: Device> Port<'_, D> {
+    /// Lets time pass, and then hands the device what is kept back for it, as far as it has room.
+    fn run_to(&mut self, at: Time) {
+        self.harness.run_to(at);
+        while !self.kept_back.is_empty() {
+            let room = if self.handshake { self.harness.device().room(true) } else { usize::MAX };
+            if room == 0 {
+                break;
+            }
+            let taken: Vec<u8> = self.kept_back.drain(..room.min(self.kept_back.len())).collect();
+            self.harness.send(&taken);
+        }
+        for output in self.harness.drain() {
+            match output {
+                Output::Bytes(at, bytes) => self.player.received(&bytes, at),
+                Output::Event(at, Event::Motion(motion)) => self.travel.watch(at, &motion),
+                Output::Flash(..) | Output::Event(..) => {}
+            }
         }
     }
 }
@@ -138,32 +130,13 @@ pub fn counters(device: &impl Device) -> Point {
     counters
 }
 
-/// Sends lines to a device one after the other, each when it has come to rest, and says what
-/// each answered.
-pub fn converse<D: Device>(device: &mut D, lines: &[&str]) -> Vec<Vec<u8>> {
-    lines.iter().map(|line| send(device, format!("{line}\r").as_bytes())).collect()
+/// Sends lines one after the other, each when the device has come to rest, and says what each
+/// answered.
+pub fn converse<D: Device>(harness: &mut Harness<D>, lines: &[&str]) -> Vec<Vec<u8>> {
+    lines.iter().map(|line| ask(harness, format!("{line}\r").as_bytes())).collect()
 }
 
-/// Sends bytes to a device and says what it answers until it has come to rest.
-pub fn send<D: Device>(device: &mut D, bytes: &[u8]) -> Vec<u8> {
-    device.watch(Kinds::NONE);
-    let mut answer = Vec::new();
-    let mut input = Input::Bytes(bytes);
-    let mut now = device.now();
-    for _ in 0..MOST_WAKES {
-        device.handle(input, now);
-        input = Input::Wake;
-        let wake = loop {
-            match device.poll_output() {
-                Output::Bytes(_, bytes) => answer.extend_from_slice(&bytes),
-                Output::Flash(..) | Output::Event(..) => {}
-                Output::Wake(wake) => break wake,
-            }
-        };
-        match wake {
-            Some(due) => now = due,
-            None => break,
-        }
-    }
-    answer
+/// Sends bytes and says what is answered until the device has come to rest, or goes on and on.
+pub fn ask<D: Device>(harness: &mut Harness<D>, bytes: &[u8]) -> Vec<u8> {
+    harness.ask(bytes).unwrap_or_else(|_endless| harness.take_bytes())
 }

@@ -252,13 +252,13 @@ fn another_model_or_something_at_the_machine_explains_too() {
         ["limits.speed_max = 40000 in the profile"]
     );
 
-    use vimc4_device::{Device, Input, Output, Time};
-    let mut open = Workshop::bench(&model).unwrap().build(&[]).unwrap();
-    let cover = open.signals().iter().find(|signal| signal.name == "cover").unwrap().id;
-    open.handle(Input::Signal(cover, 0), Time::ZERO);
-    while !matches!(open.poll_output(), Output::Wake(_)) {}
+    use vimc4_device::{Device, Harness, Input};
+    let mut open = Harness::new(Workshop::bench(&model).unwrap().build(&[]).unwrap());
+    let signals = open.device().signals();
+    let cover = signals.iter().find(|signal| signal.name == "cover").unwrap().id;
+    open.input(Input::Signal(cover, 0));
     assert_eq!(
-        texts(&plan("isel/line/framing/capitals").rows[0], open),
+        texts(&plan("isel/line/framing/capitals").rows[0], open.into_device()),
         ["cover = open at the machine"]
     );
 }

@@ -2,11 +2,13 @@
 //!
 //! Bytes and signals go in with a time, bytes and events come out with a time; nothing inside
 //! knows a clock, a socket or a thread. [`Device`] says how to drive one; a host for real
-//! serial lines, a test with simulated time and a debugger all do it the same way.
+//! serial lines, a test with simulated time and a debugger all do it the same way. In virtual
+//! time a [`Harness`] drives it: send, ask, advance, run until something is so, take what came out.
 #![forbid(unsafe_code)]
 
 mod condition;
 mod event;
+mod harness;
 mod input;
 mod output;
 mod run;
@@ -14,6 +16,7 @@ mod view;
 
 pub use condition::Condition;
 pub use event::{Event, Kinds, Motion, Warning};
+pub use harness::{Endless, Harness};
 pub use input::{Input, Signal, SignalId, SignalKind};
 pub use output::{FlashChange, Output};
 pub use run::{Device, MAX_CAUSES};

@@ -15,9 +15,6 @@ pub enum Output {
     Flash(Time, FlashChange),
     /// Something happened that somebody asked to see.
     Event(Time, Event),
-    /// The end of the outputs for now, with the time at which the device wants to be woken if
-    /// nothing else happens before; `None` if it waits for an input.
-    Wake(Option<Time>),
 }
 
 /// A change of the non-volatile memory's image. The format of the image is the device's own.

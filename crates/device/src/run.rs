@@ -18,8 +18,8 @@ pub const MAX_CAUSES: u32 = 1_000_000;
 /// * [`handle`](Device::handle) first performs every cause that is due up to and including
 ///   `at`, in order of time (at equal times in a fixed order of the device's own), then the
 ///   input. `at` never goes backwards; an earlier one counts as the latest.
-/// * After every `handle`, [`poll_output`](Device::poll_output) is called until it returns
-///   [`Output::Wake`], which says when the device wants to be woken.
+/// * After every `handle`, [`poll_output`](Device::poll_output) is called until nothing more comes
+///   out. [`wake`](Device::wake) then says when the device wants to be woken.
 /// * Outputs carry model time. A host that wakes the device late gets the same bytes with the
 ///   same times, only later.
 /// * A wake-up before the deadline changes nothing, and neither does watching.
@@ -30,23 +30,22 @@ pub const MAX_CAUSES: u32 = 1_000_000;
 /// use vimc4_device::{Device, Input, Output, Time};
 ///
 /// /// Sends `line` at `at` and lets the device run until it waits for an input.
-/// fn converse<D: Device>(device: &mut D, line: &[u8], at: Time) -> (Vec<u8>, Time) {
+/// fn converse<D: Device>(device: &mut D, line: &[u8], at: Time) -> Vec<u8> {
 ///     let mut answer = Vec::new();
-///     let mut now = at;
-///     device.handle(Input::Bytes(line), now);
+///     device.handle(Input::Bytes(line), at);
 ///     loop {
-///         match device.poll_output() {
-///             Output::Bytes(_, bytes) => answer.extend_from_slice(&bytes),
-///             Output::Flash(..) | Output::Event(..) => {}
-///             Output::Wake(Some(due)) => {
-///                 now = due;
-///                 device.handle(Input::Wake, now);
+///         while let Some(output) = device.poll_output() {
+///             if let Output::Bytes(_, bytes) = output {
+///                 answer.extend_from_slice(&bytes);
 ///             }
-///             Output::Wake(None) => return (answer, now),
 ///         }
+///         let Some(due) = device.wake() else { return answer };
+///         device.handle(Input::Wake, due);
 ///     }
 /// }
 /// ```
+///
+/// In virtual time a [`Harness`](crate::Harness) does it, and keeps what comes out.
 pub trait Device {
     /// Everything that decides what the device will do. Two devices with equal states that get
     /// the same inputs at the same times do the same.
@@ -55,8 +54,8 @@ pub trait Device {
     /// Performs what is due up to `at`, then the input.
     fn handle(&mut self, input: Input<'_>, at: Time);
 
-    /// The next output, [`Output::Wake`] when there is none.
-    fn poll_output(&mut self) -> Output;
+    /// The next output, in the order in which things happened.
+    fn poll_output(&mut self) -> Option<Output>;
 
     /// Says which kinds of events are wanted from now on. It is not part of the state.
     fn watch(&mut self, kinds: Kinds);
@@ -70,7 +69,8 @@ pub trait Device {
     /// The time up to which the device has run.
     fn now(&self) -> Time;
 
-    /// When the device wants to be woken, as the last [`Output::Wake`] said.
+    /// When the device wants to be woken if nothing else happens before; `None` if it waits for an
+    /// input.
     fn wake(&self) -> Option<Time>;
 
     /// A picture of the device at `at`, which is not before [`now`](Device::now) and not after
@@ -122,8 +122,8 @@ pub trait Device {
             if let Some(at) = future.crossing(condition) {
                 return Some(at);
             }
-            future.handle(Input::Wake, future.wake()?);
-            while !matches!(future.poll_output(), Output::Wake(_)) {}
+            future.handle(Input::Wake, future.wake().filter(|at| *at != Time::NEVER)?);
+            while future.poll_output().is_some() {}
         }
         None
     }

@@ -117,9 +117,8 @@ impl<D: Device> Line<D> {
     /// Hands an input to the device and collects what comes out.
     fn pass(&mut self, input: Input<'_>, at: Time) {
         self.device.handle(input, at);
-        loop {
-            match self.device.poll_output() {
-                Output::Wake(_) => return,
+        while let Some(output) = self.device.poll_output() {
+            match output {
                 Output::Bytes(at, bytes) if self.wires.paced => {
                     let baud = self.device.baud();
                     self.wires.from_device.push(&bytes, at, baud);
@@ -177,8 +176,8 @@ impl<D: Device> Device for Line<D> {
         }
     }
 
-    fn poll_output(&mut self) -> Output {
-        self.ready.pop_front().unwrap_or_else(|| Output::Wake(self.wake()))
+    fn poll_output(&mut self) -> Option<Output> {
+        self.ready.pop_front()
     }
 
     fn watch(&mut self, kinds: Kinds) {

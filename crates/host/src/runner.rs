@@ -506,7 +506,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
             let Some(due) = future.wake().filter(|at| *at != Time::NEVER) else { return true };
             future.handle(Input::Wake, due);
-            while !matches!(future.poll_output(), Output::Wake(_)) {}
+            while future.poll_output().is_some() {}
         }
         false
     }
@@ -677,22 +677,25 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// piece.
     fn drain(&mut self) {
         let mut leaving = Leaving::default();
-        loop {
-            match self.device.poll_output() {
-                Output::Bytes(at, bytes) if leaving.is_at(at) => leaving.add(at, bytes),
-                output => {
-                    self.send_all(&mut leaving);
-                    match output {
-                        Output::Bytes(at, bytes) => leaving.add(at, bytes),
-                        Output::Flash(_, change) => self.store(&change),
-                        Output::Event(at, event) => {
-                            self.report(kind_of(&event), false, || Report::Event(at, event));
-                        }
-                        Output::Wake(_) => break,
+        while let Some(output) = self.device.poll_output() {
+            match output {
+                Output::Bytes(at, bytes) => {
+                    if !leaving.is_at(at) {
+                        self.send_all(&mut leaving);
                     }
+                    leaving.add(at, bytes);
+                }
+                Output::Flash(_, change) => {
+                    self.send_all(&mut leaving);
+                    self.store(&change);
+                }
+                Output::Event(at, event) => {
+                    self.send_all(&mut leaving);
+                    self.report(kind_of(&event), false, || Report::Event(at, event));
                 }
             }
         }
+        self.send_all(&mut leaving);
         self.secure();
         let baud = self.device.baud();
         if baud != self.baud {

@@ -125,8 +125,8 @@ impl Device for Controller {
         self.take_waiting_lines();
     }
 
-    fn poll_output(&mut self) -> Out {
-        self.out.queue.pop_front().unwrap_or_else(|| Out::Wake(self.deadline()))
+    fn poll_output(&mut self) -> Option<Out> {
+        self.out.queue.pop_front()
     }
 
     fn watch(&mut self, kinds: Kinds) {

@@ -12,8 +12,8 @@ mod support;
 use std::sync::Arc;
 
 use support::walk::Walk;
-use support::{Random, Record, drain, run_out, run_to, try_all};
-use vimc4_device::{Device, Input, Kinds, Time};
+use support::{Random, run_out, text, try_all};
+use vimc4_device::{Device, Harness, Input, Kinds, Time};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};
 
@@ -33,11 +33,15 @@ fn machine(random: &mut Random) -> Machine {
     machine
 }
 
-fn controller(model: &str, machine: Arc<Machine>, watching: Kinds) -> Controller {
-    let model = Model::builtin(model).expect("a built-in model");
-    let mut controller = Controller::new(model, machine, b"").expect("an erased flash memory");
-    controller.watch(watching);
-    controller
+fn controller(machine: &Arc<Machine>) -> Harness<Controller> {
+    let model = Model::builtin("imc-s8").expect("a built-in model");
+    let controller = Controller::new(model, Arc::clone(machine), b"");
+    Harness::new(controller.expect("an erased flash memory"))
+}
+
+fn positions(controller: &Harness<Controller>) -> Vec<i64> {
+    let view = controller.device().view(controller.now());
+    view.axes.iter().map(|axis| axis.position).collect()
 }
 
 fn command(random: &mut Random, axes: u8) -> String {
@@ -91,8 +95,7 @@ fn command(random: &mut Random, axes: u8) -> String {
 fn try_case(seed: u64) {
     let mut random = Random(seed);
     let machine = Arc::new(machine(&mut random));
-    let mut controller = controller("imc-s8", Arc::clone(&machine), Kinds::ALL);
-    let mut record = Record::default();
+    let mut tried = controller(&machine).watching(Kinds::ALL);
     let axes = *random.pick(&[1u8, 3, 7, 15]);
     let mut setup = match axes {
         15 => "@07\r@08\r".to_owned(),
@@ -108,38 +111,36 @@ fn try_case(seed: u64) {
         if axes >= 7 { random.range(0, 2) } else { 0 },
         random.range(0, 1)
     ));
-    controller.handle(Input::Bytes(setup.as_bytes()), Time::ZERO);
-    drain(&mut controller, &mut record);
-    assert!(record.said.iter().all(|&(_, byte)| byte == b'0'), "{setup:?}: {}", record.text());
-    record = Record::default();
+    tried.send(setup.as_bytes());
+    let answers = text(&mut tried);
+    assert!(answers.chars().all(|answer| answer == '0'), "{setup:?}: {answers}");
+    tried.drain();
 
     let command = command(&mut random, axes);
     let start = Time::from_nanos(random.range(0, 3_000_000_000) as u64);
-    run_to(&mut controller, &mut record, start);
-    controller.handle(Input::Bytes(format!("{command}\r").as_bytes()), start);
+    tried.run_to(start);
+    tried.send(format!("{command}\r").as_bytes());
 
     let ended_by = random.range(0, 5);
     let at = start.after_nanos(random.range(0, 700_000_000) as u64);
     let power_lost = ended_by == 3;
     if ended_by > 0 {
-        run_to(&mut controller, &mut record, at);
+        tried.run_to(at);
         match ended_by {
-            1 => controller.handle(Input::Bytes(&[253]), at),
-            2 => controller.handle(Input::Bytes(&[255]), at),
-            3 => controller.handle(Input::Power(false), at),
-            4 => controller.handle(Input::Signal(PlantSignal::Input(0).id(), 1), at),
+            1 => tried.send(&[253]),
+            2 => tried.send(&[255]),
+            3 => tried.input(Input::Power(false)),
+            4 => tried.input(Input::Signal(PlantSignal::Input(0).id(), 1)),
             _ => {}
         }
     }
-    run_out(&mut controller, &mut record, 100);
+    run_out(&mut tried, 100);
 
-    let walk = Walk::all(machine, &record.events, power_lost);
-    let view = controller.view(controller.now());
+    let answer = text(&mut tried);
+    let walk = Walk::all(Arc::clone(&machine), tried.outputs(), power_lost);
     if !power_lost {
-        let counters: Vec<i64> = view.axes.iter().map(|axis| axis.position).collect();
-        assert_eq!(counters, walk.counter[..4], "{command}");
+        assert_eq!(positions(&tried), walk.counter[..4], "{command}");
     }
-    let answer = record.text();
     let expected: &[&str] = match ended_by {
         1 => &["0", "F", "2"],
         3 => &["", "0", "2"],
@@ -149,29 +150,15 @@ fn try_case(seed: u64) {
 
     // What was stopped is finished by `S`, in the same place as if it had not been stopped.
     if answer == "F" {
-        let now = controller.now();
-        controller.handle(Input::Bytes(b"@0S\r"), now);
-        let mut rest = Record::default();
-        run_out(&mut controller, &mut rest, 100);
-        let mut whole = controller_for(&walk.machine, &setup, &command);
-        assert!(
-            ["0", "2"].contains(&rest.text().as_str()),
-            "{command}: S answered {}",
-            rest.text()
-        );
-        let end =
-            |c: &Controller| c.view(c.now()).axes.iter().map(|a| a.position).collect::<Vec<_>>();
-        assert_eq!(end(&controller), end(&whole), "{command}");
-        drain(&mut whole, &mut Record::default());
+        tried.send(b"@0S\r");
+        run_out(&mut tried, 100);
+        let answer = text(&mut tried);
+        assert!(["0", "2"].contains(&answer.as_str()), "{command}: S answered {answer}");
+        let mut whole = controller(&machine);
+        whole.send(format!("{setup}{command}\r").as_bytes());
+        run_out(&mut whole, 100);
+        assert_eq!(positions(&tried), positions(&whole), "{command}");
     }
-}
-
-/// The same motion from start to end without an interruption.
-fn controller_for(machine: &Arc<Machine>, setup: &str, command: &str) -> Controller {
-    let mut whole = controller("imc-s8", Arc::clone(machine), Kinds::NONE);
-    whole.handle(Input::Bytes(format!("{setup}{command}\r").as_bytes()), Time::ZERO);
-    run_out(&mut whole, &mut Record::default(), 100);
-    whole
 }
 
 #[test]

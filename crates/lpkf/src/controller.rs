@@ -106,8 +106,8 @@ impl Device for Controller {
         self.go_on();
     }
 
-    fn poll_output(&mut self) -> Out {
-        self.out.queue.pop_front().unwrap_or_else(|| Out::Wake(self.deadline()))
+    fn poll_output(&mut self) -> Option<Out> {
+        self.out.queue.pop_front()
     }
 
     fn watch(&mut self, kinds: Kinds) {

@@ -13,8 +13,8 @@ mod support;
 use std::sync::Arc;
 
 use support::walk::Walk;
-use support::{Random, Record, drain, run_out, run_to, try_all};
-use vimc4_device::{Device, Input, Kinds, Time};
+use support::{Random, run_out, text, try_all};
+use vimc4_device::{Device, Harness, Input, Kinds, Time};
 use vimc4_lpkf::{Controller, Model};
 use vimc4_plant::{Axis, Machine};
 
@@ -82,27 +82,26 @@ fn command(random: &mut Random, model: &str) -> String {
     }
 }
 
-fn controller(model: &str, machine: &Arc<Machine>, setup: &str) -> Controller {
+fn controller(model: &str, machine: &Arc<Machine>, setup: &str) -> Harness<Controller> {
     let mut model = Model::builtin(model).expect("built in");
     let is_smcu = model.name == "smcu";
     Arc::make_mut(&mut model).language.shapes = is_smcu;
-    let mut controller = Controller::new(model, Arc::clone(machine));
-    controller.handle(Input::Bytes(setup.as_bytes()), Time::ZERO);
-    let mut record = Record::default();
-    drain(&mut controller, &mut record);
-    assert!(!record.text().contains('E'), "{setup:?}: {}", record.text());
-    controller.watch(Kinds::ALL);
-    controller
+    let mut controller = Harness::new(Controller::new(model, Arc::clone(machine)));
+    controller.send(setup.as_bytes());
+    let answers = text(&mut controller);
+    assert!(!answers.contains('E'), "{setup:?}: {answers}");
+    controller.watching(Kinds::ALL)
 }
 
-fn set(controller: &mut Controller, name: &str, value: i32, at: Time) {
-    let signals = controller.signals();
+fn set(controller: &mut Harness<Controller>, name: &str, value: i32) {
+    let signals = controller.device().signals();
     let signal = signals.iter().find(|signal| signal.name == name).expect(name);
-    controller.handle(Input::Signal(signal.id, value), at);
+    controller.input(Input::Signal(signal.id, value));
 }
 
-fn positions(controller: &Controller) -> Vec<i64> {
-    controller.view(controller.now()).axes.iter().map(|axis| axis.position).collect()
+fn positions(controller: &Harness<Controller>) -> Vec<i64> {
+    let view = controller.device().view(controller.now());
+    view.axes.iter().map(|axis| axis.position).collect()
 }
 
 fn try_case(seed: u64) {
@@ -125,46 +124,43 @@ fn try_case(seed: u64) {
     }
     let command = command(&mut random, model);
     let mut tried = controller(model, &machine, &setup);
-    let mut record = Record::default();
     let start = Time::from_nanos(random.range(0, 3_000_000_000) as u64);
-    run_to(&mut tried, &mut record, start);
-    tried.handle(Input::Bytes(format!("{command};").as_bytes()), start);
+    tried.run_to(start);
+    tried.send(format!("{command};").as_bytes());
 
     let ended_by = random.range(0, 5);
     let at = start.after_nanos(random.range(0, 700_000_000) as u64);
     let messages = model == "motionsystem";
     if ended_by > 0 {
-        run_to(&mut tried, &mut record, at);
+        tried.run_to(at);
         match ended_by {
-            1 => set(&mut tried, "stop", 1, at),
-            2 if messages => set(&mut tried, "message 1", 1, at),
-            3 if messages => set(&mut tried, "fault power-stage-fault-x", 1, at),
-            4 => tried.handle(Input::Power(false), at),
+            1 => set(&mut tried, "stop", 1),
+            2 if messages => set(&mut tried, "message 1", 1),
+            3 if messages => set(&mut tried, "fault power-stage-fault-x", 1),
+            4 => tried.input(Input::Power(false)),
             _ => {}
         }
     }
-    run_out(&mut tried, &mut record, 100);
+    run_out(&mut tried, 100);
 
     let power_lost = ended_by == 4;
     let cut_off = power_lost || (ended_by == 3 && messages);
-    let walk = Walk::all(Arc::clone(&machine), &record.events, cut_off);
+    let answer = text(&mut tried);
+    let walk = Walk::all(Arc::clone(&machine), tried.outputs(), cut_off);
     if !power_lost {
         assert_eq!(positions(&tried), walk.counter[..positions(&tried).len()], "{command}");
     }
 
     // What was stopped from outside is finished by `!CS`, in the same place as if it had not
     // been stopped.
-    if messages && ["E110\r", "E180\r"].contains(&record.text().as_str()) {
-        let now = tried.now();
-        let mut rest = Record::default();
-        tried.handle(Input::Bytes(b"!CS;"), now);
-        run_out(&mut tried, &mut rest, 100);
+    if messages && ["E110\r", "E180\r"].contains(&answer.as_str()) {
+        tried.send(b"!CS;");
+        run_out(&mut tried, 100);
         let mut whole = controller(model, &machine, &setup);
-        whole.handle(Input::Bytes(format!("{command};").as_bytes()), Time::ZERO);
-        let mut once = Record::default();
-        run_out(&mut whole, &mut once, 100);
+        whole.send(format!("{command};").as_bytes());
+        run_out(&mut whole, 100);
         assert_eq!(positions(&tried), positions(&whole), "{command}");
-        assert_eq!(rest.text(), once.text(), "{command}");
+        assert_eq!(text(&mut tried), text(&mut whole), "{command}");
     }
 }
 

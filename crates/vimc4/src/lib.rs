@@ -77,5 +77,5 @@ pub use vimc4_plant::Machine;
 /// [`Device`](device::Device) says how.
 pub mod device {
     pub use crate::catalogue::{Controller, State};
-    pub use vimc4_device::{Device, Input, Output, SignalId};
+    pub use vimc4_device::{Device, Endless, Harness, Input, Output, SignalId};
 }

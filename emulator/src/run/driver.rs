@@ -1,4 +1,4 @@
-//! A device in virtual time: what is due happens, and then what is due next.
+//! A run of a device in virtual time: what there is to tell of it, and what ends it.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -7,16 +7,11 @@ use vimc4::{Event, Kinds, Motion, Time, Warning};
 
 use super::meter::Meter;
 use super::rounds::Rounds;
-use vimc4::device::{Device, Input, Output, SignalId};
+use vimc4::device::{Device, Harness, Input, Output, SignalId};
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(crate) struct Driver<D> {
-    device: D,
-    now: Time,
-    /// When the device wants to be woken.
-    wake: Option<Time>,
-    /// What the outside world will do, in order.
-    signals: VecDeque<(Time, SignalId, i32)>,
+    harness: Harness<D>,
     /// When to stop.
     end: Time,
     /// After how many rounds of a program to stop.
@@ -60,19 +55,14 @@ pub(crate) enum Halt {
 }
 
 impl<D: Device> Driver<D> {
-    pub(crate) fn new(mut device: D, meter: Meter, most_rounds: Option<u64>) -> Driver<D> {
-        device.watch(
-            Kinds::COMMAND
-                .and(Kinds::ANSWER)
-                .and(Kinds::MOTION)
-                .and(Kinds::PORT)
-                .and(Kinds::WARNING),
-        );
+    pub(crate) fn new(device: D, meter: Meter, most_rounds: Option<u64>) -> Driver<D> {
+        let wanted = Kinds::COMMAND
+            .and(Kinds::ANSWER)
+            .and(Kinds::MOTION)
+            .and(Kinds::PORT)
+            .and(Kinds::WARNING);
         let mut driver = Driver {
-            now: device.now(),
-            device,
-            wake: None,
-            signals: VecDeque::new(),
+            harness: Harness::new(device).watching(wanted),
             end: Time::NEVER,
             most_rounds,
             has_head: false,
@@ -81,17 +71,16 @@ impl<D: Device> Driver<D> {
             rounds: Rounds::default(),
             news: VecDeque::new(),
         };
-        driver.drain();
         driver.has_head = driver.head().is_some();
         driver
     }
 
     pub(crate) fn device(&self) -> &D {
-        &self.device
+        self.harness.device()
     }
 
     pub(crate) fn now(&self) -> Time {
-        self.now
+        self.harness.now()
     }
 
     /// Whether the head is down, if there is one.
@@ -105,7 +94,7 @@ impl<D: Device> Driver<D> {
     }
 
     fn setting(&self, wanted: &str) -> Option<String> {
-        let settings = self.device.view(self.now).settings.into_iter();
+        let settings = self.device().view(self.now()).settings.into_iter();
         settings.filter(|(name, _)| name == wanted).map(|(_, value)| value).next()
     }
 
@@ -116,39 +105,39 @@ impl<D: Device> Driver<D> {
 
     /// Sets a signal at a time, after what else is set then.
     pub(crate) fn schedule(&mut self, at: Time, signal: SignalId, value: i32) {
-        let place = self.signals.partition_point(|&(other, ..)| other <= at);
-        self.signals.insert(place, (at, signal, value));
+        self.harness.plan(at, Input::Signal(signal, value));
+    }
+
+    /// When the outside world does something next.
+    pub(crate) fn next_signal(&self) -> Option<Time> {
+        self.harness.planned()
     }
 
     /// Sends bytes now, after what else happens now.
     pub(crate) fn send(&mut self, bytes: &[u8]) {
-        while self.signals.front().is_some_and(|&(at, ..)| at <= self.now) {
-            self.signal();
+        if self.next_signal().is_some_and(|at| at <= self.now()) {
+            self.rounds.disturbed();
         }
-        self.device.handle(Input::Bytes(bytes), self.now);
-        self.drain();
+        self.harness.send(bytes);
+        self.take_outputs();
     }
 
     /// Lets happen what happens next: a signal, or what the device does by itself.
     pub(crate) fn advance(&mut self) -> Result<(), Halt> {
-        let next = self.next().ok_or(Halt::Waiting)?;
+        let next = self.harness.due().ok_or(Halt::Waiting)?;
         if next > self.end {
-            self.now = self.end;
-            self.device.handle(Input::Wake, self.end);
-            self.drain();
+            self.run_to(self.end);
             return Err(Halt::Time);
         }
-        self.now = next;
         if self.next_signal() == Some(next) {
-            self.signal();
-        } else {
-            self.device.handle(Input::Wake, next);
-            self.drain();
+            self.rounds.disturbed();
         }
+        self.harness.step().ok_or(Halt::Waiting)?;
+        self.take_outputs();
         if self.most_rounds.is_some_and(|most| self.rounds.made() >= most) {
             return Err(Halt::Rounds);
         }
-        if self.rounds.is_idling() && self.signals.is_empty() {
+        if self.rounds.is_idling() && self.next_signal().is_none() {
             return Err(Halt::Idling);
         }
         Ok(())
@@ -156,39 +145,23 @@ impl<D: Device> Driver<D> {
 
     /// Lets so much time pass, with everything that happens in it.
     pub(crate) fn pass(&mut self, time: Duration) -> Result<(), Halt> {
-        let until = self.now + time;
-        while self.next().is_some_and(|next| next <= until) {
+        let until = self.now() + time;
+        while self.harness.due().is_some_and(|next| next <= until) {
             self.advance()?;
         }
-        self.now = until.min(self.end);
-        self.device.handle(Input::Wake, self.now);
-        self.drain();
+        self.run_to(until.min(self.end));
         if until > self.end { Err(Halt::Time) } else { Ok(()) }
     }
 
-    /// When something happens next: a signal, or what the device does by itself.
-    fn next(&self) -> Option<Time> {
-        [self.wake, self.next_signal()].into_iter().flatten().min()
+    fn run_to(&mut self, at: Time) {
+        self.harness.run_to(at);
+        self.take_outputs();
     }
 
-    /// When the outside world does something next.
-    pub(crate) fn next_signal(&self) -> Option<Time> {
-        self.signals.front().map(|&(at, ..)| at)
-    }
-
-    /// Sets the next signal now.
-    fn signal(&mut self) {
-        if let Some((_, signal, value)) = self.signals.pop_front() {
-            self.rounds.disturbed();
-            self.device.handle(Input::Signal(signal, value), self.now);
-            self.drain();
-        }
-    }
-
-    /// Takes everything the device hands out.
-    fn drain(&mut self) {
-        loop {
-            match self.device.poll_output() {
+    /// Takes note of what has come out.
+    fn take_outputs(&mut self) {
+        while let Some(output) = self.harness.take_output() {
+            match output {
                 Output::Event(at, event) => self.take(at, event),
                 Output::Bytes(at, bytes) => {
                     let known = bytes.len().min(self.answered);
@@ -199,10 +172,6 @@ impl<D: Device> Driver<D> {
                     }
                 }
                 Output::Flash(..) => {}
-                Output::Wake(wake) => {
-                    self.wake = wake;
-                    return;
-                }
             }
         }
     }

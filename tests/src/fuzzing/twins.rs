@@ -322,14 +322,13 @@ impl<D: Family> Twins<D> {
     // --- outputs ---
 
     fn drain_alone(&mut self) {
-        loop {
-            match self.alone.poll_output() {
+        while let Some(output) = self.alone.poll_output() {
+            match output {
                 Output::Bytes(at, bytes) => {
                     self.said_alone.said.extend(bytes.iter().map(|byte| (at, *byte)));
                 }
                 Output::Flash(at, change) => self.said_alone.written.push((at, change)),
                 Output::Event(_, event) => unreachable!("nobody wanted {event:?}"),
-                Output::Wake(wake) => return assert_eq!(wake, self.alone.wake()),
             }
         }
     }
@@ -338,7 +337,13 @@ impl<D: Family> Twins<D> {
         let now = self.watched.now();
         let mut latest = Time::ZERO;
         for _ in 0..OUTPUTS_MAX {
-            let at = match self.watched.poll_output() {
+            let Some(output) = self.watched.poll_output() else {
+                let wake = self.watched.wake();
+                assert!(wake.is_none_or(|wake| wake >= now), "is due in the past");
+                self.conversation.drained(&self.watched);
+                return;
+            };
+            let at = match output {
                 Output::Bytes(at, bytes) => {
                     self.conversation.sent(&bytes);
                     self.said_watched.said.extend(bytes.iter().map(|byte| (at, *byte)));
@@ -356,12 +361,6 @@ impl<D: Family> Twins<D> {
                 Output::Event(at, event) => {
                     self.conversation.event(&event, reached);
                     at
-                }
-                Output::Wake(wake) => {
-                    assert_eq!(wake, self.watched.wake());
-                    assert!(wake.is_none_or(|wake| wake >= now), "is due in the past");
-                    self.conversation.drained(&self.watched);
-                    return;
                 }
             };
             assert!(latest <= at && at <= now, "outputs are out of order");

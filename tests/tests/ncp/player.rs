@@ -1,8 +1,6 @@
 //! A controller in its own time, and somebody who sends it lines.
 
-use std::collections::VecDeque;
-
-use vimc4::device::{Controller, Device, Input, Output, SignalId};
+use vimc4::device::{Controller, Device, Harness, Input, Output, SignalId};
 use vimc4_device::{Event, Kinds, Motion, Point, Segment, Time};
 use vimc4_tests::jobs::Change;
 
@@ -11,10 +9,7 @@ const LONGEST: Time = Time::from_nanos(7 * 24 * 3600 * 1_000_000_000);
 
 /// A controller, the clock, and what happens outside.
 pub(crate) struct Player {
-    device: Controller,
-    now: Time,
-    /// What is still to happen outside, in order.
-    changes: VecDeque<(Time, SignalId, i32)>,
+    harness: Harness<Controller>,
     received: Vec<u8>,
     /// Every warning of the device.
     pub(crate) warnings: Vec<String>,
@@ -24,35 +19,27 @@ pub(crate) struct Player {
 
 impl Player {
     /// A controller that has just been switched on.
-    pub(crate) fn new(mut device: Controller, changes: &[Change]) -> Result<Player, String> {
-        device.watch(Kinds::MOTION.and(Kinds::WARNING));
-        let changes = changes
-            .iter()
-            .map(|change| {
-                let signal = signal(&device, &change.signal)?;
-                Ok((Time::from_nanos(change.at), signal, change.value))
-            })
-            .collect::<Result<_, String>>()?;
-        let mut player = Player {
-            device,
-            now: Time::ZERO,
-            changes,
-            received: Vec::new(),
-            warnings: Vec::new(),
-            motions: Vec::new(),
-        };
-        player.input(Input::Wake);
+    pub(crate) fn new(device: Controller, changes: &[Change]) -> Result<Player, String> {
+        let mut harness = Harness::new(device).watching(Kinds::MOTION.and(Kinds::WARNING));
+        for change in changes {
+            let signal = signal(harness.device(), &change.signal)?;
+            harness.plan(Time::from_nanos(change.at), Input::Signal(signal, change.value));
+        }
+        harness.run_to(Time::ZERO);
+        let (received, warnings, motions) = Default::default();
+        let mut player = Player { harness, received, warnings, motions };
+        player.take_outputs();
         Ok(player)
     }
 
     /// The time.
     pub(crate) fn now(&self) -> Time {
-        self.now
+        self.harness.now()
     }
 
     /// The step counters.
     pub(crate) fn counters(&self) -> Vec<i64> {
-        self.device.view(self.now).axes.iter().map(|axis| axis.position).collect()
+        self.harness.device().view(self.now()).axes.iter().map(|axis| axis.position).collect()
     }
 
     /// The motions since this was last called.
@@ -82,75 +69,60 @@ impl Player {
 
     /// Lets so much time pass.
     pub(crate) fn pass(&mut self, nanos: u64) -> Result<(), String> {
-        let until = self.now.after_nanos(nanos);
-        while self.next().is_some_and(|next| next <= until) {
-            self.advance()?;
+        let until = self.now().after_nanos(nanos);
+        while self.harness.due().is_some_and(|due| due <= until) {
+            self.step()?;
         }
-        self.now = until;
-        self.input(Input::Wake);
+        self.harness.run_to(until);
+        self.take_outputs();
         Ok(())
     }
 
     /// Lets time pass until something changes outside.
     pub(crate) fn pass_to_change(&mut self) -> Result<(), String> {
-        let (at, ..) = self.changes.front().ok_or("waits for an input that never comes")?;
-        self.pass(at.nanos_since(self.now))
+        let at = self.harness.planned().ok_or("waits for an input that never comes")?;
+        self.pass(at.nanos_since(self.now()))
     }
 
     /// Presses START and lets the program run to its end.
     pub(crate) fn run_program(&mut self) -> Result<(), String> {
-        let start = signal(&self.device, "start")?;
-        self.input(Input::Signal(start, 1));
-        self.input(Input::Signal(start, 0));
-        while self.next().is_some() {
-            self.advance()?;
+        let start = signal(self.harness.device(), "start")?;
+        for value in [1, 0] {
+            self.harness.input(Input::Signal(start, value));
         }
-        match self.device.is_idle() {
+        while self.step()? {}
+        let device = self.harness.device();
+        match device.is_idle() {
             true => Ok(()),
-            false => Err(format!("the program rests in {}", self.device.view(self.now).activity)),
+            false => Err(format!("the program rests in {}", device.view(self.now()).activity)),
         }
     }
 
     fn ask(&mut self, line: &[u8]) -> Result<Vec<u8>, String> {
-        self.input(Input::Bytes(line));
+        self.harness.send(line);
+        self.take_outputs();
         while self.received.is_empty() {
-            if self.next().is_none() {
-                return Err(format!(
-                    "{} is not answered",
-                    String::from_utf8_lossy(line).trim_end()
-                ));
+            if !self.step()? {
+                let line = String::from_utf8_lossy(line);
+                return Err(format!("{} is not answered", line.trim_end()));
             }
-            self.advance()?;
         }
         Ok(std::mem::take(&mut self.received))
     }
 
-    /// When something happens next.
-    fn next(&self) -> Option<Time> {
-        let change = self.changes.front().map(|(at, ..)| *at);
-        self.device.wake().into_iter().chain(change).min()
-    }
-
-    /// Goes to where something happens next.
-    fn advance(&mut self) -> Result<(), String> {
-        let Some(next) = self.next().filter(|next| *next <= LONGEST) else {
+    /// Goes to where something happens next, if something does.
+    fn step(&mut self) -> Result<bool, String> {
+        if self.harness.due().is_some_and(|due| due > LONGEST) {
             return Err("it goes on and on".to_owned());
-        };
-        self.now = self.now.max(next);
-        self.input(Input::Wake);
-        while let Some((at, signal, value)) = self.changes.front().copied()
-            && at <= self.now
-        {
-            self.changes.pop_front();
-            self.input(Input::Signal(signal, value));
         }
-        Ok(())
+        let stepped = self.harness.step().is_some();
+        self.take_outputs();
+        Ok(stepped)
     }
 
-    fn input(&mut self, input: Input<'_>) {
-        self.device.handle(input, self.now);
-        loop {
-            match self.device.poll_output() {
+    fn take_outputs(&mut self) {
+        for output in self.harness.drain() {
+            match output {
                 Output::Bytes(_, bytes) => self.received.extend_from_slice(&bytes),
                 Output::Event(_, Event::Motion(Motion::Begins { origin, segment })) => {
                     self.motions.push((origin, segment));
@@ -159,7 +131,6 @@ impl Player {
                     self.warnings.push(format!("{warning:?}"));
                 }
                 Output::Event(..) | Output::Flash(..) => {}
-                Output::Wake(_) => return,
             }
         }
     }

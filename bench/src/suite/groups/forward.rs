@@ -7,7 +7,7 @@ use vimc4_plant::PlantSignal;
 use crate::suite::Bench;
 use crate::suite::failure::{Failure, Outcome};
 use crate::suite::numbers::count;
-use crate::suite::play::{Answer, bench as machine, controller, drain, expect};
+use crate::suite::play::{Answer, bench as machine, controller, expect};
 use crate::suite::report::{Figure, Section};
 use crate::suite::stats::{ROUNDS, Sample};
 use crate::suite::usage::processor_time;
@@ -53,7 +53,8 @@ fn forward(device: &mut Controller, span: u64) -> Outcome<f64> {
     let mut rests = false;
     let spent = processor_time(|| {
         while device.now() < end && !rests {
-            match drain(device, &mut answer) {
+            answer.hear(device);
+            match device.wake() {
                 Some(due) => device.handle(Input::Wake, due),
                 None => rests = true,
             }

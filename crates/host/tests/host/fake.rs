@@ -187,8 +187,8 @@ impl Device for Fake {
         }
     }
 
-    fn poll_output(&mut self) -> Output {
-        self.out.pop_front().unwrap_or_else(|| Output::Wake(self.wake()))
+    fn poll_output(&mut self) -> Option<Output> {
+        self.out.pop_front()
     }
 
     fn watch(&mut self, kinds: Kinds) {

@@ -1,9 +1,9 @@
 //! The contract of a device: watching changes nothing, extra wake-ups change nothing, splitting
 //! the input changes nothing, and a snapshot continues anywhere.
 
-use vimc4_device::{Device, Input, Kinds, SignalId, Time};
+use vimc4_device::{Device, FlashChange, Harness, Input, Kinds, Output, SignalId, Time};
 
-use super::{Random, Record, drain, run_to};
+use super::{Random, said};
 
 /// Something that happens at a time.
 #[derive(Clone, Debug)]
@@ -13,14 +13,14 @@ pub(crate) enum Act {
     Power(bool),
 }
 
-fn perform(device: &mut impl Device, record: &mut Record, at: Time, act: &Act) {
-    run_to(device, record, at);
-    match act {
-        Act::Bytes(bytes) => device.handle(Input::Bytes(bytes), at),
-        Act::Signal(id, value) => device.handle(Input::Signal(*id, *value), at),
-        Act::Power(on) => device.handle(Input::Power(*on), at),
+impl Act {
+    fn input(&self) -> Input<'_> {
+        match self {
+            Act::Bytes(bytes) => Input::Bytes(bytes),
+            Act::Signal(id, value) => Input::Signal(*id, *value),
+            Act::Power(on) => Input::Power(*on),
+        }
     }
-    drain(device, record);
 }
 
 /// Lets these things happen to a device that nobody watches, in several ways that must come to
@@ -29,64 +29,58 @@ pub(crate) fn hold<D: Device + Clone>(blind: D, acts: &[(Time, Act)], random: &m
     let end = acts.last().map_or(Time::ZERO, |(at, _)| at.after_nanos(3_000_000_000));
 
     // As it is: nobody watches, woken when it asks.
-    let mut plain = blind.clone();
-    let mut record = Record::default();
+    let mut plain = Harness::new(blind.clone());
     let mut snapshots = Vec::new();
     let mut heard = Vec::new();
     for (at, act) in acts {
-        perform(&mut plain, &mut record, *at, act);
-        snapshots.push(plain.state().clone());
-        heard.push(record.said.len());
+        plain.run_to(*at);
+        plain.input(act.input());
+        snapshots.push(plain.device().state().clone());
+        heard.push(said(&plain).len());
     }
-    run_to(&mut plain, &mut record, end);
-    plain.handle(Input::Wake, end);
-    drain(&mut plain, &mut record);
+    plain.run_to(end);
 
     // Everything watched, every step enumerated, woken at random, input in single bytes.
-    let mut watched = blind.clone();
-    watched.watch(Kinds::ALL);
-    let mut again = Record::default();
-    let mut now = Time::ZERO;
+    let mut watched = Harness::new(blind.clone()).watching(Kinds::ALL);
     for (at, act) in acts {
         for _ in 0..random.range(0, 3) {
-            let early = now.after_nanos(random.next() % (at.nanos_since(now) + 1));
-            run_to(&mut watched, &mut again, early);
-            watched.handle(Input::Wake, early);
-            let view = watched.view(early);
-            assert!(view.at >= early);
-            now = early;
+            let now = watched.now();
+            watched.run_to(now.after_nanos(random.next() % (at.nanos_since(now) + 1)));
+            let view = watched.device().view(watched.now());
+            assert!(view.at >= watched.now());
         }
-        now = *at;
+        watched.run_to(*at);
         match act {
-            Act::Bytes(bytes) => {
-                for byte in bytes {
-                    perform(&mut watched, &mut again, *at, &Act::Bytes(vec![*byte]));
-                }
-            }
-            other => perform(&mut watched, &mut again, *at, other),
+            Act::Bytes(bytes) => bytes.iter().for_each(|byte| watched.send(&[*byte])),
+            other => watched.input(other.input()),
         }
     }
-    run_to(&mut watched, &mut again, end);
-    watched.handle(Input::Wake, end);
-    drain(&mut watched, &mut again);
-    same_said(&again.said, &record.said);
-    assert_eq!(again.flash, record.flash, "flash changes differ");
-    assert!(watched.state() == plain.state(), "states differ");
+    watched.run_to(end);
+    same_said(&said(&watched), &said(&plain));
+    assert!(flash(&watched).eq(flash(&plain)), "flash changes differ");
+    assert!(watched.device().state() == plain.device().state(), "states differ");
 
     // From a snapshot anywhere the rest is the same.
     let place = random.range(0, acts.len() as i64 - 1) as usize;
-    let mut resumed = blind;
+    let mut resumed = Harness::new(blind);
     resumed.restore(snapshots[place].clone());
-    let mut rest = Record::default();
     for (at, act) in &acts[place + 1..] {
-        perform(&mut resumed, &mut rest, *at, act);
+        resumed.run_to(*at);
+        resumed.input(act.input());
     }
-    run_to(&mut resumed, &mut rest, end);
-    resumed.handle(Input::Wake, end);
-    drain(&mut resumed, &mut rest);
-    same_said(&rest.said, &record.said[heard[place]..]);
+    resumed.run_to(end);
+    same_said(&said(&resumed), &said(&plain)[heard[place]..]);
+    let (resumed, plain) = (resumed.into_device(), plain.into_device());
     assert!(resumed.state() == plain.state(), "states differ after a snapshot");
     resumed
+}
+
+/// What a device has written, and when.
+fn flash<D: Device>(harness: &Harness<D>) -> impl Iterator<Item = (Time, &FlashChange)> {
+    harness.outputs().iter().filter_map(|output| match output {
+        Output::Flash(at, change) => Some((*at, change)),
+        Output::Bytes(..) | Output::Event(..) => None,
+    })
 }
 
 /// Says where two conversations part.

@@ -5,7 +5,7 @@
 pub(crate) mod contract;
 pub(crate) mod walk;
 
-use vimc4_device::{Device, Event, Input, Output, Time};
+use vimc4_device::{Device, Harness, Output, Time};
 
 /// How many random cases to try: `VIMC4_CASES`, or `default`.
 #[expect(clippy::disallowed_methods, reason = "a test may be asked for more cases")]
@@ -40,49 +40,27 @@ impl Random {
     }
 }
 
-/// Everything a controller has put out.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Record {
-    pub(crate) said: Vec<(Time, u8)>,
-    pub(crate) flash: Vec<(Time, Vec<u8>)>,
-    pub(crate) events: Vec<(Time, Event)>,
+/// What a controller has said, and when.
+pub(crate) fn said(harness: &Harness<impl Device>) -> Vec<(Time, u8)> {
+    let said = harness.outputs().iter().filter_map(|output| match output {
+        Output::Bytes(at, bytes) => Some(bytes.iter().map(|byte| (*at, *byte))),
+        Output::Flash(..) | Output::Event(..) => None,
+    });
+    said.flatten().collect()
 }
 
-impl Record {
-    /// What was said, as text.
-    pub(crate) fn text(&self) -> String {
-        self.said.iter().map(|&(_, byte)| char::from(byte)).collect()
-    }
-}
-
-/// Takes everything that waits, and says when to wake the controller.
-pub(crate) fn drain(controller: &mut impl Device, record: &mut Record) -> Option<Time> {
-    loop {
-        match controller.poll_output() {
-            Output::Bytes(at, bytes) => record.said.extend(bytes.iter().map(|&b| (at, b))),
-            Output::Flash(at, change) => {
-                record.flash.push((at, format!("{change:?}").into_bytes()))
-            }
-            Output::Event(at, event) => record.events.push((at, event)),
-            Output::Wake(wake) => return wake,
-        }
-    }
-}
-
-/// Runs a controller up to a time, waking it exactly when it asks for it.
-pub(crate) fn run_to(controller: &mut impl Device, record: &mut Record, at: Time) {
-    while let Some(wake) = drain(controller, record).filter(|&wake| wake <= at) {
-        controller.handle(Input::Wake, wake);
-    }
+/// What a controller has said since that was last taken, as text.
+pub(crate) fn text(harness: &mut Harness<impl Device>) -> String {
+    harness.take_bytes().into_iter().map(char::from).collect()
 }
 
 /// Runs until nothing is due any more, at most `limit` causes.
-pub(crate) fn run_out(controller: &mut impl Device, record: &mut Record, limit: u32) {
+pub(crate) fn run_out(harness: &mut Harness<impl Device>, limit: u32) {
     for _ in 0..limit {
-        let Some(wake) = drain(controller, record) else { return };
-        controller.handle(Input::Wake, wake);
+        if harness.step().is_none() {
+            return;
+        }
     }
-    drain(controller, record);
 }
 
 /// Tries the cases one after the other. A failing one names its seed.

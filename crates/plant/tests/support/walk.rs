@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vimc4_device::{AXES, Event, Motion, Point, Segment, Time};
+use vimc4_device::{AXES, Event, Motion, Output, Point, Segment, Time};
 use vimc4_plant::{End, Machine};
 
 /// What a walk knows.
@@ -14,18 +14,23 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Walks every motion among these events, from carriages at 0. `cut_off` says that the
+    /// Walks every motion among these outputs, from carriages at 0. `cut_off` says that the
     /// power was lost, which ends a motion at any time.
-    pub(crate) fn all(machine: Arc<Machine>, events: &[(Time, Event)], cut_off: bool) -> Walk {
+    pub(crate) fn all<'a>(
+        machine: Arc<Machine>,
+        outputs: impl IntoIterator<Item = &'a Output>,
+        cut_off: bool,
+    ) -> Walk {
         let zero = Point::default();
         let mut walk = Walk { machine, counter: zero, carriage: zero, running: None };
-        for (when, event) in events {
-            match event {
-                Event::Motion(Motion::Begins { origin, segment }) => {
+        for output in outputs {
+            let Output::Event(when, Event::Motion(motion)) = output else { continue };
+            match motion {
+                Motion::Begins { origin, segment } => {
                     assert_eq!(*origin, walk.counter);
                     walk.running = Some(((**segment).clone(), *when));
                 }
-                Event::Motion(Motion::Changes { segment }) => {
+                Motion::Changes { segment } => {
                     let (old, began) = walk.running.take().expect("a segment that began");
                     let made = old.profile.steps_at(when.nanos_since(began));
                     let same =
@@ -33,8 +38,7 @@ impl Walk {
                     assert_eq!(same(&old), same(segment), "braking changed the past");
                     walk.running = Some(((**segment).clone(), began));
                 }
-                Event::Motion(Motion::Ends { steps }) => walk.ends(*when, *steps, cut_off),
-                _ => {}
+                Motion::Ends { steps } => walk.ends(*when, *steps, cut_off),
             }
         }
         assert!(walk.running.is_none(), "a segment never ended");

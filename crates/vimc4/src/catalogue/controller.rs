@@ -89,7 +89,7 @@ impl Device for Controller {
         of!(&mut self.inner, device => device.handle(input, at));
     }
 
-    fn poll_output(&mut self) -> Output {
+    fn poll_output(&mut self) -> Option<Output> {
         of!(&mut self.inner, device => device.poll_output())
     }
 

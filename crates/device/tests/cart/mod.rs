@@ -1,0 +1,248 @@
+// A small device: a cart on a rail. The tests and the examples of the documentation drive it.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use vimc4_device::{
+    AxisView, Condition, Device, Event, FlashChange, Input, Kinds, Output, Signal, SignalId,
+    SignalKind, Time, View, Warning,
+};
+
+/// So long a step takes.
+const STEP: u64 = 1_000_000;
+
+/// Understands lines that end in CR, and does one after the other:
+///
+/// | line | does |
+/// |---|---|
+/// | `m5` | makes five steps, one each millisecond, then answers `0` |
+/// | `p` | answers where it is |
+/// | `f...` | stores the text, answers `0` |
+/// | `b` | shuttles between two steps until it is switched off |
+///
+/// The signal [`Cart::STOP`] ends a motion, which then answers `stopped`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Cart {
+    state: State,
+    out: VecDeque<Output>,
+    wanted: Kinds,
+}
+
+/// Everything that decides what a cart will do.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct State {
+    now: Time,
+    received: Vec<u8>,
+    stored: Vec<u8>,
+    /// Where it stood when it stood last.
+    place: i64,
+    motion: Option<Motion>,
+    off: bool,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Motion {
+    began: Time,
+    steps: u64,
+    shuttles: bool,
+}
+
+impl Cart {
+    /// The button that ends a motion.
+    pub(crate) const STOP: SignalId = SignalId(0);
+
+    fn place(&self, at: Time) -> i64 {
+        let made = self
+            .state
+            .motion
+            .as_ref()
+            .map_or(0, |motion| (at.nanos_since(motion.began) / STEP).min(motion.steps));
+        self.state.place + made as i64
+    }
+
+    fn holds(&self, condition: &Condition, at: Time) -> bool {
+        let place = self.place(at);
+        match condition {
+            Condition::AxisAt { axis: 0, position } => place == *position,
+            Condition::Outside { low, high } => place < low[0] || place > high[0],
+            Condition::Idle => self.is_idle(),
+            _ => false,
+        }
+    }
+
+    fn say(&mut self, bytes: &[u8]) {
+        self.out.push_back(Output::Bytes(self.state.now, bytes.to_vec().into()));
+    }
+
+    fn warn(&mut self, what: &'static str) {
+        if self.wanted.contain(Kinds::WARNING) {
+            let warning = Warning::NoEffect { what: what.into() };
+            self.out.push_back(Output::Event(self.state.now, Event::Warning(warning)));
+        }
+    }
+
+    /// Ends the motion where it is.
+    fn halt(&mut self) -> bool {
+        self.state.place = self.place(self.state.now);
+        self.state.motion.take().is_some()
+    }
+
+    fn catch_up(&mut self, at: Time) {
+        while let Some(due) = self.wake().filter(|due| *due <= at) {
+            self.state.now = due;
+            let shuttles = self.state.motion.as_ref().is_some_and(|motion| motion.shuttles);
+            self.halt();
+            if shuttles {
+                self.state.place = 1 - self.state.place;
+                self.begin(0, true);
+            } else {
+                self.say(b"0");
+                self.work();
+            }
+        }
+        self.state.now = self.state.now.max(at);
+    }
+
+    fn begin(&mut self, steps: u64, shuttles: bool) {
+        self.state.motion = Some(Motion { began: self.state.now, steps, shuttles });
+    }
+
+    /// Does the lines that have arrived, up to one that takes time.
+    fn work(&mut self) {
+        while self.state.motion.is_none()
+            && let Some(end) = self.state.received.iter().position(|byte| *byte == b'\r')
+        {
+            let line: Vec<u8> = self.state.received.drain(..=end).collect();
+            let text = String::from_utf8_lossy(&line[..end]).into_owned();
+            match (text.get(..1), text.get(1..).and_then(|number| number.parse().ok())) {
+                (Some("m"), Some(steps)) => self.begin(steps, false),
+                (Some("b"), _) => self.begin(0, true),
+                (Some("p"), _) => self.say(self.state.place.to_string().as_bytes()),
+                (Some("f"), _) => {
+                    self.state.stored.extend_from_slice(&line[1..end]);
+                    let change = FlashChange::Append(line[1..end].to_vec().into());
+                    self.out.push_back(Output::Flash(self.state.now, change));
+                    self.say(b"0");
+                }
+                _ => self.warn("a line that means nothing"),
+            }
+        }
+    }
+}
+
+impl Device for Cart {
+    type State = State;
+
+    fn handle(&mut self, input: Input<'_>, at: Time) {
+        self.catch_up(at);
+        match input {
+            Input::Bytes(bytes) if !self.state.off => self.state.received.extend_from_slice(bytes),
+            Input::Signal(Cart::STOP, 1..) => {
+                if self.halt() {
+                    self.say(b"stopped");
+                }
+            }
+            Input::Power(on) => {
+                self.halt();
+                self.state.off = !on;
+                self.state.received.clear();
+            }
+            Input::Bytes(_) | Input::Signal(..) | Input::Wake => {}
+        }
+        self.work();
+    }
+
+    fn poll_output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+
+    fn watch(&mut self, kinds: Kinds) {
+        self.wanted = kinds;
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn restore(&mut self, state: State) {
+        self.state = state;
+        self.out.clear();
+    }
+
+    fn now(&self) -> Time {
+        self.state.now
+    }
+
+    fn wake(&self) -> Option<Time> {
+        let motion = self.state.motion.as_ref()?;
+        let steps = if motion.shuttles { 1 } else { motion.steps };
+        Some(motion.began.after_nanos(steps.saturating_mul(STEP)))
+    }
+
+    fn view(&self, at: Time) -> View {
+        let axis = AxisView {
+            name: "X".to_owned(),
+            configured: true,
+            position: self.place(at),
+            carriage: self.place(at),
+            referenced: true,
+            zero: 0,
+            speed: 0,
+        };
+        View {
+            at,
+            model: "cart".to_owned(),
+            powered: !self.state.off,
+            activity: if self.is_idle() { "idle" } else { "motion" }.to_owned(),
+            axes: vec![axis],
+            start_stop: 0,
+            acceleration: 0,
+            timers: Vec::new(),
+            program: None,
+            ports: Vec::new(),
+            settings: Vec::new(),
+        }
+    }
+
+    fn signals(&self) -> Vec<Signal> {
+        vec![Signal {
+            id: Cart::STOP,
+            name: "stop".to_owned(),
+            kind: SignalKind::Button,
+            positions: None,
+            about: "ends a motion".to_owned(),
+        }]
+    }
+
+    fn input_signal(&self, _port: u16, _bit: u8) -> Option<SignalId> {
+        None
+    }
+
+    fn baud(&self) -> u32 {
+        9_600
+    }
+
+    fn flash_image(&self) -> Vec<u8> {
+        self.state.stored.clone()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        String::from_utf8_lossy(command).into_owned()
+    }
+
+    fn is_idle(&self) -> bool {
+        self.state.motion.is_none()
+    }
+
+    /// A cart is slow enough to be followed step by step.
+    fn crossing(&self, condition: &Condition) -> Option<Time> {
+        let now = self.state.now;
+        let motion = self.state.motion.as_ref();
+        let steps = motion
+            .into_iter()
+            .flat_map(|motion| (1..motion.steps).map(|step| motion.began.after_nanos(step * STEP)));
+        let instants = std::iter::once(now).chain(steps.filter(|at| *at > now));
+        let mut instants = instants.filter(|at| self.wake().is_none_or(|wake| *at < wake));
+        instants.find(|at| self.holds(condition, *at))
+    }
+}
