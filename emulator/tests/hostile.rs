@@ -563,6 +563,52 @@ fn a_half_line_is_told_of_or_forgotten() {
     }
 }
 
+/// A shell, a terminal or a program that ends its lines with LF alone waits for ever, on a real
+/// controller too. Each such client is told so once; who sends CR LF is not, and leaves no half line.
+#[test]
+fn who_sends_no_cr_is_told_how_to() {
+    for (model, machine, line, words) in [
+        ("imc4", "bench", "@07", "LF alone ends no command; CR does: printf '@07\\r'"),
+        ("smcu", "board-plotter", "!ON0", "LF alone ends no command; CR and ; do: printf 'PU;'"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = ["--model", model, "--machine", machine, "--time", "instant"];
+        let (mut serve, places) = Running::serve(folder.path(), &arguments);
+        // The answer to what comes last shows that everything before it has been looked at.
+        for (ends, told) in [("\r\n", 0), ("\n", 1)] {
+            for _ in 0..2 {
+                let mut client = connect(&places);
+                let text = format!("{line}{ends}").repeat(3);
+                client.write_all(text.as_bytes()).unwrap();
+                client.write_all(format!("\r{line}\r").as_bytes()).unwrap();
+                let mut answer = [0];
+                client.read_exact(&mut answer).unwrap();
+                drop(client);
+                // Of a kind no more than one is told in a second.
+                thread::sleep(Duration::from_millis(1_100 * told));
+            }
+        }
+        serve.signal(Signal::TERM);
+        let (_, errors) = serve.end();
+        assert_eq!(errors.matches(words).count(), 2, "{model}: {errors}");
+        assert!(!errors.contains("half"), "{model}: {errors}");
+    }
+    // Where the profile says that LF ends a command nobody waits.
+    let folder = tempfile::tempdir().unwrap();
+    let (code, profile, _) = run(folder.path(), &["models", "show", "smcu"]);
+    assert_eq!(code, Some(0));
+    let profile = profile.replace("line_feed = \"separate\"", "line_feed = \"end\"");
+    fs::write(folder.path().join("older.toml"), profile).unwrap();
+    let arguments = ["--model", "older.toml", "--machine", "board-plotter", "--time", "instant"];
+    let (mut serve, places) = Running::serve(folder.path(), &arguments);
+    let mut client = connect(&places);
+    client.write_all(b"!ON0\n").unwrap();
+    client.read_exact(&mut [0; 8]).unwrap();
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    assert!(!errors.contains("LF alone"), "{errors}");
+}
+
 // --- finding out ---
 
 #[test]

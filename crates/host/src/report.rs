@@ -111,6 +111,14 @@ pub enum News {
         /// The next client has sent something; else it has only come.
         spoils: bool,
     },
+    /// A client ends its lines with LF alone, which ends nothing here: it waits in vain, as with a
+    /// real device. It is told once for each client.
+    LineFeed {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// What ends a line, and how it is sent.
+        right: &'static str,
+    },
     /// A port is gone, most likely unplugged. It is served again when it is back.
     Gone {
         /// The transport, by its label.

@@ -80,6 +80,7 @@ pub struct Runner<D: Device> {
     /// What happened before anybody watched.
     early: Vec<News>,
     half: HalfLine,
+    feeds: LineFeeds,
 }
 
 /// The line that a client has begun and not ended.
@@ -103,6 +104,11 @@ impl HalfLine {
     /// How much of what arrives are whole lines, or the rest of one.
     fn end(&self, bytes: &[u8]) -> usize {
         bytes.iter().rposition(|byte| self.ends.contains(byte)).map_or(0, |end| end + 1)
+    }
+
+    /// Whether anything has been begun: what CR LF leaves behind CR is nothing.
+    fn is_begun(&self) -> bool {
+        !self.bytes.trim_ascii().is_empty()
     }
 
     /// Remembers what has been begun.
@@ -129,6 +135,33 @@ impl HalfLine {
             given.append(&mut self.bytes);
         }
         given
+    }
+}
+
+/// Whether a client ends its lines with LF alone where that ends nothing.
+#[derive(Debug, Default)]
+struct LineFeeds {
+    /// What ends a line, as bytes and in words; `None` where LF does.
+    right: Option<(&'static [u8], &'static str)>,
+    /// The last byte, if there was one.
+    last: Option<u8>,
+    /// This client has been told.
+    told: bool,
+}
+
+impl LineFeeds {
+    /// What would be right, where an LF ends a line that nothing has ended, once for each client.
+    fn wrong(&mut self, bytes: &[u8]) -> Option<&'static str> {
+        let (ends, right) = self.right.filter(|_| !self.told)?;
+        let before = self.last;
+        self.last = bytes.last().copied().or(before);
+        let behind_text = |place: usize| {
+            let before = place.checked_sub(1).map_or(before, |place| bytes.get(place).copied());
+            before.is_some_and(|byte| byte != b'\n' && !ends.contains(&byte))
+        };
+        let mut feeds = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+        self.told = feeds.any(|(place, _)| behind_text(place));
+        self.told.then_some(right)
     }
 }
 
@@ -231,6 +264,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             failure: None,
             early: Vec::new(),
             half: HalfLine::default(),
+            feeds: LineFeeds::default(),
         };
         runner.watch_kinds();
         (runner, Handle::new(jobs, stop))
@@ -263,6 +297,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
     #[must_use]
     pub fn with_lines(mut self, ends: &'static [u8], fresh: bool) -> Runner<D> {
         self.half = HalfLine { ends, fresh, ..HalfLine::default() };
+        self
+    }
+
+    /// Says what ends a line, as bytes and in words, where LF does not: a client that ends its lines
+    /// with LF alone waits for an answer that will never come, and is told so.
+    #[must_use]
+    pub fn with_line_feeds(mut self, ends: &'static [u8], right: &'static str) -> Runner<D> {
+        self.feeds.right = Some((ends, right));
         self
     }
 
@@ -416,6 +458,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.report(Kinds::NONE, true, || Report::Received { at, from, bytes });
                 }
                 self.take_line(from, bytes);
+                if let Some(right) = self.feeds.wrong(bytes) {
+                    let transport = Arc::clone(self.transports[from].label());
+                    self.news(News::LineFeed { transport, right });
+                }
             }
             Received::Finished => {}
             Received::News(news) => {
@@ -452,9 +498,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
             News::Closed { .. } => self.half.clients = self.half.clients.saturating_sub(1),
             News::Opened { transport, .. } => {
                 self.half.clients += 1;
+                self.feeds.told = false;
+                self.feeds.last = None;
                 // What somebody has written last may come in behind the news of the leaving. Who
                 // comes while another one is there shares its lines.
-                if self.half.clients > 1 || self.half.bytes.is_empty() {
+                if self.half.clients > 1 || !self.half.is_begun() {
                     return;
                 }
                 if self.half.fresh {

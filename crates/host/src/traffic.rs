@@ -180,6 +180,11 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                     excerpt(half)
                 ),
             ),
+            News::LineFeed { transport, right } => self.warn(
+                at,
+                "clients that end their lines with LF alone",
+                &format!("{transport}: LF alone ends no command; {right}"),
+            ),
             News::Gone { transport, error } => self.line(
                 at,
                 format_args!("{transport}: is gone: {error}; it is opened again when it is back"),

@@ -292,6 +292,19 @@ impl Builder {
             Family::Lpkf => b"\r\n;",
         };
         let mut runner = runner.with_lines(ends, self.fresh_clients);
+        runner = match &model {
+            Model::Isel(_) => runner.with_line_feeds(
+                ends,
+                "CR does: printf '@07\\r', or in socat crnl behind the address, as in \
+                 ./vimc4.pty,rawer,crnl",
+            ),
+            Model::Lpkf(model) if !model.grammar().line_feed_ends => runner.with_line_feeds(
+                b"\r;",
+                "CR and ; do: printf 'PU;', or in socat crnl behind the address, as in \
+                 ./vimc4.pty,rawer,crnl",
+            ),
+            Model::Lpkf(_) => runner,
+        };
         if let Some((file, image)) = flash {
             runner = runner.with_flash(file, &image)?;
         }
