@@ -29,7 +29,10 @@ The commands go to standard output, and what they lead to goes to standard error
 Examples:
   vimc4 circle --radius 200 --from 135 --to 225 --speed 1500
   vimc4 circle --radius 12.5 --steps-per-mm 80 --cw > circle.txt
-  vimc4 circle --radius 2000 --from 180 --to 900 --rise 6000   (a helix of two turns)"
+  vimc4 circle --radius 2000 --from 180 --to 900 --rise 6000   (a helix of two turns)
+  (echo @07; vimc4 circle --radius 200) | vimc4 run -
+
+Exit codes: 0 printed, 2 there is no such circle, or wrong usage."
 )]
 pub(crate) struct Arguments {
     /// The radius, in steps or, with --steps-per-mm, in mm

@@ -17,6 +17,7 @@ use vimc4_conform::format::Session;
 use vimc4_conform::player::Timing;
 use vimc4_conform::script;
 
+use crate::completions;
 use crate::endings;
 use crate::failure::Failure;
 use crate::port::Port;
@@ -54,7 +55,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "SESSION")]
     filters: Vec<String>,
     /// The model of controller: a name from `vimc4 models`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4", add = completions::models())]
     model: String,
     /// The speed of a serial port, the model's if nothing is said; if nothing answers, other
     /// speeds that such controllers are set to are tried

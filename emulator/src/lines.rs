@@ -23,15 +23,16 @@ const ANSWER: Duration = Duration::from_millis(100);
 
 const EXAMPLES: &str = "\
 Examples:
+  vimc4 lines --serve -- python3 examples/tour.py
   vimc4 lines -- picocom ./vimc4.pty
-  vimc4 lines --serve --model smcu --machine board-plotter -- python3 plot.py ./vimc4.pty
+  vimc4 lines --serve --model smcu --machine board-plotter -- python3 examples/plot.py ./vimc4.pty
   vimc4 lines --pty ~/.wine/dosdevices/com11 -- wine driver.exe
 
 The program may be of any kind, and so may what it starts; setuid programs run without their
 privileges. Wine asks its server to open ports: end one that already runs with `wineserver -k`.
 It takes Linux 5.5, on x86-64 or aarch64, and cannot be nested.
 
-Exit code: the program's; 127 if there is none of that name, 126 if it cannot be run, 2 if it was
+Exit codes: the program's; 127 if there is none of that name, 126 if it cannot be run, 2 if it was
 not tried.";
 
 /// Runs a program and everything that it starts so that requests for modem lines on one pseudo
@@ -42,6 +43,7 @@ not tried.";
 #[group(skip)]
 #[command(
     after_help = EXAMPLES,
+    after_long_help = EXAMPLES,
     mut_arg("pty", |arg| arg
         .num_args(1)
         .help("The pseudo terminal, or the link to it: what `vimc4 serve` prints, and what \

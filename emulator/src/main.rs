@@ -19,20 +19,34 @@ mod profiles;
 mod run;
 mod send;
 mod serve;
+mod setup;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use failure::Failure;
 
 /// Virtual stepper controllers of isel and LPKF: firmware-equivalent, behind real ports.
 #[derive(Parser)]
-#[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true)]
+#[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  vimc4 serve -v
+  vimc4 run examples/commands.txt --machine mill
+  vimc4 ncp run examples/plate.ncp --machine mill
+  vimc4 models
+
+`vimc4 COMMAND --help` says more of each, with examples and exit codes. The files in examples/ are in the
+folder that vimc4 was built from.
+
+Exit codes: 0 all went well, 1 something is wrong with what was given or came back, 2 wrong usage: nothing
+was done. Some commands have more.";
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
 
@@ -67,6 +81,7 @@ enum Command {
 
 fn main() -> ExitCode {
     failure::install();
+    completions::answer(Arguments::command);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(said) => return failure::said(&said),
@@ -77,7 +92,7 @@ fn main() -> ExitCode {
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
         Command::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
-        Command::Send(arguments) => return send::run(&arguments).unwrap_or_else(Failure::report),
+        Command::Send(arguments) => return send::run(arguments).unwrap_or_else(Failure::report),
         Command::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }

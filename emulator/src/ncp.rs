@@ -11,9 +11,19 @@ use std::process::ExitCode;
 use crate::failure::Failure;
 
 #[derive(clap::Args)]
-#[command(long_about = "\
+#[command(
+    long_about = "\
 Check, run and compile job files in the isel NC intermediate format (NCP), as CAD/CAM programs
-write them. A real or a virtual controller carries them out with `vimc4 send`.")]
+write them. A real or a virtual controller carries them out with `vimc4 send`.",
+    after_long_help = "\
+Examples:
+  vimc4 ncp check examples/plate.ncp --machine mill
+  vimc4 ncp run examples/plate.ncp --machine mill
+  vimc4 ncp compile examples/plate.ncp --machine mill
+
+Exit codes: 0 all is well, 1 the job is wrong or ended with an error reply, 2 wrong usage, 3 the job did
+not come to its end."
+)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Command,

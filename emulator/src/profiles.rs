@@ -4,10 +4,19 @@ use std::fs;
 
 use vimc4::Error;
 
+use crate::completions;
 use crate::failure::Failure;
 use crate::output;
 
 #[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  vimc4 models
+  vimc4 machines
+  vimc4 models show imc-s8
+  vimc4 machines show mill
+
+Exit codes: 0 printed, 2 wrong usage.")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     show: Option<Show>,
@@ -16,9 +25,16 @@ pub(crate) struct Arguments {
 #[derive(clap::Subcommand)]
 enum Show {
     /// Print a profile as TOML, to start your own from
+    #[command(after_long_help = "\
+Examples:
+  vimc4 models show imc4 > my.toml
+  vimc4 machines show mill > mine.toml
+  vimc4 serve --model my.toml --machine mine.toml
+
+Exit codes: 0 printed, 2 there is no such profile, or something in it is wrong.")]
     Show {
         /// Its name, or a profile file, which is checked first
-        #[arg(value_name = "NAME|FILE")]
+        #[arg(value_name = "NAME|FILE", add = completions::profiles())]
         name: String,
     },
 }

@@ -16,9 +16,11 @@ use std::time::Duration;
 use vimc4::device::{Controller, Device, SignalId};
 use vimc4::{Family, Handling, Machine, Order, Signal, Time, Warning};
 
+use crate::completions;
 use crate::failure::Failure;
 use crate::job::source::{self, JobArguments};
 use crate::ncp::run as job;
+use crate::setup::Setup;
 use driver::{Driver, Halt, News};
 use meter::Meter;
 use report::{Answer, End, Report, Why};
@@ -54,25 +56,24 @@ It ends with the last command or with the program; then the exit code is 0. An e
 with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.",
     after_long_help = "\
 Examples:
-  vimc4 run job.txt --machine mill
-  vimc4 run program.txt --model imc4-m --loops 3
-  vimc4 run board.plt --model smcu --machine board-plotter
-  vimc4 run board.plt --model smcu --keep-going --ignore-numbers
-  vimc4 run program.txt --input 0.3=1@2s --input 0.3=0@2.5s --press stop@5s --press start@8s
-  vimc4 circle --radius 200 | cat axes.txt - | vimc4 run -"
+  vimc4 run examples/commands.txt --machine mill
+  vimc4 run examples/program.txt --model imc4-m --loops 3
+  vimc4 run examples/program.txt --input 0.3=1@2s --press stop@5s --press start@8s --for 1min
+  vimc4 run examples/board.plt --model smcu --machine board-plotter
+  vimc4 run examples/board.plt --model smcu --keep-going --ignore-numbers
+  (echo @07; vimc4 circle --radius 200) | vimc4 run -
+
+Exit codes: 0 all was done, 1 an error reply, or something in a plot file that the controller would leave
+out, 2 wrong usage, 3 the time or the rounds are over, or nothing will ever go on."
 )]
 pub(crate) struct Arguments {
     /// The file; `-` is standard input
     file: PathBuf,
-    /// The model of controller: a name from `vimc4 models`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
-    model: String,
-    /// The machine: a name from `vimc4 machines`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
-    machine: String,
+    #[command(flatten)]
+    setup: Setup,
     /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; those
     /// of its comment `; axes: N` if nothing is said, else 7
-    #[arg(long, value_parser = axes)]
+    #[arg(long, value_parser = axes, add = completions::words(&["1", "3", "7", "8", "9", "11", "15"]))]
     axes: Option<u8>,
     /// How much virtual time may pass, such as 90s, 5min or 1h
     #[arg(long = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
@@ -104,31 +105,32 @@ pub(crate) struct Arguments {
 pub(crate) struct World {
     /// Set a bit of an input port, or anything else by the name that `signals` of `vimc4 serve`
     /// lists, at a time or from the beginning
-    #[arg(long, value_name = "PORT.BIT|NAME=VALUE[@TIME]", value_parser = timed_input)]
+    #[arg(long, value_name = "PORT.BIT|NAME=VALUE[@TIME]", value_parser = timed_input, add = completions::inputs())]
     input: Vec<(String, Duration)>,
     /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
-    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed)]
+    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed, add = completions::buttons())]
     press: Vec<(String, Duration)>,
     /// Write every step with its time into a file: seconds,X,Y,Z,A
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
 }
 
-pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
-    let model = vimc4::model(&arguments.model)?;
-    let machine = vimc4::machine(&arguments.machine)?;
-    let handling = Handling::of(&model);
+pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let bytes = source::read(&arguments.file, "a file of commands")?;
+    arguments.setup.heed(&arguments.file, &bytes)?;
+    let model = vimc4::model(arguments.setup.model())?;
+    let machine = vimc4::machine(arguments.setup.machine())?;
+    let handling = Handling::of(&model);
     source::no_g_code(&arguments.file.display().to_string(), &bytes)?;
     if model.family() == Family::Isel && source::is_job(&bytes) {
-        let Arguments { file, model, machine, world, json, verbose, time, .. } = arguments;
-        let job = JobArguments::new(file, model, machine);
+        let Arguments { file, setup, world, json, verbose, time, .. } = arguments;
+        let job = JobArguments::new(file, setup);
         let job = job::Arguments::new(job, world, time, json, verbose);
         return job::carry_out(&job, &source::decoded(&bytes));
     }
     let script = Script::of(&arguments.file, &bytes, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
-    let signals = arguments.world.signals(&arguments.model, &controller)?;
+    let signals = arguments.world.signals(arguments.setup.model(), &controller)?;
     let mut meter = Meter::new(&machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let driver = Driver::new(controller, meter, arguments.loops);

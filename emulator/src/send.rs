@@ -53,11 +53,14 @@ Ctrl-C sends 253, which brakes, and ends the job when it rests; Ctrl-C again doe
 switched on stays on. Whatever ends it, the line is said with which --from goes on.",
     after_long_help = "\
 Examples:
-  vimc4 send part.ncp --to ./vimc4.pty --machine mill
-  vimc4 send part.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mine.toml --teach
-  vimc4 send part.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mine.toml --from 120
-  vimc4 send board.plt --to /dev/ttyUSB0 --model smcu --machine board-plotter
-  vimc4 send commands.txt --to tcp:127.0.0.1:4004 --yes"
+  vimc4 send examples/plate.ncp --to ./vimc4.pty --machine mill
+  vimc4 send examples/plate.ncp --to /dev/ttyUSB0 --model imc-s8 --machine examples/machine.toml --teach
+  vimc4 send examples/plate.ncp --to /dev/ttyUSB0 --model imc-s8 --machine mill --from 12
+  vimc4 send examples/board.plt --to /dev/ttyUSB0 --model smcu --machine board-plotter
+  vimc4 send examples/commands.txt --to tcp:127.0.0.1:4004 --machine mill --yes
+
+Exit codes: 0 all was done, 1 an error in the file, an error reply, or no answer, 2 wrong usage, 3 it was
+ended before its end."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -100,16 +103,18 @@ pub(crate) struct Arguments {
     verbose: bool,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
+    let bytes = arguments.job.bytes()?;
+    arguments.job.setup.heed(&arguments.job.file, &bytes)?;
+    let arguments = &arguments;
     let job = &arguments.job;
-    let bytes = job.bytes()?;
     let text = source::decoded(&bytes);
     let name = job.name();
-    let model = vimc4::model(&job.model)?;
+    let model = vimc4::model(job.setup.model())?;
     source::no_g_code(&name, &bytes)?;
     if model.family() == Family::Lpkf {
         not_for(job_options(arguments), &name, "plot file")?;
-        let machine = vimc4::machine(&job.machine)?;
+        let machine = vimc4::machine(job.setup.machine())?;
         let work = plot::work(&name, &bytes, &text, &Handling::of(&model))?;
         let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
         let mut sending = Sending::open(arguments, &model, &machine, &text)?;
@@ -120,7 +125,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         return Err(Failure::usage(format!(
             "{name} is a plot file, and the model {} speaks isel's @-format; add --model smcu or \
              --model motionsystem",
-            job.model
+            job.setup.model()
         )));
     }
     let mut site = job.site()?;
@@ -130,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         _ => None,
     };
     if found.is_some() {
-        site = Site::new(&job.model, &job.machine)?;
+        site = Site::new(job.setup.model(), job.setup.machine())?;
         Zeros { zero: None, ..job.zeros.clone() }.set(&mut site)?;
     }
     let machine = Arc::clone(&site.machine);
@@ -593,7 +598,8 @@ impl<'a> Sending<'a> {
             return;
         }
         let Arguments { job, .. } = self.arguments;
-        let (file, model, machine) = (job.file.to_string_lossy(), &job.model, &job.machine);
+        let (file, model, machine) =
+            (job.file.to_string_lossy(), job.setup.model(), job.setup.machine());
         let mut words: Vec<String> = vec!["vimc4".into(), "send".into(), file.into_owned()];
         let mut add = |option: &str, value: &str| {
             words.extend([option, value].map(str::to_owned));

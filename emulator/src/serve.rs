@@ -17,6 +17,7 @@ use tokio::task::yield_now;
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Emulator, Verbosity, Worker};
 
+use crate::completions;
 use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::limits;
@@ -26,13 +27,27 @@ use crate::orders::{self, Desk, Next};
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
 
+/// Exit codes of serving, and how it is begun.
+const EXAMPLES: &str = "\
+Examples:
+  vimc4 serve -v
+  vimc4 serve --model imc-s8 --machine mill --flash program.flash
+  vimc4 serve --model smcu --machine board-plotter --time 8x
+  vimc4 serve --json --time instant --count 8 --until-stdin-closes
+
+It answers orders on standard input, such as press stop, position and quit; help lists them.
+
+Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself, 2 it could
+not begin.";
+
 #[derive(clap::Args)]
+#[command(after_long_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The model of controller: a name from `vimc4 models`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4", add = completions::models())]
     pub(crate) model: String,
     /// The machine: a name from `vimc4 machines`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bench", add = completions::machines())]
     pub(crate) machine: String,
     /// A pseudo terminal with a link of this name; `none` for none. Several controllers get
     /// ./vimc4-1.pty, ./vimc4-2.pty …
@@ -50,7 +65,7 @@ pub(crate) struct Arguments {
     pub(crate) serial: Vec<String>,
     /// How time passes: real, a factor such as 8x or 0.5x, manual (only by `advance` and `run
     /// until idle`), or instant (no waiting; a program without an end then uses a whole core)
-    #[arg(long, value_name = "CLOCK", default_value_t = Clock::Real)]
+    #[arg(long, value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "manual", "8x"]))]
     pub(crate) time: Clock,
     /// Let every character take its time on the line
     #[arg(long)]
@@ -63,7 +78,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     pub(crate) count: u16,
     /// What happens to a second TCP client: refuse it, let it take over, or let it observe
-    #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse)]
+    #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse, add = completions::words(&["refuse", "takeover", "observe"]))]
     pub(crate) tcp_clients: Clients,
     /// Add the conversation to this file
     #[arg(long, value_name = "FILE")]

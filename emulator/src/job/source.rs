@@ -13,18 +13,15 @@ use vimc4_ncp::{Diagnostic, Severity};
 
 use crate::failure::Failure;
 use crate::output::shown_in_line;
+use crate::setup::Setup;
 
 /// A job file and how it is read, the same for every command that takes one.
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
     /// The job file; `-` is standard input
     pub(crate) file: PathBuf,
-    /// The model of controller: a name from `vimc4 models`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
-    pub(crate) model: String,
-    /// The machine: a name from `vimc4 machines`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
-    pub(crate) machine: String,
+    #[command(flatten)]
+    pub(crate) setup: Setup,
     #[command(flatten)]
     pub(crate) reading: Reading,
     #[command(flatten)]
@@ -199,9 +196,9 @@ pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
 
 impl JobArguments {
     /// A job file that is read as files are if nothing is said.
-    pub(crate) fn new(file: PathBuf, model: String, machine: String) -> JobArguments {
+    pub(crate) fn new(file: PathBuf, setup: Setup) -> JobArguments {
         let zeros = Zeros { zero: None, wpreg: Vec::new() };
-        JobArguments { file, model, machine, reading: Reading::default(), zeros }
+        JobArguments { file, setup, reading: Reading::default(), zeros }
     }
 
     /// The name of the file, for people.
@@ -221,7 +218,7 @@ impl JobArguments {
 
     /// The controller and the machine.
     pub(crate) fn site(&self) -> Result<Site, Failure> {
-        let mut site = Site::new(&self.model, &self.machine)?;
+        let mut site = Site::new(self.setup.model(), self.setup.machine())?;
         self.zeros.set(&mut site)?;
         Ok(site)
     }

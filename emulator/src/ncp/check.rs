@@ -17,11 +17,13 @@ Say everything that is wrong with a job file, line by line
 
 Nothing is carried out. Every line is read to the end of the file, and every movement is checked
 against the job's LIMIT, the machine's travel and the controller's speeds. With --lenient the line is
-said at which the job would end. The exit code is 1 if there are errors.",
+said at which the job would end.",
     after_long_help = "\
 Examples:
-  vimc4 ncp check part.ncp --machine mill
-  vimc4 ncp check part.ncp --model imc-s8 --format json"
+  vimc4 ncp check examples/plate.ncp --machine mill
+  vimc4 ncp check examples/plate.ncp --model imc-s8 --format json
+
+Exit codes: 0 no errors, 1 errors, 2 wrong usage."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -18,13 +18,16 @@ use crate::output;
 Turn a job into a data field, which a controller stores and runs by itself
 
 The data field goes to standard output or to --output: the lines of a program as they stand between
-@0i and its final 9, behind a comment that says for which axes, as in `; axes: 7`. `vimc4 run` and
-`vimc4 send` read it; who sends the lines otherwise leaves it out. A stored program has nobody to ask, so a HALT, a GETTOOL or a WPTEACH is an
-error here. A program that does not fit into the controller is an error too.",
+@0i and its final 9, behind comments that say what for, as in `; model: imc4`, `; machine: mill` and
+`; axes: 7`. `vimc4 run` and `vimc4 send` heed them, and no option has to be said again; who sends the
+lines otherwise leaves them out. A stored program has nobody to ask, so a HALT, a GETTOOL or a WPTEACH
+is an error here. A program that does not fit into the controller is an error too.",
     after_long_help = "\
 Examples:
-  vimc4 ncp compile part.ncp --machine mill --output part.cnc
-  vimc4 run part.cnc --machine mill"
+  vimc4 ncp compile examples/plate.ncp --machine mill --output plate.cnc
+  vimc4 run plate.cnc
+
+Exit codes: 0 compiled, 1 the job cannot be stored as a program, 2 wrong usage."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -58,9 +61,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
         )));
     };
-    // Who runs it must set the same axes. A controller never sees the comment.
+    // Who runs it must do so on the same controller and machine, with the same axes. A controller
+    // never sees the comments.
     let axes = format!("; axes: {} ({})\n", field.axes.bits(), field.axes);
-    let whole = axes + &field.text;
+    let whole = job.setup.comments() + &axes + &field.text;
     let written = match &arguments.output {
         Some(path) => fs::write(path, &whole)
             .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display()))),

@@ -13,6 +13,7 @@ use std::process::ExitCode;
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread;
 
+use crate::completions;
 use crate::failure::Failure;
 use crate::job::source::{Reading, Site, Zeros};
 
@@ -37,14 +38,16 @@ Examples:
     command = \"vimc4\"
     args = [\"ncp\", \"lsp\", \"--machine\", \"mill\"]
   Neovim:
-    vim.lsp.start({ name = \"vimc4\", cmd = { \"vimc4\", \"ncp\", \"lsp\" } })"
+    vim.lsp.start({ name = \"vimc4\", cmd = { \"vimc4\", \"ncp\", \"lsp\" } })
+
+Exit codes: 0 the client said shutdown before it said exit, 1 it did not, 2 wrong usage."
 )]
 pub(crate) struct Arguments {
     /// The model of controller: a name from `vimc4 models`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "imc4")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "imc4", add = completions::models())]
     model: String,
     /// The machine: a name from `vimc4 machines`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "bench")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bench", add = completions::machines())]
     machine: String,
     #[command(flatten)]
     reading: Reading,

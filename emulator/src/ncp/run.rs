@@ -36,14 +36,14 @@ when the one before was answered. A HALT, a GETTOOL and a WPTEACH ask at the ter
 accepts them. A WAITBIT and a WAITPORT wait for what --input does, or are passed with --skip-waits.
 
 --json prints what `vimc4 ncp check` says of the file and when each line began and how long it took; a
-job with errors is carried out up to the first of them.
-
-The exit code is 0 at the end of the job, 1 after an error in the file or an error reply, and 3
-after --for, or where nobody is there to go on.",
+job with errors is carried out up to the first of them.",
     after_long_help = "\
 Examples:
-  vimc4 ncp run part.ncp --machine mill --yes
-  vimc4 ncp run part.ncp --input 0.3=1@20s --press stop@5s --press start@8s -v"
+  vimc4 ncp run examples/plate.ncp --machine mill --yes
+  vimc4 ncp run examples/plate.ncp --input 0.3=1@2s --press stop@5s --press start@8s -v
+
+Exit codes: 0 the job is done, 1 an error in the file or an error reply, 2 wrong usage, 3 the time of
+--for is over, or nobody is there to go on."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -101,7 +101,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let controller =
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
     let outside = Outside {
-        signals: arguments.world.signals(&job.model, &controller)?,
+        signals: arguments.world.signals(job.setup.model(), &controller)?,
         starts: false,
         time: arguments.time,
     };

@@ -165,7 +165,7 @@ impl Report {
             answers: Vec::new(),
             warnings: Vec::new(),
             left: Vec::new(),
-            model: arguments.model.clone(),
+            model: arguments.setup.model().to_owned(),
             keep_going: arguments.keep_going,
             ignore_numbers: arguments.ignore_numbers,
             characters: 0,

@@ -15,6 +15,10 @@ pub(crate) struct Script {
     pub(crate) lines: Vec<Line>,
     /// The axes that a comment says a data field is for, as `@0` takes them.
     pub(crate) axes: Option<u8>,
+    /// The model that a comment says it is for.
+    pub(crate) model: Option<String>,
+    /// The machine that a comment says it is for.
+    pub(crate) machine: Option<String>,
 }
 
 /// What a file holds.
@@ -135,7 +139,13 @@ impl Script {
             let (numbers, lower_case) = (piece.numbers, piece.lower_case);
             Line { end, command: piece.command, numbers, lower_case, escape, ..line }
         });
-        Some(Script { lines: pieces.collect(), kind: Kind::Stream, axes: None })
+        Some(Script {
+            lines: pieces.collect(),
+            kind: Kind::Stream,
+            axes: None,
+            model: None,
+            machine: None,
+        })
     }
 
     /// Takes text apart. Lines end with LF, CR LF or CR; blank lines, and lines that begin with
@@ -143,11 +153,15 @@ impl Script {
     pub(crate) fn parse(bytes: &[u8]) -> Option<Script> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let mut lines = Vec::new();
-        let mut axes = None;
+        let (mut axes, mut model, mut machine) = (None, None, None);
         for (number, line) in (1..).zip(split(bytes)) {
             match line.iter().find(|byte| !matches!(byte, b' ' | b'\t')) {
                 None => {}
-                Some(b';' | b'#') => axes = axes.or(axes_of(line)),
+                Some(b';' | b'#') => {
+                    axes = axes.or_else(|| axes_of(said(line, "axes:")?));
+                    model = model.or_else(|| said(line, "model:").map(str::to_owned));
+                    machine = machine.or_else(|| said(line, "machine:").map(str::to_owned));
+                }
                 Some(_) => lines.push(Line::read(Some(number), line)),
             }
         }
@@ -159,7 +173,7 @@ impl Script {
         if kind == Kind::DataField && first.is("9") {
             return None;
         }
-        Some(Script { kind, lines, axes })
+        Some(Script { kind, lines, axes, model, machine })
     }
 
     /// Whether it begins as the lines of a program do: one character, and numbers behind it.
@@ -170,10 +184,14 @@ impl Script {
     }
 }
 
-/// The axes in a comment such as `; axes: 15 (X, Y, Z, A)`.
-fn axes_of(comment: &[u8]) -> Option<u8> {
+/// What a comment such as `; machine: mill` says of this.
+fn said<'a>(comment: &'a [u8], what: &str) -> Option<&'a str> {
     let text = str::from_utf8(comment).ok()?.trim().trim_start_matches([';', '#']).trim_start();
-    let value = text.strip_prefix("axes:")?.trim_start();
+    Some(text.strip_prefix(what)?.trim_start()).filter(|value| !value.is_empty())
+}
+
+/// The axes in `15 (X, Y, Z, A)`.
+fn axes_of(value: &str) -> Option<u8> {
     let digits = value.bytes().take_while(u8::is_ascii_digit).count();
     let axes = value.get(..digits)?.parse().ok()?;
     matches!(axes, 1 | 3 | 7 | 8 | 9 | 11 | 15).then_some(axes)

@@ -100,7 +100,7 @@ impl Rehearsal {
                     }
                     (false, _) => "nothing was sent",
                 };
-                let (model, sent) = (&arguments.job.model, shown(sent));
+                let (model, sent) = (arguments.job.setup.model(), shown(sent));
                 let message = format!("the model {model} would answer {refusal} to {sent}; {help}");
                 Some(Failure::at_line(message, &name, text, *line))
             }

@@ -1,0 +1,705 @@
+//! What the documents say is so: every command line of README, docs and `--help` runs, every file that
+//! they name is there, and the sessions that they show go as shown.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use tempfile::TempDir;
+use vimc4::{Clock, Emulator};
+
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+const PAGES: [(&str, &str); 10] = [
+    ("README.md", include_str!("../../README.md")),
+    ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
+    ("docs/conform.md", include_str!("../../docs/conform.md")),
+    ("docs/connect.md", include_str!("../../docs/connect.md")),
+    ("docs/design.md", include_str!("../../docs/design.md")),
+    ("docs/library.md", include_str!("../../docs/library.md")),
+    ("docs/ncp.md", include_str!("../../docs/ncp.md")),
+    ("docs/performance.md", include_str!("../../docs/performance.md")),
+    ("docs/profiles.md", include_str!("../../docs/profiles.md")),
+    ("docs/timing.md", include_str!("../../docs/timing.md")),
+];
+
+/// Command lines that are not run here: where they are in the documents, how they begin, and why not.
+const ELSEWHERE: &[(&str, &str, &str)] = &[
+    ("README.md", "cd ", "part of the one before"),
+    ("", "cargo ", "builds or tests what is being tested; `.ci/run` does"),
+    ("docs/library.md", "export ", "emulator/tests/recipes.rs"),
+    ("docs/library.md", "python3 -m unittest", "emulator/tests/recipes.rs"),
+    ("docs/library.md", "cc ", "emulator/tests/recipes.rs"),
+    ("docs/library.md", "./axis ", "emulator/tests/recipes.rs"),
+    ("README.md", "python3 examples/tour.py", "a test of its own below"),
+    ("", "socat ", "emulator/tests/connect"),
+    ("docs/connect.md", "printf ", "emulator/tests/connect: what is sent; ncat is not everywhere"),
+    ("", "vimc4 lines --serve -- python3 examples/tour.py", "waits for STOP; a test below"),
+    ("docs/connect.md", "vimc4 lines --serve --model smcu", "needs pyserial; a test below"),
+    ("vimc4 lines", "vimc4 lines --serve --model smcu", "needs pyserial; a test below"),
+    ("", "vimc4 lines -- picocom", "needs a terminal; emulator/tests/connect"),
+    ("", "vimc4 lines -- node", "emulator/tests/connect"),
+    ("", "vimc4 lines -- mono", "emulator/tests/connect"),
+    ("", "vimc4 lines --pty", "emulator/tests/connect: Wine and DOSBox"),
+    ("docs/connect.md", "picocom ", "emulator/tests/connect"),
+    ("docs/connect.md", "minicom ", "emulator/tests/connect"),
+    ("docs/connect.md", "screen ", "emulator/tests/connect"),
+    ("docs/connect.md", "ln ", "emulator/tests/connect: Wine"),
+    ("docs/connect.md", "wine ", "emulator/tests/connect: Wine"),
+    ("docs/connect.md", "wineserver ", "emulator/tests/connect: Wine"),
+    ("docs/connect.md", "VBoxManage ", "not tried, as the page says"),
+    ("docs/connect.md", "hub4com ", "not tried, as the page says"),
+    ("docs/connect.md", "vimc4 serve --serial", "needs a serial port; emulator/tests/hostile.rs"),
+    ("docs/profiles.md", "vimc4 serve --machine mine.toml", "is refused; a test below"),
+    ("docs/ncp.md", "vimc4 ncp check examples/plate.ncp --machine mill", "a test below"),
+    ("", "vimc4 ncp lsp", "waits for an editor; emulator/tests/lsp.rs"),
+    (
+        "vimc4 send",
+        "vimc4 send examples/plate.ncp --to /dev/ttyUSB0 --model imc-s8 --machine \
+      examples/machine.toml --teach",
+        "needs somebody at the terminal; emulator/tests/job.rs",
+    ),
+];
+
+/// The programs with which command lines begin in blocks that do not mark them with `$`.
+const PROGRAMS: [&str; 16] = [
+    "vimc4",
+    "cargo",
+    "git",
+    "cd",
+    "socat",
+    "picocom",
+    "minicom",
+    "screen",
+    "ln",
+    "wine",
+    "wineserver",
+    "qemu-system-i386",
+    "hub4com",
+    "VBoxManage",
+    "python3",
+    "(echo",
+];
+
+/// Command lines that end with another exit code than 0.
+const ENDS: [(&str, i32); 1] = [("vimc4 run examples/program.txt", 3)];
+
+/// A piece of code in a document.
+#[derive(Debug)]
+struct Code<'a> {
+    line: usize,
+    text: &'a str,
+    /// Whether it stands in a block, and not in running text.
+    block: bool,
+}
+
+/// Lines of blocks that are or may be the shell's, and all code in running text.
+fn code(text: &str) -> Vec<Code<'_>> {
+    let mut found = Vec::new();
+    let mut block: Option<(&str, bool)> = None;
+    let mut inside = false;
+    let lines: Vec<&str> = text.lines().collect();
+    for (line, text) in (1..).zip(&lines) {
+        let at = |text| Code { line, text, block: true };
+        let within = |text| Code { line, text, block: false };
+        match (block, text.trim_start().strip_prefix("```")) {
+            (None, Some(language)) => {
+                let rest =
+                    lines[line..].iter().take_while(|line| !line.trim_start().starts_with("```"));
+                block = Some((language, rest.clone().any(|line| line.starts_with("$ "))));
+            }
+            (Some(_), Some(_)) => block = None,
+            (Some((_, true)), None) => found.extend(text.strip_prefix("$ ").map(at)),
+            (Some(("" | "console" | "sh", false)), None) => {
+                let first = text.split(' ').next().unwrap_or_default();
+                found.extend(PROGRAMS.contains(&first).then(|| at(text)));
+            }
+            (Some(_), None) => {}
+            // Code in running text may begin in one line and end in the next.
+            (None, None) => {
+                let pieces = text.split('`').skip(usize::from(!inside)).step_by(2);
+                found.extend(pieces.filter(|code| code.starts_with("vimc4 ")).map(within));
+                let ends = text.matches('`').count() % 2 == 0;
+                inside = !text.is_empty() && inside == ends;
+            }
+        }
+    }
+    found
+}
+
+/// A command line without its comment; `None` where it only speaks of a command.
+fn command_line<'a>(code: &Code<'a>) -> Option<&'a str> {
+    let text = code.text.split("   ").next()?.trim_end();
+    let placeholders = ["FILE", "LINK", "PORT", "PROGRAM", "NAME", "COMMAND", "ADDRESS", "…"];
+    if text.split([' ', ',', '=']).any(|word| placeholders.contains(&word)) {
+        return None;
+    }
+    // In running text a command on its own is a name.
+    let is_name = |word: &str| word.chars().all(|c| c.is_ascii_lowercase());
+    let name = text.strip_prefix("vimc4 ").is_some_and(|rest| rest.split(' ').all(is_name));
+    (code.block || !name).then_some(text)
+}
+
+// --- the help of every command ---
+
+fn help(path: &[String]) -> String {
+    let output = Command::new(VIMC4).args(path).arg("--help").output().unwrap();
+    assert!(output.status.success(), "{path:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// All commands with their helps, `vimc4` itself first.
+fn helps() -> Vec<(String, String)> {
+    let mut helps = Vec::new();
+    let mut paths = vec![Vec::new()];
+    while let Some(path) = paths.pop() {
+        let text = help(&path);
+        let commands = text.lines().skip_while(|line| *line != "Commands:").skip(1);
+        for line in commands.take_while(|line| line.starts_with("  ")) {
+            let name = line.split_whitespace().next().unwrap();
+            if name != "help" && !line.starts_with("   ") {
+                paths.push([path.as_slice(), &[name.to_owned()]].concat());
+            }
+        }
+        helps.push((format!("vimc4 {}", path.join(" ")).trim_end().to_owned(), text));
+    }
+    assert!(helps.len() >= 17, "{helps:?}");
+    helps
+}
+
+#[test]
+fn the_help_of_every_command_has_examples_and_exit_codes() {
+    for (command, text) in helps() {
+        let section = |title: &str| text.lines().any(|line| line.starts_with(title));
+        assert!(section("Examples:"), "`{command} --help` has no examples:\n{text}");
+        assert!(section("Exit codes: "), "`{command} --help` has no exit codes:\n{text}");
+    }
+}
+
+// --- command lines ---
+
+/// A folder with the examples, in which the shell finds this vimc4.
+struct Bench {
+    folder: TempDir,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+impl Bench {
+    fn new() -> Bench {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["examples", "bin", ".zfunc", ".config/fish/completions"] {
+            fs::create_dir_all(folder.path().join(name)).unwrap();
+        }
+        fs::create_dir_all(folder.path().join(".local/share/bash-completion/completions")).unwrap();
+        symlink(VIMC4, folder.path().join("bin/vimc4")).unwrap();
+        for entry in fs::read_dir(root().join("examples")).unwrap() {
+            let entry = entry.unwrap();
+            if entry.file_type().unwrap().is_file() {
+                fs::copy(entry.path(), folder.path().join("examples").join(entry.file_name()))
+                    .unwrap();
+            }
+        }
+        Bench { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn shell(&self, line: &str) -> Command {
+        let mut shell = Command::new("sh");
+        let path = std::env::var("PATH").unwrap_or_default();
+        shell.args(["-c", line]).current_dir(self.folder.path()).env("HOME", self.folder.path());
+        shell.env("PATH", format!("{}:{path}", self.path("bin").display()));
+        shell
+    }
+
+    /// Runs a line with this typed at it.
+    fn run(&self, line: &str, typed: &str) -> Output {
+        let mut shell =
+            self.shell(&format!("exec timeout 300 sh -c '{}'", line.replace('\'', "'\\''")));
+        shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = shell.spawn().unwrap();
+        // It may end without having read anything.
+        let _ = child.stdin.take().unwrap().write_all(typed.as_bytes());
+        child.wait_with_output().unwrap()
+    }
+}
+
+/// What stands behind an option of a command line.
+fn option<'a>(line: &'a str, name: &str) -> Option<&'a str> {
+    line.split_once(name)?.1.trim_start().split(' ').next()
+}
+
+/// Runs a command line of a document; the reason if it does not run.
+fn check(bench: &Bench, page: &str, line: &str) -> Result<(), String> {
+    let excepted = ELSEWHERE.iter().any(|(where_, begins, _)| {
+        (where_.is_empty() || *where_ == page) && line.starts_with(begins)
+    });
+    if excepted {
+        return Ok(());
+    }
+    let serves = line.starts_with("vimc4 serve");
+    let takes_port = ["./vimc4.pty", "/dev/tty", "COM3", "127.0.0.1:4004"];
+    let emulator = (!serves && takes_port.iter().any(|port| line.contains(port))).then(|| {
+        let model = option(line, "--model ").unwrap_or("imc4");
+        let machine = option(line, "--machine ").unwrap_or("bench");
+        let builder = Emulator::builder().model(model).machine(machine).time(Clock::Instant);
+        builder.pty(bench.path("vimc4.pty")).tcp("127.0.0.1:0").start().unwrap()
+    });
+    let mut run = line.to_owned();
+    if let Some(emulator) = &emulator {
+        let address = emulator.tcp_addr().unwrap().to_string();
+        run = run.replace("/dev/ttyUSB0", "./vimc4.pty").replace("COM3", "./vimc4.pty");
+        run = run.replace("127.0.0.1:4004", &address);
+    }
+    if serves {
+        run += " --tcp 127.0.0.1:0";
+    }
+    // Playing takes a quarter of a minute; emulator/tests/conform.rs does. Here its options count.
+    if line.starts_with("vimc4 conform") {
+        // Which needs no port, and no word that is one.
+        run = run
+            .split(' ')
+            .filter(|word| !word.contains("vimc4.pty") && !word.contains("127.0.0.1"))
+            .collect::<Vec<_>>()
+            .join(" ");
+        run += " --list";
+    }
+    // Nobody is there to agree.
+    if line.starts_with("vimc4 send") {
+        run += " --yes";
+    }
+    let output = bench.run(&run, if serves { "quit\n" } else { "" });
+    let wanted =
+        ENDS.iter().find(|(begins, _)| line.starts_with(begins)).map_or(0, |(_, code)| *code);
+    let said = String::from_utf8_lossy(&output.stderr);
+    match output.status.code() == Some(wanted) {
+        true => Ok(()),
+        false => Err(format!(
+            "{page}: `{line}` (as `{run}`) ended with {}\n{}{said}",
+            output.status,
+            String::from_utf8_lossy(&output.stdout)
+        )),
+    }
+}
+
+#[test]
+fn every_command_line_of_the_documents_runs() {
+    let bench = Bench::new();
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for (page, text) in PAGES {
+        for code in code(text) {
+            let Some(line) = command_line(&code) else { continue };
+            count += 1;
+            wrong.extend(
+                check(&bench, page, line).map_err(|why| format!("line {}, {why}", code.line)).err(),
+            );
+        }
+    }
+    assert!(count > 60, "only {count} command lines were found");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+}
+
+#[test]
+fn every_command_line_of_the_help_runs() {
+    let bench = Bench::new();
+    let mut wrong = Vec::new();
+    for (command, text) in helps() {
+        let examples = text.lines().skip_while(|line| *line != "Examples:").skip(1);
+        for line in examples.take_while(|line| line.starts_with("  ")).map(str::trim_start) {
+            if !line.starts_with("vimc4 ") && !line.starts_with("(echo") {
+                continue;
+            }
+            let line = line.split("   ").next().unwrap();
+            wrong.extend(check(&bench, &command, line).err());
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+}
+
+#[test]
+fn no_exception_is_left_over() {
+    let mut lines = Vec::new();
+    for (page, text) in PAGES {
+        let code = code(text);
+        lines.extend(
+            code.iter().filter_map(|code| Some((page.to_owned(), command_line(code)?.to_owned()))),
+        );
+    }
+    for (command, text) in helps() {
+        lines.extend(text.lines().map(|line| (command.clone(), line.trim_start().to_owned())));
+    }
+    for (page, begins, _) in ELSEWHERE {
+        let used = lines
+            .iter()
+            .any(|(at, line)| (page.is_empty() || page == at) && line.starts_with(begins));
+        assert!(used, "{page} has no command line that begins with {begins}");
+    }
+}
+
+// --- names ---
+
+/// All that is a name behind this option, in documents and help.
+fn names(option: &str, call: &str) -> BTreeSet<(String, String)> {
+    let mut names = BTreeSet::new();
+    let helps = helps();
+    let texts =
+        PAGES.into_iter().chain(helps.iter().map(|(name, text)| (name.as_str(), text.as_str())));
+    for (page, text) in texts {
+        for opening in [format!("--{option} "), format!("\"--{option}\", \""), format!("{call}(\"")]
+        {
+            for place in text.split(&opening).skip(1) {
+                let end = place.find(|c: char| !c.is_ascii_alphanumeric() && !"-_./".contains(c));
+                let name = &place[..end.unwrap_or(place.len())];
+                if !name.is_empty() {
+                    names.insert((page.to_owned(), name.trim_end_matches('.').to_owned()));
+                }
+            }
+        }
+    }
+    names
+}
+
+#[test]
+fn every_model_and_machine_that_is_named_exists() {
+    let placeholders = ["NAME", "FILE"];
+    for (option, call, built_in) in
+        [("model", ".model", vimc4::models()), ("machine", ".machine", vimc4::machines())]
+    {
+        let names = names(option, call);
+        assert!(names.len() > 5, "{names:?}");
+        for (page, name) in names {
+            // Made by a command of the same page, or there.
+            let own =
+                ["my.toml", "mine.toml"].contains(&name.as_str()) || root().join(&name).is_file();
+            let known =
+                built_in.contains(&name.as_str()) || placeholders.contains(&name.as_str()) || own;
+            assert!(known, "{page}: there is no {option} {name}; there are {built_in:?}");
+        }
+    }
+}
+
+/// The rows of tables whose first cell is a key and whose second lists values.
+fn rows() -> Vec<(&'static str, Vec<&'static str>)> {
+    let profiles = include_str!("../../docs/profiles.md");
+    let code = |cell: &'static str| cell.split('`').skip(1).step_by(2).collect::<Vec<_>>();
+    let mut rows = Vec::new();
+    let mut of_values = false;
+    for line in profiles.lines() {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        match cells.as_slice() {
+            ["", "key", "values", ..] => of_values = true,
+            ["", key, values, _, ""] if of_values && key.starts_with('`') => {
+                rows.push((code(key)[0], code(values)));
+            }
+            [""] => of_values = false,
+            _ => {}
+        }
+    }
+    rows
+}
+
+#[test]
+fn every_quirk_of_profiles_md_takes_the_values_that_it_lists() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("profile.toml");
+    let takes = |profile: &str, key: &str, value: &str| {
+        let begins = format!("{key} = ");
+        let lines: Vec<String> = profile
+            .lines()
+            .map(|line| match line.starts_with(&begins) {
+                true => format!("{key} = {value}"),
+                false => line.to_owned(),
+            })
+            .collect();
+        fs::write(&file, lines.join("\n")).unwrap();
+        vimc4::model(file.to_str().unwrap()).is_ok()
+    };
+    let rows = rows();
+    assert!(rows.len() > 40, "{rows:?}");
+    for (key, values) in &rows {
+        let begins = format!("\n{key} = ");
+        let profiles: Vec<&str> = vimc4::models()
+            .into_iter()
+            .map(|name| vimc4::model_profile(name).unwrap())
+            .filter(|profile| profile.contains(&begins))
+            .collect();
+        assert!(!profiles.is_empty(), "no profile has {key}");
+        for value in values {
+            let taken = profiles.iter().any(|profile| {
+                takes(profile, key, value) || takes(profile, key, &format!("\"{value}\""))
+            });
+            assert!(taken, "no profile takes {key} = {value}");
+        }
+        assert!(!takes(profiles[0], key, "\"nonsense\""), "{key} takes everything");
+    }
+    // And none is left out.
+    for name in vimc4::models() {
+        let profile = vimc4::model_profile(name).unwrap();
+        let quirks = profile.split_once("[quirks]").unwrap().1;
+        for line in quirks.lines().take_while(|line| !line.starts_with('[')) {
+            let Some((key, _)) = line.split_once(" = ").filter(|_| !line.starts_with('#')) else {
+                continue;
+            };
+            assert!(
+                rows.iter().any(|(row, _)| *row == key),
+                "docs/profiles.md lacks {key} of {name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_readme_names_the_oldest_rust_that_will_do() {
+    let manifest = include_str!("../../Cargo.toml");
+    let version = manifest.split_once("rust-version = \"").unwrap().1.split('"').next().unwrap();
+    assert!(PAGES[0].1.contains(&format!("Rust {version} or newer")), "README.md: {version}");
+}
+
+// --- sessions as they are shown ---
+
+/// The lines of a block in a document, from one that is this.
+fn shown(page: &str, first: &str) -> Vec<&'static str> {
+    let (_, text) = PAGES.into_iter().find(|(name, _)| *name == page).unwrap();
+    let lines = text.lines().skip_while(|line| *line != first);
+    let lines: Vec<&str> = lines.skip(1).take_while(|line| !line.starts_with("```")).collect();
+    assert!(!lines.is_empty(), "{page} shows nothing behind {first}");
+    lines
+}
+
+fn text(output: &Output) -> String {
+    let all = [output.stdout.as_slice(), output.stderr.as_slice()].concat();
+    String::from_utf8(all).unwrap().trim_end().to_owned()
+}
+
+#[test]
+fn the_job_of_ncp_md_goes_as_shown() {
+    let bench = Bench::new();
+    let job = fs::read_to_string(bench.path("examples/plate.ncp")).unwrap();
+    assert!(include_str!("../../docs/ncp.md").contains(&format!("```\n{job}```")), "{job}");
+    let line = "vimc4 ncp run examples/plate.ncp --machine mill";
+    let output = bench.run(line, "");
+    assert_eq!(text(&output), shown("docs/ncp.md", &format!("$ {line}")).join("\n").trim_end());
+    fs::write(bench.path("examples/plate.ncp"), job.replace("X23000", "X230000")).unwrap();
+    let line = "vimc4 ncp check examples/plate.ncp --machine mill";
+    let output = bench.run(line, "");
+    assert_eq!(text(&output), shown("docs/ncp.md", &format!("$ {line}")).join("\n"));
+    assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn the_error_of_profiles_md_is_as_shown() {
+    let bench = Bench::new();
+    let mill = vimc4::machine_profile("mill").unwrap();
+    fs::write(bench.path("mine.toml"), mill.replacen("lead_um = 5000", "lead_um = \"5 mm\"", 1))
+        .unwrap();
+    let output = bench.run("vimc4 serve --machine mine.toml", "");
+    assert_eq!(output.status.code(), Some(2));
+    let shown = shown("docs/profiles.md", "$ vimc4 serve --machine mine.toml").join("\n");
+    assert_eq!(text(&output), shown);
+}
+
+#[test]
+fn the_circle_of_the_readme_is_as_shown() {
+    let bench = Bench::new();
+    let readme = PAGES[0].1;
+    let line = "vimc4 circle --radius 200 --from 135 --to 225 --ccw --speed 1500";
+    assert!(readme.contains(&format!("`{line}`")), "README.md has no {line}");
+    let output = bench.run(line, "");
+    for command in String::from_utf8(output.stdout).unwrap().lines() {
+        assert!(readme.contains(&format!("`{command}`")), "README.md has no {command}");
+    }
+}
+
+/// What is compiled says what for, so that nobody has to.
+#[test]
+fn what_compile_writes_runs_without_options() {
+    let bench = Bench::new();
+    let run = |line: &str, code: i32| {
+        let output = bench.run(line, "");
+        assert_eq!(output.status.code(), Some(code), "{line}: {}", text(&output));
+        text(&output)
+    };
+    run("vimc4 ncp compile examples/plate.ncp --model imc-s8 --machine mill -o plate.cnc", 0);
+    let field = fs::read_to_string(bench.path("plate.cnc")).unwrap();
+    assert!(field.starts_with("; model: imc-s8\n; machine: mill\n; axes: 15 ("), "{field}");
+    let told = "vimc4 run plate.cnc --model imc-s8 --machine mill --axes 15";
+    assert_eq!(run("vimc4 run plate.cnc", 0), run(told, 0));
+    // What is told goes before, and both are named where they differ.
+    let differs = run("vimc4 run plate.cnc --machine bench", 0);
+    let note = "plate.cnc was made for the machine mill; --machine bench goes before";
+    assert!(differs.contains(note) && !differs.contains("the model"), "{differs}");
+    // A profile of one's own that is not here.
+    run("vimc4 ncp compile examples/plate.ncp --machine examples/machine.toml -o plate.cnc", 0);
+    run("vimc4 run plate.cnc", 0);
+    fs::remove_file(bench.path("examples/machine.toml")).unwrap();
+    let gone = run("vimc4 run plate.cnc", 2);
+    assert!(gone.contains("made for the machine examples/machine.toml"), "{gone}");
+    assert!(gone.contains("say where it is with --machine"), "{gone}");
+    run("vimc4 run plate.cnc --machine mill", 0);
+    // A name that would not stay a comment is left out.
+    let name = bench.path("a\n0100,900.toml");
+    fs::write(&name, vimc4::machine_profile("mill").unwrap()).unwrap();
+    let odd = Command::new(VIMC4)
+        .args(["ncp", "compile"])
+        .arg(bench.path("examples/plate.ncp"))
+        .arg("--machine")
+        .arg(&name)
+        .output()
+        .unwrap();
+    let field = String::from_utf8(odd.stdout).unwrap();
+    assert!(field.starts_with("; model: imc4\n; axes: 15 ("), "{field}");
+    // `send` reads it too: the controller that is asked is another one.
+    run("vimc4 ncp compile examples/plate.ncp --model imc-s8 --machine mill -o plate.cnc", 0);
+    let pty = bench.path("vimc4.pty");
+    for (model, code) in [("imc-s8", 0), ("imc4", 1)] {
+        let builder = Emulator::builder().model(model).machine("mill").time(Clock::Instant);
+        let emulator = builder.pty(pty.as_path()).start().unwrap();
+        let sent = bench.run("vimc4 send plate.cnc --to ./vimc4.pty --yes", "");
+        assert_eq!(sent.status.success(), code == 0, "{}", text(&sent));
+        drop(emulator);
+    }
+}
+
+// --- the tour ---
+
+/// Ends with the test, however that ends.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn has(program: &str, arguments: &[&str]) -> bool {
+    let mut command = Command::new(program);
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// The tour of the README, with STOP pressed in its long move. What depends on when it is pressed is
+/// the only thing that may differ.
+#[test]
+fn the_tour_goes_as_shown() {
+    let readme = PAGES[0].1;
+    let bench = Bench::new();
+    let tour = fs::read_to_string(bench.path("examples/tour.py")).unwrap();
+    assert!(readme.contains(&format!("```python\n{tour}```")), "README.md quotes another tour");
+    if !has("python3", &["--version"]) {
+        assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs python3");
+        return;
+    }
+    let mut serve = bench.shell("exec vimc4 serve -v --tcp 127.0.0.1:0 --time 8x");
+    serve.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut serve = Running(serve.spawn().unwrap());
+    let mut places = BufReader::new(serve.0.stdout.take().unwrap()).lines();
+    while places.next().unwrap().unwrap() != "ready" {}
+    let mut host = bench.shell("exec python3 examples/tour.py");
+    let mut host = Running(host.stdout(Stdio::piped()).spawn().unwrap());
+    let mut orders = serve.0.stdin.take().unwrap();
+    let mut told = BufReader::new(serve.0.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let mut log: Vec<String> = Vec::new();
+    while log.last().is_none_or(|line| !line.contains("@0A-40000")) {
+        log.push(told.next().unwrap());
+    }
+    writeln!(orders, "press stop").unwrap();
+    let mut answers = String::new();
+    host.0.stdout.take().unwrap().read_to_string(&mut answers).unwrap();
+    let answers: Vec<&str> = answers.lines().collect();
+    let shown_answers = shown("README.md", "$ python3 examples/tour.py");
+    assert_eq!(answers.len(), shown_answers.len(), "{answers:?}");
+    let mut differ = Vec::new();
+    for (answer, shown) in answers.iter().zip(&shown_answers) {
+        differ.extend((answer != shown).then_some(*shown));
+    }
+    // Where STOP halted it.
+    assert!(
+        differ.len() <= 1 && differ.iter().all(|line| line.starts_with("@0P -> 000")),
+        "{answers:?}"
+    );
+    // The tour ends where the next command that is shown begins.
+    assert_eq!(answers.last(), Some(&"@0P -> 0000000000000000000"));
+    writeln!(orders, "quit").unwrap();
+    log.extend(told);
+    // Times and places differ; what is said of the commands does not.
+    let explained = shown("README.md", "Meanwhile `serve` has told what it understood:");
+    for line in explained.iter().filter(|line| line.contains(" s  @")) {
+        let line = line.split_once(" s  ").unwrap().1.trim_end_matches('…').trim_end();
+        assert!(log.iter().any(|told| told.contains(line)), "{line}: {log:#?}");
+    }
+}
+
+/// The plot of the examples, sent by a program that heeds CTS.
+#[test]
+fn the_plot_of_the_examples_is_sent_under_lines() {
+    if !cfg!(target_os = "linux") || !has("python3", &["-c", "import serial"]) {
+        assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs Linux and pyserial");
+        return;
+    }
+    let bench = Bench::new();
+    let line = "vimc4 lines --serve --model smcu --machine board-plotter --time instant -- python3 \
+                examples/plot.py ./vimc4.pty";
+    let output = bench.run(line, "");
+    assert!(output.status.success(), "{}", text(&output));
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim_end(), "0,0,0");
+}
+
+// --- completion ---
+
+/// What bash offers for a line that has been typed so far.
+fn completed(bench: &Bench, words: &[&str]) -> String {
+    let script = format!(
+        "source <(vimc4 completions bash)\nCOMP_WORDS=({})\nCOMP_CWORD={}\nCOMP_TYPE=9\n\
+         _clap_complete_vimc4 vimc4 \"${{COMP_WORDS[COMP_CWORD]}}\" x\nprintf '%s\\n' \"${{COMPREPLY[@]}}\"",
+        words.iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(" "),
+        words.len() - 1,
+    );
+    let output = bench.run(&format!("bash -c '{}'", script.replace('\'', "'\\''")), "");
+    assert!(output.stderr.is_empty(), "{}", text(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn names_are_completed() {
+    let bench = Bench::new();
+    fs::write(bench.path("imc-mine.toml"), "").unwrap();
+    let has = |words: &[&str], wanted: &[&str], unwanted: &[&str]| {
+        let offered = completed(&bench, words);
+        let offered: Vec<&str> = offered.lines().map(str::trim_end).collect();
+        assert!(wanted.iter().all(|word| offered.contains(word)), "{words:?}: {offered:?}");
+        assert!(!unwanted.iter().any(|word| offered.contains(word)), "{words:?}: {offered:?}");
+    };
+    has(&["vimc4", "ser"], &["serve"], &["send"]);
+    has(&["vimc4", "serve", "--mod"], &["--model"], &["--machine"]);
+    has(&["vimc4", "serve", "--model", "imc-"], &["imc-s8", "imc-mp", "imc-mine.toml"], &["imc4"]);
+    has(&["vimc4", "run", "--machine", ""], &vimc4::machines(), &["imc4"]);
+    has(&["vimc4", "machines", "show", "m"], &["mill"], &["motionsystem"]);
+    has(&["vimc4", "models", "show", "m"], &["motionsystem"], &["mill"]);
+    has(&["vimc4", "run", "--press", "st"], &["start", "stop"], &["on"]);
+    has(&["vimc4", "run", "--input", "0.3"], &["0.3=0", "0.3=1"], &["0.2=1"]);
+    has(&["vimc4", "run", "--input", "cov"], &["cover=open", "cover=closed"], &["0.3=1"]);
+    has(&["vimc4", "run", "--model", "smcu", "--press", ""], &["stop"], &["start"]);
+    has(&["vimc4", "serve", "--tcp-clients", "o"], &["observe"], &["refuse"]);
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let output = bench.run(&format!("vimc4 completions {shell}"), "");
+        assert!(text(&output).contains("VIMC4_COMPLETE"), "{shell}: {}", text(&output));
+    }
+    let mut fish = Command::new(VIMC4);
+    let asked =
+        fish.env("VIMC4_COMPLETE", "fish").args(["--", "vimc4", "serve", "--machine", "mi"]);
+    let output = asked.output().unwrap();
+    let offered = String::from_utf8(output.stdout).unwrap();
+    assert!(offered.contains("mill\ta flat-bed milling machine"), "{offered}");
+}
