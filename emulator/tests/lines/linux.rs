@@ -168,6 +168,23 @@ fn pyserial() -> Outcome {
     with(&["--lines", "none", "--dcd"], [off; 3])
 }
 
+/// What it asks for a port says, and a pseudo terminal alone does not.
+fn setserial() -> Outcome {
+    let bench = Bench::new()?;
+    // It fails without an exit code that says so.
+    let plain = output(Command::new("setserial").arg("-a").arg(bench.link()))?;
+    same("without lines it says why", text(&plain.stderr).contains(ENOTTY), true)?;
+    let script =
+        "setserial ./vimc4.pty spd_cust divisor 12 low_latency && setserial -a ./vimc4.pty";
+    let said = succeeds(bench.lines(&[]).args(["sh", "-c", script]))?;
+    for words in ["UART: 16550A", "divisor: 12", "spd_cust low_latency"] {
+        if !said.contains(words) {
+            return Err(format!("{words} is missing: {said}").into());
+        }
+    }
+    Ok(())
+}
+
 // --- every request, in every kind of program ---
 
 /// What `requests` prints with `--lines loop`.
@@ -471,6 +488,7 @@ pub(super) fn main() -> ExitCode {
     let narrow = cfg!(target_arch = "x86_64");
     let mut trials = vec![
         with(has("python3", &["-c", "import serial"]), "needs pyserial", "pyserial", pyserial),
+        with(has("sh", &["-c", "command -v setserial"]), "needs setserial", "setserial", setserial),
         with(cc, "needs cc", "every request", || requests(&[])),
         with(
             makes(&["-static"]),

@@ -146,7 +146,9 @@ fn a_client_asks_on_and_on() {
         scope.spawn(|| {
             let question = b"@0P\r".repeat(1_000);
             // In the end the line is closed, which need not be said here.
-            while !over.load(Ordering::Relaxed) && asking.write_all(&question).is_ok() {}
+            while !over.load(Ordering::Relaxed) && asking.write_all(&question).is_ok() {
+                std::hint::spin_loop();
+            }
         });
         let mut heard = 0;
         let mut answer = [0; 19];
