@@ -529,15 +529,17 @@ impl<'a> Sending<'a> {
 
     /// How it ended, if that is no failure.
     fn ended(&mut self, ending: Result<Ending, Broken>) -> Result<Ending, Failure> {
-        if let Some(bar) = self.link.bar() {
-            bar.finish_and_clear();
-        }
+        let ending = match ending {
+            Ok(ending) => ending,
+            Err(broken) => return Err(self.broken(broken)),
+        };
+        self.clear();
         let name = self.arguments.job.name();
         // An emergency stop may cut more than the controller knows.
         let help = format!("the job has ended there; {STILL_ON}, unless the machine has cut it");
         let (message, line) = match ending {
-            Ok(ending @ (Ending::Done | Ending::Ended { .. })) => return Ok(ending),
-            Ok(ending @ Ending::Unattended { line }) => {
+            ending @ (Ending::Done | Ending::Ended { .. }) => return Ok(ending),
+            ending @ Ending::Unattended { line } => {
                 let _ = writeln!(
                     io::stderr(),
                     "line {line} waits for somebody, and nobody is at the terminal; start it from \
@@ -545,10 +547,10 @@ impl<'a> Sending<'a> {
                 );
                 return Ok(ending);
             }
-            Ok(Ending::Impossible { line }) => {
+            Ending::Impossible { line } => {
                 (format!("line {line} cannot be carried out{}", self.place()), line)
             }
-            Ok(Ending::Refused { sent, answer, .. })
+            Ending::Refused { sent, answer, .. }
                 if self.what == What::Stored && sent == b"@0i\r" && answer == b"G" =>
             {
                 let how = match erases(self.model) {
@@ -560,14 +562,13 @@ impl<'a> Sending<'a> {
                      G); nothing was stored; to erase it, {how}"
                 )));
             }
-            Ok(Ending::Refused { line, sent, answer }) => {
+            Ending::Refused { line, sent, answer } => {
                 // What a semicolon parts from it would be the remedy.
                 let refusal = refusal(self.model.family(), &answer).replace("; ", ", ");
                 let sent = shown(&sent);
                 let place = self.place();
                 (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
-            Err(broken) => return Err(self.broken(broken)),
         };
         self.tell_onward(line);
         let help = match self.onward(line) {
@@ -680,7 +681,24 @@ impl<'a> Sending<'a> {
         format!(", at {}", places.collect::<Vec<_>>().join(", "))
     }
 
+    /// What showed how far it was is over.
+    fn clear(&self) {
+        if let Some(bar) = self.link.bar() {
+            bar.finish_and_clear();
+        }
+    }
+
     fn broken(&mut self, broken: Broken) -> Failure {
+        // A terminal may stand still; the machine is halted before anything is said.
+        let halted = match broken {
+            Broken::Port(PortError::Interrupted) => Some(self.link.halt()),
+            Broken::Strange { .. } | Broken::Early { .. } => {
+                self.link.brake();
+                None
+            }
+            Broken::Silent | Broken::Port(PortError::Gone(_)) => None,
+        };
+        self.clear();
         let line = self.link.line();
         let name = self.arguments.job.name();
         let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
@@ -694,14 +712,15 @@ impl<'a> Sending<'a> {
                 self.link.name()
             )),
             Broken::Port(PortError::Interrupted) => {
-                let halted = self.link.halt();
                 let place = self.place();
                 let halted = match (self.model.family(), halted) {
-                    (Family::Isel, Halted::Rests) => {
+                    (Family::Isel, Some(Halted::Rests)) => {
                         "253 was sent, and the motion has come to rest along its ramp"
                     }
-                    (Family::Isel, Halted::NothingMoved) => "253 was sent, and nothing was moving",
-                    (Family::Isel, Halted::NoAnswer) => {
+                    (Family::Isel, Some(Halted::NothingMoved)) => {
+                        "253 was sent, and nothing was moving"
+                    }
+                    (Family::Isel, Some(Halted::NoAnswer) | None) => {
                         "253 was sent, and there is no answer: it may still be moving, so use the \
                          emergency stop"
                     }
@@ -711,7 +730,6 @@ impl<'a> Sending<'a> {
                 Failure::at_line(message, &name, self.text, line)
             }
             Broken::Strange { sent, said } => {
-                self.link.brake();
                 let answered = identity::shown(&said);
                 let answered = match answered.is_empty() {
                     true => vimc4::escape(&said),
@@ -730,7 +748,6 @@ impl<'a> Sending<'a> {
                 Failure::at_line(message, &name, self.text, line)
             }
             Broken::Early { sent, took, takes } => {
-                self.link.brake();
                 let message = format!(
                     "the controller says that {} is done after {:.1} s, and that motion takes {:.1} \
                      s; the job has ended there, and 253 was sent: this is another controller, or \

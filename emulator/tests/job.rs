@@ -1163,6 +1163,9 @@ fn rest_is_not_claimed_without_an_answer() {
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let err = text(&child.wait_with_output().unwrap().stderr);
     assert!(err.contains("may still be moving") && !err.contains("come to rest"), "{err}");
+    // The machine is halted first, and who waits for it knows.
+    let waits = err.find("waiting until it rests; Ctrl-C again does not wait");
+    assert!(waits < err.find("to go on with line 3") && waits.is_some(), "{err}");
 }
 
 #[test]

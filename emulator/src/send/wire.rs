@@ -22,6 +22,8 @@ const NOISE: Duration = Duration::from_secs(3);
 const PAUSE: Duration = Duration::from_millis(100);
 /// How long a controller may take to come to rest.
 const HALTING: Duration = Duration::from_secs(10);
+/// Who waits longer for that is told so.
+const REMARK: Duration = Duration::from_secs(1);
 /// A motion that takes so much longer than in rehearsal is worth a remark.
 const LATE: Duration = Duration::from_secs(30);
 /// No answer that goes up to a pause is longer, or takes longer: 512 bytes at 1,200 baud.
@@ -188,12 +190,18 @@ impl Wire {
         if !moved {
             return Halted::NothingMoved;
         }
-        let until = Instant::now() + HALTING;
-        while sent.is_ok() && Instant::now() < until {
-            match self.port.next(until) {
+        let begun = Instant::now();
+        let mut remarked = false;
+        while sent.is_ok() && begun.elapsed() < HALTING {
+            match self.port.next(Instant::now() + REMARK) {
                 Ok(Some((_, bytes))) if is_code(&bytes) => return Halted::Rests,
                 Err(PortError::Gone(_)) => break,
                 Ok(_) | Err(PortError::Interrupted) => {}
+            }
+            if begun.elapsed() >= REMARK && !std::mem::replace(&mut remarked, true) {
+                let what = "interrupted: waiting until it rests; Ctrl-C again does not wait";
+                let say = || writeln!(io::stderr(), "{what}");
+                let _ = self.bar.as_ref().map_or_else(say, |bar| bar.suspend(say));
             }
         }
         Halted::NoAnswer
