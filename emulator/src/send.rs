@@ -169,8 +169,9 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
              for it; leave one of them out",
         ));
     }
-    if !arguments.teach {
-        check::before(job, &site, &text)?;
+    match arguments.teach {
+        true => check::before_zero(job, &site, &text)?,
+        false => check::before(job, &site, &text)?,
     }
     let options = job.reading.options();
     if arguments.from.is_none() && !arguments.teach {

@@ -787,6 +787,10 @@ fn the_zero_is_taught_before_the_start() {
     // Nobody is there to find it.
     let (_, err) = ends(&folder, &[&said[..], &["--teach"]].concat(), 2);
     assert!(err.contains("say with --zero"), "{err}");
+    // It is not found for a job that is wrong wherever it is; only that is told then.
+    fs::write(folder.join("job.ncp"), format!("{job}MOVEABS Q5\n")).unwrap();
+    let (_, err) = ends(&folder, &[&said[..], &["--teach"]].concat(), 1);
+    assert!(err.contains("MOVEABS takes no `Q`") && !err.contains("beyond-travel"), "{err}");
 }
 
 #[test]

@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use vimc4_ncp::job::check;
+use vimc4_ncp::job::{self, check};
+use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use super::problems::{Format, Problems, counts};
 use crate::failure::Failure;
@@ -58,10 +59,41 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 ///
 /// If there are errors, and nobody is lenient; nothing may be done then.
 pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
+    judge(job, site, text, &|_| true)
+}
+
+/// The same before anybody knows where the work-piece lies: only errors count that are none
+/// wherever that is, so that nobody finds the zero for a job that cannot be done.
+///
+/// # Errors
+///
+/// As above.
+pub(crate) fn before_zero(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
+    judge(job, site, text, &|diagnostic| {
+        let depends = matches!(
+            diagnostic.problem,
+            Problem::Asked(
+                job::Problem::BeyondTravel { .. }
+                    | job::Problem::BeyondLimit { .. }
+                    | job::Problem::BeyondCounter { .. }
+            )
+        );
+        job.reading.severity(diagnostic) == Severity::Error && !depends && !job.reading.lenient
+    })
+}
+
+fn judge(
+    job: &JobArguments,
+    site: &Site,
+    text: &str,
+    counts: &dyn Fn(&Diagnostic) -> bool,
+) -> Result<(), Failure> {
     let name = job.name();
     let mut problems = Problems::new(job, text, Format::Full, Box::new(io::stderr()));
     check(text, &site.target, job.reading.options(), &mut |diagnostic| {
-        problems.show(diagnostic);
+        if counts(&diagnostic) {
+            problems.show(diagnostic);
+        }
     });
     let end = problems.end();
     let summary = problems.finish()?;
