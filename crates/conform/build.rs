@@ -5,33 +5,38 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
+/// From the folder of this package, in which build scripts run. A build folder may be copied to
+/// another checkout, so nothing that is kept there may lead back to this one.
+const FIXTURES: &str = "../../fixtures";
+
 fn main() -> io::Result<()> {
-    // Asked for when it runs: a build folder that was copied must not read the first checkout.
-    let crate_folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
-    let fixtures = crate_folder.join("../../fixtures").canonicalize()?;
     let mut text = String::from("&[\n");
-    for path in files(&fixtures.join("sessions"))? {
+    for path in files(&Path::new(FIXTURES).join("sessions"))? {
         let folder = |path: &Path| -> String {
             path.file_name().unwrap_or_default().to_string_lossy().into_owned()
         };
         let topic = path.parent().unwrap_or(&path);
         let (family, topic) = (topic.parent().map(folder).unwrap_or_default(), folder(topic));
-        let shown = path.strip_prefix(&fixtures).unwrap_or(&path).display();
-        let _ = writeln!(
-            text,
-            "    ({family:?}, {topic:?}, {:?}, include_str!({path:?})),",
-            format!("fixtures/{shown}").replace('\\', "/")
-        );
+        let shown = path.strip_prefix(FIXTURES).unwrap_or(&path).display();
+        let shown = format!("fixtures/{shown}").replace('\\', "/");
+        let text_of = included(&path);
+        let _ = writeln!(text, "    ({family:?}, {topic:?}, {shown:?}, {text_of}),");
     }
     text.push_str("]\n");
     write("sessions.rs", &text)?;
     let mut text = String::from("&[\n");
-    for path in files(&fixtures.join("programs"))? {
+    for path in files(&Path::new(FIXTURES).join("programs"))? {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let _ = writeln!(text, "    ({name:?}, include_str!({path:?})),");
+        let _ = writeln!(text, "    ({name:?}, {}),", included(&path));
     }
     text.push_str("]\n");
     write("programs.rs", &text)
+}
+
+/// The text of a file, as an expression.
+fn included(path: &Path) -> String {
+    let behind = format!("/{}", path.display());
+    format!("include_str!(concat!(env!(\"CARGO_MANIFEST_DIR\"), {behind:?}))")
 }
 
 /// The files below a folder, sorted by name. The editor's hidden files are not.

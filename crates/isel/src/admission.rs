@@ -6,26 +6,14 @@ use vimc4_motion::Point;
 
 use crate::Controller;
 use crate::model::{
-    AfterFree, AxisCodes, BitValues, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver,
-    Unreferenced,
+    AfterFree, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver, Unreferenced,
 };
 use crate::program::Validity;
 
 impl Controller {
-    /// What a line must be known in to be read.
+    /// How a line is read now.
     pub(crate) fn context(&self, line: Option<u32>) -> Context<'_> {
-        let model = &self.state.model;
-        Context {
-            axes: self.state.axes,
-            speeds: model.limits.speeds(),
-            fractions: model.quirks.fractional_numbers.fractions(),
-            ports: &model.ports,
-            bit_base_one: model.quirks.cond_bit_base == 1,
-            any_bit_value: model.quirks.bit_values == BitValues::Any,
-            any_axes: model.quirks.axis_codes == AxisCodes::Any,
-            zero_at_rest: model.quirks.resting_speed == RestingSpeed::Zero,
-            line,
-        }
+        self.state.model.context(self.state.axes, line)
     }
 
     /// Reads a direct command and checks it against the state, up to the point where only its

@@ -255,7 +255,7 @@ impl Controller {
         self.answer_named("?", reply);
     }
 
-    /// What a control byte answers on this model while it ends no command.
+    /// The answer of this model to a control byte that ends no command.
     pub(crate) fn answer_control(&mut self, control: &'static str, reply: ControlReply) {
         if reply == ControlReply::Done {
             self.answer_named(control, Reply::Done);

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_isel_wire::{Dialect, Fractions};
+use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions};
 use vimc4_plant::{Builtins, ProfileError, parse_profile};
 
 use crate::ports::{Ports, Wire};
@@ -457,7 +457,7 @@ pub enum SelfTestEnd {
     Commands,
 }
 
-/// What a control byte answers that executes no command.
+/// What a control byte that ends no command answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ControlReply {
     /// Nothing.
@@ -496,6 +496,23 @@ impl Model {
         let model: Model = parse_profile(text)?;
         model.check(text)?;
         Ok(model)
+    }
+
+    /// How a line is read while these axes are set; `line` is its place in the data field, from 0,
+    /// if it is to be stored.
+    pub(crate) fn context(&self, axes: AxisSet, line: Option<u32>) -> Context<'_> {
+        let Quirks { fractional_numbers, cond_bit_base, bit_values, axis_codes, .. } = self.quirks;
+        Context {
+            axes,
+            speeds: self.limits.speeds(),
+            fractions: fractional_numbers.fractions(),
+            ports: &self.ports,
+            bit_base_one: cond_bit_base == 1,
+            any_bit_value: bit_values == BitValues::Any,
+            any_axes: axis_codes == AxisCodes::Any,
+            zero_at_rest: self.quirks.resting_speed == RestingSpeed::Zero,
+            line,
+        }
     }
 
     fn check(&self, text: &str) -> Result<(), ProfileError> {

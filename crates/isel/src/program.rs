@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Mode, Op, Reply, parse};
 
-use crate::model::{AxisCodes, BitValues, Model, RestingSpeed, StoredArcs};
+use crate::model::{Model, StoredArcs};
 
 /// What a stored program is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -114,17 +114,7 @@ pub(crate) fn read_stored(
     program: &Program,
     model: &Model,
 ) -> Result<(Command, u32), String> {
-    let context = Context {
-        axes: program.axes,
-        speeds: model.limits.speeds(),
-        fractions: model.quirks.fractional_numbers.fractions(),
-        ports: &model.ports,
-        bit_base_one: model.quirks.cond_bit_base == 1,
-        any_bit_value: model.quirks.bit_values == BitValues::Any,
-        any_axes: model.quirks.axis_codes == AxisCodes::Any,
-        zero_at_rest: model.quirks.resting_speed == RestingSpeed::Zero,
-        line: Some(program.len()),
-    };
+    let context = model.context(program.axes, Some(program.len()));
     parse_stored(text, model, &context).map_err(|(_, reply)| {
         let text = text.escape_ascii();
         format!("`{text}` cannot be stored on the model {}: {}", model.name, reply.meaning())

@@ -85,11 +85,9 @@ impl Controller {
                 line(name, if self.level(wire) { on } else { off });
             }
         }
-        for wire in (0..16).map(Wire::Input).filter(|wire| is_shown(*wire)) {
-            if let Wire::Input(number) = wire {
-                let on = if self.level(wire) { "on" } else { "-" };
-                line(&format!("Input {}", number + 1), on);
-            }
+        for number in (0..16).filter(|number| is_shown(Wire::Input(*number))) {
+            let on = if self.level(Wire::Input(number)) { "on" } else { "-" };
+            line(&format!("Input {}", number + 1), on);
         }
     }
 

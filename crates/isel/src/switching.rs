@@ -38,8 +38,8 @@ impl Controller {
     }
 
     /// `9` or `H` for a write that asks for stages or a spindle which cannot be switched on now.
-    /// The spindle needs stages that are on, or that the same write switches on. A bit that is
-    /// written by itself asks for what it says; a byte, for what was off before.
+    /// The spindle needs stages that were on before the write, or that it switches on. A bit that
+    /// is written by itself asks for what it says; a byte, for what was off before.
     pub(crate) fn check_switching(&self, write: BitTest) -> Result<(), Reply> {
         let before = self.state.outputs;
         let single = matches!(self.wires(write), [_]);
@@ -54,12 +54,11 @@ impl Controller {
         if !self.state.can_power_motors() || !stages && !before.get(Output::STAGE) {
             return Err(Reply::Plant);
         }
-        match self.state.cover_forbids() {
+        if self.state.cover_forbids() {
             // The stages cannot be switched on with the cover open (99 4, code 9).
-            true if stages => Err(Reply::Plant),
-            true => Err(Reply::Cover),
-            false => Ok(()),
+            return Err(if stages { Reply::Plant } else { Reply::Cover });
         }
+        Ok(())
     }
 
     /// The wires that a write is about.
