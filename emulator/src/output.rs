@@ -19,8 +19,7 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
     match written {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::usage(format!(
-            "cannot write to standard output: {error}; nothing of what is missing can be had \
-                 elsewhere, so make room and begin again"
+            "cannot write to standard output: {error}; make room where it leads to, and begin again"
         ))),
         _ => Ok(()),
     }

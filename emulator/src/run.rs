@@ -49,8 +49,8 @@ its own.
 LPKF: a file is a stream of commands, as it goes over the line. Each command is sent when the one
 before was completed; in the mode without echo, as long as the buffer has room. Numbers that belong to
 no command, such as pairs after PU and PD, mean nothing to most models: they are listed at the end,
-with the value of the profile that would take them, and the exit code is 1. So are commands in lower-case letters,
-which are none.
+with the value of the profile that would take them, and the exit code is 1. So are commands in
+lower-case letters, which are none.
 
 It ends with the last command or with the program; then the exit code is 0. An error reply ends it
 with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.",

@@ -211,9 +211,9 @@ fn a_link_in_use_is_taken_only_with_force() {
     // A killed one has no name any more, and a number that a terminal window has got since is
     // no emulator's.
     drop(second);
-    let _window = pseudo_terminal();
+    let (_near, window) = pseudo_terminal();
     fs::remove_file(&link).unwrap();
-    symlink(&_window.1, &link).unwrap();
+    symlink(window, &link).unwrap();
     let (mut third, _) = Running::serve(folder.path(), &[]);
     // Nor is one that another emulator has got.
     third.signal(Signal::KILL);
@@ -413,7 +413,6 @@ fn files_without_an_end_are_refused_in_bounded_memory() {
         .chain([vec!["ncp", "check", "sparse"], vec!["conform", "--list", "--sessions", "zero"]])
         .chain([vec!["serve", "--model", "zero"], vec!["serve", "--machine", "sparse"]])
     {
-        let began = Instant::now();
         // Less memory than it would take to read on.
         let mut shell = Command::new("sh");
         let line = format!("ulimit -v 1500000; exec {VIMC4} {}", arguments.join(" "));
@@ -421,7 +420,6 @@ fn files_without_an_end_are_refused_in_bounded_memory() {
         let (code, _, errors) = finished(&mut running);
         assert_eq!(code, Some(2), "{arguments:?}: {errors}");
         assert!(!errors.contains("alloc"), "{arguments:?}: {errors}");
-        assert!(began.elapsed() < Duration::from_secs(10), "{arguments:?}");
     }
     // A pipe has no size that could be looked at.
     let mut shell = Command::new("sh");

@@ -64,8 +64,7 @@ fn flipped(model: &vimc4::Model, quirk: &str, value: &str) -> vimc4::Model {
 }
 
 /// Which quirks some session shows at a port, for each kind of model. The others need hands:
-/// a limit switch, START, an input; or a machine
-/// with ends.
+/// a limit switch, START, an input; or a machine with ends.
 const SHOWN: [(&str, &[&str]); 5] = [
     (
         "imc4",

@@ -33,8 +33,7 @@ impl Number {
     }
 
     /// A speed in µm/s. With `metres`, as an early program in the field took it, a number below 1 is
-    /// in m/s:
-    /// `0.005` is 5,000 µm/s.
+    /// in m/s: `0.005` is 5,000 µm/s.
     #[must_use]
     pub fn speed(self, metres: bool) -> i32 {
         if metres && self.millionths.unsigned_abs() < WHOLE.unsigned_abs() {

@@ -2,8 +2,8 @@
 //!
 //! A form is a command with a number of parameters. The manual says of each whether a model has
 //! it; what it calls "in preparation" counts as no, except where other machines of the family have
-//! it: then the profile says so, see [`Grammar`](super::Grammar). Letters that the scanned manual shows as
-//! `I` and two more are `!` and these two.
+//! it: then the profile says so, see [`Grammar`](super::Grammar). Letters that the scanned manual
+//! shows as `I` and two more are `!` and these two.
 
 use serde::{Deserialize, Serialize};
 

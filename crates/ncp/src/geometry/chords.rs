@@ -17,18 +17,16 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::parameters::CurveParameters;
-use super::{MOST_STEPS, Steps};
+use super::{MOST_STEPS, ROOM, Steps};
 
-/// How many steps a path is beside the true one at most.
-const ROOM: f64 = 2.0;
-
-/// What the raster takes of it, with what floating point may be off.
+/// How many steps of [`ROOM`] the raster takes, with what floating point may be off.
 const RASTER: f64 = 0.52;
 
 /// How many steps the third axis of a helix may be off: its ends are rounded, and so are the places
 /// between them, and the angle along a chord is not even.
 const THIRD: f64 = 1.25;
-/// How much of it that the angle is not even.
+
+/// How many of these the angle takes.
 const UNEVEN: f64 = 0.2;
 
 /// How far a chord is beside its arc at most, in steps of the finer axis, where its ends are on it.
@@ -38,9 +36,10 @@ const SAGITTA: f64 = 0.5;
 /// uneven for the third axis of a helix.
 const MOST_ANGLE: f64 = FRAC_PI_2;
 
-/// Steps of the axes that are less alike than this, and arcs of a smaller radius in steps, have
-/// their ends on the arc.
+/// Where a step of one axis is longer than so many of the other, chords have their ends on the arc.
 const MOST_UNLIKE: f64 = 1.6;
+
+/// So have those of a circle with a radius of fewer steps.
 const LEAST_RADIUS: f64 = 4.0;
 
 /// The places that the chords lead to.

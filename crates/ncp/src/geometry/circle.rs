@@ -79,29 +79,13 @@ fn length(a: Vector) -> f64 {
 impl Circle {
     /// The arc from `start` around `centre` to `end`, or the whole circle if there is no end or
     /// it is the start. An end in exactly the direction of the start is reached after a turn.
+    /// `unit` is what the coordinates are rounded to, 0 if that is less than a step.
     ///
     /// # Errors
     ///
-    /// If start and end are not on one circle to two steps of the finer axis, or if that circle
-    /// has a radius of less than half of one.
+    /// If start and end are not on one circle to two steps of the finer axis, or to two units if
+    /// these are more; or if that circle has a radius of less than half a step.
     pub fn new(
-        plane: Plane,
-        turn: Turn,
-        centre: [Value; 2],
-        start: [Value; 2],
-        end: Option<[Value; 2]>,
-        scales: [Scale; 2],
-    ) -> Result<Circle, NoCircle> {
-        Circle::written_to(Value::ZERO, plane, turn, centre, start, end, scales)
-    }
-
-    /// The same of an arc whose coordinates are written to a unit: start and end may be two of
-    /// these apart, if that is more than two steps.
-    ///
-    /// # Errors
-    ///
-    /// As of [`Circle::new`].
-    pub fn written_to(
         unit: Value,
         plane: Plane,
         turn: Turn,
@@ -124,6 +108,12 @@ impl Circle {
         }
         let sweep = sweep(turn, from, to);
         Ok(Circle { plane, turn, centre, start, end, radius, end_radius, sweep, step })
+    }
+
+    /// The whole circle, from the same start.
+    #[must_use]
+    pub fn whole(&self) -> Circle {
+        Circle { end: self.start, end_radius: self.radius, sweep: TAU, ..*self }
     }
 
     /// Its plane.

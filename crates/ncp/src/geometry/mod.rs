@@ -7,6 +7,7 @@
 
 mod chords;
 mod circle;
+mod climb;
 mod curve;
 mod engine;
 mod parameters;
@@ -31,6 +32,12 @@ pub type Steps = [i64; 4];
 
 /// The greatest magnitude of a counter or a parameter of a controller: 24 bits with their sign.
 pub const MOST_STEPS: i64 = (1 << 23) - 1;
+
+/// How many steps a path is beside the true one at most.
+const ROOM: f64 = 2.0;
+
+/// What a command and its answer take on a line of 19,200 baud, in seconds.
+const COMMAND: f64 = 0.015;
 
 /// One motion that a controller makes by one command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -164,10 +171,9 @@ pub enum Fitted {
 pub struct Delay {
     /// How many pieces there are.
     pub pieces: u64,
-    /// How long they take, in seconds, and how long one motion would of as many steps at the speed
-    /// that is asked for.
+    /// How long they take, in seconds.
     pub takes: f64,
-    /// See there.
+    /// How long one motion of as many steps would take at the speed that is asked for, in seconds.
     pub could_take: f64,
 }
 

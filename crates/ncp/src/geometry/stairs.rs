@@ -1,20 +1,20 @@
 //! A helix of a controller that has none: its circle engine and its third axis in turn.
 //!
 //! The engine goes on until the third axis is a step behind, or a little more if the engine leaves
-//! that of two steps; then the third axis makes twice as many and is ahead. A helix that climbs by few steps is made in few pieces so, however wide it is.
+//! that of two steps; then the third axis makes twice as many and is ahead. So a helix that climbs
+//! by few steps is made in few pieces, however wide it is.
 
 use vimc4_isel_wire::Plane;
 
-use super::curve::{COMMAND, Climb};
+use super::climb::Climb;
 use super::engine::Trace;
 use super::parameters::CurveParameters;
-use super::{Fitted, MOST_STEPS, Motion, Speeds};
+use super::{COMMAND, Fitted, MOST_STEPS, Motion, ROOM, Speeds};
 
-/// How many steps a path is beside the true one at most.
-const ROOM: f64 = 2.0;
-/// How many steps the third axis may be off at least, with what the engine's beginning and end are.
+/// How many steps off the third axis must be allowed to be, its ends included.
 const THIRD: f64 = 1.25;
-/// How much of it the latter may be.
+
+/// How many of these its ends take, where the engine is not at the very angles of the arc.
 const ENDS: f64 = 0.25;
 
 /// The engine and the third axis in turn.

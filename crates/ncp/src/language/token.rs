@@ -1,5 +1,7 @@
 //! The grammar of what lines are made of.
 
+use std::str::FromStr;
+
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take_while, take_while_m_n, take_while1};
 use nom::character::complete::{char, digit0, digit1, one_of, space0};
@@ -7,7 +9,7 @@ use nom::combinator::{all_consuming, opt, recognize, verify};
 use nom::sequence::{pair, preceded, terminated};
 use nom::{IResult, Parser};
 
-use super::value::Value;
+use super::value::{NotAValue, Value};
 
 /// A token and what follows it. Why there is none is for the reader of the line to say.
 pub(super) type Token<'t, T> = IResult<&'t str, T, ()>;
@@ -172,6 +174,16 @@ fn numeral_parts(input: &str) -> Token<'_, (Option<char>, &str, &str)> {
         !(whole.is_empty() && fraction.is_empty())
     })
     .parse(input)
+}
+
+/// As a file has it: `-2500`, `12.5`.
+impl FromStr for Value {
+    type Err = NotAValue;
+
+    fn from_str(text: &str) -> Result<Value, NotAValue> {
+        let number = number(text).filter(|number| number.exact).ok_or(NotAValue)?;
+        number.value.times(1).ok_or(NotAValue)
+    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,8 @@
 //! Numbers as job files have them.
 
 use std::fmt;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-
-use super::token;
 
 /// A length in nm, an angle in thousandths of an arc second, a time in µs, or any other number of
 /// a job file in thousandths: what the file says, exactly.
@@ -68,16 +65,6 @@ impl fmt::Display for Value {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("this is no number with three decimal places at most")]
 pub struct NotAValue;
-
-/// As a file has it: `-2500`, `12.5`.
-impl FromStr for Value {
-    type Err = NotAValue;
-
-    fn from_str(text: &str) -> Result<Value, NotAValue> {
-        let number = token::number(text).filter(|number| number.exact).ok_or(NotAValue)?;
-        number.value.times(1).ok_or(NotAValue)
-    }
-}
 
 #[cfg(test)]
 mod tests {

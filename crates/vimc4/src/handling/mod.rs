@@ -88,7 +88,7 @@ pub struct Piece {
     pub lower_case: bool,
 }
 
-/// How a command is taken that waits for no other.
+/// When the turn of a command comes that is sent while others wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// It waits until the one before it is done.

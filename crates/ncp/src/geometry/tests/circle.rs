@@ -20,7 +20,8 @@ fn circle(
     start: [i64; 2],
     end: Option<[i64; 2]>,
 ) -> Result<Circle, NoCircle> {
-    Circle::new(Plane::Xy, turn, values(centre), values(start), end.map(values), [USUAL; 2])
+    let [centre, start] = [centre, start].map(values);
+    Circle::new(Value::ZERO, Plane::Xy, turn, centre, start, end.map(values), [USUAL; 2])
 }
 
 #[test]

@@ -45,6 +45,7 @@ impl Case {
         let scales = [self.scales[first], self.scales[second]];
         let end = self.end.map(values);
         let circle = Circle::new(
+            Value::ZERO,
             self.plane,
             self.turn,
             values(self.centre),
@@ -324,6 +325,7 @@ proptest! {
         let mut case = case;
         case.scales[case.plane.axes().1] = other;
         if Circle::new(
+            Value::ZERO,
             case.plane,
             case.turn,
             case.centre.map(Value::thousandths),

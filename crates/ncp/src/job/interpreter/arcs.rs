@@ -52,7 +52,7 @@ impl Interpreter<'_> {
         let start = [from[first], from[second]];
         self.warn_of_unreferenced(&to_place, sink);
         let unit = self.state.units.resolution();
-        let circle = Circle::written_to(unit, plane, words.turn, centre, start, end, scales);
+        let circle = Circle::new(unit, plane, words.turn, centre, start, end, scales);
         if self.is_less_than_a_step(&circle, centre, start, end, scales) {
             let way = self.straight(to_place, Pace::Normal, sink)?;
             if way.by != Steps::default() {
@@ -97,8 +97,8 @@ impl Interpreter<'_> {
                 sink.push(Action::Straight(way));
                 return Ok(());
             }
-            Turns::Whole(first, number) => {
-                parameters = self.whole_turns(parameters, first, number, sink);
+            Turns::Whole(circle, number) => {
+                parameters = self.whole_turns(parameters, circle, number, sink);
             }
         }
         self.warn_of_curve_speed(&parameters, sink);
@@ -159,18 +159,7 @@ impl Interpreter<'_> {
         if turns < 1.0 {
             return Ok(Turns::None);
         }
-        let circle = &parameters.circle;
-        let (first, second) = circle.plane().axes();
-        let scales = [self.target.scales[first], self.target.scales[second]];
-        let whole = Circle::new(
-            circle.plane(),
-            circle.turn(),
-            circle.centre(),
-            circle.start(),
-            None,
-            scales,
-        );
-        let Ok(whole) = whole else { return Ok(Turns::None) };
+        let whole = parameters.circle.whole();
         let place = self.state.place;
         self.check_extent(&whole, &place, sink.span)?;
         Ok(Turns::Whole(whole, turns as u32))
@@ -263,7 +252,7 @@ impl Interpreter<'_> {
         let lowest = parameters.velocity / coarsest * 0.577 - 1.0;
         if !Curve::is_one_circle(parameters) {
             let curve = Curve::new(*parameters);
-            self.warn_of_delay(curve.delay(), Why::Curve(curve.course()), sink);
+            self.warn_of_delay(curve.delay(), Why::Curve(curve.reason()), sink);
         }
         if highest > f64::from(speeds.highest) || lowest < f64::from(speeds.lowest) {
             let fitted = Curve::new(*parameters).fitted();

@@ -69,8 +69,8 @@ struct State {
     first_unconnected: Option<(u32, Span)>,
     /// What was said of the spindle.
     told_of_spindle: [bool; 3],
-    /// How far below the reference plane the drill is since a hole that it was not lifted from
-    /// above the work.
+    /// How far below the reference plane the last hole has left the tool, 0 at the plane itself, if
+    /// it was not lifted above the work and has not been since.
     in_work: Option<Value>,
     told_of_holes: ToldOfHoles,
     /// Of which axes WPZERO or the operator has made a place the zero that no reference run has

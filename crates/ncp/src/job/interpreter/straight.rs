@@ -60,7 +60,7 @@ impl Interpreter<'_> {
             _ => self.velocity(pace),
         };
         let (linear, turning) = way.frequencies(velocity);
-        // Beside other axes A moves a step or two at a time, as fast as it can be told.
+        // Beside other axes A moves a few steps at a time, as fast as it can be told.
         let (speed, a_speed) = match (by[..3] != [0; 3], by[3] != 0) {
             (true, false) => (self.fit(linear, pace, sink), lowest),
             (false, _) => (lowest, self.fit(turning, pace, sink)),
@@ -94,12 +94,12 @@ impl Interpreter<'_> {
         given
     }
 
-    /// Says once for a speed that it cannot be kept.
-    pub(super) fn tell(&mut self, fitted: Fitted, asked: f64, pace: Pace, sink: &mut Sink<'_>) {
+    /// Says once for a speed, which asks for a frequency in Hz, that it cannot be kept.
+    pub(super) fn tell(&mut self, fitted: Fitted, frequency: f64, pace: Pace, sink: &mut Sink<'_>) {
         let speeds = self.target.speeds();
         let wanted = self.velocity(pace);
         let velocity = |given: u32| {
-            Value::whole(libm::round(wanted.as_f64() * f64::from(given) / asked) as i64)
+            Value::whole(libm::round(wanted.as_f64() * f64::from(given) / frequency) as i64)
         };
         let set_by = match pace {
             Pace::Normal => SetBy::Velocity,
@@ -110,7 +110,7 @@ impl Interpreter<'_> {
             },
         };
         let told = &mut self.state.told[pace as usize];
-        let (velocity, asked) = (velocity, libm::round(asked.max(0.0)) as u64);
+        let asked = libm::round(frequency.max(0.0)) as u64;
         match fitted {
             Fitted::Capped if !told.capped => {
                 told.capped = true;

@@ -49,23 +49,21 @@ pub fn fixes(text: &str, within: Range<usize>) -> Vec<Fix> {
 
 fn fix(about: Range<usize>, problem: Problem) -> Option<Fix> {
     let start = about.start;
-    let (title, replaces, with) = match problem {
-        _ if problem.meant().is_some() => {
-            let meant = problem.meant()?;
-            (format!("Write {meant}"), about.clone(), meant)
-        }
-        Problem::Unexpected(written) if written.as_str() == "," => {
+    let meant = problem.meant();
+    let is_likely = meant.is_some();
+    let (title, replaces, with) = match (problem, meant) {
+        (_, Some(meant)) => (format!("Write {meant}"), about.clone(), meant),
+        (Problem::Unexpected(written), _) if written.as_str() == "," => {
             ("Write a point".to_owned(), about.clone(), ".".to_owned())
         }
-        Problem::NoCommand | Problem::BracketComment | Problem::UnknownCommand(_) => {
+        (Problem::NoCommand | Problem::BracketComment | Problem::UnknownCommand(_), _) => {
             ("Make it a comment".to_owned(), start..start, "; ".to_owned())
         }
-        Problem::Unexpected(_) | Problem::Surplus(_) => {
+        (Problem::Unexpected(_) | Problem::Surplus(_), _) => {
             ("Make the rest a comment".to_owned(), start..start, "; ".to_owned())
         }
         _ => return None,
     };
-    let is_likely = problem.meant().is_some();
     Some(Fix { title, code: problem.code(), about, replaces, with, is_likely })
 }
 
