@@ -24,12 +24,15 @@ const ASKS: &str = "VIMC4_COMPLETE";
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:
-  vimc4 completions bash > ~/.local/share/bash-completion/completions/vimc4
-  vimc4 completions zsh > ~/.zfunc/_vimc4
-  vimc4 completions fish > ~/.config/fish/completions/vimc4.fish
+  vimc4 completions bash
 
-A new shell then completes commands, options, the names of models, machines and signals, and files;
-zsh if `fpath+=~/.zfunc` stands before `compinit` in ~/.zshrc. The shell asks the vimc4 that is on the
+A shell completes commands, options, the names of models, machines and signals, and files if this
+stands in its settings:
+  ~/.bashrc                    source <(vimc4 completions bash)
+  ~/.zshrc, behind compinit    source <(vimc4 completions zsh)
+  ~/.config/fish/config.fish   vimc4 completions fish | source
+
+The shell asks the vimc4 that is on the
 PATH.
 
 Exit codes: 0 printed, 2 wrong usage.")]

@@ -195,10 +195,9 @@ fn root() -> PathBuf {
 impl Bench {
     fn new() -> Bench {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["examples", "bin", ".zfunc", ".config/fish/completions"] {
+        for name in ["examples", "bin"] {
             fs::create_dir_all(folder.path().join(name)).unwrap();
         }
-        fs::create_dir_all(folder.path().join(".local/share/bash-completion/completions")).unwrap();
         symlink(VIMC4, folder.path().join("bin/vimc4")).unwrap();
         for entry in fs::read_dir(root().join("examples")).unwrap() {
             let entry = entry.unwrap();
