@@ -105,7 +105,10 @@ impl Shared {
                 self.add_to_file(&format!("{missing} lines were lost\n"), &mut unwritten);
             }
             match entry {
-                Entry::Terminal(line) => drop(writeln!(io::stderr(), "{line}")),
+                // In one piece, so that nothing that is written beside it comes between.
+                Entry::Terminal(line) => {
+                    drop(io::stderr().write_all((line + "\n").as_bytes()));
+                }
                 Entry::File(line) => self.add_to_file(&(line + "\n"), &mut unwritten),
                 Entry::Flush(done) => drop(done.send(())),
             }

@@ -135,7 +135,7 @@ impl<'a> Desk<'a> {
             Ok(None) => {}
             Ok(Some(Order::Quit)) => return Next::Quit,
             Ok(Some(given)) => {
-                let outcome = emulator.control().give(&given);
+                let outcome = emulator.control().by("standard input").give(&given);
                 let remark = number == 0 && count > 1;
                 self.open(number, order, given.lasts(), async move {
                     let mut text = outcome.await.map_err(|error| error.to_string())?;

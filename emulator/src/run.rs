@@ -134,7 +134,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let mut meter = Meter::new(&machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let driver = Driver::new(controller, meter, arguments.loops);
-    let report = Report::new(&arguments, &script, model.axis_names());
+    let report = Report::new(&arguments, &script);
     let family = model.family();
     let mut session = Session { family, handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");

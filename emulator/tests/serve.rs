@@ -169,7 +169,6 @@ fn people_type_orders() {
     assert_eq!(serve.order("position"), "X 280 Y 0 Z 0 A 0");
     assert_eq!(ask(&mut client, "", 1), "F");
     for order in [
-        "release stop",
         "press estop",
         "release estop",
         "press on",
@@ -183,6 +182,42 @@ fn people_type_orders() {
         "erase",
     ] {
         assert_eq!(serve.order(order), "ok", "{order}");
+    }
+    // What changes nothing says why.
+    assert_eq!(serve.order("press start"), "ok, without effect: something runs");
+    assert!(serve.order("run until idle").starts_with("idle at "));
+    let already = "it was so already";
+    for (order, why) in [
+        ("press start", "the power stages are off"),
+        ("press stop", "nothing moves and no program runs"),
+        ("power off", ""),
+        ("press start", "the power is off"),
+        ("power off", already),
+        ("power on", ""),
+        ("press start", "no program is stored that can run, and nothing was stopped"),
+        ("press on", "the power stages are on"),
+        ("release stop", already),
+        ("key auto", already),
+        ("set cover closed", already),
+        ("input 0.3 1", already),
+        ("power on", already),
+        ("cover open", ""),
+        ("press start", "the cover is open"),
+        ("cover closed", ""),
+        ("press estop", ""),
+        ("press estop", already),
+        ("press on", "the emergency stop is pressed"),
+        ("release estop", ""),
+        ("press on", ""),
+        ("hold stop", ""),
+        ("press start", "STOP is pressed"),
+        ("release stop", ""),
+    ] {
+        let answer = match why {
+            "" => "ok".to_owned(),
+            why => format!("ok, without effect: {why}"),
+        };
+        assert_eq!(serve.order(order), answer, "{order}");
     }
     assert!(serve.order("help").starts_with("press BUTTON"));
     while serve.line().split_once(' ').is_some_and(|(order, _)| order != "quit") {}
@@ -200,7 +235,6 @@ fn people_type_orders() {
         let answer = serve.order(wrong);
         assert!(answer.starts_with(right), "{answer}");
     }
-    assert_eq!(serve.order("key auto"), "ok");
     // The end of the input does not end it.
     drop(serve.orders.take());
     assert_eq!(ask(&mut client, "@0P\r", 0), "");
@@ -259,7 +293,7 @@ fn several_controllers_are_numbered() {
         assert!(answer.contains("begin with the number of a controller, 1 to 2"), "{answer}");
     }
     assert!(serve.order("1 press stpo").starts_with("1: error: `press stpo` is wrong"));
-    assert_eq!(serve.order("1 press stop"), "1: ok");
+    assert!(serve.order("1 press stop").starts_with("1: ok, without effect"));
     serve.signal(Signal::TERM);
     assert_eq!(serve.end(), (0, String::new()));
 }
@@ -463,7 +497,7 @@ fn help_has_what_this_controller_has() {
 fn signals_are_set_by_the_words_that_signals_lists() {
     let said = all_at_once(
         &["--model", "imc4-m", "--time", "manual"],
-        "set cover open\nset key auto\nset cover 1\nset limit x- 1\nset in1 1\nset cover shut\n\
+        "set cover open\nset key test\nset cover 1\nset limit x- 1\nset in1 1\nset cover shut\n\
          set nothing 1\nset probe\nsignals\nquit\n",
     );
     assert_eq!(said[..4], ["ok"; 4]);
@@ -477,4 +511,58 @@ fn signals_are_set_by_the_words_that_signals_lists() {
             "error: `set probe` is wrong: set probe 0 or set probe 1",
         ]
     );
+}
+
+#[test]
+fn the_log_says_who_did_what_and_what_came_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["--tcp", "127.0.0.1:0", "--json", "--time", "manual", "-v", "--log", "traffic.log"];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let controller = ready(&serve.line())["controllers"][0].clone();
+    let mut client = connect(&controller);
+    assert_eq!(ask(&mut client, "@01\rhello\r", 2), "05");
+    client.write_all(b"@0A5000,900\r\xFD").unwrap();
+    for order in ["advance 100ms", "press start", "key auto", "cover open", "power off"] {
+        assert!(!serve.order(order).starts_with("error"), "{order}");
+    }
+    // Somebody else at the same time.
+    let mut port = fs::OpenOptions::new()
+        .read(true)
+        .write(true)
+        .open(controller["pty"].as_str().unwrap())
+        .unwrap();
+    assert_eq!(serve.order("power on"), "ok");
+    port.write_all(b"@07\r\xFE").unwrap();
+    assert_eq!(ask(&mut client, "", 1), "F");
+    assert_eq!(ask(&mut client, "", 1), "0");
+    assert_eq!(serve.order("erase"), "ok");
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    let log = fs::read_to_string(folder.path().join("traffic.log")).unwrap();
+    let who =
+        format!("tcp {}: {}", controller["tcp"].as_str().unwrap(), client.local_addr().unwrap());
+    for text in [&errors, &log] {
+        let mut rest = text.as_str();
+        for line in [
+            "hello  unknown or malformed command",
+            "@0A5000,900  relative move",
+            &format!("{who}: 253  stop: what moves brakes, and can be gone on with"),
+            "F  ",
+            "standard input: press start",
+            "        no effect: the host goes on with a stopped motion, by S",
+            "standard input: key auto",
+            "        no effect: it was so already",
+            "standard input: cover open",
+            "standard input: power off",
+            "standard input: power on",
+            "pty: a client speaks",
+            "@07  ",
+            "pty: a client: 254  reset: everything as after power-on",
+            "standard input: erase",
+        ] {
+            let Some((_, behind)) = rest.split_once(line) else { panic!("{line}: {text}") };
+            rest = behind;
+        }
+    }
 }

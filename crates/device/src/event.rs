@@ -1,6 +1,7 @@
 //! What can be watched.
 
 use std::borrow::Cow;
+use std::fmt;
 
 use bytes::Bytes;
 use serde::Serialize;
@@ -129,8 +130,15 @@ pub enum Warning {
     StepsLost {
         /// The axis, 0 for X.
         axis: u8,
+        /// What the controller calls the axis.
+        name: &'static str,
         /// Carriage minus counter has changed by this many steps.
         steps: i64,
+        /// How far that is in µm, without a sign, on an axis that has a length.
+        um: Option<u64>,
+        /// The carriage ran on when its motor was halted without a ramp; else it stood at the end
+        /// of the mechanics while the counter went on.
+        overran: bool,
     },
     /// A program ended with an error.
     ProgramError {
@@ -139,6 +147,48 @@ pub enum Warning {
         /// The number of its line, from 1.
         line: u32,
     },
+}
+
+/// In words, for people.
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bytes = |count: u64| match count {
+            1 => "1 byte was".to_owned(),
+            _ => format!("{count} bytes were"),
+        };
+        match self {
+            Warning::ReceiveOverflow { lost } => {
+                write!(f, "the receive buffer was full, {} lost", bytes(*lost))
+            }
+            Warning::NobodyListens { lost } => {
+                write!(f, "nobody has the line open, {} lost", bytes(*lost))
+            }
+            Warning::NoEffect { what } => write!(f, "no effect: {what}"),
+            Warning::StepsLost { name, steps, um, overran, .. } => {
+                let how = match overran {
+                    true => "ran on when its motor was halted without a ramp",
+                    false => "stood at its end while the counter went on",
+                };
+                write!(f, "the {name} carriage {how}: {} steps", grouped(steps.unsigned_abs()))?;
+                if let Some(um) = um {
+                    let mm = format!("{}.{:03}", grouped(um / 1_000), um % 1_000);
+                    write!(f, " ({} mm)", mm.trim_end_matches('0').trim_end_matches('.'))?;
+                }
+                f.write_str(" lost; a reference run makes the two agree again")
+            }
+            Warning::ProgramError { code, line } => {
+                write!(f, "the program ended in line {line} with error {code}")
+            }
+        }
+    }
+}
+
+/// `1999` is `1,999`.
+fn grouped(number: u64) -> String {
+    match number {
+        0..1_000 => number.to_string(),
+        _ => format!("{},{:03}", grouped(number / 1_000), number % 1_000),
+    }
 }
 
 /// A set of kinds of events. What nobody wants is not made.
@@ -177,5 +227,42 @@ impl Kinds {
     #[must_use]
     pub const fn and(self, kinds: Kinds) -> Kinds {
         Kinds(self.0 | kinds.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_say_what_happened_and_what_to_do() {
+        let lost =
+            |steps, um, overran| Warning::StepsLost { axis: 0, name: "X", steps, um, overran };
+        for (warning, text) in [
+            (
+                lost(-1_999, Some(24_988), false),
+                "the X carriage stood at its end while the counter went on: 1,999 steps (24.988 mm) \
+                 lost; a reference run makes the two agree again",
+            ),
+            (
+                lost(8, Some(100), true),
+                "the X carriage ran on when its motor was halted without a ramp: 8 steps (0.1 mm) \
+                 lost; a reference run makes the two agree again",
+            ),
+            (
+                lost(1_234_567, None, true),
+                "the X carriage ran on when its motor was halted without a ramp: 1,234,567 steps \
+                 lost; a reference run makes the two agree again",
+            ),
+            (Warning::ReceiveOverflow { lost: 1 }, "the receive buffer was full, 1 byte was lost"),
+            (Warning::NobodyListens { lost: 2 }, "nobody has the line open, 2 bytes were lost"),
+            (Warning::NoEffect { what: "a turn".into() }, "no effect: a turn"),
+            (
+                Warning::ProgramError { code: '5', line: 3 },
+                "the program ended in line 3 with error 5",
+            ),
+        ] {
+            assert_eq!(warning.to_string(), text);
+        }
     }
 }

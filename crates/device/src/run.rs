@@ -101,6 +101,20 @@ pub trait Device {
     /// A command as people read it: `relative move X +5,000 steps at 900 Hz`.
     fn explain(&self, command: &[u8]) -> String;
 
+    /// Whether a byte acts as soon as it arrives, whatever is before it on the line, as control
+    /// codes do. [`explain`](Device::explain) says what it does.
+    fn is_urgent(&self, byte: u8) -> bool {
+        let _ = byte;
+        false
+    }
+
+    /// Why setting a signal to a value has just changed nothing, for people, where the device
+    /// knows more than that it was so already.
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        let _ = (signal, value);
+        None
+    }
+
     /// Whether the device does nothing by itself at its present time.
     fn is_idle(&self) -> bool;
 

@@ -11,7 +11,7 @@ use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use vimc4_device::{Condition, Device, Input, Signal, SignalKind, Time, View};
 
-use crate::report::Sink;
+use crate::report::{Deed, Effect, Sink, Source};
 use crate::runner::{Destination, Job, Runner};
 use crate::transport::Transport;
 
@@ -27,11 +27,13 @@ const LATCHING: [&str; 1] = ["estop"];
 pub struct Handle<D: Device> {
     jobs: mpsc::UnboundedSender<Job<D>>,
     stop: Arc<Mutex<Option<oneshot::Sender<()>>>>,
+    /// Who has it.
+    who: Arc<str>,
 }
 
 impl<D: Device> Clone for Handle<D> {
     fn clone(&self) -> Self {
-        Handle { jobs: self.jobs.clone(), stop: Arc::clone(&self.stop) }
+        Handle { jobs: self.jobs.clone(), stop: Arc::clone(&self.stop), who: Arc::clone(&self.who) }
     }
 }
 
@@ -124,7 +126,13 @@ impl<T> Future for Reply<T> {
 
 impl<D: Device + Clone + 'static> Handle<D> {
     pub(crate) fn new(jobs: mpsc::UnboundedSender<Job<D>>, stop: oneshot::Sender<()>) -> Handle<D> {
-        Handle { jobs, stop: Arc::new(Mutex::new(Some(stop))) }
+        Handle { jobs, stop: Arc::new(Mutex::new(Some(stop))), who: Arc::from("the library") }
+    }
+
+    /// The same handle for somebody of this name, who appears in the [news](crate::News::Input).
+    #[must_use]
+    pub fn by(&self, who: &str) -> Handle<D> {
+        Handle { who: Arc::from(who), ..self.clone() }
     }
 
     /// Ends the controller. Its transports are closed when its task has ended.
@@ -142,84 +150,99 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// Sets a signal by name to any value it takes.
-    pub fn set(&self, name: &str, value: i32) -> Reply<()> {
-        self.set_all(&[(name, value)])
+    pub fn set(&self, name: &str, value: i32) -> Reply<Effect> {
+        let name = name.to_owned();
+        self.act(move |device| {
+            let signal = find(&device.signals(), "signal", &name, |_| true)?;
+            check(&signal, value)?;
+            Ok((Deed::Set(name, value), vec![Input::Signal(signal.id, value)]))
+        })
     }
 
-    /// Sets several signals at the same instant, in this order.
-    pub fn set_all(&self, values: &[(&str, i32)]) -> Reply<()> {
+    /// Sets several signals at the same instant, in this order. `what` is that in one word.
+    pub fn set_all(&self, what: &str, values: &[(&str, i32)]) -> Reply<Effect> {
+        let what = what.to_owned();
         let values: Vec<_> =
             values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        self.with(move |runner| {
+        self.act(move |device| {
             let mut inputs = Vec::with_capacity(values.len());
-            for (name, value) in values {
-                let signal = find(&runner.device().signals(), "signal", &name, |_| true)?;
-                check(&signal, value)?;
-                inputs.push(Input::Signal(signal.id, value));
+            for (name, value) in &values {
+                let signal = find(&device.signals(), "signal", name, |_| true)?;
+                check(&signal, *value)?;
+                inputs.push(Input::Signal(signal.id, *value));
             }
-            runner.inputs(&inputs);
-            Ok(())
+            Ok((Deed::Several { what, signals: values }, inputs))
         })
     }
 
     /// Puts a switch into a position by name, as in `key auto`.
-    pub fn turn(&self, name: &str, position: &str) -> Reply<()> {
+    pub fn turn(&self, name: &str, position: &str) -> Reply<Effect> {
         let (name, position) = (name.to_owned(), position.to_owned());
-        self.with(move |runner| {
-            let signal = find(&runner.device().signals(), "switch", &name, |s| {
-                s.kind == SignalKind::Switch
-            })?;
+        self.act(move |device| {
+            let signal =
+                find(&device.signals(), "switch", &name, |s| s.kind == SignalKind::Switch)?;
             let value = position_of(&signal, &position)?;
-            runner.input(Input::Signal(signal.id, value));
-            Ok(())
+            Ok((Deed::Turn(name, position), vec![Input::Signal(signal.id, value)]))
         })
     }
 
     /// Presses a button and releases it at the same instant. The emergency stop stays pressed.
-    pub fn press(&self, name: &str) -> Reply<()> {
-        self.button(name, if LATCHING.contains(&name) { &[1] } else { &[1, 0] })
+    pub fn press(&self, name: &str) -> Reply<Effect> {
+        self.button(Deed::Press, name, if LATCHING.contains(&name) { &[1] } else { &[1, 0] })
     }
 
     /// Presses a button and keeps it pressed.
-    pub fn hold(&self, name: &str) -> Reply<()> {
-        self.button(name, &[1])
+    pub fn hold(&self, name: &str) -> Reply<Effect> {
+        self.button(Deed::Hold, name, &[1])
     }
 
     /// Releases a button.
-    pub fn release(&self, name: &str) -> Reply<()> {
-        self.button(name, &[0])
+    pub fn release(&self, name: &str) -> Reply<Effect> {
+        self.button(Deed::Release, name, &[0])
     }
 
-    fn button(&self, name: &str, values: &'static [i32]) -> Reply<()> {
+    fn button(
+        &self,
+        deed: fn(String) -> Deed,
+        name: &str,
+        values: &'static [i32],
+    ) -> Reply<Effect> {
         let name = name.to_owned();
-        self.with(move |runner| {
-            let signal = find(&runner.device().signals(), "button", &name, |s| {
-                s.kind == SignalKind::Button
-            })?;
-            let inputs: Vec<_> =
-                values.iter().map(|&value| Input::Signal(signal.id, value)).collect();
-            runner.inputs(&inputs);
-            Ok(())
+        self.act(move |device| {
+            let signal =
+                find(&device.signals(), "button", &name, |s| s.kind == SignalKind::Button)?;
+            let inputs = values.iter().map(|&value| Input::Signal(signal.id, value)).collect();
+            Ok((deed(name), inputs))
         })
     }
 
     /// Sets a bit of an input port.
-    pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Reply<()> {
-        self.with(move |runner| {
-            let Some(id) = runner.device().input_signal(port, bit) else {
-                let known = names(&runner.device().signals(), |s| s.name.starts_with("input "));
+    pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Reply<Effect> {
+        self.act(move |device| {
+            let Some(id) = device.input_signal(port, bit) else {
+                let known = names(&device.signals(), |s| s.name.starts_with("input "));
                 return Err(ControlError::NotAnInput { port, bit, known });
             };
-            runner.input(Input::Signal(id, i32::from(level)));
-            Ok(())
+            let value = i32::from(level);
+            let deed = Deed::Set(format!("input {port}.{bit}"), value);
+            Ok((deed, vec![Input::Signal(id, value)]))
         })
     }
 
     /// Takes the power away or gives it back.
-    pub fn power(&self, on: bool) -> Reply<()> {
+    pub fn power(&self, on: bool) -> Reply<Effect> {
+        self.act(move |_| Ok((Deed::Power(on), vec![Input::Power(on)])))
+    }
+
+    /// Does something to the device in the name of whoever has this handle.
+    fn act(
+        &self,
+        what: impl FnOnce(&D) -> Result<(Deed, Vec<Input<'static>>), ControlError> + Send + 'static,
+    ) -> Reply<Effect> {
+        let by = Source::Controls(self.who.as_ref().to_owned());
         self.with(move |runner| {
-            runner.input(Input::Power(on));
-            Ok(())
+            let (deed, inputs) = what(runner.device())?;
+            Ok(runner.act(by, deed, &inputs))
         })
     }
 
@@ -257,8 +280,9 @@ impl<D: Device + Clone + 'static> Handle<D> {
     where
         D::State: Send,
     {
+        let by = Source::Controls(self.who.as_ref().to_owned());
         self.with(move |runner| {
-            runner.restore(state);
+            runner.restore(by, state);
             Ok(())
         })
     }

@@ -21,7 +21,7 @@ pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::{ControlError, Handle, Reply, block_on};
 pub use pacing::{Line, LineState};
-pub use report::{News, Report, Sink, Wants};
+pub use report::{Deed, Effect, News, Report, Sink, Source, Wants};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity, escape};
 pub use transport::{

@@ -245,6 +245,14 @@ impl<D: Device> Device for Line<D> {
         self.device.explain(command)
     }
 
+    fn is_urgent(&self, byte: u8) -> bool {
+        self.device.is_urgent(byte)
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        self.device.why_without_effect(signal, value)
+    }
+
     fn is_idle(&self) -> bool {
         self.device.is_idle()
             && self.wires.to_device.queue.is_empty()

@@ -1,8 +1,10 @@
 //! What can be watched from outside.
 
+use std::fmt;
 use std::sync::Arc;
 
 use bytes::Bytes;
+use serde::{Deserialize, Serialize};
 use vimc4_device::{Event, Kinds, Time};
 
 /// Something that happened in a running controller or on its line, with its model time.
@@ -31,6 +33,96 @@ pub enum Report {
     News(Time, News),
 }
 
+/// Who has done something.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// A client of the line.
+    Client {
+        /// The transport, by its label.
+        transport: String,
+        /// Who, as far as that is known.
+        client: Option<String>,
+    },
+    /// Somebody at the [`Handle`](crate::Handle), by the name that it was given.
+    Controls(String),
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Source::Client { transport, client: Some(client) } => {
+                write!(f, "{transport}: {client}")
+            }
+            Source::Client { transport: name, client: None } | Source::Controls(name) => {
+                f.write_str(name)
+            }
+        }
+    }
+}
+
+/// Something that was done to a device and is no command: a byte that acts at once, the panel, the
+/// power. It is all that is needed to do it again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Deed {
+    /// A byte came that acts at once, see
+    /// [`Device::is_urgent`](vimc4_device::Device::is_urgent).
+    Byte(u8),
+    /// A button was pressed, and released at the same instant unless it latches.
+    Press(String),
+    /// A button was pressed.
+    Hold(String),
+    /// A button was released.
+    Release(String),
+    /// A switch was put into a position.
+    Turn(String, String),
+    /// A signal was set.
+    Set(String, i32),
+    /// Several signals were set at the same instant, in this order.
+    Several {
+        /// What that is in one word, such as `erase`.
+        what: String,
+        /// The signals.
+        signals: Vec<(String, i32)>,
+    },
+    /// The power was taken away or given back.
+    Power(bool),
+    /// The device was put back into an earlier state.
+    Restore,
+}
+
+/// As it is ordered.
+impl fmt::Display for Deed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Deed::Byte(byte) => write!(f, "{byte}"),
+            Deed::Press(button) => write!(f, "press {button}"),
+            Deed::Hold(button) => write!(f, "hold {button}"),
+            Deed::Release(button) => write!(f, "release {button}"),
+            Deed::Turn(switch, position) => write!(f, "{switch} {position}"),
+            Deed::Set(input, value) if input.starts_with("input ") => write!(f, "{input} {value}"),
+            Deed::Set(signal, value) => write!(f, "set {signal} {value}"),
+            Deed::Several { what, .. } => f.write_str(what),
+            Deed::Power(true) => f.write_str("power on"),
+            Deed::Power(false) => f.write_str("power off"),
+            Deed::Restore => f.write_str("restore"),
+        }
+    }
+}
+
+/// What came of something that was done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// Something is not as it was before, or was said.
+    Something,
+    /// The device is as it was.
+    Nothing {
+        /// Why, as far as that is known.
+        why: Option<&'static str>,
+    },
+}
+
 /// What happens at the transports of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -57,6 +149,30 @@ pub enum News {
         client: String,
         /// Who holds the line.
         holder: String,
+    },
+    /// Somebody does something to the device that is no command. What comes of it follows. It is
+    /// told where commands are wanted.
+    Input {
+        /// Who.
+        by: Source,
+        /// What.
+        deed: Deed,
+    },
+    /// What was done has changed nothing.
+    NoEffect {
+        /// Who did it.
+        by: Source,
+        /// What.
+        deed: Deed,
+        /// Why, as far as that is known.
+        why: Option<&'static str>,
+    },
+    /// Several clients have the line open, and what comes from now on comes from this one.
+    Speaks {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// Who, as far as that is known.
+        client: String,
     },
     /// A client that does not read lost its copy of what the controller sent.
     Lost {

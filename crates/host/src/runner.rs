@@ -18,7 +18,7 @@ use vimc4_device::{Condition, Device, Event, Input, Kinds, Output, Time, Warning
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::handle::{ControlError, Handle};
-use crate::report::{News, Report, Sink, Wants};
+use crate::report::{Deed, Effect, News, Report, Sink, Source, Wants};
 use crate::timer::Timer;
 use crate::transport::{Received, Sent, Transport};
 
@@ -81,6 +81,12 @@ pub struct Runner<D: Device> {
     early: Vec<News>,
     half: HalfLine,
     feeds: LineFeeds,
+    /// Who has the line open and may send.
+    clients: Vec<Source>,
+    /// Who has sent something last, as far as several could have.
+    speaker: Option<Source>,
+    /// How often something was sent or stored.
+    said: u64,
 }
 
 /// The line that a client has begun and not ended.
@@ -265,6 +271,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
             early: Vec::new(),
             half: HalfLine::default(),
             feeds: LineFeeds::default(),
+            clients: Vec::new(),
+            speaker: None,
+            said: 0,
         };
         runner.watch_kinds();
         (runner, Handle::new(jobs, stop))
@@ -457,6 +466,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     let bytes = Bytes::copy_from_slice(bytes);
                     self.report(Kinds::NONE, true, || Report::Received { at, from, bytes });
                 }
+                self.mind_speaker(from);
                 self.take_line(from, bytes);
                 if let Some(right) = self.feeds.wrong(bytes) {
                     let transport = Arc::clone(self.transports[from].label());
@@ -465,6 +475,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
             Received::Finished => {}
             Received::News(news) => {
+                self.mind_clients(&news);
                 self.mind_half_line(&news);
                 self.news(news);
             }
@@ -475,7 +486,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Passes on what has arrived, and says when it begins behind a half line of somebody else.
     fn take_line(&mut self, from: usize, bytes: &[u8]) {
         if self.half.ends.is_empty() {
-            return self.input(Input::Bytes(bytes));
+            return self.bytes(from, bytes);
         }
         if std::mem::take(&mut self.half.left) {
             let transport = Arc::clone(self.transports[from].label());
@@ -484,11 +495,87 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
         if !self.half.fresh {
             self.half.note(bytes);
-            return self.input(Input::Bytes(bytes));
+            return self.bytes(from, bytes);
         }
         let whole = self.half.take(bytes);
         if !whole.is_empty() {
-            self.input(Input::Bytes(&whole));
+            self.bytes(from, &whole);
+        }
+    }
+
+    /// Bytes reach the device. Of those that act at once it is said who has sent them.
+    fn bytes(&mut self, from: usize, bytes: &[u8]) {
+        let told = self.wants.kinds.contain(Kinds::COMMAND);
+        if !told || !bytes.iter().any(|byte| self.device.is_urgent(*byte)) {
+            return self.input(Input::Bytes(bytes));
+        }
+        let at = self.catch_up_to_present();
+        let mut rest = bytes;
+        while let Some(place) = rest.iter().position(|byte| self.device.is_urgent(*byte)) {
+            let (before, after) = rest.split_at(place);
+            if !before.is_empty() {
+                self.input_at(Input::Bytes(before), at);
+            }
+            let (first, after) = after.split_at(1);
+            let deed = Deed::Byte(first.first().copied().unwrap_or_default());
+            let by = self.source(from);
+            self.news_at(at, News::Input { by, deed });
+            self.input_at(Input::Bytes(first), at);
+            rest = after;
+        }
+        if !rest.is_empty() {
+            self.input_at(Input::Bytes(rest), at);
+        }
+        self.disappoint();
+    }
+
+    /// Who sends on a transport.
+    fn source(&self, from: usize) -> Source {
+        let label = self.transports.get(from).map(|transport| transport.label().as_ref());
+        let label = label.unwrap_or_default();
+        let of = |source: &&Source| match source {
+            Source::Client { transport, .. } => transport == label,
+            Source::Controls(_) => false,
+        };
+        let known = self.clients.iter().rfind(of).cloned();
+        known.unwrap_or_else(|| Source::Client { transport: label.to_owned(), client: None })
+    }
+
+    /// Says who speaks, where it could be somebody else.
+    fn mind_speaker(&mut self, from: usize) {
+        if self.clients.len() < 2 || self.sinks.is_empty() {
+            return;
+        }
+        let source = self.source(from);
+        if self.speaker.as_ref() == Some(&source) {
+            return;
+        }
+        if let Source::Client { client, .. } = &source {
+            let transport = Arc::clone(self.transports[from].label());
+            let client = client.clone().unwrap_or_else(|| "a client".to_owned());
+            self.news(News::Speaks { transport, client });
+        }
+        self.speaker = Some(source);
+    }
+
+    /// A client that may send comes or goes.
+    fn mind_clients(&mut self, news: &News) {
+        let source = |transport: &Arc<str>, client: &String| Source::Client {
+            transport: transport.as_ref().to_owned(),
+            client: Some(client.clone()),
+        };
+        match news {
+            News::Opened { transport, client } if !client.ends_with("(observing)") => {
+                self.clients.push(source(transport, client));
+            }
+            News::Closed { transport, client } => {
+                let gone = source(transport, client);
+                if let Some(place) = self.clients.iter().position(|source| *source == gone) {
+                    self.clients.remove(place);
+                }
+                self.speaker = self.speaker.take().filter(|speaker| *speaker != gone);
+            }
+            _ => {}
         }
     }
 
@@ -566,15 +653,50 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Several things happen to the device at the same instant, in this order.
     pub fn inputs(&mut self, inputs: &[Input<'_>]) {
-        let mut at = self.present();
-        if self.is_due(at) {
-            self.catch_up();
-            at = self.present();
+        let at = self.catch_up_to_present();
+        for input in inputs {
+            self.input_at(*input, at);
+        }
+        self.disappoint();
+    }
+
+    /// The time at which something happens now; what is due before has been done.
+    fn catch_up_to_present(&mut self) -> Time {
+        let at = self.present();
+        if !self.is_due(at) {
+            return at;
+        }
+        self.catch_up();
+        self.present()
+    }
+
+    /// Somebody does something to the device, and learns whether anything has come of it: whether
+    /// the device is another one than before, or has said or stored something.
+    pub(crate) fn act(&mut self, by: Source, deed: Deed, inputs: &[Input<'_>]) -> Effect {
+        let at = self.catch_up_to_present();
+        self.input_at(Input::Wake, at);
+        let (before, said) = (self.device.state().clone(), self.said);
+        let told = self.wants.kinds.contain(Kinds::COMMAND);
+        if told {
+            self.news_at(at, News::Input { by: by.clone(), deed: deed.clone() });
         }
         for input in inputs {
             self.input_at(*input, at);
         }
         self.disappoint();
+        if self.said != said || *self.device.state() != before {
+            return Effect::Something;
+        }
+        let why = inputs.first().and_then(|input| match input {
+            Input::Signal(signal, value) => self.device.why_without_effect(*signal, *value),
+            _ => None,
+        });
+        // One thing that changes nothing was so before; of two the second has undone the first.
+        let why = why.or((inputs.len() == 1).then_some("it was so already"));
+        if told {
+            self.news_at(at, News::NoEffect { by, deed, why });
+        }
+        Effect::Nothing { why }
     }
 
     /// Tells those who wait for what cannot come any more: the device rests.
@@ -596,7 +718,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Continues from an earlier state.
-    pub(crate) fn restore(&mut self, state: D::State) {
+    pub(crate) fn restore(&mut self, by: Source, state: D::State) {
+        if self.wants.kinds.contain(Kinds::COMMAND) {
+            self.news(News::Input { by, deed: Deed::Restore });
+        }
         let before = self.flash.is_some().then(|| self.device.flash_image());
         self.device.restore(state);
         self.watch_kinds();
@@ -609,6 +734,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             self.secure();
         }
         self.input_at(Input::Wake, self.device.now());
+        self.disappoint();
     }
 
     // --- time ---
@@ -769,6 +895,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     fn store(&mut self, change: &vimc4_device::FlashChange) {
+        self.said += 1;
         if let Some(flash) = &mut self.flash
             && let Err(error) = flash.apply(change)
         {
@@ -788,6 +915,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         if self.failure.is_some() {
             return;
         }
+        self.said += 1;
         let mut heard = false;
         let mut losses = Vec::new();
         for transport in &mut self.transports {
@@ -813,6 +941,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     fn news(&mut self, news: News) {
         let at = self.present();
+        self.news_at(at, news);
+    }
+
+    fn news_at(&mut self, at: Time, news: News) {
         let report = Report::News(at, news);
         let Runner { sinks, device, .. } = self;
         for (_, sink) in sinks {

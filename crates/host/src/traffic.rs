@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use vimc4_device::{Event, Kinds, Time, Warning};
 
-use crate::report::{News, Report, Sink, Wants};
+use crate::report::{Deed, News, Report, Sink, Wants};
 
 /// A sink that writes lines of text:
 ///
@@ -20,19 +20,25 @@ pub struct Traffic<F> {
     write: F,
     verbosity: Verbosity,
     began: Option<Time>,
-    floods: BTreeMap<&'static str, Flood>,
+    floods: BTreeMap<(&'static str, String), Flood>,
+    /// On which transport is spoken, as far as that is known.
+    speaker: String,
+    /// How long a warning stands for those of its kind.
+    respite: Duration,
 }
 
-/// Warnings of one kind that come one after the other.
+/// Warnings of one kind about one transport that come one after the other.
 #[derive(Clone, Copy, Debug)]
 struct Flood {
     /// When the last one was told, on the wall: the controller's time may stand still, or leap.
     told: Instant,
     /// How many were not since then.
     left_out: u64,
+    /// When their number was told last although no other one came.
+    settled: Option<Instant>,
 }
 
-/// Of each kind of warning no more than one is told in this time.
+/// Of each kind of warning about a transport no more than one is told in this time.
 const RESPITE: Duration = Duration::from_secs(1);
 
 /// How much a [`Traffic`] sink tells.
@@ -47,7 +53,14 @@ pub enum Verbosity {
 impl<F: FnMut(String) + Send> Traffic<F> {
     /// Tells `write` about the conversation.
     pub fn new(verbosity: Verbosity, write: F) -> Traffic<F> {
-        Traffic { write, verbosity, began: None, floods: BTreeMap::new() }
+        Traffic {
+            write,
+            verbosity,
+            began: None,
+            floods: BTreeMap::new(),
+            speaker: String::new(),
+            respite: RESPITE,
+        }
     }
 
     fn line(&mut self, at: Time, text: fmt::Arguments<'_>) {
@@ -56,32 +69,43 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         (self.write)(format!("{seconds:>6}.{micros:06} s  {text}"));
     }
 
-    /// Tells a warning, unless one of its kind has just been told: then it is counted.
-    fn warn(&mut self, at: Time, kind: &'static str, text: &str) {
+    /// Tells a warning, unless one of its kind and about the same transport has just been told:
+    /// then it is counted.
+    fn warn(&mut self, at: Time, kind: &'static str, transport: &str, text: &str) {
         let now = Instant::now();
-        let mut left_out = 0;
-        if let Some(flood) = self.floods.get_mut(kind) {
-            if now.duration_since(flood.told) < RESPITE {
-                flood.left_out += 1;
-                return;
-            }
-            left_out = flood.left_out;
+        let key = (kind, transport.to_owned());
+        let Some(flood) = self.floods.get_mut(&key) else {
+            self.floods.insert(key, Flood { told: now, left_out: 0, settled: None });
+            return self.line(at, format_args!("{text}"));
+        };
+        if now.duration_since(flood.told) < self.respite {
+            flood.left_out += 1;
+            return;
         }
-        self.floods.insert(kind, Flood { told: now, left_out: 0 });
-        match left_out {
+        flood.told = now;
+        match std::mem::take(&mut flood.left_out) {
             0 => self.line(at, format_args!("{text}")),
-            _ => {
-                self.line(at, format_args!("{text} ({left_out} of the kind were left out before)"))
-            }
+            many => self.line(at, format_args!("{text} ({many} of the kind were left out before)")),
         }
     }
 
-    /// Says how many warnings were left out that nothing has been said of yet.
-    fn settle(&mut self, at: Time) {
-        for (kind, flood) in std::mem::take(&mut self.floods) {
-            if flood.left_out > 0 {
-                self.line(at, format_args!("{} more were left out: {kind}", flood.left_out));
+    /// Says how many warnings about a transport were left out that nothing has been said of yet.
+    /// Who comes and goes all the time gets no more lines by that.
+    fn settle(&mut self, at: Time, transport: &str) {
+        let now = Instant::now();
+        let mut lines = Vec::new();
+        for ((kind, about), flood) in &mut self.floods {
+            let concerns = about.is_empty() || about == transport;
+            let rests = flood.settled.is_none_or(|told| now.duration_since(told) >= self.respite);
+            if concerns && rests && flood.left_out > 0 {
+                flood.settled = Some(now);
+                let left_out = std::mem::take(&mut flood.left_out);
+                let about = if about.is_empty() { String::new() } else { format!("{about}: ") };
+                lines.push(format!("{about}{left_out} more were left out: {kind}"));
             }
+        }
+        for line in lines {
+            self.line(at, format_args!("{line}"));
         }
     }
 
@@ -107,18 +131,35 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             Event::Warning(Warning::NobodyListens { .. })
                 if self.verbosity == Verbosity::Warnings => {}
             Event::Warning(warning) => {
-                let text = format!("warning: {}", describe_warning(warning));
-                self.warn(at, kind_of(warning), &text);
+                let (text, speaker) = (format!("warning: {warning}"), self.speaker.clone());
+                self.warn(at, kind_of(warning), &speaker, &text);
             }
             _ => {}
         }
     }
 
-    fn news(&mut self, at: Time, news: &News) {
-        if let News::Closed { .. } = news {
-            self.settle(at);
+    fn news(&mut self, at: Time, news: &News, explain: &dyn Fn(&[u8]) -> String) {
+        match news {
+            News::Closed { transport, .. } => self.settle(at, transport),
+            News::Opened { transport, .. } | News::Speaks { transport, .. } => {
+                transport.as_ref().clone_into(&mut self.speaker);
+            }
+            _ => {}
         }
         match news {
+            News::Input { .. } | News::NoEffect { .. } | News::Speaks { .. }
+                if self.verbosity == Verbosity::Warnings => {}
+            News::Input { by, deed: Deed::Byte(byte) } => {
+                self.line(at, format_args!("{by}: {byte}  {}", explain(&[*byte])));
+            }
+            News::Input { by, deed } => self.line(at, format_args!("{by}: {deed}")),
+            News::NoEffect { why: Some(why), .. } => {
+                self.line(at, format_args!("        no effect: {why}"));
+            }
+            News::NoEffect { why: None, .. } => self.line(at, format_args!("        no effect")),
+            News::Speaks { transport, client } => {
+                self.line(at, format_args!("{transport}: {client} speaks"));
+            }
             News::Opened { transport, client } if self.verbosity == Verbosity::Conversation => {
                 self.line(at, format_args!("{transport}: {client} opened the line"));
             }
@@ -133,30 +174,38 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::Refused { transport, client, holder } => self.warn(
                 at,
                 "clients that were refused",
+                transport,
                 &format!("{transport}: refused {client}, because {holder} holds the line"),
             ),
             News::Lost { transport, bytes } => self.warn(
                 at,
                 "answers that were not read",
+                transport,
                 &format!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
-            News::WrongSpeed { transport, client, line } => self.line(
+            News::WrongSpeed { transport, client, line } => self.warn(
                 at,
-                format_args!(
+                "changes of the speed",
+                transport,
+                &format!(
                     "{transport}: the client has set {client} baud, the controller has {line}; a \
                      real one would hear noise"
                 ),
             ),
-            News::WrongParity { transport, parity } => self.line(
+            News::WrongParity { transport, parity } => self.warn(
                 at,
-                format_args!(
+                "changes of the parity",
+                transport,
+                &format!(
                     "{transport}: the client has set {parity} parity, the controller has none; a \
                      real one would hear noise"
                 ),
             ),
-            News::Shared { transport, programs } => self.line(
+            News::Shared { transport, programs } => self.warn(
                 at,
-                format_args!(
+                "programs at one port",
+                transport,
+                &format!(
                     "{transport}: {programs} have it open at once and take the answers from each \
                      other; close all but one"
                 ),
@@ -164,6 +213,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::HalfLine { transport, half, spoils: false } => self.warn(
                 at,
                 "half lines",
+                transport,
                 &format!(
                     "{transport}: somebody has left half a line, `{}`, which the first command of \
                      the next client will be the rest of, as on a real cable (--fresh-clients \
@@ -174,6 +224,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::HalfLine { transport, half, spoils: true } => self.warn(
                 at,
                 "commands behind half lines",
+                transport,
                 &format!(
                     "{transport}: this command comes behind the half line `{}` that somebody has \
                      left",
@@ -183,6 +234,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::LineFeed { transport, right } => self.warn(
                 at,
                 "clients that end their lines with LF alone",
+                transport,
                 &format!("{transport}: LF alone ends no command; {right}"),
             ),
             News::Gone { transport, error } => self.line(
@@ -213,7 +265,7 @@ impl<F: FnMut(String) + Send> Sink for Traffic<F> {
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         match report {
             Report::Event(at, event) => self.event(*at, event, explain),
-            Report::News(at, news) => self.news(*at, news),
+            Report::News(at, news) => self.news(*at, news, explain),
             Report::Received { .. } | Report::Sent { .. } => {}
         }
     }
@@ -234,26 +286,6 @@ fn kind_of(warning: &Warning) -> &'static str {
         Warning::StepsLost { .. } => "losses of steps",
         Warning::ProgramError { .. } => "programs that ended with an error",
         _ => "other warnings",
-    }
-}
-
-fn describe_warning(warning: &Warning) -> String {
-    match warning {
-        Warning::ReceiveOverflow { lost } => {
-            format!("the receive buffer was full, {} lost", count(*lost))
-        }
-        Warning::NobodyListens { lost } => {
-            format!("nobody has the line open, {} lost", count(*lost))
-        }
-        Warning::NoEffect { what } => format!("no effect: {what}"),
-        Warning::StepsLost { axis, steps } => {
-            let axis = ["X", "Y", "Z", "A"].get(usize::from(*axis)).copied().unwrap_or("?");
-            format!("the {axis} carriage lost {steps} steps")
-        }
-        Warning::ProgramError { code, line } => {
-            format!("the program ended in line {line} with error {code}")
-        }
-        other => format!("{other:?}"),
     }
 }
 
@@ -343,6 +375,8 @@ mod tests {
     fn a_flood_is_one_line_and_a_number() {
         let (sender, lines) = mpsc::channel();
         let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
+        // However slow the computer is.
+        traffic.respite = Duration::from_secs(3_600);
         let explain = |_: &[u8]| String::new();
         let (transport, client) = (std::sync::Arc::from("pty"), "a client".to_owned());
         for ms in 0..2_000 {
@@ -360,6 +394,49 @@ mod tests {
                 "     0.000000 s  warning: no effect: half a turn",
                 "     3.000000 s  warning: the receive buffer was full, 1 byte was lost",
                 "     4.000000 s  1999 more were left out: commands without effect",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_flood_of_one_client_hides_nothing_of_another() {
+        let (sender, lines) = mpsc::channel();
+        let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
+        // However slow the computer is.
+        traffic.respite = Duration::from_secs(3_600);
+        let explain = |_: &[u8]| String::new();
+        let mut tell = |report| traffic.report(&report, &explain);
+        let label = |name: &str| std::sync::Arc::<str>::from(name);
+        let client = || "a client".to_owned();
+        let at = Time::ZERO;
+        for _ in 0..500 {
+            for name in ["pty", "tcp"] {
+                tell(Report::News(at, News::Speaks { transport: label(name), client: client() }));
+                let what = format!("{name} says nothing").into();
+                tell(Report::Event(at, Event::Warning(Warning::NoEffect { what })));
+                let (client, line) = (300, 19_200);
+                tell(Report::News(at, News::WrongSpeed { transport: label(name), client, line }));
+            }
+        }
+        // Who comes and goes gets no more lines by that.
+        for _ in 0..500 {
+            tell(Report::News(at, News::Closed { transport: label("tcp"), client: client() }));
+            tell(Report::News(at, News::Opened { transport: label("tcp"), client: client() }));
+            let what = "more".into();
+            tell(Report::Event(at, Event::Warning(Warning::NoEffect { what })));
+        }
+        let told: Vec<_> = lines.try_iter().map(|line| line[17..].to_owned()).collect();
+        let speed = "the client has set 300 baud, the controller has 19200; a real one would hear \
+                     noise";
+        assert_eq!(
+            told,
+            [
+                "warning: no effect: pty says nothing",
+                &format!("pty: {speed}"),
+                "warning: no effect: tcp says nothing",
+                &format!("tcp: {speed}"),
+                "tcp: 499 more were left out: changes of the speed",
+                "tcp: 499 more were left out: commands without effect",
             ]
         );
     }

@@ -30,6 +30,18 @@ pub enum Control {
     Break = 255,
 }
 
+impl Control {
+    /// What it does, for people.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Control::Stop => "stop: what moves brakes, and can be gone on with",
+            Control::Reset => "reset: everything as after power-on",
+            Control::Break => "break: what moves brakes, and the rest of it is forgotten",
+        }
+    }
+}
+
 /// The control byte this is, if it is one.
 #[must_use]
 pub const fn control(byte: u8) -> Option<Control> {

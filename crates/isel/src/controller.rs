@@ -8,7 +8,7 @@ use vimc4_device::{
     Condition, Device, Event, FlashChange, Input, Kinds, Output as Out, Signal, SignalId, Time,
     View,
 };
-use vimc4_isel_wire::{Addressed, Mode, parse};
+use vimc4_isel_wire::{Addressed, Mode, Reply, control, parse};
 use vimc4_plant::{End, Machine, PlantSignal};
 
 use crate::AXIS_NAMES;
@@ -173,6 +173,11 @@ impl Device for Controller {
 
     fn explain(&self, command: &[u8]) -> String {
         let state = &self.state;
+        if let [byte] = command
+            && let Some(control) = control(*byte)
+        {
+            return control.meaning().to_owned();
+        }
         let mode = if command.first() == Some(&b'@') { Mode::Direct } else { Mode::Stored };
         match parse(command, state.model.command_set.dialect(), mode, state.device) {
             Ok(Addressed::Frame(frame)) => match frame.decode(&self.context(None)) {
@@ -180,8 +185,18 @@ impl Device for Controller {
                 Err(_) => frame.spec().title.to_owned(),
             },
             Ok(Addressed::OtherDevice) => "for another device".to_owned(),
+            // What can be stored is a question only while a program is stored.
+            Err(Reply::NotStorable) if !state.storing => Reply::Syntax.meaning().to_owned(),
             Err(reply) => reply.meaning().to_owned(),
         }
+    }
+
+    fn is_urgent(&self, byte: u8) -> bool {
+        control(byte).is_some()
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        self.why_ignored(PlantSignal::from_id(signal)?, value != 0)
     }
 
     fn is_idle(&self) -> bool {

@@ -19,6 +19,7 @@ mod controller;
 mod flash;
 mod forecast;
 mod halting;
+mod ignored;
 mod model;
 mod moves;
 mod panel;

@@ -1,13 +1,13 @@
 //! Moves: from a command to segments, and from segment to segment.
 
-use vimc4_device::{Event, Kinds, Motion, Point, Time, Warning};
+use vimc4_device::{Event, Kinds, Motion, Point, Time};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs, Reply};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
 
 use crate::admission::moving_axes;
 use crate::model::{LowerCase, SpeedOf3d};
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
-use crate::{AXES, Controller};
+use crate::{AXES, AXIS_NAMES, Controller};
 
 impl Moving {
     /// When the segment ends, by itself or at a limit switch.
@@ -194,6 +194,7 @@ impl Controller {
             *position = wrap(*position + offset);
         }
         let mut lost = self.move_carriages(&offset, &low, &high);
+        let mut overran = [false; AXES];
         if sudden && self.state.model.quirks.lost_steps {
             let overrun = self.overrun(segment, steps);
             let rest = path.after(steps);
@@ -202,11 +203,14 @@ impl Controller {
             let stopped = self.move_carriages(&slip, &low, &high);
             for axis in 0..AXES {
                 lost[axis] += stopped[axis] - slip[axis];
+                overran[axis] = slip[axis] != stopped[axis];
             }
         }
         if self.wants(Kinds::WARNING) {
             for (axis, &steps) in lost.iter().enumerate().filter(|(_, steps)| **steps != 0) {
-                let warning = Warning::StepsLost { axis: axis as u8, steps: -steps };
+                let name = AXIS_NAMES.get(axis).copied().unwrap_or("?");
+                let machine = self.state.plant.machine();
+                let warning = machine.steps_lost(axis, name, -steps, overran[axis]);
                 self.emit(Event::Warning(warning));
             }
         }

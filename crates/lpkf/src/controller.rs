@@ -165,6 +165,19 @@ impl Device for Controller {
         }
     }
 
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        match PlantSignal::from_id(signal) {
+            _ if value == 0 => None,
+            _ if !self.state.powered => Some("the power is off"),
+            Some(PlantSignal::Stop) if !self.state.settings.external_stop => {
+                Some("the external stop is blocked; !ES1 lets it through")
+            }
+            // Of its own signals those that do nothing now are no switches.
+            None => Some("nothing heeds it now"),
+            Some(_) => None,
+        }
+    }
+
     fn is_idle(&self) -> bool {
         self.state.job.is_none() && self.state.unit.due.is_none()
     }

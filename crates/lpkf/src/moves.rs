@@ -1,6 +1,6 @@
 //! Moves: from a place to a segment, what is in its way, and what it leaves behind.
 
-use vimc4_device::{AXES, Event, Kinds, Motion, Point, Time, Warning};
+use vimc4_device::{AXES, Event, Kinds, Motion, Point, Time};
 use vimc4_motion::{Chain, Line, Path, Profile, Segment, Stretch, Sweep, Turn as Sense, chord};
 use vimc4_plant::{End, Unit};
 
@@ -376,7 +376,9 @@ impl Controller {
         let lost = self.state.plant.follow(&signs, &offset, &low, &high);
         if self.wants(Kinds::WARNING) {
             for (axis, &steps) in lost.iter().enumerate().filter(|(_, steps)| **steps != 0) {
-                let warning = Warning::StepsLost { axis: axis as u8, steps: -steps };
+                let name = Axis::from_index(axis).map_or("?", |axis| self.axis_name(axis));
+                let machine = self.state.plant.machine();
+                let warning = machine.steps_lost(axis, name, -steps, false);
                 self.emit(Event::Warning(warning));
             }
         }

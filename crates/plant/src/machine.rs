@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use vimc4_device::Warning;
 
 use crate::job::JobSetup;
 use crate::profile::{Builtins, ProfileError, parse_profile};
@@ -95,6 +96,27 @@ pub struct Axis {
     /// Where the carriage stands at first.
     #[serde(default)]
     pub start: i64,
+}
+
+impl Machine {
+    /// Says that carriage minus counter of an axis has changed by so many steps, because the
+    /// carriage stood or overran.
+    #[must_use]
+    pub fn steps_lost(
+        &self,
+        axis: usize,
+        name: &'static str,
+        steps: i64,
+        overran: bool,
+    ) -> Warning {
+        let gear = self.axis(axis);
+        let um = gear.lead_um.and_then(|lead| {
+            let turn = u128::from(gear.steps_per_turn.max(1));
+            let way = u128::from(steps.unsigned_abs()) * u128::from(lead);
+            u64::try_from((way + turn / 2) / turn).ok()
+        });
+        Warning::StepsLost { axis: axis as u8, name, steps, um, overran }
+    }
 }
 
 impl Axis {

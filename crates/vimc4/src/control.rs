@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vimc4_device::{Condition, Device, Event, Signal, Time, View};
 use vimc4_host::{
-    ControlError, Handle, HostLines, Line, LineState, MemoryPort, Modem, Reply, Sink,
+    ControlError, Effect, Handle, HostLines, Line, LineState, MemoryPort, Modem, Reply, Sink,
 };
 
 use crate::catalogue::{Controller, Family, Model, State};
@@ -90,6 +90,13 @@ impl Control {
         record: Option<Record>,
     ) -> Control {
         Control { model, handle, record, key_on_auto: Arc::new(AtomicBool::new(true)) }
+    }
+
+    /// The same controls for somebody of this name, who appears in the log and the news; without
+    /// it that is `the library`.
+    #[must_use]
+    pub fn by(&self, who: &str) -> Control {
+        Control { handle: self.handle.by(who), ..self.clone() }
     }
 
     /// The model.
@@ -214,7 +221,7 @@ impl Control {
     }
 
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
-    pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Reply<()> {
+    pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Reply<Effect> {
         let name = name.as_ref();
         if name == "key" {
             self.key_on_auto.store(value != 0, Ordering::Relaxed);
@@ -224,22 +231,22 @@ impl Control {
 
     /// Presses a button and releases it at the same instant; the emergency stop stays pressed
     /// until it is released.
-    pub fn press(&self, button: impl AsRef<str>) -> Reply<()> {
+    pub fn press(&self, button: impl AsRef<str>) -> Reply<Effect> {
         self.handle.press(button.as_ref())
     }
 
     /// Presses a button and keeps it pressed.
-    pub fn hold(&self, button: impl AsRef<str>) -> Reply<()> {
+    pub fn hold(&self, button: impl AsRef<str>) -> Reply<Effect> {
         self.handle.hold(button.as_ref())
     }
 
     /// Releases a button.
-    pub fn release(&self, button: impl AsRef<str>) -> Reply<()> {
+    pub fn release(&self, button: impl AsRef<str>) -> Reply<Effect> {
         self.handle.release(button.as_ref())
     }
 
     /// Puts a switch into a position, as in `turn("cover", "open")`.
-    pub fn turn(&self, switch: &str, position: &str) -> Reply<()> {
+    pub fn turn(&self, switch: &str, position: &str) -> Reply<Effect> {
         if switch == "key" {
             self.key_on_auto.store(position == "auto", Ordering::Relaxed);
         }
@@ -247,14 +254,14 @@ impl Control {
     }
 
     /// Sets a bit of an input port, as the controller reads it.
-    pub fn input(&self, port: u16, bit: u8, level: bool) -> Reply<()> {
+    pub fn input(&self, port: u16, bit: u8, level: bool) -> Reply<Effect> {
         self.handle.set_input(port, bit, level)
     }
 
     /// Erases the stored program as a person does at the panel: the emergency stop pressed and
     /// released, key on test, STOP held, ON. The controller has then been reset, and its power
     /// stages are off until ON is pressed or it is switched off and on.
-    pub fn erase(&self) -> Reply<()> {
+    pub fn erase(&self) -> Reply<Effect> {
         if let Some(why) = self.model.refuses_to_erase() {
             return self.handle.with(move |_| Err(ControlError::Unsupported(why)));
         }
@@ -269,11 +276,11 @@ impl Control {
             ("stop", 0),
             ("key", key),
         ];
-        self.handle.set_all(&hands)
+        self.handle.set_all("erase", &hands)
     }
 
     /// Takes the power away or gives it back.
-    pub fn power(&self, on: bool) -> Reply<()> {
+    pub fn power(&self, on: bool) -> Reply<Effect> {
         self.handle.power(on)
     }
 

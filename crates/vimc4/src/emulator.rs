@@ -224,33 +224,39 @@ impl Emulator {
 
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
     pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Result<(), Error> {
-        Ok(self.control.set_signal(name, value).wait()?)
+        self.control.set_signal(name, value).wait()?;
+        Ok(())
     }
 
     /// Presses a button and releases it at the same instant; the emergency stop stays pressed
     /// until it is released.
     pub fn press(&self, button: impl AsRef<str>) -> Result<(), Error> {
-        Ok(self.control.press(button).wait()?)
+        self.control.press(button).wait()?;
+        Ok(())
     }
 
     /// Presses a button and keeps it pressed.
     pub fn hold(&self, button: impl AsRef<str>) -> Result<(), Error> {
-        Ok(self.control.hold(button).wait()?)
+        self.control.hold(button).wait()?;
+        Ok(())
     }
 
     /// Releases a button.
     pub fn release(&self, button: impl AsRef<str>) -> Result<(), Error> {
-        Ok(self.control.release(button).wait()?)
+        self.control.release(button).wait()?;
+        Ok(())
     }
 
     /// Puts a switch into a position, as in `turn("cover", "open")`.
     pub fn turn(&self, switch: &str, position: &str) -> Result<(), Error> {
-        Ok(self.control.turn(switch, position).wait()?)
+        self.control.turn(switch, position).wait()?;
+        Ok(())
     }
 
     /// Sets a bit of an input port, as the controller reads it.
     pub fn input(&self, port: u16, bit: u8, level: bool) -> Result<(), Error> {
-        Ok(self.control.input(port, bit, level).wait()?)
+        self.control.input(port, bit, level).wait()?;
+        Ok(())
     }
 
     /// Erases the stored program as a person does at the panel: the emergency stop pressed and
@@ -258,12 +264,14 @@ impl Emulator {
     /// once. The controller has then been reset, and its power stages are off until ON is pressed
     /// or it is switched off and on.
     pub fn erase(&self) -> Result<(), Error> {
-        Ok(self.control.erase().wait()?)
+        self.control.erase().wait()?;
+        Ok(())
     }
 
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Result<(), Error> {
-        Ok(self.control.power(on).wait()?)
+        self.control.power(on).wait()?;
+        Ok(())
     }
 
     /// The present state. [`restore`](Emulator::restore) goes back to it, as often as wanted.

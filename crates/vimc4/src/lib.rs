@@ -66,8 +66,8 @@ pub use vimc4_device::{
     AXES, Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,
 };
 pub use vimc4_host::{
-    Clients, Clock, ControlError, HostLines, MemoryPort, News, Rate, Reply, Report, Sink, Traffic,
-    Verbosity, Wants, Worker, escape,
+    Clients, Clock, ControlError, Deed, Effect, HostLines, MemoryPort, News, Rate, Reply, Report,
+    Sink, Source, Traffic, Verbosity, Wants, Worker, escape,
 };
 #[cfg(unix)]
 pub use vimc4_host::{User, Users};

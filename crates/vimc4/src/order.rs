@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vimc4_device::{Condition, Signal, SignalKind, View};
-use vimc4_host::ControlError;
+use vimc4_host::{ControlError, Effect};
 
 use crate::catalogue::{self, Model};
 use crate::control::Control;
@@ -228,8 +228,13 @@ impl Control {
     }
 }
 
-fn done(reply: impl Future<Output = Result<(), ControlError>> + Send + 'static) -> Outcome {
-    answer(reply, |()| "ok".to_owned())
+/// That something changed nothing is worth a word.
+fn done(reply: impl Future<Output = Result<Effect, ControlError>> + Send + 'static) -> Outcome {
+    answer(reply, |effect| match effect {
+        Effect::Something => "ok".to_owned(),
+        Effect::Nothing { why: Some(why) } => format!("ok, without effect: {why}"),
+        Effect::Nothing { why: None } => "ok, without effect".to_owned(),
+    })
 }
 
 fn answer<T: Send + 'static>(

@@ -121,8 +121,6 @@ pub(super) struct Answer<'a> {
 /// Tells a person, or collects for a script.
 pub(super) struct Report {
     file: String,
-    /// The names of the axes.
-    axes: &'static [&'static str],
     kind: Kind,
     json: bool,
     verbose: bool,
@@ -145,16 +143,11 @@ pub(super) struct Report {
 }
 
 impl Report {
-    pub(super) fn new(
-        arguments: &Arguments,
-        script: &Script,
-        axes: &'static [&'static str],
-    ) -> Report {
+    pub(super) fn new(arguments: &Arguments, script: &Script) -> Report {
         // Lines that run by are progress enough.
         let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
         Report {
             file: shown_in_line(&arguments.file.display().to_string()),
-            axes,
             kind: script.kind,
             json: arguments.json,
             verbose: arguments.verbose,
@@ -363,12 +356,8 @@ impl Report {
             return;
         }
         let text = match warning {
-            Warning::NoEffect { what } => format!("no effect: {what}"),
-            Warning::StepsLost { axis, steps } => {
-                let axis = self.axes.get(usize::from(*axis)).copied().unwrap_or("?");
-                format!("the {axis} carriage lost {} steps", grouped(*steps))
-            }
-            other => text.unwrap_or_else(|| format!("{other:?}")),
+            Warning::NoEffect { .. } | Warning::StepsLost { .. } => warning.to_string(),
+            other => text.unwrap_or_else(|| other.to_string()),
         };
         self.say(&format!("        warning: {text} at {}", seconds(at - self.began)));
     }

@@ -105,7 +105,7 @@ fn lost_steps_are_among_the_events() -> Result {
     assert!(matches!(stepper.wait(), Err(Error::LimitSwitch)));
 
     let lost = emulator.events()?.into_iter().find_map(|(_, event)| match event {
-        Event::Warning(Warning::StepsLost { axis: 0, steps }) => Some(steps),
+        Event::Warning(Warning::StepsLost { axis: 0, steps, .. }) => Some(steps),
         _ => None,
     });
     let x = &emulator.view()?.axes[0];

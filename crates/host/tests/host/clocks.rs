@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use vimc4_device::{Condition, Time};
-use vimc4_host::{Clock, ControlError, Line, MemoryPort, Rate, Runner};
+use vimc4_host::{Clock, ControlError, Effect, Line, MemoryPort, Rate, Runner};
 
 use crate::fake::{Fake, Running};
 
@@ -194,7 +194,7 @@ fn signals_are_set_by_name() {
     handle.turn("key", "auto").wait().unwrap();
     handle.set_input(0, 3, true).wait().unwrap();
     assert_eq!(handle.state().wait().unwrap().signals, [1, 1, 1, 1]);
-    let error = |reply: Result<(), ControlError>| reply.unwrap_err().to_string();
+    let error = |reply: Result<Effect, ControlError>| reply.unwrap_err().to_string();
     assert_eq!(
         error(handle.press("strat").wait()),
         "there is no button `strat`; there are start, estop"

@@ -260,6 +260,14 @@ impl Device for Fake {
         format!("{} bytes", command.len())
     }
 
+    fn is_urgent(&self, byte: u8) -> bool {
+        byte == 0xFD
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        (signal == SignalId(3) && value == 0).then_some("the fake knows why")
+    }
+
     fn is_idle(&self) -> bool {
         self.wake().is_none()
     }

@@ -3,6 +3,7 @@
 
 mod clocks;
 mod fake;
+mod inputs;
 mod pacing;
 #[cfg(target_os = "linux")]
 mod pty;

@@ -150,6 +150,14 @@ impl Device for Controller {
         of!(&self.inner, device => device.explain(command))
     }
 
+    fn is_urgent(&self, byte: u8) -> bool {
+        of!(&self.inner, device => device.is_urgent(byte))
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        of!(&self.inner, device => device.why_without_effect(signal, value))
+    }
+
     fn is_idle(&self) -> bool {
         of!(&self.inner, device => device.is_idle())
     }
