@@ -11,6 +11,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 use vimc4::{Family, Machine, Model};
 use vimc4_conform::format::merge;
+use vimc4_conform::script;
 use vimc4_conform::source::{Source, with_manual};
 use vimc4_conform::workshop;
 use vimc4_motion::Ramp;
@@ -427,15 +428,9 @@ fn change(text: &str) -> Result<Change, String> {
     Ok(Change { at: nanos(at)?, signal: signal.to_owned(), value })
 }
 
-/// `1.5s`: a time in ns.
+/// A time in ns, written as in a session.
 fn nanos(text: &str) -> Result<u64, String> {
-    let units = [("ms", 1e6), ("min", 60e9), ("s", 1e9)];
-    let found = units.iter().find_map(|(unit, nanos)| Some((text.strip_suffix(unit)?, nanos)));
-    let number = found.and_then(|(number, unit)| Some(number.parse::<f64>().ok()? * unit));
-    number
-        .filter(|nanos| *nanos >= 0.0)
-        .map(|nanos| nanos.round() as u64)
-        .ok_or_else(|| format!("{text:?} is no time; 500ms, 1.5s and 1min are"))
+    script::duration(text).map_err(|error| error.to_string())
 }
 
 fn machine_table(raw: Option<&RawMachine>) -> Result<MachineTable, String> {

@@ -226,9 +226,10 @@ proptest! {
             when = when + Duration::from_micros(*micros);
             whole.run_to(when);
             whole.input(happening.input());
-            while pieced.now() < when {
-                let piece = Duration::from_micros(*pieces.next().unwrap());
-                pieced.advance(piece.min(when - pieced.now()));
+            let mut there = pieced.now();
+            while there < when {
+                there = when.min(there + Duration::from_micros(*pieces.next().unwrap()));
+                pieced.advance(there - pieced.now());
             }
             match happening {
                 Happening::Line(line) => line.bytes().for_each(|byte| pieced.send(&[byte])),
