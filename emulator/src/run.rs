@@ -23,7 +23,7 @@ use crate::ncp::run as job;
 use crate::setup::Setup;
 use driver::{Driver, Halt, News};
 use meter::Meter;
-use report::{Answer, End, Report, Why};
+use report::{Answer, Answered, End, Report, Why};
 use script::{Kind, Line, Script};
 use trace::Trace;
 
@@ -299,12 +299,12 @@ impl<D: Device> Session<D> {
         self.begin(outside);
         for (place, line) in lines.iter().enumerate() {
             let answer = self.command(line)?;
-            match answer.as_deref() {
+            match answer.as_ref().map(|answer| answer.bytes.as_slice()) {
                 // Who stops a motion may go on with it, once the button is let go.
                 Some([b'F', ..]) if lines.get(place + 1).is_some_and(resumes) => {
                     self.driver.pass(PRESS).map_err(|halt| self.halted(halt, Some(line)))?;
                 }
-                _ => self.check(line, answer.as_deref())?,
+                _ => self.check(line, answer)?,
             }
         }
         let program = self.driver.device().view(self.driver.now()).program;
@@ -331,7 +331,7 @@ impl<D: Device> Session<D> {
         }
         for line in &commands {
             let answer = self.command(line)?;
-            self.check(line, answer.as_deref())?;
+            self.check(line, answer)?;
         }
         self.begin(outside);
         self.start(outside)
@@ -356,20 +356,22 @@ impl<D: Device> Session<D> {
     }
 
     /// Sends a line and waits for its answer; `None` if it gets none.
-    fn command(&mut self, line: &Line) -> Result<Option<Vec<u8>>, End> {
+    fn command(&mut self, line: &Line) -> Result<Option<Answered>, End> {
         let at = self.driver.now();
         let meaning = self.driver.device().explain(&line.bytes);
         self.driver.send(&line.whole());
         loop {
             while let Some((now, news)) = self.driver.news.pop_front() {
-                let News::Answer(answer) = news else {
+                let News::Answer(bytes, why) = news else {
                     self.tell(now, news);
                     continue;
                 };
-                self.remember(line, &answer);
+                self.remember(line, &bytes);
                 let took = now - at;
-                self.report.answer(Answer { line, answer: Some(&answer), at, took, meaning });
-                return Ok(Some(answer));
+                let answered = Answered { bytes, why };
+                let answer = Some(&answered);
+                self.report.answer(Answer { line, answer, at, took, meaning });
+                return Ok(Some(answered));
             }
             if self.driver.device().is_idle() {
                 let took = self.driver.now() - at;
@@ -388,8 +390,8 @@ impl<D: Device> Session<D> {
         loop {
             let halted = self.driver.advance().err();
             while let Some((now, news)) = self.driver.news.pop_front() {
-                if let News::Warning(Warning::ProgramError { code, line }) = news {
-                    let text = self.program_error(code, line);
+                if let News::Warning(Warning::ProgramError { code, line, why }) = news {
+                    let text = self.program_error(code, line, &why);
                     return Err(End { line: self.number(line), ..End::of(Why::Error, text) });
                 }
                 self.tell(now, news);
@@ -426,27 +428,29 @@ impl<D: Device> Session<D> {
             News::Line(line) => {
                 self.report.line(at, self.stored.get(index_of(line)), line);
             }
-            News::Sent(bytes) => self.report.sent(at, &bytes),
+            News::Sent(bytes) => self.report.sent(at, &bytes, None),
             News::Warning(warning) => {
                 let text = match &warning {
-                    Warning::ProgramError { code, line } => Some(self.program_error(*code, *line)),
+                    Warning::ProgramError { code, line, why } => {
+                        Some(self.program_error(*code, *line, why))
+                    }
                     _ => None,
                 };
                 self.report.warning(at, &warning, text);
             }
-            News::Begun(_) | News::Answer(_) => {}
+            News::Begun(_) | News::Answer(..) => {}
         }
     }
 
-    fn program_error(&self, code: char, line: u32) -> String {
-        let what = self.family.refusal(&[code as u8]).unwrap_or_else(|| code.to_string());
-        format!("{} ended the program with {what}", self.place(line))
+    fn program_error(&self, code: char, line: u32, why: &str) -> String {
+        format!("{} ended the program with {code}: {why}", self.place(line))
     }
 
     /// An error reply ends the run.
-    fn check(&self, line: &Line, answer: Option<&[u8]>) -> Result<(), End> {
-        let refusal = answer.and_then(|answer| self.family.refusal(answer));
-        let Some(refusal) = refusal else { return Ok(()) };
+    fn check(&self, line: &Line, answer: Option<Answered>) -> Result<(), End> {
+        let Some(answer) = answer else { return Ok(()) };
+        let Some(refusal) = self.family.refusal(&answer.bytes) else { return Ok(()) };
+        let refusal = answer.explain(refusal);
         let at = self.report.place(line);
         let text = format!("{at} was answered {refusal}");
         Err(End { line: line.number, ..End::of(Why::Error, text) })

@@ -600,10 +600,10 @@ fn moves_of_unknown_commands_are_not_left_out() {
 #[test]
 fn a_value_that_no_status_is_for_is_named() {
     for (text, reason) in [
-        ("AA0,0,400;", "an arc of more than a turn, 360 degrees"),
-        ("AA0,0;", "a parameter is missing"),
-        ("!WR999,1;", "the address of a port is 0 to 255"),
-        ("!OI4;", "the trackball is opened with 1, 2 or 3"),
+        ("AA0,0,400;", "400: an arc is at most a turn, 360 degrees"),
+        ("AA0,0;", "AA takes 3 numbers (x, y, a), 2 came"),
+        ("!WR999,1;", "999: the address of a port is 0 to 255"),
+        ("!OI4;", "4: the trackball is opened with 1, 2 or 3"),
     ] {
         let (code, said) = plot(text.as_bytes(), "--model smcu -v");
         assert_eq!(code, 1);

@@ -33,6 +33,8 @@ pub struct Record {
     /// Commands that were answered: mnemonic and kind of the answer, as
     /// [`Family::kind_of`](vimc4::Family::kind_of) names it.
     pub answers: BTreeSet<(&'static str, String)>,
+    /// Errors that were answered: mnemonic, kind as above, and why, as the controller says.
+    pub errors: BTreeSet<(&'static str, String, String)>,
     /// Lines of stored programs that were executed.
     pub lines: BTreeSet<&'static str>,
     /// Signals that were set, by name.
@@ -135,6 +137,7 @@ pub fn play_watched<D: Device>(
         stopwatch: Time::ZERO,
         received: VecDeque::new(),
         warnings: Vec::new(),
+        why: String::new(),
         flash: Vec::new(),
         record: Record::default(),
         travel: Travel::default(),
@@ -179,6 +182,8 @@ struct Player<D> {
     stopwatch: Time,
     received: VecDeque<(Time, u8)>,
     warnings: Vec<String>,
+    /// Why the last error was answered.
+    why: String,
     flash: Vec<u8>,
     record: Record,
     travel: Travel,
@@ -245,6 +250,11 @@ impl<D: Device> Player<D> {
                 Some(at) => drop(self.warnings.drain(..=at)),
                 None => return mismatch(format!("a warning {kind}"), self.warnings.join(", ")),
             },
+            // Driven roughly, nobody asks why.
+            Action::Why(why) if *why != self.why && self.drive == Drive::Smooth => {
+                return mismatch(why, &self.why);
+            }
+            Action::Why(_) => {}
         }
         Ok(())
     }
@@ -294,8 +304,13 @@ impl<D: Device> Player<D> {
             Event::Command { mnemonic, .. } => {
                 self.record.commands.insert(mnemonic);
             }
-            Event::Answer { mnemonic, bytes } => {
+            Event::Answer { mnemonic, bytes, why } => {
                 let kind = self.family.kind_of(&bytes);
+                if self.family.refusal(&bytes).is_some() || why.is_some() {
+                    let why = why.unwrap_or_default().into_string();
+                    self.why.clone_from(&why);
+                    self.record.errors.extend(kind.clone().map(|kind| (mnemonic, kind, why)));
+                }
                 self.record.answers.extend(kind.map(|kind| (mnemonic, kind)));
             }
             Event::Line { mnemonic, .. } => {

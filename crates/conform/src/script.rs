@@ -63,6 +63,8 @@ pub enum Action {
     Baud(u32),
     /// `warning steps-lost`: such a warning has come since the last such line.
     Warning(String),
+    /// `why limit switch X+ at step 24,001`: the last error was explained with these words.
+    Why(String),
 }
 
 /// How a signal is named in a script.
@@ -115,7 +117,7 @@ impl ScriptError {
 
 const WORDS: &str = "a line begins with >, >>, <, ! or one of silent, wait, mark, set, press, \
                      hold, release, key, cover, input, power, restart, store, position, carriage, \
-                     port, baud, warning";
+                     port, baud, warning, why";
 
 /// Reads one line of a script; nothing for an empty line or a comment. `> LINE -> REPLY` is two
 /// actions.
@@ -202,6 +204,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         },
         "baud" => Action::Baud(number(rest)?),
         "warning" => Action::Warning(rest.to_owned()),
+        "why" => Action::Why(rest.to_owned()),
         other => return Err(ScriptError::new(format!("{other:?} is no word of a script"), WORDS)),
     };
     if matches!(word, "mark" | "restart") && !rest.is_empty() {
@@ -247,7 +250,8 @@ pub fn needs<'a>(family: Family, actions: impl IntoIterator<Item = &'a Action>) 
             | Action::Port { .. }
             | Action::Baud(_)
             | Action::Restart
-            | Action::Warning(_) => needs.view = true,
+            | Action::Warning(_)
+            | Action::Why(_) => needs.view = true,
             Action::Control(_)
             | Action::Rest
             | Action::Silent(_)

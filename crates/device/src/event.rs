@@ -38,11 +38,10 @@ pub enum Event {
         mnemonic: &'static str,
         /// What it answered, whole.
         bytes: Bytes,
-    },
-    /// What the answer before says, where its bytes alone say little.
-    Meaning {
-        /// For people: what is wrong, and what the device waits for now.
-        text: Cow<'static, str>,
+        /// Why it is an error, for people: which switch, value or person it was, and where. A
+        /// lower-case fragment.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        why: Option<Box<str>>,
     },
     // --- segment ---
     /// A motion begins, changes its course or ends.
@@ -146,6 +145,8 @@ pub enum Warning {
         code: char,
         /// The number of its line, from 1.
         line: u32,
+        /// Why, for people: a lower-case fragment.
+        why: Box<str>,
     },
 }
 
@@ -176,8 +177,8 @@ impl fmt::Display for Warning {
                 }
                 f.write_str(" lost; a reference run makes the two agree again")
             }
-            Warning::ProgramError { code, line } => {
-                write!(f, "the program ended in line {line} with error {code}")
+            Warning::ProgramError { code, line, why } => {
+                write!(f, "the program ended in line {line} with error {code}: {why}")
             }
         }
     }
@@ -200,7 +201,7 @@ impl Kinds {
     pub const NONE: Kinds = Kinds(0);
     /// Commands, and the lines of a running program.
     pub const COMMAND: Kinds = Kinds(1);
-    /// Answers and what they say.
+    /// Answers, and why they are errors.
     pub const ANSWER: Kinds = Kinds(1 << 1);
     /// Motions.
     pub const MOTION: Kinds = Kinds(1 << 2);
@@ -258,8 +259,12 @@ mod tests {
             (Warning::NobodyListens { lost: 2 }, "nobody has the line open, 2 bytes were lost"),
             (Warning::NoEffect { what: "a turn".into() }, "no effect: a turn"),
             (
-                Warning::ProgramError { code: '5', line: 3 },
-                "the program ended in line 3 with error 5",
+                Warning::ProgramError {
+                    code: '2',
+                    line: 3,
+                    why: "limit switch X+ at step 9".into(),
+                },
+                "the program ended in line 3 with error 2: limit switch X+ at step 9",
             ),
         ] {
             assert_eq!(warning.to_string(), text);

@@ -1024,7 +1024,7 @@ async fn reactor_turn() {
 fn kind_of(event: &Event) -> Kinds {
     match event {
         Event::Command { .. } | Event::Line { .. } => Kinds::COMMAND,
-        Event::Answer { .. } | Event::Meaning { .. } => Kinds::ANSWER,
+        Event::Answer { .. } => Kinds::ANSWER,
         Event::Motion(_) => Kinds::MOTION,
         Event::Switch { .. } => Kinds::SWITCH,
         Event::Port { .. } => Kinds::PORT,

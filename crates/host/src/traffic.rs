@@ -118,12 +118,16 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             Event::Line { line, mnemonic } => {
                 self.line(at, format_args!("line {line}: {mnemonic}"));
             }
-            Event::Answer { bytes, .. } => {
+            Event::Answer { bytes, why, .. } => {
                 // A command's time counts for its first answer only.
                 let took = self.began.take().map(|began| took(at - began)).unwrap_or_default();
-                self.line(at, format_args!("{}  {took}", escape(bytes)));
+                let (comma, why) = match why {
+                    Some(why) if took.is_empty() => ("", &**why),
+                    Some(why) => (": ", &**why),
+                    None => ("", ""),
+                };
+                self.line(at, format_args!("{}  {took}{comma}{why}", escape(bytes)));
             }
-            Event::Meaning { text } => self.line(at, format_args!("        {text}")),
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
             Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
             // That nobody listens is part of a conversation, or of its absence: a program that
@@ -358,14 +362,23 @@ mod tests {
         ));
         tell(Report::Event(
             began + Duration::from_millis(5_555),
-            Event::Answer { mnemonic: "@A", bytes: Bytes::from_static(b"0") },
+            Event::Answer { mnemonic: "@A", bytes: Bytes::from_static(b"0"), why: None },
         ));
+        let (code, why) = (Bytes::from_static(b"2"), Some("limit switch X+ at step 24,001".into()));
+        let refused = Event::Answer { mnemonic: "@A", bytes: code, why };
+        tell(Report::Event(Time::from_secs(7), refused.clone()));
+        let command = Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A5") };
+        tell(Report::Event(Time::from_secs(7), command));
+        tell(Report::Event(Time::from_secs(7), refused));
         tell(Report::Event(Time::from_secs(7), Event::Warning(Warning::NobodyListens { lost: 1 })));
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
             [
                 "     1.250000 s  @0A 5000,900  relative move X +5,000 steps at 900 Hz",
                 "     6.805000 s  0  after 5.6 s",
+                "     7.000000 s  2  limit switch X+ at step 24,001",
+                "     7.000000 s  @0A5  relative move X +5,000 steps at 900 Hz",
+                "     7.000000 s  2  at once: limit switch X+ at step 24,001",
                 "     7.000000 s  warning: nobody has the line open, 1 byte was lost",
             ]
         );

@@ -12,9 +12,9 @@ use crate::command::{
     ArcArgs, Bit, BitTest, Command, Direction, Init, Pair, Pairs, Plane, PortTest, Speeds, Text32,
 };
 use crate::dialect::Fractions;
+use crate::fault::{Fault, WrongAxes, WrongNumber};
 use crate::frame::Frame;
 use crate::number::{self, LONG_MAX, LONG_MIN};
-use crate::reply::Reply;
 use crate::table::Op;
 
 /// What a line must be known in to be decoded.
@@ -92,13 +92,23 @@ impl Frame<'_> {
     ///
     /// # Errors
     ///
-    /// [`Reply::Count`].
-    pub fn check_count(&self, axes: AxisSet) -> Result<(), Reply> {
-        let count = self.field_count();
+    /// [`Fault::Count`], or [`Fault::CountWithoutAxes`].
+    pub fn check_count(&self, axes: AxisSet) -> Result<(), Fault> {
+        let (right, or) = self.counts(axes).ok_or(Fault::CountWithoutAxes)?;
+        match self.field_count() {
+            count if count == right || count == or => Ok(()),
+            _ => Err(Fault::Count { right: right as u8, or: or as u8 }),
+        }
+    }
+
+    /// The two numbers of fields that are right, which are mostly the same; `None` where they
+    /// depend on axes and there are none.
+    fn counts(&self, axes: AxisSet) -> Option<(usize, usize)> {
+        let (of_axes, some) = (axes.count(), !axes.is_empty());
         let right = match self.op() {
-            Op::RelativeMove | Op::AbsoluteMove => !axes.is_empty() && count == 2 * pairs(axes),
-            Op::ReferenceSpeeds => !axes.is_empty() && (count == axes.count() || count == 4),
-            Op::MoveUntil => !axes.is_empty() && count == 4 + axes.count(),
+            Op::RelativeMove | Op::AbsoluteMove => some.then_some(2 * pairs(axes))?,
+            Op::ReferenceSpeeds => return some.then_some((of_axes, 4)),
+            Op::MoveUntil => some.then_some(4 + of_axes)?,
             Op::SetAxes
             | Op::ReadPort
             | Op::Plane
@@ -125,17 +135,17 @@ impl Frame<'_> {
             | Op::TestMode
             | Op::Interpolation3d
             | Op::SendSync
-            | Op::Delay => count == 1,
-            Op::WritePort | Op::AwaitSync | Op::Loop => count == 2,
+            | Op::Delay => 1,
+            Op::WritePort | Op::AwaitSync | Op::Loop => 2,
             Op::InitAbort
             | Op::InitErrorSignal
             | Op::InitCover
             | Op::InitEmergency
             | Op::Until
-            | Op::SetPort => count == 3,
-            Op::InitDefaultSpeeds | Op::InitFreeSteps | Op::BranchIf => count == 4,
-            Op::Circle => count == 7,
-            Op::Helix => count == 8,
+            | Op::SetPort => 3,
+            Op::InitDefaultSpeeds | Op::InitFreeSteps | Op::BranchIf => 4,
+            Op::Circle => 7,
+            Op::Helix => 8,
             Op::Diagnosis
             | Op::LimitStatus
             | Op::Status
@@ -150,26 +160,26 @@ impl Frame<'_> {
             | Op::UserInfo
             | Op::Version
             | Op::SelfTest
-            | Op::End => count == 0,
+            | Op::End => 0,
         };
-        if right { Ok(()) } else { Err(Reply::Count) }
+        Some((right, right))
     }
 
     /// Reads the whole line.
     ///
     /// # Errors
     ///
-    /// The first of [`Reply::Count`], [`Reply::Number`], [`Reply::Speed`] and [`Reply::Axis`]
-    /// that applies.
-    pub fn decode(&self, ctx: &Context<'_>) -> Result<Command, Reply> {
+    /// The first that applies: of those of [`check_count`](Self::check_count), then those that
+    /// answer `1`, `D` and `3`.
+    pub fn decode(&self, ctx: &Context<'_>) -> Result<Command, Fault> {
         self.check_count(ctx.axes)?;
         let values = Values::read(self, ctx)?;
         let v = &values;
         Ok(match self.op() {
             Op::SetAxes => Command::SetAxes(match v.raw(0) {
-                bits @ (1 | 3 | 7 | 8) => axis_set(bits).ok_or(Reply::Axis)?,
-                bits @ 1..=8 if ctx.any_axes => axis_set(bits).ok_or(Reply::Axis)?,
-                _ => return Err(Reply::Axis),
+                bits @ (1 | 3 | 7 | 8) => axis_set(bits).ok_or(NO_CONFIGURATION)?,
+                bits @ 1..=8 if ctx.any_axes => axis_set(bits).ok_or(NO_CONFIGURATION)?,
+                _ => return Err(NO_CONFIGURATION),
             }),
             Op::RelativeMove => Command::RelativeMove(v.pairs(|steps| steps == 0)?),
             Op::AbsoluteMove => Command::AbsoluteMove(v.pairs(|_| true)?),
@@ -180,23 +190,23 @@ impl Frame<'_> {
             }
             Op::ReferenceSpeeds => Command::ReferenceSpeeds(v.reference_speeds()?),
             Op::Diagnosis => {
-                Command::Diagnosis(<[u8; 2]>::try_from(self.text()).map_err(|_| Reply::Syntax)?)
+                Command::Diagnosis(<[u8; 2]>::try_from(self.text()).map_err(|_| Fault::NoCommand)?)
             }
             Op::Plane => Command::Plane(match v.raw(0) {
                 0 => Plane::Xy,
                 1 => Plane::Xz,
                 2 => Plane::Yz,
-                _ => return Err(Reply::Number),
+                _ => return Err(outside(0, 0..=2)),
             }),
             Op::Direction => Command::Direction(match v.raw(0) {
                 -1 => Direction::Counterclockwise,
                 0 | 1 => Direction::Clockwise,
-                _ => return Err(Reply::Number),
+                _ => return Err(Fault::number(0, WrongNumber::NoSign { zero: true })),
             }),
             Op::Free => {
                 let axes = v.configured(0)?;
                 if axes.count() != 1 {
-                    return Err(Reply::Axis);
+                    return Err(Fault::Axes { field: 0, wrong: WrongAxes::NotSingle });
                 }
                 Command::Free(axes)
             }
@@ -220,7 +230,7 @@ impl Frame<'_> {
             Op::Helix => {
                 let (steps, third) = (v.long(0)?, v.long(7)?);
                 if steps == 0 && third != 0 {
-                    return Err(Reply::Number);
+                    return Err(Fault::number(7, WrongNumber::HelixWithoutArc));
                 }
                 Command::Helix(v.arc()?, third)
             }
@@ -243,7 +253,7 @@ impl Frame<'_> {
     }
 
     /// The commands that begin with `I`.
-    fn decode_init(&self, op: Op, v: &Values<'_>) -> Result<Init, Reply> {
+    fn decode_init(&self, op: Op, v: &Values<'_>) -> Result<Init, Fault> {
         Ok(match op {
             Op::InitDirections => Init::Directions(v.mask()?),
             Op::InitReferences => Init::References(v.mask()?),
@@ -268,18 +278,18 @@ impl Frame<'_> {
             Op::InitAbort => Init::Abort(v.port_test()?),
             Op::InitErrorSignal => {
                 let port = v.port(0)?;
-                v.require(v.ctx.ports.writes(port, 0))?;
+                v.require(v.ctx.ports.writes(port, 0), 0, WrongNumber::NotWritable)?;
                 Init::ErrorSignal(PortTest { port, mask: v.byte(1)?, value: v.byte(2)? })
             }
             Op::InitCover => Init::Cover(v.port_test()?),
             Op::InitEmergency => Init::Emergency(v.port_test()?),
             Op::InitBaud9600 => Init::Baud9600(v.switch(0)?),
-            Op::InitUserInfo => Init::UserInfo(Text32::new(self.text()).ok_or(Reply::Number)?),
+            Op::InitUserInfo => Init::UserInfo(Text32::new(self.text()).ok_or(Fault::Text)?),
             Op::InitLoad => Init::Load,
             Op::InitWrite => Init::Write,
             Op::InitFactory => Init::Factory,
             // `decode` deals with everything that does not begin with `I`.
-            _ => return Err(Reply::Syntax),
+            _ => return Err(Fault::NoCommand),
         })
     }
 }
@@ -293,10 +303,15 @@ struct Values<'a> {
 
 impl<'a> Values<'a> {
     /// Reads every field; `1` if one of them is no number.
-    fn read(frame: &Frame<'_>, ctx: &'a Context<'a>) -> Result<Self, Reply> {
+    fn read(frame: &Frame<'_>, ctx: &'a Context<'a>) -> Result<Self, Fault> {
         let mut numbers = [0; FIELDS_MAX];
-        for (place, field) in numbers.iter_mut().zip(frame.fields()) {
-            *place = number::read(field, ctx.fractions).ok_or(Reply::Number)?;
+        for (index, (place, field)) in numbers.iter_mut().zip(frame.fields()).enumerate() {
+            *place = number::read(field, ctx.fractions).ok_or_else(|| {
+                let is_fraction = number::read(field, Fractions::Truncate).is_some();
+                let wrong =
+                    if is_fraction { WrongNumber::Fraction } else { WrongNumber::Unreadable };
+                Fault::number(index, wrong)
+            })?;
         }
         Ok(Self { ctx, numbers, count: frame.field_count() })
     }
@@ -306,8 +321,8 @@ impl<'a> Values<'a> {
         self.numbers.get(index).copied().unwrap_or_default()
     }
 
-    fn require(&self, right: bool) -> Result<(), Reply> {
-        if right { Ok(()) } else { Err(Reply::Number) }
+    fn require(&self, right: bool, field: usize, wrong: WrongNumber) -> Result<(), Fault> {
+        if right { Ok(()) } else { Err(Fault::number(field, wrong)) }
     }
 
     /// A number in a range.
@@ -315,58 +330,60 @@ impl<'a> Values<'a> {
         &self,
         index: usize,
         range: RangeInclusive<i64>,
-    ) -> Result<T, Reply> {
-        let number = self.raw(index);
-        self.require(range.contains(&number))?;
-        T::try_from(number).map_err(|_| Reply::Number)
+    ) -> Result<T, Fault> {
+        let number = Some(self.raw(index)).filter(|number| range.contains(number));
+        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| outside(index, range))
     }
 
     /// A number in the range that holds when a command says nothing else.
-    fn long(&self, index: usize) -> Result<i32, Reply> {
+    fn long(&self, index: usize) -> Result<i32, Fault> {
         self.within(index, i64::from(LONG_MIN)..=i64::from(LONG_MAX))
     }
 
-    fn byte(&self, index: usize) -> Result<u8, Reply> {
+    fn byte(&self, index: usize) -> Result<u8, Fault> {
         self.within(index, 0..=255)
     }
 
     /// 0 or 1.
-    fn switch(&self, index: usize) -> Result<bool, Reply> {
+    fn switch(&self, index: usize) -> Result<bool, Fault> {
         Ok(self.within::<u8>(index, 0..=1)? == 1)
     }
 
     /// A number that is a speed. All numbers of the line must have been checked before.
-    fn speed(&self, index: usize) -> Result<u32, Reply> {
+    fn speed(&self, index: usize) -> Result<u32, Fault> {
         self.speed_in(index, &self.ctx.speeds)
     }
 
-    fn speed_in(&self, index: usize, limits: &RangeInclusive<u32>) -> Result<u32, Reply> {
-        let speed = u32::try_from(self.long(index)?).map_err(|_| Reply::Speed)?;
-        if limits.contains(&speed) { Ok(speed) } else { Err(Reply::Speed) }
+    fn speed_in(&self, index: usize, limits: &RangeInclusive<u32>) -> Result<u32, Fault> {
+        let speed = u32::try_from(self.long(index)?).ok().filter(|speed| limits.contains(speed));
+        let (low, high) = (*limits.start(), *limits.end());
+        speed.ok_or(Fault::Speed { field: index as u8, low, high })
     }
 
     /// The start-stop frequency: a speed with limits of its own.
-    fn start_stop(&self) -> Result<u32, Reply> {
+    fn start_stop(&self) -> Result<u32, Fault> {
         self.speed_in(0, &START_STOP)
     }
 
     /// The axes of `R`, `7`, `n`, `N`, `F`: X, Y and Z together or A alone, all configured.
-    fn configured(&self, index: usize) -> Result<AxisSet, Reply> {
-        Some(self.raw(index))
-            .filter(|bits| matches!(bits, 1..=8))
-            .and_then(axis_set)
-            .filter(|&axes| self.ctx.axes.contains(axes))
-            .ok_or(Reply::Axis)
+    fn configured(&self, index: usize) -> Result<AxisSet, Fault> {
+        let wrong = |wrong| Fault::Axes { field: index as u8, wrong };
+        let axes = Some(self.raw(index)).filter(|bits| matches!(bits, 1..=8)).and_then(axis_set);
+        let axes = axes.ok_or(wrong(WrongAxes::NoSet))?;
+        match axes.without(self.ctx.axes) {
+            AxisSet::NONE => Ok(axes),
+            missing => Err(wrong(WrongAxes::NotConfigured(missing))),
+        }
     }
 
     /// A bit for each of the four axes, configured or not.
-    fn mask(&self) -> Result<AxisSet, Reply> {
-        axis_set(self.raw(0)).ok_or(Reply::Number)
+    fn mask(&self) -> Result<AxisSet, Fault> {
+        axis_set(self.raw(0)).ok_or_else(|| outside(0, 0..=i64::from(AxisSet::ALL.bits())))
     }
 
     /// One to four ways with their speeds. `rests` says of which steps that their axis may stay
     /// where it is.
-    fn pairs(&self, rests: impl Fn(i32) -> bool) -> Result<Pairs, Reply> {
+    fn pairs(&self, rests: impl Fn(i32) -> bool) -> Result<Pairs, Fault> {
         let count = (self.count / 2).min(4);
         for index in 0..2 * count {
             self.long(index)?;
@@ -380,12 +397,12 @@ impl<'a> Values<'a> {
             };
             *pair = Pair { steps, speed };
         }
-        Pairs::new(&pairs[..count]).ok_or(Reply::Count)
+        Pairs::new(&pairs[..count]).ok_or(Fault::CountWithoutAxes)
     }
 
     /// One speed for each configured axis, or four, of which only those of configured axes
     /// count.
-    fn reference_speeds(&self) -> Result<Speeds, Reply> {
+    fn reference_speeds(&self) -> Result<Speeds, Fault> {
         let count = self.count.min(4);
         let counts = |index: &usize| count < 4 || self.ctx.axes.has(*index);
         for index in (0..count).filter(counts) {
@@ -395,44 +412,55 @@ impl<'a> Values<'a> {
         for index in (0..count).filter(counts) {
             speeds[index] = self.speed(index)?;
         }
-        Speeds::new(&speeds[..count]).ok_or(Reply::Count)
+        Speeds::new(&speeds[..count]).ok_or(Fault::CountWithoutAxes)
     }
 
-    fn port(&self, index: usize) -> Result<u16, Reply> {
+    fn port(&self, index: usize) -> Result<u16, Fault> {
         self.within(index, 0..=65_535)
     }
 
-    fn readable(&self, index: usize) -> Result<u16, Reply> {
+    fn readable(&self, index: usize) -> Result<u16, Fault> {
         let port = self.port(index)?;
-        self.require(self.ctx.ports.reads(port))?;
+        self.require(self.ctx.ports.reads(port), index, WrongNumber::NotReadable)?;
         Ok(port)
     }
 
     /// A port and a value that can be written to it.
-    fn writable(&self, port: usize, value: usize) -> Result<(u16, u8), Reply> {
-        let (port, value) = (self.port(port)?, self.byte(value)?);
-        self.require(self.ctx.ports.writes(port, u16::from(value)))?;
-        Ok((port, value))
+    fn writable(&self, port: usize, value: usize) -> Result<(u16, u8), Fault> {
+        let written = (self.port(port)?, self.byte(value)?);
+        self.require_writable((port, written.0), (value, written.1))?;
+        Ok(written)
+    }
+
+    /// That a port takes a value; each of them with its field.
+    fn require_writable(
+        &self,
+        (port_field, port): (usize, u16),
+        (value_field, value): (usize, u8),
+    ) -> Result<(), Fault> {
+        let takes = |value| self.ctx.ports.writes(port, u16::from(value));
+        let field = if takes(0) { value_field } else { port_field };
+        self.require(takes(value), field, WrongNumber::NotWritable)
     }
 
     /// Port, mask and value at the beginning of the line.
-    fn port_test(&self) -> Result<PortTest, Reply> {
+    fn port_test(&self) -> Result<PortTest, Fault> {
         Ok(PortTest { port: self.readable(0)?, mask: self.byte(1)?, value: self.byte(2)? })
     }
 
-    fn move_until(&self) -> Result<Command, Reply> {
+    fn move_until(&self) -> Result<Command, Fault> {
         let test = self.port_test()?;
         let count = self.ctx.axes.count();
         let mut steps = [0; 4];
         for (place, steps) in steps.iter_mut().enumerate().take(count) {
             *steps = self.long(4 + place)?;
         }
-        let count = u8::try_from(count).map_err(|_| Reply::Count)?;
+        let count = u8::try_from(count).map_err(|_| Fault::CountWithoutAxes)?;
         Ok(Command::MoveUntil { test, speed: self.speed(3)?, steps, count })
     }
 
     /// The seven parameters of a circle.
-    fn arc(&self) -> Result<ArcArgs, Reply> {
+    fn arc(&self) -> Result<ArcArgs, Fault> {
         let steps = self.within(0, 0..=i64::from(LONG_MAX))?;
         self.long(1)?;
         let (d, x, y) = (self.long(2)?, self.long(3)?, self.long(4)?);
@@ -441,45 +469,46 @@ impl<'a> Values<'a> {
     }
 
     /// −1 or 1.
-    fn sign(&self, index: usize) -> Result<i8, Reply> {
+    fn sign(&self, index: usize) -> Result<i8, Fault> {
         match self.raw(index) {
             -1 => Ok(-1),
             1 => Ok(1),
-            _ => Err(Reply::Number),
+            _ => Err(Fault::number(index, WrongNumber::NoSign { zero: false })),
         }
     }
 
     /// How far to jump, counted from so many lines after this one. A target before the data
     /// field is a wrong number; one behind it shows only when the program runs.
-    fn jump(&self, index: usize, after: i64) -> Result<i32, Reply> {
+    fn jump(&self, index: usize, after: i64) -> Result<i32, Fault> {
         let offset = self.within::<i64>(index, OFFSET)?;
         let inside = self.ctx.line.is_none_or(|line| i64::from(line) + after + offset >= 0);
-        self.require(inside)?;
-        i32::try_from(offset).map_err(|_| Reply::Number)
+        self.require(inside, index, WrongNumber::BeforeProgram)?;
+        i32::try_from(offset).map_err(|_| outside(index, OFFSET))
     }
 
     /// Command `3`: a branch without a count, a loop with one.
-    fn repeat(&self) -> Result<Command, Reply> {
+    fn repeat(&self) -> Result<Command, Fault> {
         let offset = self.jump(1, 0)?;
         if self.raw(0) == 0 {
             return Ok(Command::Branch { offset });
         }
         let count = self.within(0, LOOP_COUNT)?;
         // At least the line before must be repeated, and nothing ahead can be.
-        self.require(offset < 0)?;
+        self.require(offset < 0, 1, WrongNumber::LoopAhead)?;
         Ok(Command::Loop { count, offset })
     }
 
     /// A bit number from 0, or the whole byte.
-    fn bit(&self, index: usize) -> Result<Bit, Reply> {
+    fn bit(&self, index: usize) -> Result<Bit, Fault> {
         if self.raw(index) == i64::from(WHOLE_BYTE) {
             return Ok(Bit::Byte);
         }
-        Ok(Bit::One(self.within(index, 0..=7)?))
+        let bit = self.within(index, 0..=7);
+        bit.map(Bit::One).map_err(|_| Fault::number(index, WrongNumber::NoBit))
     }
 
     /// A value that the bit can have.
-    fn bit_value(&self, index: usize, bit: Bit) -> Result<u8, Reply> {
+    fn bit_value(&self, index: usize, bit: Bit) -> Result<u8, Fault> {
         match bit {
             Bit::One(_) => self.within(index, 0..=1),
             Bit::Byte => self.byte(index),
@@ -487,14 +516,14 @@ impl<'a> Values<'a> {
     }
 
     /// Command `p`.
-    fn set_port(&self) -> Result<BitTest, Reply> {
+    fn set_port(&self) -> Result<BitTest, Fault> {
         let (port, bit) = (self.port(0)?, self.bit(1)?);
         let value = match bit {
             Bit::One(_) if self.ctx.any_bit_value => self.byte(2)?,
             _ => self.bit_value(2, bit)?,
         };
         // A value above 1 is for a port of eight bits.
-        self.require(self.ctx.ports.writes(port, u16::from(value)))?;
+        self.require_writable((0, port), (2, value))?;
         let value = match bit {
             Bit::One(_) => u8::from(value != 0),
             Bit::Byte => value,
@@ -503,15 +532,16 @@ impl<'a> Values<'a> {
     }
 
     /// The condition of command `o`.
-    fn branch_test(&self) -> Result<BitTest, Reply> {
+    fn branch_test(&self) -> Result<BitTest, Fault> {
         let (port, bit) = (self.readable(0)?, self.bit(1)?);
         let value = self.bit_value(2, bit)?;
-        self.require(value <= 1 || !self.ctx.ports.is_logical(port))?;
+        let fits = value <= 1 || !self.ctx.ports.is_logical(port);
+        self.require(fits, 2, WrongNumber::Outside { low: 0, high: 1 })?;
         Ok(BitTest { port, bit, value })
     }
 
     /// The condition of command `6`, which only port 0 can have.
-    fn until(&self) -> Result<BitTest, Reply> {
+    fn until(&self) -> Result<BitTest, Fault> {
         let port = self.within(0, 0..=0)?;
         let bit = if self.ctx.bit_base_one && self.raw(1) != i64::from(WHOLE_BYTE) {
             Bit::One(self.within::<u8>(1, 1..=8)? - 1)
@@ -524,4 +554,11 @@ impl<'a> Values<'a> {
 
 fn axis_set(bits: i64) -> Option<AxisSet> {
     AxisSet::from_bits(u8::try_from(bits).ok()?)
+}
+
+/// `@0<n>` with a number that is none of its own.
+const NO_CONFIGURATION: Fault = Fault::Axes { field: 0, wrong: WrongAxes::NoConfiguration };
+
+fn outside(field: usize, range: RangeInclusive<i64>) -> Fault {
+    Fault::number(field, WrongNumber::Outside { low: *range.start(), high: *range.end() })
 }

@@ -12,8 +12,8 @@ use nom::number::complete::be_u8;
 use nom::sequence::{delimited, preceded};
 
 use crate::dialect::{Dialect, Fractions, Mode};
+use crate::fault::Fault;
 use crate::number::{self, Parsed, blanks};
-use crate::reply::Reply;
 use crate::table::{self, CommandSpec, Op};
 
 /// A line split, before its numbers are read.
@@ -41,24 +41,25 @@ pub enum Addressed<'a> {
 ///
 /// # Errors
 ///
-/// Of a direct line [`Reply::Syntax`]: it does not begin with `@` and a digit, or the letter or
-/// code is unknown or missing. Of a stored line [`Reply::NotStorable`]: the code cannot be
-/// stored, which includes every line that begins with `@`.
+/// Of a direct line [`Fault::NoAddress`]: it does not begin with `@` and a digit, or
+/// [`Fault::NoCommand`]: the letter or code is unknown or missing. Of a stored line
+/// [`Fault::NotStorable`]: the code cannot be stored, which includes every line that begins with
+/// `@`.
 pub fn parse<'a>(
     line: &'a [u8],
     dialect: Dialect,
     mode: Mode,
     device: u8,
-) -> Result<Addressed<'a>, Reply> {
+) -> Result<Addressed<'a>, Fault> {
     match mode {
         Mode::Direct => {
-            let (body, digit) = address(line).map_err(|_| Reply::Syntax)?;
+            let (body, digit) = address(line).map_err(|_| Fault::NoAddress)?;
             if digit != device {
                 return Ok(Addressed::OtherDevice);
             }
-            direct(body, dialect).ok_or(Reply::Syntax)
+            direct(body, dialect).ok_or(Fault::NoCommand)
         }
-        Mode::Stored => stored(line, dialect).ok_or(Reply::NotStorable),
+        Mode::Stored => stored(line, dialect).ok_or(Fault::NotStorable),
     }
     .map(Addressed::Frame)
 }
@@ -156,6 +157,12 @@ impl<'a> Frame<'a> {
     #[must_use]
     pub fn number(&self, index: usize, fractions: Fractions) -> Option<i64> {
         number::read(self.fields().nth(index)?, fractions)
+    }
+
+    /// The bytes of one field as they were sent, without the blanks around it.
+    #[must_use]
+    pub fn field(&self, index: usize) -> Option<&'a [u8]> {
+        self.fields().nth(index).map(trim)
     }
 
     /// The fields one after the other.

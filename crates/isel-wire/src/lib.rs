@@ -11,7 +11,7 @@
 //! 2. [`parse`] says whom the line is for, and splits it into a [`Frame`]: a known operation and
 //!    its fields, not yet read.
 //! 3. [`Frame::check_count`] and [`Frame::decode`] count, read and check the fields; what comes
-//!    out is a [`Command`], or the [`Reply`] that says what was wrong.
+//!    out is a [`Command`], or the [`Fault`] that says what is wrong and which [`Reply`] that is.
 //! 4. [`Command::print`] goes all the way back.
 //!
 //! Between these steps the controller asks what only it can know, because the order of errors is
@@ -60,7 +60,7 @@
 //!         assert_eq!(printed, b"@0A5000,900");
 //!     }
 //!     Ok(Addressed::OtherDevice) => {}
-//!     Err(reply) => println!("answer {reply}"),
+//!     Err(fault) => println!("answer {}", fault.reply()),
 //! }
 //! ```
 #![forbid(unsafe_code)]
@@ -70,6 +70,7 @@ mod command;
 mod decode;
 mod describe;
 mod dialect;
+mod fault;
 mod frame;
 mod number;
 mod print;
@@ -86,6 +87,7 @@ pub use command::{
 };
 pub use decode::{Context, PortMap};
 pub use dialect::{Dialect, Fractions, Mode};
+pub use fault::{Fault, WrongAxes, WrongNumber};
 pub use frame::{Addressed, Frame, parse};
 pub use receive::{Control, LINE_MAX, Line, LineBuffer, control};
 pub use reply::Reply;

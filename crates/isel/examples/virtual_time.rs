@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Output::Event(at, Event::Command { mnemonic, .. }) => {
                 println!("{at} {mnemonic} begins")
             }
-            Output::Event(at, Event::Answer { mnemonic, bytes }) => {
+            Output::Event(at, Event::Answer { mnemonic, bytes, .. }) => {
                 println!("{at} {mnemonic} is answered {}", bytes.escape_ascii());
             }
             _ => {}

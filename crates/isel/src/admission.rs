@@ -1,14 +1,13 @@
 //! Whether a command may be executed. When several errors apply, the first of a fixed order
 //! answers; this module is that order, from top to bottom.
 
-use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Context, Frame, Op, Reply};
+use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Context, Frame, Op};
 use vimc4_motion::Point;
 
 use crate::Controller;
-use crate::model::{
-    AfterFree, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver, Unreferenced,
-};
+use crate::model::{AfterFree, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver};
 use crate::program::Validity;
+use crate::why::{Opened, Why};
 
 impl Controller {
     /// How a line is read now.
@@ -18,7 +17,7 @@ impl Controller {
 
     /// Reads a direct command and checks it against the state, up to the point where only its
     /// execution can still fail. The grammar (`5`) has been checked before.
-    pub(crate) fn admit(&self, frame: &Frame<'_>) -> Result<Command, Reply> {
+    pub(crate) fn admit(&self, frame: &Frame<'_>) -> Result<Command, Why> {
         let state = &self.state;
         let spec = frame.spec();
         if spec.class == Class::Motion {
@@ -27,7 +26,7 @@ impl Controller {
             self.check_switching(write)?;
         }
         if spec.needs_axes && state.axes.is_empty() {
-            return Err(Reply::NoAxes);
+            return Err(Why::NoAxes);
         }
         frame.check_count(state.axes)?;
         self.check_data_field(frame.op())?;
@@ -39,7 +38,7 @@ impl Controller {
     /// Everything about a command that depends on the state rather than on its text: the axes
     /// of the plane, limit switches, reference points. Lines of a program are checked with
     /// this when they run.
-    pub(crate) fn check_command(&self, command: &Command) -> Result<(), Reply> {
+    pub(crate) fn check_command(&self, command: &Command) -> Result<(), Why> {
         let state = &self.state;
         let (first, second) = state.plane.axes();
         let third = state.plane.third();
@@ -76,11 +75,11 @@ impl Controller {
     }
 
     /// `9` for a power stage that is off, `H` for a cover that is open.
-    pub(crate) fn check_plant(&self) -> Result<(), Reply> {
+    pub(crate) fn check_plant(&self) -> Result<(), Why> {
         if !self.state.motors_on() {
-            Err(Reply::Plant)
+            Err(Why::Stages(self.why_off()))
         } else if self.state.cover_forbids() {
-            Err(Reply::Cover)
+            Err(Why::Cover(Opened::Already))
         } else {
             Ok(())
         }
@@ -99,30 +98,37 @@ impl Controller {
     }
 
     /// `G` for a program or a remainder that is, or is not, there.
-    fn check_data_field(&self, op: Op) -> Result<(), Reply> {
+    fn check_data_field(&self, op: Op) -> Result<(), Why> {
         let state = &self.state;
-        let fits = match op {
+        match op {
             Op::Store => {
-                state.flash.program.is_none() || state.model.quirks.store_over == StoreOver::Replace
+                let replaces = state.model.quirks.store_over == StoreOver::Replace;
+                if state.flash.program.is_some() && !replaces {
+                    return Err(Why::ProgramStored);
+                }
             }
             Op::Start => {
                 let program = state.flash.program.as_ref();
                 let valid = program.is_some_and(|program| program.validity == Validity::Valid);
                 let stopped = state.remainder.is_some() || state.run.is_some();
-                stopped || self.starts_programs() && valid
+                if !(stopped || self.starts_programs() && valid) {
+                    return Err(Why::NothingToStart);
+                }
             }
-            _ => true,
-        };
-        if fits { Ok(()) } else { Err(Reply::DataField) }
+            _ => {}
+        }
+        Ok(())
     }
 
-    fn check_plane_axes(&self, axes: &[usize]) -> Result<(), Reply> {
-        if axes.iter().all(|&axis| self.state.axes.has(axis)) { Ok(()) } else { Err(Reply::Axis) }
+    fn check_plane_axes(&self, axes: &[usize]) -> Result<(), Why> {
+        let bits = axes.iter().fold(0, |bits, axis| bits | 1 << axis);
+        let needed = AxisSet::from_bits(bits).unwrap_or(AxisSet::NONE);
+        if self.state.axes.contains(needed) { Ok(()) } else { Err(Why::Plane(needed)) }
     }
 
     /// `D` for an axis, or a part of a move, that would go at speed 0. Where an axis may rest at
     /// it, that is seen only now.
-    fn check_speeds(&self, command: &Command, way: &Point) -> Result<(), Reply> {
+    fn check_speeds(&self, command: &Command, way: &Point) -> Result<(), Why> {
         if self.state.model.quirks.resting_speed == RestingSpeed::Check {
             return Ok(());
         }
@@ -134,27 +140,27 @@ impl Controller {
             _ => false,
         };
         if stuck || self.plan_of(command).parts.iter().any(|(_, speed)| *speed == 0) {
-            return Err(Reply::Speed);
+            return Err(Why::AtRest);
         }
         Ok(())
     }
 
     /// `2` while a limit switch error is latched, and for an axis that stands on an active
     /// limit switch. In test mode neither counts.
-    fn check_limits(&self, way: impl Fn(usize) -> i64, turns: bool) -> Result<(), Reply> {
+    fn check_limits(&self, way: impl Fn(usize) -> i64, turns: bool) -> Result<(), Why> {
         let state = &self.state;
         if state.test_mode {
             return Ok(());
         }
         if !state.latched.is_empty() && state.model.quirks.limit_latch == LimitLatch::Strict {
-            return Err(Reply::LimitSwitch);
+            return Err(Why::Latched(state.latched));
         }
         for axis in state.axes.iter() {
             let way = way(axis);
             let Some(end) = self.active_limit(axis).filter(|_| way != 0) else { continue };
             let leads_away = !turns && Self::leads_away(end, way);
             if state.model.quirks.leave_switch == LeaveSwitch::Refuse || !leads_away {
-                return Err(Reply::LimitSwitch);
+                return Err(Why::OnSwitch { axis: axis as u8, end, away: leads_away });
             }
         }
         Ok(())
@@ -162,27 +168,25 @@ impl Controller {
 
     /// `R` while an axis that has left its limit switch by `F` waits for a reference run
     /// (12 2.2.9). In test mode it does not.
-    fn check_freed(&self) -> Result<(), Reply> {
+    fn check_freed(&self) -> Result<(), Why> {
         let state = &self.state;
         let waits = state.model.quirks.after_free == AfterFree::Reference;
         if waits && !state.test_mode && !state.freed.is_empty() {
-            return Err(Reply::Reference);
+            return Err(Why::Freed(state.freed));
         }
         Ok(())
     }
 
     /// `2` or `R` for an absolute move of an axis without a reference point. Axes that are
     /// where they shall be do not count.
-    fn check_references(&self, way: &Point) -> Result<(), Reply> {
+    fn check_references(&self, way: &Point) -> Result<(), Why> {
         let state = &self.state;
-        let lost = |axis: usize| way[axis] != 0 && !state.referenced.has(axis);
-        if !state.axes.iter().any(lost) {
-            return Ok(());
+        let lost = |axis: &usize| way[*axis] != 0 && !state.referenced.has(*axis);
+        let bits = state.axes.iter().filter(lost).fold(0, |bits, axis| bits | 1 << axis);
+        match AxisSet::from_bits(bits).unwrap_or(AxisSet::NONE) {
+            AxisSet::NONE => Ok(()),
+            axes => Err(Why::NoReference(axes, state.model.quirks.unreferenced)),
         }
-        Err(match state.model.quirks.unreferenced {
-            Unreferenced::LimitSwitch => Reply::LimitSwitch,
-            Unreferenced::R => Reply::Reference,
-        })
     }
 
     /// Whether `S` and START-like commands of this model run stored programs.

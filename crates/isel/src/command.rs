@@ -9,6 +9,7 @@ use crate::model::{ControlReply, LowerCase};
 use crate::ports::Output;
 use crate::settings::Settings;
 use crate::state::{Activity, Job, Wait};
+use crate::why::Why;
 
 impl Controller {
     /// Executes a line from the serial line.
@@ -23,32 +24,34 @@ impl Controller {
         let line = capital.as_deref().unwrap_or(text);
         match parse(line, dialect, Mode::Direct, self.state.device) {
             Ok(Addressed::OtherDevice) => {}
-            Err(reply) => {
+            Err(fault) => {
                 self.announce("?", text);
-                self.answer_unknown(reply);
+                self.refuse_line("?", fault.into(), line, Mode::Direct);
             }
             Ok(Addressed::Frame(frame)) => {
                 let op = frame.op();
                 self.announce(frame.spec().mnemonic, text);
                 match self.admit(&frame) {
                     Ok(command) if capital.is_some() => {
-                        self.answer(Mode::Direct, op, Reply::Done);
+                        self.done(Mode::Direct, op);
                         self.perform(op, command, Job::Answered(op));
                     }
                     Ok(command) => self.perform(op, command, Job::Command(op)),
-                    Err(reply) => self.answer(Mode::Direct, op, reply),
+                    Err(why) => {
+                        self.refuse_line(frame.spec().mnemonic, why, line, Mode::Direct);
+                    }
                 }
             }
         }
     }
 
     /// Answers a line that is longer than any command.
-    pub(crate) fn refuse_line(&mut self) {
+    pub(crate) fn refuse_long_line(&mut self) {
         self.announce("?", b"");
         if self.state.storing {
             self.invalidate_program();
         }
-        self.answer_unknown(Reply::Syntax);
+        self.refuse_line("?", Why::TooLong, b"", Mode::Direct);
     }
 
     /// Executes a command. A motion does what it does as `job`.
@@ -78,7 +81,10 @@ impl Controller {
             }
             Command::Position => self.position_report(),
             Command::ReadPort(port) => self.hex_report(self.read_port(port)),
-            Command::Diagnosis(code) => self.diagnosis_report(code),
+            Command::Diagnosis(code) => match self.diagnosis_report(code) {
+                Some(report) => report,
+                None => return self.refuse(Mode::Direct, op, Why::NoDiagnosis(code)),
+            },
             Command::Status => self.status_report(),
             Command::LimitStatus => self.limit_report(),
             Command::Version => self.version_report(),
@@ -156,13 +162,13 @@ impl Controller {
         self.state.zero[axis] = 0;
         let axis = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
         self.state.referenced = self.state.referenced.union(axis);
-        self.state.latched = without(self.state.latched, axis);
-        self.state.freed = without(self.state.freed, axis);
+        self.state.latched = self.state.latched.without(axis);
+        self.state.freed = self.state.freed.without(axis);
     }
 
     /// The axes no longer know where they are.
     pub(crate) fn unreference(&mut self, axes: AxisSet) {
-        self.state.referenced = without(self.state.referenced, axes);
+        self.state.referenced = self.state.referenced.without(axes);
     }
 
     /// Any new motion drops what is left of an older one.
@@ -239,35 +245,61 @@ impl Controller {
         }
     }
 
-    pub(crate) fn answer(&mut self, mode: Mode, op: Op, reply: Reply) {
-        self.answer_bytes(mode, op, Answer::from(reply).0);
+    /// `0`: a command has been executed.
+    pub(crate) fn done(&mut self, mode: Mode, op: Op) {
+        self.answer_bytes(mode, op, Answer::from(Reply::Done).0);
     }
 
     pub(crate) fn answer_bytes(&mut self, mode: Mode, op: Op, bytes: Bytes) {
         if self.wants(Kinds::ANSWER) {
             let mnemonic = self.mnemonic(mode, op);
-            self.emit(Event::Answer { mnemonic, bytes: bytes.clone() });
+            self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why: None });
         }
         self.send(bytes);
     }
 
-    pub(crate) fn answer_unknown(&mut self, reply: Reply) {
-        self.answer_named("?", reply);
+    /// A command is refused, or ends before its time.
+    pub(crate) fn refuse(&mut self, mode: Mode, op: Op, why: Why) {
+        let Answer(bytes) = why.reply().into();
+        self.answer_why(bytes, |c| (c.mnemonic(mode, op), c.in_words(why, None)));
+    }
+
+    /// The same because of what a line says.
+    pub(crate) fn refuse_line(
+        &mut self,
+        mnemonic: &'static str,
+        why: Why,
+        line: &[u8],
+        mode: Mode,
+    ) {
+        let Answer(bytes) = why.reply().into();
+        self.answer_why(bytes, |c| (mnemonic, c.in_words(why, Some((line, mode)))));
+    }
+
+    /// An answer with its mnemonic and its reason, which is put into words only if somebody wants
+    /// to have them.
+    pub(crate) fn answer_why(
+        &mut self,
+        bytes: Bytes,
+        why: impl FnOnce(&Self) -> (&'static str, String),
+    ) {
+        if self.wants(Kinds::ANSWER) {
+            let (mnemonic, why) = why(self);
+            let why = Some(why.into());
+            self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why });
+        }
+        self.send(bytes);
     }
 
     /// The answer of this model to a control byte that ends no command.
     pub(crate) fn answer_control(&mut self, control: &'static str, reply: ControlReply) {
         if reply == ControlReply::Done {
-            self.answer_named(control, Reply::Done);
+            let Answer(bytes) = Reply::Done.into();
+            if self.wants(Kinds::ANSWER) {
+                self.emit(Event::Answer { mnemonic: control, bytes: bytes.clone(), why: None });
+            }
+            self.send(bytes);
         }
-    }
-
-    fn answer_named(&mut self, mnemonic: &'static str, reply: Reply) {
-        let Answer(bytes) = reply.into();
-        if self.wants(Kinds::ANSWER) {
-            self.emit(Event::Answer { mnemonic, bytes: bytes.clone() });
-        }
-        self.send(bytes);
     }
 
     pub(crate) fn flash_changed(&mut self, what: &'static str) {
@@ -311,9 +343,4 @@ impl From<Vec<u8>> for Answer {
     fn from(bytes: Vec<u8>) -> Answer {
         Answer(bytes.into())
     }
-}
-
-/// The axes of `set` that are not in `other`.
-pub(crate) fn without(set: AxisSet, other: AxisSet) -> AxisSet {
-    AxisSet::from_bits(set.bits() & !other.bits()).unwrap_or(AxisSet::NONE)
 }

@@ -8,7 +8,7 @@ use vimc4_device::{
     Condition, Device, Event, FlashChange, Input, Kinds, Output as Out, Signal, SignalId, Time,
     View,
 };
-use vimc4_isel_wire::{Addressed, Mode, Reply, control, parse};
+use vimc4_isel_wire::{Addressed, Fault, Mode, Reply, control, parse};
 use vimc4_plant::{End, Machine, PlantSignal};
 
 use crate::AXIS_NAMES;
@@ -186,8 +186,8 @@ impl Device for Controller {
             },
             Ok(Addressed::OtherDevice) => "for another device".to_owned(),
             // What can be stored is a question only while a program is stored.
-            Err(Reply::NotStorable) if !state.storing => Reply::Syntax.meaning().to_owned(),
-            Err(reply) => reply.meaning().to_owned(),
+            Err(Fault::NotStorable) if !state.storing => Reply::Syntax.meaning().to_owned(),
+            Err(fault) => fault.reply().meaning().to_owned(),
         }
     }
 

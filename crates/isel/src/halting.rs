@@ -4,26 +4,28 @@
 use vimc4_device::{Event, Kinds, Motion};
 use vimc4_isel_wire::{Mode, Op, Reply};
 use vimc4_motion::Path;
+use vimc4_plant::End;
 
 use crate::Controller;
 use crate::admission::moving_axes;
 use crate::command::Answer;
 use crate::model::{StopButton, StopInMoveUntil, StopInReference, StopReply};
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition, Wait};
+use crate::why::{Breaker, By, Why};
 
 impl Controller {
     /// 253, and the STOP button: halts along the ramp and keeps the remainder.
-    pub(crate) fn stop(&mut self) {
+    pub(crate) fn stop(&mut self, by: By) {
         let quirks = &self.state.model.quirks;
         let forgets_until = quirks.stop_in_move_until == StopInMoveUntil::Forget;
         if let Activity::Referencing(run) = &self.state.activity {
             return match (run.job, quirks.stop_in_reference) {
-                (Job::Program, StopInReference::End) => self.end_reference_of_program(),
+                (Job::Program, StopInReference::End) => self.end_reference_of_program(by),
                 _ => self.stand_in_for_switch(),
             };
         }
         if let Some(run) = self.state.run.as_mut().filter(|run| !run.paused) {
-            run.stopping = true;
+            run.stopping.get_or_insert(by);
         }
         match &self.state.activity {
             Activity::Moving(moving) => match (moving.job, moving.plan.until) {
@@ -31,9 +33,9 @@ impl Controller {
                 (Job::Command(_), Some(PortCondition::Mask(_))) if forgets_until => {
                     self.brake(Ending::Break);
                 }
-                _ => self.brake(Ending::Stop),
+                _ => self.brake(Ending::Stop(by)),
             },
-            Activity::Waiting { what: Wait::Port | Wait::Character, .. } => self.pause(),
+            Activity::Waiting { what: Wait::Port | Wait::Character, .. } => self.pause(by),
             _ => {}
         }
     }
@@ -43,7 +45,7 @@ impl Controller {
         match &self.state.activity {
             Activity::Moving(moving) if moving.job == Job::SelfTest => {}
             Activity::Moving(_) => self.brake(Ending::Break),
-            Activity::Referencing(_) => self.halt(Reply::LimitSwitch),
+            Activity::Referencing(_) => self.halt(Why::ReferenceBroken(Breaker::Line)),
             _ if self.state.is_running() => self.end_run(Ok(())),
             Activity::Idle => {
                 self.forget_stopped_motion();
@@ -75,7 +77,9 @@ impl Controller {
         let now = self.state.now;
         let Activity::Moving(moving) = &mut self.state.activity else { return };
         if moving.ending != Ending::Complete {
-            moving.ending = moving.ending.max(ending);
+            if ending.is_harder_than(moving.ending) {
+                moving.ending = ending;
+            }
             return;
         }
         let nanos = now.nanos_since(moving.began);
@@ -90,32 +94,32 @@ impl Controller {
             if at_once {
                 self.segment_ended();
             }
-        } else if !moving.plan.parts.is_empty() || ending >= Ending::Break {
+        } else if !moving.plan.parts.is_empty() || !Ending::Break.is_harder_than(ending) {
             // This segment ends by itself at least as early; what follows it does not begin.
             moving.ending = ending;
         }
     }
 
-    /// Halts whatever runs at once, without a ramp, and answers `reply`.
-    pub(crate) fn halt(&mut self, reply: Reply) {
+    /// Halts whatever runs at once, without a ramp, and answers why.
+    pub(crate) fn halt(&mut self, why: Why) {
         let now = self.state.now;
         match self.take_activity() {
             Activity::Moving(moving) => {
                 let axes = self.commit(&moving.segment, moving.steps_at(now), true);
                 self.unreference(axes);
-                self.finish(moving.job, Err(reply));
+                self.finish(moving.job, Err(why));
             }
             Activity::Referencing(run) => {
                 self.commit_reference(&run);
-                self.finish(run.job, Err(reply));
+                self.finish(run.job, Err(why));
             }
             Activity::Waiting { what: Wait::Erase, .. } => {
-                self.answer(Mode::Direct, Op::Erase, reply);
+                self.refuse(Mode::Direct, Op::Erase, why);
             }
             other => {
                 self.state.activity = other;
                 if self.state.is_running() {
-                    self.end_run(Err(reply));
+                    self.end_run(Err(why));
                 }
             }
         }
@@ -128,8 +132,8 @@ impl Controller {
             Activity::Moving(mut moving) if !self.state.test_mode => {
                 let step = moving.steps_at(now);
                 let path = &moving.segment.path;
-                if self.stands_on_limit(path, step) {
-                    self.halt_on_switch(&moving, step);
+                if let Some(switch) = self.limit_after(path, step) {
+                    self.halt_on_switch(&moving, step, switch, true);
                 } else {
                     moving.hit = self.first_hit(path, step);
                     self.state.activity = Activity::Moving(moving);
@@ -140,25 +144,30 @@ impl Controller {
         }
     }
 
-    /// Whether, after some steps of a path, an axis that it moves is on a limit switch.
-    fn stands_on_limit(&self, path: &Path, step: u64) -> bool {
+    /// The limit switch on which, after some steps of a path, an axis is that it moves.
+    fn limit_after(&self, path: &Path, step: u64) -> Option<(usize, End)> {
         let (low, high) = path.extent(path.length());
         let offset = path.at(step);
-        moving_axes(&low, &high).iter().any(|axis| {
+        moving_axes(&low, &high).iter().find_map(|axis| {
             let carriage = self.carriage_after(axis, &offset);
-            [vimc4_plant::End::Negative, vimc4_plant::End::Positive]
-                .into_iter()
-                .any(|end| self.limit_active_at(axis, end, carriage))
+            Some((axis, self.active_limit_at(axis, carriage)?))
         })
     }
 
     /// The carriage is on a limit switch: the motion halts at this step without a ramp. No
     /// axis that moved knows any more where it is, and the error is kept until that is mended.
-    pub(crate) fn halt_on_switch(&mut self, moving: &Moving, step: u64) {
+    pub(crate) fn halt_on_switch(
+        &mut self,
+        moving: &Moving,
+        step: u64,
+        (axis, end): (usize, End),
+        by_hand: bool,
+    ) {
         let axes = self.commit(&moving.segment, step, true);
         self.unreference(axes);
         self.state.latched = self.state.latched.union(axes);
-        self.finish(moving.job, Err(Reply::LimitSwitch));
+        let at = self.state.position[axis];
+        self.finish(moving.job, Err(Why::Switch { axis: axis as u8, end, at, by_hand }));
     }
 
     /// STOP is held, and no move makes a step as long as it is.
@@ -167,34 +176,35 @@ impl Controller {
     }
 
     /// The motion stopped with something left of it.
-    pub(crate) fn stopped(&mut self, job: Job, plan: Plan) {
+    pub(crate) fn stopped(&mut self, job: Job, plan: Plan, by: By) {
         match job {
             Job::Command(op) => {
                 self.state.remainder = Some(plan);
-                self.answer_stopped(op);
+                self.answer_stopped(op, by);
             }
             Job::Answered(op) => {
                 self.state.remainder = Some(plan);
                 if self.tells_late_errors() {
-                    self.answer_stopped(op);
+                    self.answer_stopped(op, by);
                 }
             }
             Job::Program => {
                 if let Some(run) = &mut self.state.run {
                     run.remainder = Some(plan);
                 }
-                self.pause();
+                self.pause(by);
             }
             Job::SelfTest => self.self_test_ended(),
         }
     }
 
-    pub(crate) fn answer_stopped(&mut self, op: Op) {
-        let answer: Answer = match self.state.model.quirks.stop_reply {
+    pub(crate) fn answer_stopped(&mut self, op: Op, by: By) {
+        let Answer(bytes) = match self.state.model.quirks.stop_reply {
             StopReply::F => Reply::Stopped.into(),
             StopReply::F0 => vec![Reply::Stopped.code(), Reply::Done.code()].into(),
         };
-        self.answer_bytes(Mode::Direct, op, answer.0);
+        let why = Why::Stopped(by);
+        self.answer_why(bytes, |c| (c.mnemonic(Mode::Direct, op), c.in_words(why, None)));
     }
 
     /// The power is gone or the processor restarts: motors stop where they are, nothing is

@@ -1,9 +1,9 @@
 //! Why a button at the panel did nothing.
 
-use vimc4_isel_wire::Reply;
 use vimc4_plant::PlantSignal;
 
 use crate::Controller;
+use crate::why::Why;
 
 impl Controller {
     /// Why a signal that has just taken a level changed nothing, where there is more to say than
@@ -37,7 +37,7 @@ impl Controller {
             return "STOP is pressed";
         }
         match self.check_plant() {
-            Err(Reply::Cover) => "the cover is open",
+            Err(Why::Cover(_)) => "the cover is open",
             Err(_) => "the power stages are off",
             Ok(()) if self.state.remainder.is_some() => {
                 "the host goes on with a stopped motion, by S"

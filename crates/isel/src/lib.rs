@@ -8,7 +8,8 @@
 //! * `command` executes it;
 //! * `moves`, `reference`, `selftest` run the axes, `storing` and `running` the program;
 //! * `halting` is everything that ends a motion before its time;
-//! * `panel` reacts to buttons and switches, `ports` and `report` show the state.
+//! * `panel` reacts to buttons and switches, `ports` and `report` show the state;
+//! * `why` says for what reason something was refused or ended.
 //!
 //! A model of controller is data, see [`Model`].
 #![forbid(unsafe_code)]
@@ -36,6 +37,7 @@ mod storing;
 mod switches;
 mod switching;
 mod view;
+mod why;
 
 /// How many axes these controllers have: X, Y, Z, A.
 pub(crate) const AXES: usize = 4;

@@ -1,12 +1,14 @@
 //! Moves: from a command to segments, and from segment to segment.
 
 use vimc4_device::{Event, Kinds, Motion, Point, Time};
-use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs, Reply};
+use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
+use vimc4_plant::End;
 
 use crate::admission::moving_axes;
 use crate::model::{LowerCase, SpeedOf3d};
 use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
+use crate::why::{By, Why};
 use crate::{AXES, AXIS_NAMES, Controller};
 
 impl Moving {
@@ -133,7 +135,7 @@ impl Controller {
         if met || plan.parts.is_empty() {
             self.finish(job, Ok(()));
         } else if self.is_stop_held() && job != Job::SelfTest {
-            self.stopped(job, plan);
+            self.stopped(job, plan, By::ButtonHeld);
         } else {
             self.next_part(job, plan);
         }
@@ -162,23 +164,25 @@ impl Controller {
     pub(crate) fn segment_ended(&mut self) {
         let Activity::Moving(moving) = self.take_activity() else { return };
         let steps = moving.segment.profile.steps();
-        if let Some((step, _)) = moving.hit.filter(|(step, _)| *step <= steps) {
-            return self.halt_on_switch(&moving, step);
+        if let Some((step, axis)) = moving.hit.filter(|(step, _)| *step <= steps) {
+            let carriage = self.carriage_after(axis, &moving.segment.path.at(step));
+            let end = self.active_limit_at(axis, carriage).unwrap_or(End::Positive);
+            return self.halt_on_switch(&moving, step, (axis, end), false);
         }
         let Moving { job, segment, speed, mut plan, ending, .. } = *moving;
         self.commit(&segment, steps, false);
         match ending {
             Ending::Complete => self.next_part(job, plan),
-            Ending::Stop => {
+            Ending::Stop(by) => {
                 let left = segment.path.after(steps);
                 if left.length() > 0 {
                     plan.parts.push_front((left, speed));
                 }
-                self.stopped(job, plan);
+                self.stopped(job, plan, by);
             }
             Ending::Break if job == Job::Program => self.end_run(Ok(())),
             Ending::Event | Ending::Break => self.finish(job, Ok(())),
-            Ending::Cover => self.finish(job, Err(Reply::Cover)),
+            Ending::Cover(opened) => self.finish(job, Err(Why::Cover(opened))),
         }
     }
 
@@ -241,18 +245,21 @@ impl Controller {
     }
 
     /// A job is done, well or with an error.
-    pub(crate) fn finish(&mut self, job: Job, result: Result<(), Reply>) {
+    pub(crate) fn finish(&mut self, job: Job, result: Result<(), Why>) {
         self.state.activity = Activity::Idle;
         match job {
-            Job::Command(op) => self.answer(Mode::Direct, op, result.err().unwrap_or(Reply::Done)),
+            Job::Command(op) => match result {
+                Ok(()) => self.done(Mode::Direct, op),
+                Err(why) => self.refuse(Mode::Direct, op, why),
+            },
             Job::Answered(op) => {
-                if let Some(reply) = result.err().filter(|_| self.tells_late_errors()) {
-                    self.answer(Mode::Direct, op, reply);
+                if let Some(why) = result.err().filter(|_| self.tells_late_errors()) {
+                    self.refuse(Mode::Direct, op, why);
                 }
             }
             Job::Program => match result {
                 Ok(()) => self.line_ended(),
-                Err(reply) => self.end_run(Err(reply)),
+                Err(why) => self.end_run(Err(why)),
             },
             Job::SelfTest => self.self_test_ended(),
         }

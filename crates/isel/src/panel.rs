@@ -2,13 +2,14 @@
 //! (99 appendix E).
 
 use vimc4_device::{Event, Kinds};
-use vimc4_isel_wire::{Op, Reply};
+use vimc4_isel_wire::Op;
 use vimc4_plant::{End, PlantSignal};
 
 use crate::Controller;
 use crate::model::CommandSet;
 use crate::ports::Output;
 use crate::state::{Activity, Ending, Job, Wait};
+use crate::why::{By, Off, Opened, Why};
 
 impl Controller {
     /// A signal of the plant takes a level.
@@ -34,10 +35,11 @@ impl Controller {
             _ => {}
         }
         if self.state.cover_forbids() {
-            self.cover_opened();
+            let by_key = matches!(signal, PlantSignal::Key);
+            self.cover_opened(if by_key { Opened::Key } else { Opened::Now });
         }
         if !self.state.motors_on() && self.is_moving() {
-            self.halt(Reply::Plant);
+            self.halt(Why::Stages(self.why_off()));
         }
         self.inputs_changed();
     }
@@ -45,7 +47,7 @@ impl Controller {
     /// STOP halts the motion or the program, and the spindle.
     fn stop_button(&mut self) {
         self.drive(|outputs| outputs.set(Output::SPINDLE, false));
-        self.stop();
+        self.stop(By::Button);
     }
 
     /// START runs a valid program, or goes on with one that was stopped. With a motion that was
@@ -97,7 +99,7 @@ impl Controller {
     /// The emergency stop takes the power from the motors; what runs is answered with `9`, and
     /// the controller starts again without it.
     fn emergency_stop(&mut self) {
-        self.halt(Reply::Plant);
+        self.halt(Why::Stages(Off::EmergencyStop));
         self.open_relay();
         self.reset();
     }
@@ -111,10 +113,10 @@ impl Controller {
     }
 
     /// The cover was opened with the key on automatic, or the key turned with it open.
-    fn cover_opened(&mut self) {
+    fn cover_opened(&mut self, opened: Opened) {
         match &self.state.activity {
-            Activity::Moving(_) => self.brake(Ending::Cover),
-            Activity::Referencing(_) => self.halt(Reply::Cover),
+            Activity::Moving(_) => self.brake(Ending::Cover(opened)),
+            Activity::Referencing(_) => self.halt(Why::Cover(opened)),
             _ => {}
         }
     }

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Mode, Op, Reply, parse};
+use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Fault, Mode, Op, parse};
 
 use crate::model::{Model, StoredArcs};
+use crate::why::Why;
 
 /// What a stored program is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,15 +82,15 @@ pub(crate) fn parse_stored(
     text: &[u8],
     model: &Model,
     context: &Context<'_>,
-) -> Result<(Command, u32), (Option<Op>, Reply)> {
+) -> Result<(Command, u32), (Option<Op>, Why)> {
     let frame = match parse(text, model.command_set.dialect(), Mode::Stored, 0) {
         Ok(Addressed::Frame(frame)) => frame,
-        Ok(Addressed::OtherDevice) => return Err((None, Reply::NotStorable)),
-        Err(reply) => return Err((None, reply)),
+        Ok(Addressed::OtherDevice) => return Err((None, Fault::NotStorable.into())),
+        Err(fault) => return Err((None, fault.into())),
     };
-    let command = frame.decode(context).map_err(|reply| (Some(frame.op()), reply))?;
+    let command = frame.decode(context).map_err(|fault| (Some(frame.op()), fault.into()))?;
     if model.quirks.stored_arcs == StoredArcs::Check && !has_plane(&command, context.axes) {
-        return Err((Some(frame.op()), Reply::Axis));
+        return Err((Some(frame.op()), Why::NoPlane));
     }
     let parameters = u32::try_from(frame.field_count()).unwrap_or(u32::MAX);
     let parameters = model.flash.parameter_bytes.saturating_mul(parameters);
@@ -115,8 +116,8 @@ pub(crate) fn read_stored(
     model: &Model,
 ) -> Result<(Command, u32), String> {
     let context = model.context(program.axes, Some(program.len()));
-    parse_stored(text, model, &context).map_err(|(_, reply)| {
+    parse_stored(text, model, &context).map_err(|(_, why)| {
         let text = text.escape_ascii();
-        format!("`{text}` cannot be stored on the model {}: {}", model.name, reply.meaning())
+        format!("`{text}` cannot be stored on the model {}: {}", model.name, why.reply().meaning())
     })
 }

@@ -5,6 +5,7 @@ use vimc4_isel_wire::{Control, Line, control};
 
 use crate::Controller;
 use crate::state::{Activity, Wait};
+use crate::why::By;
 
 impl Controller {
     /// Takes bytes as they arrive. 253, 254 and 255 act at once, wherever they appear; the
@@ -17,7 +18,7 @@ impl Controller {
         for &byte in bytes {
             if let Some(control) = control(byte) {
                 match control {
-                    Control::Stop => self.stop(),
+                    Control::Stop => self.stop(By::Line),
                     Control::Reset => self.software_reset(),
                     Control::Break => self.break_off(),
                 }
@@ -68,7 +69,7 @@ impl Controller {
         match self.state.receiver.line.push(byte) {
             None => {}
             Some(Line::Text(text)) => self.execute_line(&text),
-            Some(Line::TooLong) => self.refuse_line(),
+            Some(Line::TooLong) => self.refuse_long_line(),
         }
     }
 }

@@ -7,13 +7,13 @@
 use std::collections::VecDeque;
 
 use vimc4_device::Time;
-use vimc4_isel_wire::{AxisSet, Reply};
+use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference};
 
-use crate::command::without;
 use crate::moves::along;
 use crate::state::{Activity, Job, Phase, Referencing};
+use crate::why::{By, Why};
 use crate::{AXES, Controller};
 
 /// The order in which axes look for their reference points (99 2.2.2).
@@ -179,7 +179,10 @@ impl Controller {
         let axis = AxisSet::from_bits(1 << run.axis).unwrap_or(AxisSet::NONE);
         self.unreference(axis);
         self.state.latched = self.state.latched.union(axis);
-        self.finish(run.job, Err(Reply::LimitSwitch));
+        let both = [End::Negative, End::Positive].map(|end| self.limit_active(run.axis, end));
+        let end = self.active_limit(run.axis).filter(|_| both != [true; 2]);
+        let (axis, referencing) = (run.axis as u8, run.whole);
+        self.finish(run.job, Err(Why::WrongSwitch { axis, end, referencing }));
     }
 
     /// A phase is done; the counters are where it ended.
@@ -188,7 +191,7 @@ impl Controller {
         if !whole {
             let axes = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
             self.unreference(axes);
-            self.state.latched = without(self.state.latched, axes);
+            self.state.latched = self.state.latched.without(axes);
             self.state.freed = self.state.freed.union(axes);
             return self.finish(job, Ok(()));
         }
@@ -220,13 +223,13 @@ impl Controller {
 
     /// STOP ends the reference run of a program (99 3.2.2): the axis stays without a reference
     /// point, and those after it are not driven. The program halts, and goes on after this line.
-    pub(crate) fn end_reference_of_program(&mut self) {
+    pub(crate) fn end_reference_of_program(&mut self, by: By) {
         let Activity::Referencing(run) = self.take_activity() else { return };
         self.commit_reference(&run);
         if let Some(run) = &mut self.state.run {
             run.line += 1;
         }
-        self.pause();
+        self.pause(by);
     }
 
     /// Makes the steps up to now final.

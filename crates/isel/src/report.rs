@@ -38,13 +38,10 @@ impl Controller {
         vec![Reply::Done.code(), hex_digit(byte >> 4), hex_digit(byte & 15)].into()
     }
 
-    /// `D`: a byte of diagnosis.
-    pub(crate) fn diagnosis_report(&self, code: [u8; 2]) -> Answer {
-        let code = std::str::from_utf8(&code).unwrap_or_default();
-        match self.state.model.diagnosis.get(code) {
-            Some(wires) => self.hex_report(self.value_of(wires)),
-            None => Reply::Syntax.into(),
-        }
+    /// `D`: a byte of diagnosis, if the model's profile has it.
+    pub(crate) fn diagnosis_report(&self, code: [u8; 2]) -> Option<Answer> {
+        let wires = self.state.model.diagnosis.get(std::str::from_utf8(&code).ok()?)?;
+        Some(self.hex_report(self.value_of(wires)))
     }
 
     /// `H`: the operating elements, a line each; then the limit switches (99 2.2.16), or the

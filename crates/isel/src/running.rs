@@ -6,12 +6,14 @@
 
 use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Warning};
-use vimc4_isel_wire::{Bit, BitTest, Command, Mode, Op, PortMap as _, PortTest, Reply};
+use vimc4_isel_wire::{Bit, BitTest, Command, Mode, Op, PortMap as _, PortTest};
 
 use crate::Controller;
+use crate::command::Answer;
 use crate::model::LoopCount;
 use crate::program::Validity;
 use crate::state::{Activity, Ending, Job, OpenLoop, PortCondition, Run, Wait};
+use crate::why::{Breaker, By, Opened, Why};
 
 const NANOS_PER_TENTH: u64 = 100_000_000;
 
@@ -48,7 +50,7 @@ impl Controller {
             loops: Vec::new(),
             until: None,
             remainder: None,
-            stopping: false,
+            stopping: None,
             paused: false,
         });
         self.signal_error(false);
@@ -75,29 +77,37 @@ impl Controller {
     }
 
     /// The program halts and waits to be started again.
-    pub(crate) fn pause(&mut self) {
+    pub(crate) fn pause(&mut self, by: By) {
         self.state.activity = Activity::Idle;
         let Some(run) = &mut self.state.run else { return };
         run.paused = true;
-        run.stopping = false;
+        run.stopping = None;
         if run.by_command {
-            self.answer_stopped(Op::Start);
+            self.answer_stopped(Op::Start, by);
         }
     }
 
     /// The program is over, well or with an error.
-    pub(crate) fn end_run(&mut self, result: Result<(), Reply>) {
+    pub(crate) fn end_run(&mut self, result: Result<(), Why>) {
         self.state.activity = Activity::Idle;
         let Some(run) = self.state.run.take() else { return };
-        if let Err(reply) = result {
+        if let Err(why) = result {
             self.signal_error(true);
             if self.wants(Kinds::WARNING) {
-                let code = char::from(reply.code());
-                self.emit(Event::Warning(Warning::ProgramError { code, line: run.line + 1 }));
+                let code = char::from(why.reply().code());
+                let (line, why) = (run.line + 1, self.in_words(why, None).into());
+                self.emit(Event::Warning(Warning::ProgramError { code, line, why }));
             }
         }
-        if run.by_command {
-            self.answer(Mode::Direct, Op::Start, result.err().unwrap_or(Reply::Done));
+        match result {
+            _ if !run.by_command => {}
+            Ok(()) => self.done(Mode::Direct, Op::Start),
+            Err(why) => {
+                let Answer(bytes) = why.reply().into();
+                self.answer_why(bytes, |c| {
+                    (c.mnemonic(Mode::Direct, Op::Start), c.in_words_of_program(why, run.line))
+                });
+            }
         }
     }
 
@@ -115,8 +125,8 @@ impl Controller {
     fn next_line(&mut self) {
         let now = self.state.now;
         let Some(run) = &mut self.state.run else { return };
-        if run.stopping {
-            return self.pause();
+        if let Some(by) = run.stopping {
+            return self.pause(by);
         }
         run.began = now;
         let line = run.line;
@@ -126,14 +136,14 @@ impl Controller {
             let mnemonic = self.mnemonic(Mode::Stored, command.op(Mode::Stored));
             self.emit(Event::Line { line: line + 1, mnemonic });
         }
-        if let Err(reply) = self.check_line(&command) {
-            return self.end_run(Err(reply));
+        if let Err(why) = self.check_line(&command) {
+            return self.end_run(Err(why));
         }
         self.execute_program_line(line, command);
     }
 
     /// What a direct command would have been refused for.
-    fn check_line(&self, command: &Command) -> Result<(), Reply> {
+    fn check_line(&self, command: &Command) -> Result<(), Why> {
         let moves = matches!(
             command,
             Command::RelativeMove(_)
@@ -210,8 +220,22 @@ impl Controller {
         let end = self.state.flash.program.as_ref().map_or(0, |program| program.len());
         match u32::try_from(i64::from(line) + offset).ok().filter(|target| *target <= end) {
             Some(target) => self.go_to(target),
-            None => self.end_run(Err(Reply::DataField)),
+            None => {
+                let to = i64::from(line) + offset;
+                let why = Why::Jump { to, other_base: self.other_base_leads_to(line, to, end) };
+                self.end_run(Err(why));
+            }
         }
+    }
+
+    /// Whether a conditional branch at a line, which leads to nowhere, would lead into the program
+    /// if it were counted from the other line.
+    fn other_base_leads_to(&self, line: u32, to: i64, end: u32) -> bool {
+        let program = self.state.flash.program.as_ref();
+        let command = program.and_then(|program| program.command(line));
+        let step = if self.state.model.quirks.branches_from_next() { -1 } else { 1 };
+        matches!(command, Some(Command::BranchIf { .. } | Command::AwaitSync { .. }))
+            && (0..=i64::from(end)).contains(&(to + step))
     }
 
     /// The line `target` comes next, as soon as the present one has taken its time.
@@ -253,7 +277,7 @@ impl Controller {
         }
         match open {
             Some(place) => run.loops[place].left = left - 1,
-            None if run.loops.len() == depth => return self.end_run(Err(Reply::DataField)),
+            None if run.loops.len() == depth => return self.end_run(Err(Why::LoopDepth)),
             None => run.loops.push(OpenLoop { line, left: left - 1 }),
         }
         self.jump(line, i64::from(offset));
@@ -278,7 +302,7 @@ impl Controller {
             Wait::PowerUp => self.powered_up(),
             Wait::Erase => {
                 self.erase_program();
-                self.answer(Mode::Direct, Op::Erase, Reply::Done);
+                self.done(Mode::Direct, Op::Erase);
             }
             Wait::PanelErase => self.erase_program(),
             Wait::Delay => self.line_ended(),
@@ -324,20 +348,23 @@ impl Controller {
         let (emergency, cover, abort) =
             (differs(settings.emergency), differs(settings.cover), differs(settings.abort));
         if emergency {
-            self.halt(Reply::Plant);
+            self.halt(Why::EmergencyInput);
             self.open_relay();
         } else if cover {
-            self.end_program_motion(Ending::Cover, Err(Reply::Cover));
+            let opened = Opened::Input;
+            self.end_program_motion(Ending::Cover(opened), Err(Why::Cover(opened)));
         } else if abort {
             self.end_program_motion(Ending::Break, Ok(()));
         }
     }
 
     /// Ends the program, along the ramp if it moves.
-    fn end_program_motion(&mut self, ending: Ending, result: Result<(), Reply>) {
+    fn end_program_motion(&mut self, ending: Ending, result: Result<(), Why>) {
         match &self.state.activity {
             Activity::Moving(_) => self.brake(ending),
-            Activity::Referencing(_) => self.halt(result.err().unwrap_or(Reply::LimitSwitch)),
+            Activity::Referencing(_) => {
+                self.halt(result.err().unwrap_or(Why::ReferenceBroken(Breaker::Input)));
+            }
             _ => self.end_run(result),
         }
     }

@@ -13,6 +13,7 @@ use crate::flash::Flash;
 use crate::model::Model;
 use crate::ports::{Output, Outputs};
 use crate::settings::Settings;
+use crate::why::{By, Opened};
 
 /// The version of the state's layout, for states that are kept.
 pub(crate) const VERSION: u32 = 1;
@@ -158,18 +159,32 @@ pub(crate) struct Moving {
 }
 
 /// What happens at the end of a segment, the softest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Ending {
     /// The next one begins, or the command is done.
     Complete,
     /// The motion was stopped: what is left is kept.
-    Stop,
+    Stop(By),
     /// The condition of the motion was met: what is left is forgotten.
     Event,
     /// The motion was broken off: what is left is forgotten.
     Break,
     /// The cover was opened: what is left is forgotten.
-    Cover,
+    Cover(Opened),
+}
+
+impl Ending {
+    /// Whether it overrules another one. Of two that are alike, who came first has done it.
+    pub(crate) fn is_harder_than(self, other: Ending) -> bool {
+        let hardness = |ending| match ending {
+            Ending::Complete => 0,
+            Ending::Stop(_) => 1,
+            Ending::Event => 2,
+            Ending::Break => 3,
+            Ending::Cover(_) => 4,
+        };
+        hardness(self) > hardness(other)
+    }
 }
 
 /// Axes that look for their reference points, or one that leaves its switch.
@@ -216,8 +231,8 @@ pub(crate) struct Run {
     pub(crate) until: Option<BitTest>,
     /// What is left of a motion that was stopped.
     pub(crate) remainder: Option<Plan>,
-    /// STOP was pressed (or 253 received): the program halts before its next line.
-    pub(crate) stopping: bool,
+    /// STOP was pressed or 253 received: the program halts before its next line.
+    pub(crate) stopping: Option<By>,
     /// The program has halted and waits for START or `S`.
     pub(crate) paused: bool,
 }

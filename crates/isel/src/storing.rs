@@ -1,10 +1,11 @@
 //! Storing a CNC data field, line by line.
 
-use vimc4_isel_wire::{Command, Mode, Op, Reply, table};
+use vimc4_isel_wire::{Command, Mode, Op, table};
 
 use crate::Controller;
 use crate::flash::{INVALID_LINE, end_line, line_line};
 use crate::program::{Program, StoredLine, Validity, parse_stored};
+use crate::why::Why;
 
 impl Controller {
     /// `i`: what follows is stored.
@@ -23,28 +24,28 @@ impl Controller {
             Ok((command, size)) => {
                 let op = command.op(Mode::Stored);
                 self.announce(self.mnemonic(Mode::Stored, op), text);
-                let reply = self.store(command, size, text);
-                self.answer(Mode::Stored, op, reply);
+                match self.store(command, size, text) {
+                    Ok(()) => self.done(Mode::Stored, op),
+                    Err(why) => self.refuse(Mode::Stored, op, why),
+                }
             }
-            Err((op, reply)) => {
+            Err((op, why)) => {
                 let mnemonic = op.map_or("?", |op| self.mnemonic(Mode::Stored, op));
                 self.announce(mnemonic, text);
                 self.invalidate_program();
-                match op {
-                    Some(op) => self.answer(Mode::Stored, op, reply),
-                    None => self.answer_unknown(reply),
-                }
+                self.refuse_line(mnemonic, why, text, Mode::Stored);
             }
         }
     }
 
-    fn store(&mut self, command: Command, size: u32, text: &[u8]) -> Reply {
+    fn store(&mut self, command: Command, size: u32, text: &[u8]) -> Result<(), Why> {
         let capacity = self.state.model.flash.size;
         let speeds = self.state.speeds;
-        let Some(program) = &mut self.state.flash.program else { return Reply::DataField };
-        if program.size.saturating_add(size) > capacity {
+        let Some(program) = &mut self.state.flash.program else { return Err(Why::NothingToStart) };
+        let whole = program.size.saturating_add(size);
+        if whole > capacity {
             self.invalidate_program();
-            return Reply::MemoryFull;
+            return Err(Why::MemoryFull(whole));
         }
         if command == Command::End {
             program.validity = Validity::Valid;
@@ -53,12 +54,12 @@ impl Controller {
             self.append_to_flash_image(record);
             self.state.storing = false;
             self.flash_changed("program valid");
-            return Reply::Done;
+            return Ok(());
         }
         program.push(StoredLine { command, text: text.to_vec() }, size);
         self.append_to_flash_image(line_line(text));
         self.flash_changed("program line");
-        Reply::Done
+        Ok(())
     }
 
     /// An error while storing: the program cannot run, and storing ends.
@@ -80,7 +81,7 @@ impl Controller {
     }
 
     /// Whether a text could be stored as the next line, and what it takes.
-    fn storable(&self, text: &[u8]) -> Result<(Command, u32), (Option<Op>, Reply)> {
+    fn storable(&self, text: &[u8]) -> Result<(Command, u32), (Option<Op>, Why)> {
         let line = self.state.flash.program.as_ref().map(Program::len);
         parse_stored(text, &self.state.model, &self.context(line))
     }

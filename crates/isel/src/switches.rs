@@ -36,7 +36,13 @@ impl Controller {
 
     /// The limit switch on which an axis stands.
     pub(crate) fn active_limit(&self, axis: usize) -> Option<End> {
-        [End::Negative, End::Positive].into_iter().find(|&end| self.limit_active(axis, end))
+        self.active_limit_at(axis, self.state.plant.carriage()[axis])
+    }
+
+    /// The limit switch on which an axis would stand with the carriage at a place.
+    pub(crate) fn active_limit_at(&self, axis: usize, carriage: i64) -> Option<End> {
+        let ends = [End::Negative, End::Positive];
+        ends.into_iter().find(|&end| self.limit_active_at(axis, end, carriage))
     }
 
     /// Whether a way leads away from a limit switch.
@@ -55,11 +61,7 @@ impl Controller {
         let done = path.at(from);
         (0..AXES)
             .filter_map(|axis| {
-                let active = |carriage: i64| {
-                    [End::Negative, End::Positive]
-                        .into_iter()
-                        .any(|end| self.limit_active_at(axis, end, carriage))
-                };
+                let active = |carriage: i64| self.active_limit_at(axis, carriage).is_some();
                 let start = self.carriage_after(axis, &done);
                 let left = match active(start) {
                     true => self.first_change(&rest, axis, start, &active, false)?,

@@ -2,10 +2,11 @@
 //! switched *on*: switching off needs neither power nor a closed cover. A write that is refused
 //! changes nothing, for values are taken over only where the answer is `0` (99 2.2.14).
 
-use vimc4_isel_wire::{Bit, BitTest, Reply};
+use vimc4_isel_wire::{Bit, BitTest};
 
 use crate::Controller;
 use crate::ports::{Output, Wire};
+use crate::why::{Opened, Why};
 
 impl Controller {
     /// Writes a whole port.
@@ -40,7 +41,7 @@ impl Controller {
     /// `9` or `H` for a write that asks for stages or a spindle which cannot be switched on now.
     /// The spindle needs stages that were on before the write, or that it switches on. A bit that
     /// is written by itself asks for what it says; a byte, for what was off before.
-    pub(crate) fn check_switching(&self, write: BitTest) -> Result<(), Reply> {
+    pub(crate) fn check_switching(&self, write: BitTest) -> Result<(), Why> {
         let before = self.state.outputs;
         let single = matches!(self.wires(write), [_]);
         let asked = |output: Output| {
@@ -51,12 +52,18 @@ impl Controller {
         if !stages && !spindle {
             return Ok(());
         }
-        if !self.state.can_power_motors() || !stages && !before.get(Output::STAGE) {
-            return Err(Reply::Plant);
+        if !self.state.can_power_motors() {
+            return Err(Why::Stages(self.why_off()));
+        }
+        if !stages && !before.get(Output::STAGE) {
+            return Err(Why::Spindle);
         }
         if self.state.cover_forbids() {
             // The stages cannot be switched on with the cover open (99 4, code 9).
-            return Err(if stages { Reply::Plant } else { Reply::Cover });
+            return Err(match stages {
+                true => Why::StagesBehindCover,
+                false => Why::Cover(Opened::Already),
+            });
         }
         Ok(())
     }

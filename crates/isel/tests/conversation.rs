@@ -134,7 +134,7 @@ fn lines_of_a_program_count_from_1() {
     for output in imc.drain() {
         match output {
             Output::Event(_, Event::Line { line, .. }) => lines.push(line),
-            Output::Event(_, Event::Warning(Warning::ProgramError { code, line })) => {
+            Output::Event(_, Event::Warning(Warning::ProgramError { code, line, .. })) => {
                 errors.push((code, line));
             }
             _ => {}

@@ -9,7 +9,7 @@ use vimc4_device::{
 };
 use vimc4_plant::{Machine, PlantSignal};
 
-use crate::language::wrong_value;
+use crate::language::why_refused;
 use crate::model::Model;
 use crate::state::State;
 
@@ -159,9 +159,7 @@ impl Device for Controller {
     fn explain(&self, command: &[u8]) -> String {
         match self.state.reader.understand(command) {
             Ok(command) => command.describe(),
-            Err(status) => wrong_value(command, self.state.model.grammar())
-                .unwrap_or(status.meaning())
-                .to_owned(),
+            Err(status) => why_refused(command, self.state.model.grammar(), status),
         }
     }
 

@@ -7,12 +7,11 @@ use vimc4_device::{AXES, Event, Kinds, Point, Warning};
 use vimc4_plant::Unit;
 
 use crate::Controller;
-use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits, Status};
-use crate::model::{
-    AfterStatus, CommandSet, DecimalSpeed, InitReply, Model, ResolutionUnit, StatusDigits,
-};
+use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits};
+use crate::model::{CommandSet, DecimalSpeed, InitReply, Model, ResolutionUnit, StatusDigits};
 use crate::state::{Activity, Buffer, Job, Pause, Stage, Stop};
 use crate::text::Line;
+use crate::why::Why;
 
 const NANOS_PER_MS: u64 = 1_000_000;
 /// A turn in millionths of a degree.
@@ -25,9 +24,9 @@ impl Controller {
     pub(crate) fn execute(&mut self, command: Command) {
         let mnemonic = command.form().mnemonic;
         if command.depends_on_machine()
-            && let Err(status) = command.check(&self.limits())
+            && let Err(misfit) = command.check(&self.limits())
         {
-            return self.answer_status(mnemonic, status);
+            return self.answer_failed(mnemonic, Why::Misfit(misfit));
         }
         if matches!(command, Command::Continue | Command::GoBack | Command::RepeatBroken) {
             return self.resume(command);
@@ -35,7 +34,7 @@ impl Controller {
         match self.stages(&command) {
             Ok(stages) if stages.is_empty() => self.executed(command),
             Ok(stages) => self.begin(command, stages),
-            Err(status) => self.answer_status(mnemonic, status),
+            Err(why) => self.answer_failed(mnemonic, why),
         }
     }
 
@@ -65,11 +64,11 @@ impl Controller {
     }
 
     /// What a command does over time. What it does at once is done here.
-    pub(crate) fn stages(&mut self, command: &Command) -> Result<VecDeque<Stage>, Status> {
+    pub(crate) fn stages(&mut self, command: &Command) -> Result<VecDeque<Stage>, Why> {
         if command.moves()
             && let Some(status) = self.standing_fault()
         {
-            return Err(status);
+            return Err(Why::Fault(status));
         }
         let here = self.state.position;
         let at = |axis: Axis, place: i64| {
@@ -161,7 +160,7 @@ impl Controller {
                 if !stages.is_empty()
                     && let Some(status) = self.standing_fault()
                 {
-                    return Err(status);
+                    return Err(Why::Fault(status));
                 }
             }
             Command::HardClipLimits(axis) => stages = self.hard_clip_stages(*axis),
@@ -186,7 +185,7 @@ impl Controller {
     }
 
     /// Commands that take no time.
-    pub(crate) fn apply(&mut self, command: &Command) -> Result<(), Status> {
+    pub(crate) fn apply(&mut self, command: &Command) -> Result<(), Why> {
         let settings = &mut self.state.settings;
         let of = |axis: &Option<Axis>| match axis {
             Some(axis) => axis.index()..axis.index() + 1,
@@ -264,16 +263,16 @@ impl Controller {
                 self.send_line(command, line);
             }
             Command::NominalPosition(axis) => {
-                if axis.is_some_and(|axis| axis.index() >= self.places(&self.state.position).len())
-                {
-                    return Err(Status::NoSuchAxis);
+                let places = self.places(&self.state.position).len();
+                if let Some(axis) = axis.filter(|axis| axis.index() >= places) {
+                    return Err(Why::NoPosition(axis));
                 }
                 let line = self.position_line(b'P', &self.state.position, *axis);
                 self.send_line(command, line);
             }
             Command::ActualPosition { axis, triggered } => {
                 let point = match triggered {
-                    true => self.state.triggered.ok_or(Status::NoCounterAxis)?,
+                    true => self.state.triggered.ok_or(Why::NoTrigger)?,
                     false => self.state.actual(),
                 };
                 let line = self.position_line(b'A', &point, *axis);
@@ -364,48 +363,35 @@ impl Controller {
     }
 
     /// A command has failed.
-    pub(crate) fn answer_status(&mut self, mnemonic: &'static str, status: Status) {
-        self.answer_meaning(mnemonic, status, status.meaning());
+    pub(crate) fn answer_failed(&mut self, mnemonic: &'static str, why: Why) {
+        self.answer_refused(mnemonic, why, b"");
     }
 
-    /// A command has failed, for a reason that the status may not say.
-    pub(crate) fn answer_meaning(&mut self, mnemonic: &'static str, status: Status, meaning: &str) {
-        if let Some(text) = self.written(status) {
-            self.answer(mnemonic, text.into());
-            if self.wants(Kinds::ANSWER) {
-                let text = format!("{meaning}{}", self.waits_for()).into();
-                self.emit(Event::Meaning { text });
+    /// A command with these bytes is refused. A status that this model has no number for is not
+    /// sent.
+    pub(crate) fn answer_refused(&mut self, mnemonic: &'static str, why: Why, raw: &[u8]) {
+        let decimal = self.state.model.quirks.status_digits == StatusDigits::Decimal;
+        let dialect = self.state.model.command_set.dialect();
+        match self.status_of(why).written(dialect, decimal) {
+            Some(text) => {
+                let bytes = Bytes::from(text + "\r");
+                if self.wants(Kinds::ANSWER) {
+                    let why = Some(self.in_words(why, raw).into());
+                    self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why });
+                }
+                self.send(bytes);
             }
-        }
-    }
-
-    /// What a controller that executes nothing waits for, as the end of a sentence.
-    fn waits_for(&self) -> &'static str {
-        if self.state.ball.open.is_some() {
-            return "; the trackball is open until !CI";
-        }
-        match (self.state.stopped, self.state.model.quirks.after_status) {
-            (None, _) => "",
-            (Some(Stop::Command), _) => "; commands wait for !GO",
-            (Some(_), AfterStatus::Refuse) => "; commands are refused until !GO",
-            (Some(_), _) => "; commands wait for !GO, IN begins anew",
+            None if self.wants(Kinds::WARNING) => {
+                let what = self.in_words(why, raw).into();
+                self.emit(Event::Warning(Warning::NoEffect { what }));
+            }
+            None => {}
         }
     }
 
     /// Something has happened that no command asked for.
-    pub(crate) fn report(&mut self, status: Status) {
-        self.answer_status("", status);
-    }
-
-    /// A status as this model writes it. One that it has no number for is not sent.
-    fn written(&mut self, status: Status) -> Option<String> {
-        let decimal = self.state.model.quirks.status_digits == StatusDigits::Decimal;
-        let text = status.written(self.state.model.command_set.dialect(), decimal);
-        if text.is_none() && self.wants(Kinds::WARNING) {
-            let what = status.meaning().into();
-            self.emit(Event::Warning(Warning::NoEffect { what }));
-        }
-        text.map(|text| text + "\r")
+    pub(crate) fn report(&mut self, why: Why) {
+        self.answer_failed("", why);
     }
 
     /// A line of data.
@@ -415,7 +401,7 @@ impl Controller {
 
     fn answer(&mut self, mnemonic: &'static str, bytes: Bytes) {
         if self.wants(Kinds::ANSWER) {
-            self.emit(Event::Answer { mnemonic, bytes: bytes.clone() });
+            self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why: None });
         }
         self.send(bytes);
     }

@@ -7,6 +7,7 @@ use crate::Controller;
 use crate::language::{Axis, Command, Status, Trackball};
 use crate::model::CommandSet;
 use crate::state::{Activity, Job, Stage};
+use crate::why::Why;
 
 /// How often a position is sent, ns.
 const PERIOD: u64 = 1_000_000_000;
@@ -26,10 +27,10 @@ pub(crate) struct Ball {
 
 impl Controller {
     /// `!OI`.
-    pub(crate) fn open_interface(&mut self, use_of: Trackball) -> Result<(), Status> {
+    pub(crate) fn open_interface(&mut self, use_of: Trackball) -> Result<(), Why> {
         if !self.state.model.interface.trackball {
             if self.state.model.command_set == CommandSet::MotionSystem {
-                return Err(Status::NoSuchInterface);
+                return Err(Why::NoTrackball);
             }
             // An SMCU has no status for it, as for a module that is not there.
             if self.wants(Kinds::WARNING) {
@@ -39,7 +40,7 @@ impl Controller {
             return Ok(());
         }
         if self.state.faults.contains(&Status::JoystickNotConnected.code()) {
-            return Err(Status::JoystickNotConnected);
+            return Err(Why::Fault(Status::JoystickNotConnected));
         }
         let reports = use_of == Trackball::MoveAndReport;
         self.state.ball.open = Some(use_of);

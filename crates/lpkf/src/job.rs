@@ -3,8 +3,8 @@
 use vimc4_device::Time;
 
 use crate::Controller;
-use crate::language::Status;
 use crate::state::{Activity, Job, Stage};
+use crate::why::Why;
 
 impl Controller {
     /// When what the command does now ends by itself.
@@ -79,9 +79,9 @@ impl Controller {
     }
 
     /// The command fails, and no other is held up by that.
-    pub(crate) fn fail(&mut self, status: Status) {
+    pub(crate) fn fail(&mut self, why: Why) {
         if let Some(Job { command, .. }) = self.state.job.take() {
-            self.answer_status(command.form().mnemonic, status);
+            self.answer_failed(command.form().mnemonic, why);
         }
     }
 }

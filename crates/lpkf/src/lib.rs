@@ -32,6 +32,7 @@ mod state;
 mod stop;
 mod text;
 mod view;
+mod why;
 
 pub use controller::Controller;
 pub use model::{

@@ -5,9 +5,10 @@ use vimc4_motion::{Chain, Line, Path, Profile, Segment, Stretch, Sweep, Turn as 
 use vimc4_plant::{End, Unit};
 
 use crate::Controller;
-use crate::language::{Axis, Status, Turn, Vector};
+use crate::language::{Axis, Turn, Vector};
 use crate::model::CommandSet;
 use crate::state::{Activity, Link, Meeting, Moving, State, Stop};
+use crate::why::Why;
 
 /// nm in a µm.
 const PER_MICROMETRE: u64 = 1_000;
@@ -168,7 +169,7 @@ impl Controller {
     pub(crate) fn begin_arc(&mut self, centre: [i64; 2], angle: i64) {
         let [x, y] = [0, 1].map(|axis| centre[axis] - self.state.position[axis]);
         let Some(sweep) = Sweep::by_angle((0, 1), (x, y), angle.saturating_mul(1_000)) else {
-            return self.fail(Status::WorkAreaLeft);
+            return self.fail(Why::TooFar);
         };
         let (speed, acceleration) = self.pace_in_plane([Axis::X, Axis::Y]);
         let stretches = sweep.stretches(&self.state.settings.resolution);
@@ -198,17 +199,14 @@ impl Controller {
                     };
                     let [i, j] = vector.centre.map(i64::from);
                     let Some(sweep) = Sweep::to_point(plane, (i, j), (x, y), sense) else {
-                        return self.fail(Status::WorkAreaLeft);
+                        return self.fail(Why::TooFar);
                     };
                     Link { path: sweep.path(), stretches: sweep.stretches(&scale) }
                 }
             };
             speed += i64::from(vector.speed_change);
-            if speed < 0 {
-                return self.fail(Status::SpeedTooLow);
-            }
-            if speed > i64::from(most) {
-                return self.fail(Status::SpeedTooHigh);
+            if !(0..=i64::from(most)).contains(&speed) {
+                return self.fail(Why::VectorSpeed { vector: links.len() as u32 + 1, speed });
             }
             let to = speed.unsigned_abs() * PER_MICROMETRE;
             top = top.max(to);
@@ -221,7 +219,7 @@ impl Controller {
         let (_, acceleration) = self.pace_in_plane(axes);
         let Some(profile) = Profile::vectors(0, &stretches, &speeds, acceleration) else {
             // A vector that begins and ends at a standstill never ends.
-            return self.fail(Status::SpeedTooLow);
+            return self.fail(Why::VectorsStandStill);
         };
         self.begin_motion(links, profile, (top, acceleration));
     }
@@ -351,17 +349,17 @@ impl Controller {
                 Meeting::Edge => {}
                 Meeting::Limit(axis, end) => {
                     self.switch_event(axis, end, true);
-                    let status = self.limit_status(axis, end);
-                    self.break_off(Some((&moving, step)), Stop::Limit, status);
+                    let at = self.state.position[axis.index()];
+                    let why = Why::Limit { axis, end, at, by_hand: false };
+                    self.break_off(Some((&moving, step)), Stop::Limit, why);
                 }
             };
         }
         self.commit(&moving.segment, steps);
-        if let Some((stop, status)) = moving.braking {
-            self.break_off(Some((&moving, steps)), stop, status);
+        if let Some((stop, why)) = moving.braking {
+            self.break_off(Some((&moving, steps)), stop, why);
         } else if let Some((axis, end)) = moving.border {
-            let status = self.border_status(axis, end);
-            self.break_off(Some((&moving, steps)), Stop::SoftFrame, status);
+            self.break_off(Some((&moving, steps)), Stop::SoftFrame, Why::Border(axis, end));
         }
     }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use vimc4_device::{Event, Kinds, Warning};
 
 use crate::Controller;
-use crate::language::Status;
 use crate::model::CommandSet;
+use crate::why::Why;
 
 /// The number under which what the controller switches by commands of their own is seen: bit 0
 /// the spindle, bit 1 the lowered head, bit 2 the halved current.
@@ -61,9 +61,9 @@ impl Controller {
     }
 
     /// `!WR`. A port has eight bits.
-    pub(crate) fn write_port(&mut self, port: u8, data: u16) -> Result<(), Status> {
+    pub(crate) fn write_port(&mut self, port: u8, data: u16) -> Result<(), Why> {
         if !self.state.model.io.write.contains(&port) {
-            return self.no_such_module(port);
+            return self.no_such_module(port, true);
         }
         self.switch(|state| {
             state.ports.insert(port, data as u8);
@@ -72,17 +72,17 @@ impl Controller {
     }
 
     /// `!RD`. What is not there reads 0 where there is no status for it.
-    pub(crate) fn read_module(&mut self, port: u8) -> Result<u8, Status> {
+    pub(crate) fn read_module(&mut self, port: u8) -> Result<u8, Why> {
         if !self.state.model.io.read.contains(&port) {
-            self.no_such_module(port)?;
+            self.no_such_module(port, false)?;
         }
         Ok(self.read_port(u16::from(port)))
     }
 
     /// An SMCU has no status for a module that is not there.
-    fn no_such_module(&mut self, port: u8) -> Result<(), Status> {
+    fn no_such_module(&mut self, port: u8, write: bool) -> Result<(), Why> {
         if self.state.model.command_set == CommandSet::MotionSystem {
-            return Err(Status::NoSuchIoModule);
+            return Err(Why::NoPort { port, write });
         }
         if self.wants(Kinds::WARNING) {
             let what = format!("port {port}: no such module").into();

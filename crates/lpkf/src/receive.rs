@@ -4,9 +4,10 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Warning};
 
 use crate::Controller;
-use crate::language::{Command, Item, Reader, Status, wrong_value};
+use crate::language::{Command, Item, Reader, Status};
 use crate::model::{AfterStatus, CommandSet, UnknownCommand};
 use crate::state::{Buffer, Entry, Stop};
+use crate::why::Why;
 
 impl Controller {
     /// Bytes have arrived.
@@ -55,7 +56,7 @@ impl Controller {
         match item {
             Item::Command { raw, command } => self.take_command(raw, command),
             Item::Through(byte) => self.take_through(byte),
-            Item::TooLong => self.report(Status::ReceiverOverflow),
+            Item::TooLong => self.report(Why::TooLong),
         }
     }
 
@@ -65,7 +66,7 @@ impl Controller {
         }
         if let Some(refusal) = self.refusal(command.as_ref().ok()) {
             self.command_event(&command, raw);
-            return self.answer_status(mnemonic(&command), refusal);
+            return self.answer_failed(mnemonic(&command), refusal);
         }
         match command {
             Ok(direct) if direct.is_direct() => {
@@ -113,10 +114,7 @@ impl Controller {
         self.command_event(&command, raw);
         match command {
             Ok(command) => self.execute(command),
-            Err(status) => {
-                let meaning = wrong_value(raw, self.state.model.grammar());
-                self.answer_meaning("?", status, meaning.unwrap_or(status.meaning()));
-            }
+            Err(status) => self.answer_refused("?", Why::Text(status), raw),
         }
     }
 
@@ -161,10 +159,7 @@ impl Controller {
                 self.emit(Event::Warning(Warning::ReceiveOverflow { lost }));
             }
             if !std::mem::replace(&mut self.state.buffer.overrun, true) {
-                self.report(match self.state.model.command_set {
-                    CommandSet::Smcu => Status::ReceiverOverflow,
-                    CommandSet::MotionSystem => Status::CommandBufferFull,
-                });
+                self.report(Why::BufferFull(size));
             }
             return false;
         }
@@ -183,7 +178,7 @@ impl Controller {
     fn answer_query(&mut self, query: &Command) {
         match self.apply(query) {
             Ok(()) => self.answer_done(query),
-            Err(status) => self.answer_status(query.form().mnemonic, status),
+            Err(why) => self.answer_failed(query.form().mnemonic, why),
         }
     }
 
@@ -207,14 +202,14 @@ impl Controller {
     }
 
     /// Why the controller does not take a command at all, if it does not.
-    fn refusal(&self, command: Option<&Command>) -> Option<Status> {
+    fn refusal(&self, command: Option<&Command>) -> Option<Why> {
         let is_smcu = self.state.model.command_set == CommandSet::Smcu;
         if is_smcu && command == Some(&Command::Initialize) {
             return None;
         }
         if self.state.ball.open.is_some() && !is_smcu {
             let closes = command == Some(&Command::CloseInterface);
-            return (!closes).then_some(Status::WrongAfterOpenInterface);
+            return (!closes).then_some(Why::InterfaceOpen);
         }
         let goes_on = command.is_some_and(|command| {
             let lifts = matches!(command, Command::GoOn | Command::ClearBuffer);
@@ -224,10 +219,7 @@ impl Controller {
         match self.state.stopped? {
             _ if goes_on || !refuses => None,
             Stop::Command => None,
-            Stop::External => Some(Status::WrongAfterStop),
-            Stop::Limit => Some(Status::WrongAfterLimit),
-            Stop::SoftFrame => Some(Status::WrongAfterSoftFrame),
-            Stop::Message => Some(Status::WrongAfterMessage),
+            stop => Some(Why::After(stop)),
         }
     }
 

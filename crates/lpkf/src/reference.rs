@@ -6,11 +6,12 @@ use vimc4_motion::{Profile, Segment};
 use vimc4_plant::{End, Reference};
 
 use crate::Controller;
-use crate::language::{Axis, Command, Status};
+use crate::language::{Axis, Command};
 use crate::model::CommandSet;
 use crate::moves::along;
 use crate::state::{Link, Meeting, Stage, State};
 use crate::text::Line;
+use crate::why::Why;
 
 /// So many steps stand for "on and on": they are more than the counters have.
 const ON_AND_ON: i64 = 1 << 40;
@@ -26,12 +27,12 @@ impl State {
     }
 
     /// `!IS`: all axes one after the other, or one.
-    pub(crate) fn reference_stages(&self, only: Option<Axis>) -> Result<VecDeque<Stage>, Status> {
+    pub(crate) fn reference_stages(&self, only: Option<Axis>) -> Result<VecDeque<Stage>, Why> {
         let machine = self.plant.machine();
         let kind = |axis: Axis| machine.axis(axis.index()).reference;
         let mut stages = VecDeque::new();
-        if only.is_some_and(|axis| kind(axis) == Reference::None) {
-            return Err(Status::ReferenceNotAllowed);
+        if let Some(axis) = only.filter(|axis| kind(*axis) == Reference::None) {
+            return Err(Why::NoReference(axis));
         }
         let axes: Vec<Axis> = match only {
             Some(axis) => vec![axis],

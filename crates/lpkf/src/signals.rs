@@ -7,6 +7,7 @@ use crate::Controller;
 use crate::language::{Axis, Status};
 use crate::model::CommandSet;
 use crate::state::Stop;
+use crate::why::Why;
 
 /// The first number that is no signal of the plant.
 const FIRST: u16 = 128;
@@ -169,7 +170,7 @@ impl Controller {
             if self.state.plant.set(signal, level) && self.state.powered {
                 match signal {
                     PlantSignal::Stop if level && self.state.settings.external_stop => {
-                        self.interrupt(Stop::External, Status::FastStop);
+                        self.interrupt(Stop::External, Why::ExternalStop);
                     }
                     PlantSignal::Limit(axis, end) => {
                         if let Some(axis) = Axis::from_index(axis) {
@@ -190,8 +191,8 @@ impl Controller {
             Own::SpindleFault => self.state.unit.fault = value.clamp(0, 2) as u8,
             Own::Fault(status) => self.fault(status, value != 0),
             _ if !self.state.powered || value == 0 => {}
-            Own::Message(0) => self.interrupt(Stop::Message, Status::MessageInterrupt0),
-            Own::Message(_) => self.interrupt(Stop::Message, Status::MessageInterrupt1),
+            Own::Message(0) => self.interrupt(Stop::Message, Why::Message(0)),
+            Own::Message(_) => self.interrupt(Stop::Message, Why::Message(1)),
             Own::Trigger => self.state.triggered = Some(self.all_actual_now()),
             Own::Ball(0) => self.ball_turned(i64::from(value), 0),
             Own::Ball(_) => self.ball_turned(0, i64::from(value)),
@@ -210,8 +211,8 @@ impl Controller {
         match status {
             // It is said when somebody opens the interface.
             Status::JoystickNotConnected if self.state.ball.open.is_none() => {}
-            status if forbids_motion(status) => self.halt(status),
-            status => self.report(status),
+            status if forbids_motion(status) => self.halt(Why::Fault(status)),
+            status => self.report(Why::Fault(status)),
         }
     }
 

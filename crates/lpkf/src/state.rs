@@ -14,6 +14,7 @@ use crate::interface::Ball;
 use crate::language::{Axis, Command, Reader, Status, Vector};
 use crate::model::{InitEcho, Model};
 use crate::settings::Settings;
+use crate::why::Why;
 
 /// The version of the state's layout, for states that are kept.
 pub(crate) const VERSION: u32 = 1;
@@ -208,7 +209,7 @@ pub(crate) struct Moving {
     /// The motion stops at a border that it would have left.
     pub(crate) border: Option<(Axis, End)>,
     /// It brakes, and why.
-    pub(crate) braking: Option<(Stop, Status)>,
+    pub(crate) braking: Option<(Stop, Why)>,
 }
 
 /// What a motion can meet on its way.

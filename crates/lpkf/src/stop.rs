@@ -6,42 +6,26 @@ use vimc4_device::{Event, Kinds, Motion};
 use vimc4_plant::End;
 
 use crate::Controller;
-use crate::language::{Axis, Command, Side, Status};
-use crate::model::{AfterStatus, CommandSet};
+use crate::language::{Axis, Command, Side};
+use crate::model::AfterStatus;
 use crate::state::{Activity, Broken, Job, Moving, Stage, Stop};
+use crate::why::Why;
 
 impl Controller {
-    // --- statuses ---
-
     /// Which end of the counter's range an end of the carriage's travel is.
-    fn side(&self, axis: Axis, end: End) -> Side {
+    pub(crate) fn side(&self, axis: Axis, end: End) -> Side {
         match (end, self.state.carriage_sign(axis.index())) {
             (End::Negative, 1) | (End::Positive, -1) => Side::Negative,
             _ => Side::Positive,
         }
     }
 
-    pub(crate) fn limit_status(&self, axis: Axis, end: End) -> Status {
-        match self.state.model.command_set {
-            CommandSet::Smcu => Status::LimitSwitch,
-            CommandSet::MotionSystem => Status::limit_switch(axis, self.side(axis, end)),
-        }
-    }
-
-    pub(crate) fn border_status(&self, axis: Axis, end: End) -> Status {
-        let side = if end == End::Negative { Side::Negative } else { Side::Positive };
-        match self.state.model.command_set {
-            CommandSet::Smcu => Status::WorkAreaLeft,
-            CommandSet::MotionSystem => Status::range_left(axis, side),
-        }
-    }
-
     // --- breaking off ---
 
-    /// Whatever executes is broken off and answers the status; without a command it is sent by
+    /// Whatever executes is broken off and answers why; without a command it is sent by
     /// itself. Nothing is executed from now on until `!GO`, unless commands go on as if nothing had
     /// been. What was left of a motion after its last step is kept.
-    pub(crate) fn break_off(&mut self, motion: Option<(&Moving, u64)>, stop: Stop, status: Status) {
+    pub(crate) fn break_off(&mut self, motion: Option<(&Moving, u64)>, stop: Stop, why: Why) {
         let job = self.state.job.take();
         let executes = self.state.model.quirks.after_status == AfterStatus::Execute;
         if !executes {
@@ -49,9 +33,9 @@ impl Controller {
         }
         match &job {
             Some(job) if !job.silent => {
-                self.answer_status(job.command.form().mnemonic, status);
+                self.answer_failed(job.command.form().mnemonic, why);
             }
-            _ => self.report(status),
+            _ => self.report(why),
         }
         if executes {
             return;
@@ -71,19 +55,19 @@ impl Controller {
     }
 
     /// Something from outside stops whatever executes, along the ramp if it moves.
-    pub(crate) fn interrupt(&mut self, stop: Stop, status: Status) {
+    pub(crate) fn interrupt(&mut self, stop: Stop, why: Why) {
         let now = self.state.now;
         if self.state.job.is_none() && self.state.stopped.is_some() {
             return;
         }
         let Some(Activity::Moving(moving)) = self.state.job.as_mut().map(|job| &mut job.activity)
         else {
-            return self.break_off(None, stop, status);
+            return self.break_off(None, stop, why);
         };
         if moving.braking.is_some() {
             return;
         }
-        moving.braking = Some((stop, status));
+        moving.braking = Some((stop, why));
         if let Some(profile) = moving.segment.profile.brake(now.nanos_since(moving.began)) {
             moving.segment.profile = profile;
             let segment = Box::new(moving.segment.clone());
@@ -94,7 +78,7 @@ impl Controller {
     }
 
     /// Something from outside takes the motors' ability to move: they halt where they are.
-    pub(crate) fn halt(&mut self, status: Status) {
+    pub(crate) fn halt(&mut self, why: Why) {
         let now = self.state.now;
         let activity = self
             .state
@@ -105,10 +89,10 @@ impl Controller {
             Some(Activity::Moving(moving)) => {
                 let steps = moving.steps_at(now);
                 self.commit(&moving.segment, steps);
-                self.break_off(Some((&moving, steps)), Stop::Limit, status);
+                self.break_off(Some((&moving, steps)), Stop::Limit, why);
             }
-            Some(_) => self.break_off(None, Stop::Limit, status),
-            None => self.report(status),
+            Some(_) => self.break_off(None, Stop::Limit, why),
+            None => self.report(why),
         }
     }
 
@@ -138,8 +122,9 @@ impl Controller {
                 let moves = low[axis.index()] != high[axis.index()];
                 if active && moves {
                     self.commit(&moving.segment, step);
-                    let status = self.limit_status(axis, end);
-                    return self.break_off(Some((&moving, step)), Stop::Limit, status);
+                    let at = self.state.position[axis.index()];
+                    let why = Why::Limit { axis, end, at, by_hand: true };
+                    return self.break_off(Some((&moving, step)), Stop::Limit, why);
                 }
                 if !active {
                     // The carriage may still run onto it.

@@ -62,7 +62,7 @@ impl Virtual {
         let mut all = Vec::new();
         while let Some((at, news)) = self.driver.news.pop_front() {
             match news {
-                News::Answer(bytes) | News::Sent(bytes) => {
+                News::Answer(bytes, _) | News::Sent(bytes) => {
                     self.characters += bytes.len() as u64;
                     all.extend(bytes);
                 }

@@ -31,8 +31,8 @@ pub(crate) struct Driver<D> {
 pub(crate) enum News {
     /// A command begins, which was sent like this.
     Begun(Vec<u8>),
-    /// A command was answered.
-    Answer(Vec<u8>),
+    /// A command was answered, and why, if that is an error.
+    Answer(Vec<u8>, Option<Box<str>>),
     /// Something was sent that is no answer.
     Sent(Vec<u8>),
     /// A line of the stored program is executed, counted from 0.
@@ -181,9 +181,9 @@ impl<D: Device> Driver<D> {
             Event::Command { bytes, .. } => {
                 self.news.push_back((at, News::Begun(bytes.to_vec())));
             }
-            Event::Answer { bytes, .. } => {
+            Event::Answer { bytes, why, .. } => {
                 self.answered += bytes.len();
-                self.news.push_back((at, News::Answer(bytes.to_vec())));
+                self.news.push_back((at, News::Answer(bytes.to_vec(), why)));
             }
             Event::Line { line, .. } => {
                 self.rounds.line(line.saturating_sub(1));

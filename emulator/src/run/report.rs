@@ -106,11 +106,29 @@ pub(super) const LOWER_CASE: &str = "lower-case letters are no commands: write P
 /// So many places are listed that have something left out.
 const PLACES: usize = 20;
 
+/// What was answered.
+#[derive(Debug, Default)]
+pub(super) struct Answered {
+    pub(super) bytes: Vec<u8>,
+    /// Why, if it is an error.
+    pub(super) why: Option<Box<str>>,
+}
+
+impl Answered {
+    /// A refusal in words, as its bytes alone say it, with the reason in place of what they mean.
+    pub(super) fn explain(&self, refusal: String) -> String {
+        match (refusal.split_once(": "), &self.why) {
+            (Some((code, _)), Some(why)) => format!("{code}: {why}"),
+            _ => refusal,
+        }
+    }
+}
+
 /// A command and what became of it.
 pub(super) struct Answer<'a> {
     pub(super) line: &'a Line,
     /// `None` if nothing was answered.
-    pub(super) answer: Option<&'a [u8]>,
+    pub(super) answer: Option<&'a Answered>,
     /// When it was sent.
     pub(super) at: Time,
     pub(super) took: Duration,
@@ -183,16 +201,22 @@ impl Report {
     /// A command was answered, or was not.
     pub(super) fn answer(&mut self, answer: Answer<'_>) {
         let Answer { line, answer, at, took, meaning } = answer;
+        let why = answer.and_then(|answer| answer.why.as_deref());
+        let answer = answer.map(|answer| answer.bytes.as_slice());
         let sent = line.length() + answer.map_or(0, <[u8]>::len);
         self.characters += sent as u64;
         if self.json {
-            self.answers.push(json!({
+            let mut answered = json!({
                 "line": line.number,
                 "command": line.text(),
                 "answer": answer.map(escape),
                 "at_ns": at.nanos_since(self.began),
                 "took_ns": nanos(took),
-            }));
+            });
+            if let Some(why) = why {
+                answered["why"] = why.into();
+            }
+            self.answers.push(answered);
             return;
         }
         if self.kind == Kind::DataField && !self.verbose && answer == Some(b"0") {
@@ -211,6 +235,9 @@ impl Report {
         let mut said = format!("{number:>6}  {:<32}  {text}", shortened(&sent, QUOTE));
         if !took.is_zero() {
             said += &format!("  after {}", seconds(took));
+        }
+        if let Some(why) = why {
+            said += &format!(": {}", shown_in_line(&shortened(why, QUOTE)));
         }
         if self.verbose {
             said += &format!("  ({})", shown_in_line(&shortened(&meaning, QUOTE)));
@@ -338,14 +365,15 @@ impl Report {
         }
     }
 
-    /// The controller sent something that is no answer.
-    pub(super) fn sent(&mut self, at: Time, bytes: &[u8]) {
+    /// The controller sent something that is no answer; why, if that is an error.
+    pub(super) fn sent(&mut self, at: Time, bytes: &[u8], why: Option<&str>) {
         self.characters += bytes.len() as u64;
         let (text, after) = (escape(bytes), at - self.began);
         if self.json {
             self.answers.push(json!({ "sent": text, "at_ns": nanos(after) }));
         } else {
-            self.say(&format!("        sends {text} at {}", seconds(after)));
+            let why = why.map(|why| format!(": {}", shown_in_line(why))).unwrap_or_default();
+            self.say(&format!("        sends {text} at {}{why}", seconds(after)));
         }
     }
 

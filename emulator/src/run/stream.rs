@@ -6,7 +6,7 @@ use vimc4::device::Device;
 use vimc4::{Time, Turn};
 
 use super::driver::{Halt, News};
-use super::report::{Answer, ESCAPE, End, LOWER_CASE, Left, Why};
+use super::report::{Answer, Answered, ESCAPE, End, LOWER_CASE, Left, Why};
 use super::script::Line;
 use super::{Outside, Session};
 
@@ -30,7 +30,7 @@ struct Command<'l> {
     at: Time,
     turn: Turn,
     meaning: String,
-    answer: Vec<u8>,
+    answer: Answered,
 }
 
 impl<'l> Feed<'l> {
@@ -135,7 +135,7 @@ impl<D: Device> Session<D> {
                     }
                     let turn = self.handling.turn(&line.bytes);
                     let meaning = self.driver.device().explain(&line.bytes);
-                    let command = Command { line, at, turn, meaning, answer: Vec::new() };
+                    let command = Command { line, at, turn, meaning, answer: Answered::default() };
                     match turn {
                         Turn::InOrder => {
                             let before = feed.running.replace(command);
@@ -144,7 +144,7 @@ impl<D: Device> Session<D> {
                         Turn::Overtakes | Turn::Unknown => feed.aside = Some(command),
                     }
                 }
-                News::Answer(answer) => self.answered(feed, at, &answer)?,
+                News::Answer(bytes, why) => self.answered(feed, at, Answered { bytes, why })?,
                 news => self.tell(at, news),
             }
         }
@@ -153,7 +153,8 @@ impl<D: Device> Session<D> {
 
     /// Something was answered: by the command that has just overtaken the others, or by the one
     /// that runs.
-    fn answered(&mut self, feed: &mut Feed<'_>, at: Time, answer: &[u8]) -> Result<(), End> {
+    fn answered(&mut self, feed: &mut Feed<'_>, at: Time, answered: Answered) -> Result<(), End> {
+        let answer = answered.bytes.as_slice();
         let over = |command: &mut Command<'_>| command.at != at;
         if feed.running.is_some()
             && let Some(command) = feed.aside.take_if(over)
@@ -163,8 +164,11 @@ impl<D: Device> Session<D> {
         let slot = if feed.aside.is_some() { &mut feed.aside } else { &mut feed.running };
         let completes = self.family.completes(answer);
         match slot {
-            Some(command) => command.answer.extend_from_slice(answer),
-            None => self.report.sent(at, answer),
+            Some(command) => {
+                command.answer.bytes.extend_from_slice(answer);
+                command.answer.why = command.answer.why.take().or(answered.why.clone());
+            }
+            None => self.report.sent(at, answer, answered.why.as_deref()),
         }
         let (line, turn) = match slot {
             Some(command) => (Some(command.line), command.turn),
@@ -175,7 +179,7 @@ impl<D: Device> Session<D> {
         let is_over = completes || refusal.is_some();
         let command = if is_over { slot.take() } else { None };
         command.into_iter().for_each(|command| self.told(command, at));
-        if let Some(refusal) = refusal {
+        if let Some(refusal) = refusal.map(|refusal| answered.explain(refusal)) {
             if turn == Turn::Unknown && self.report.keeps_going() {
                 return Ok(());
             }
@@ -212,11 +216,11 @@ impl<D: Device> Session<D> {
             self.report.left(Left::Command, line);
         }
         // What overtakes others takes no time, whenever it is told; unless it was waited for.
-        let took = match (turn, answer.is_empty()) {
+        let took = match (turn, answer.bytes.is_empty()) {
             (Turn::Overtakes | Turn::Unknown, true) => std::time::Duration::ZERO,
             _ => now - at,
         };
-        let answer = (!answer.is_empty()).then_some(answer.as_slice());
+        let answer = (!answer.bytes.is_empty()).then_some(&answer);
         self.report.answer(Answer { line, answer, at, took, meaning });
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
-use vimc4_isel_wire::{Addressed, Command, Context, Fractions, Mode, Pairs, Plane, Reply, parse};
+use vimc4_isel_wire::{Addressed, Command, Context, Fault, Fractions, Mode, Pairs, Plane, parse};
 use vimc4_ncp::geometry::Motion;
 use vimc4_ncp::job::{Job, Options, Step, Target, check, compile};
 use vimc4_ncp::language::{decode, lines};
@@ -119,7 +119,7 @@ fn decoded(
     mode: Mode,
     model: &vimc4_isel::Model,
     target: &Target,
-) -> Result<Command, Reply> {
+) -> Result<Command, Fault> {
     let context = Context {
         axes: target.axes,
         speeds: target.controller.speeds.clone(),
@@ -133,7 +133,7 @@ fn decoded(
     };
     match parse(line, target.controller.dialect, mode, 0)? {
         Addressed::Frame(frame) => frame.decode(&context),
-        Addressed::OtherDevice => Err(Reply::Syntax),
+        Addressed::OtherDevice => Err(Fault::NoAddress),
     }
 }
 

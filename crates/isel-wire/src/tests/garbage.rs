@@ -94,8 +94,8 @@ fn check(line: &[u8], ctx: &Context<'_>) -> Result<(), TestCaseError> {
             let frame = match parse(line, dialect, mode, 0) {
                 Ok(Addressed::Frame(frame)) => frame,
                 Ok(Addressed::OtherDevice) => continue,
-                Err(reply) => {
-                    prop_assert_eq!(reply, refused);
+                Err(fault) => {
+                    prop_assert_eq!(fault.reply(), refused);
                     continue;
                 }
             };
@@ -113,7 +113,8 @@ fn check(line: &[u8], ctx: &Context<'_>) -> Result<(), TestCaseError> {
                     let again = super::read(&printed, dialect, mode, &ctx);
                     prop_assert_eq!(again, Ok(command), "{}", printed.escape_ascii());
                 }
-                Err(reply) => {
+                Err(fault) => {
+                    let reply = fault.reply();
                     // Without axes a command that needs them is refused earlier, with `4`.
                     prop_assert!(
                         frame.spec().replies.contains(&reply),

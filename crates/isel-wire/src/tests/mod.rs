@@ -1,5 +1,6 @@
 //! What the tests share: a model to decode for, and one call from a line to its meaning.
 
+mod faults;
 mod garbage;
 mod receive;
 mod round_trip;
@@ -7,7 +8,8 @@ mod rules;
 mod tables;
 
 use crate::{
-    Addressed, AxisSet, Command, Context, Dialect, Fractions, Frame, Mode, PortMap, Reply, parse,
+    Addressed, AxisSet, Command, Context, Dialect, Fault, Fractions, Frame, Mode, PortMap, Reply,
+    parse,
 };
 
 /// Ports in the manner of the imc4: 0 has eight bits, 1 to 3 are logical; 4 can only be written,
@@ -55,7 +57,7 @@ pub(crate) fn context(axes: AxisSet) -> Context<'static> {
 
 /// The frame of a line for device 0.
 pub(crate) fn frame(line: &[u8], dialect: Dialect, mode: Mode) -> Result<Frame<'_>, Reply> {
-    match parse(line, dialect, mode, 0)? {
+    match parse(line, dialect, mode, 0).map_err(Fault::reply)? {
         Addressed::Frame(frame) => Ok(frame),
         Addressed::OtherDevice => panic!("{} is for another device", line.escape_ascii()),
     }
@@ -68,7 +70,7 @@ pub(crate) fn read(
     mode: Mode,
     ctx: &Context<'_>,
 ) -> Result<Command, Reply> {
-    frame(line, dialect, mode)?.decode(ctx)
+    frame(line, dialect, mode)?.decode(ctx).map_err(Fault::reply)
 }
 
 pub(crate) fn print(command: &Command, dialect: Dialect, mode: Mode) -> Vec<u8> {

@@ -6,7 +6,8 @@ use crate::Dialect::{Imc4, Imc4M, ImcXx};
 use crate::Mode::{Direct, Stored};
 use crate::Reply::{Axis, Count, NotStorable, Number, Speed, Syntax};
 use crate::{
-    Addressed, AxisSet, Command, Context, Dialect, Fractions, Mode, Pair, Pairs, Reply, parse,
+    Addressed, AxisSet, Command, Context, Dialect, Fault, Fractions, Mode, Pair, Pairs, Reply,
+    parse,
 };
 
 type Expected = Result<&'static str, Reply>;
@@ -50,7 +51,7 @@ fn a_direct_line_begins_with_at_and_a_device_number() {
         ("@0,", Err(Syntax)),
         ("@0@0P", Err(Syntax)),
     ] {
-        assert_eq!(address(line), expected, "{line:?}");
+        assert_eq!(address(line).map_err(Fault::reply), expected, "{line:?}");
     }
     assert!(matches!(parse(b"@3P", ImcXx, Direct, 3), Ok(Addressed::Frame(_))));
     assert!(matches!(parse(b"@0P", ImcXx, Direct, 3), Ok(Addressed::OtherDevice)));
@@ -208,19 +209,25 @@ fn the_number_of_axes_stands_in_the_place_of_the_letter() {
     );
 }
 
+/// What a direct line's number of fields is worth.
+fn counted(line: &str, dialect: Dialect, axes: AxisSet) -> Result<(), Reply> {
+    let frame = frame(line.as_bytes(), dialect, Direct).unwrap();
+    frame.check_count(axes).map_err(Fault::reply)
+}
+
 #[test]
 fn a_move_has_one_pair_for_each_axis_but_two_for_z() {
     for (bits, pairs) in [(1, 1), (3, 2), (7, 4), (15, 4), (8, 1), (9, 2), (11, 3)] {
         for letter in ["@0A", "@0M"] {
             for count in 0..=9 {
                 let line = format!("{letter}{}", vec!["5"; count].join(","));
-                let counted = frame(line.as_bytes(), Imc4, Direct).unwrap().check_count(axes(bits));
+                let counted = counted(&line, Imc4, axes(bits));
                 let expected = if count == 2 * pairs { Ok(()) } else { Err(Count) };
                 assert_eq!(counted, expected, "{line}, axes {}", axes(bits));
             }
         }
     }
-    assert_eq!(frame(b"@0A", Imc4, Direct).unwrap().check_count(AxisSet::NONE), Err(Count));
+    assert_eq!(counted("@0A", Imc4, AxisSet::NONE), Err(Count));
     check(
         Imc4,
         Direct,
@@ -834,7 +841,7 @@ fn queries_have_no_parameters() {
         for (tail, expected) in [("", Ok(())), (" ", Ok(())), ("1", Err(Count)), (",", Err(Count))]
         {
             let line = format!("@0{letter}{tail}");
-            let counted = frame(line.as_bytes(), Imc4M, Direct).unwrap().check_count(AxisSet::X);
+            let counted = counted(&line, Imc4M, AxisSet::X);
             assert_eq!(counted, expected, "{line:?}");
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::round_trip::commands;
 use super::{CONFIGURATIONS, axes, context, frame, print};
-use crate::{Class, Dialect, Mode, Op, Reply, spec, table};
+use crate::{Class, Dialect, Fault, Mode, Op, Reply, spec, table};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 
@@ -105,7 +105,7 @@ fn decoding_gives_the_replies_of_the_table_and_no_others() {
                         // A wrong code of a diagnosis has no frame.
                         let Ok(frame) = frame(line.as_bytes(), dialect, mode) else { continue };
                         assert_eq!(frame.op(), row.op, "{line}");
-                        seen.insert(frame.decode(&ctx).err().unwrap_or(Reply::Done));
+                        seen.insert(frame.decode(&ctx).map_or_else(Fault::reply, |_| Reply::Done));
                     }
                 }
             }

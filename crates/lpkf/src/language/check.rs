@@ -31,6 +31,49 @@ pub struct AxisLimits {
     pub max_acceleration: i32,
 }
 
+/// Why a command does not suit a machine. [`Misfit::status`] is what is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Misfit {
+    /// The machine does not have this axis.
+    NotFitted(Axis),
+    /// A value is below what an axis allows.
+    TooLow(Value),
+    /// A value is above what an axis allows.
+    TooHigh(Value),
+}
+
+/// A value that an axis does not allow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Value {
+    /// The axis, one of those that it is for.
+    pub axis: Axis,
+    /// How the axis moves.
+    pub of: AxisKind,
+    /// What kind of value it is: a speed, an acceleration or a resolution.
+    pub kind: Kind,
+    /// It, as it is compared.
+    pub value: Number,
+    /// What it may be at least, or at most, in [`Kind::unit`] unless it is a resolution in µm.
+    pub limit: i32,
+}
+
+impl Misfit {
+    /// What is answered.
+    #[must_use]
+    pub const fn status(self) -> Status {
+        match self {
+            Self::NotFitted(_) => Status::NoSuchAxis,
+            Self::TooLow(Value { kind: Kind::Acceleration, .. }) => Status::AccelerationTooLow,
+            Self::TooLow(Value { kind: Kind::Resolution, .. }) => Status::ResolutionTooSmall,
+            Self::TooLow(_) => Status::SpeedTooLow,
+            Self::TooHigh(Value { kind: Kind::Acceleration, .. }) => Status::AccelerationTooHigh,
+            Self::TooHigh(Value { kind: Kind::Resolution, .. }) => Status::ResolutionTooLarge,
+            Self::TooHigh(_) => Status::SpeedTooHigh,
+        }
+    }
+}
+
 impl Command {
     /// Whether there is anything about it that depends on the machine: [`check`](Self::check)
     /// lets everything else pass.
@@ -65,7 +108,7 @@ impl Command {
     ///
     /// First an axis that is not fitted, in the order of writing, then a value too low or too
     /// high.
-    pub fn check(&self, limits: &Limits) -> Result<(), Status> {
+    pub fn check(&self, limits: &Limits) -> Result<(), Misfit> {
         match self {
             &Self::PenSpeed(speed) => limits.head(speed.speed(limits.metres)),
             &Self::TravelSpeed(speed) => limits.head(speed),
@@ -93,67 +136,78 @@ impl Command {
 const MICROMETRES: (Option<i32>, Option<i32>) = (Some(1), Some(32_000));
 
 impl Limits {
-    fn fitted(&self, axis: Axis) -> Result<&AxisLimits, Status> {
-        self.axes[axis.index()].as_ref().ok_or(Status::NoSuchAxis)
+    fn fitted(&self, axis: Axis) -> Result<&AxisLimits, Misfit> {
+        self.axes[axis.index()].as_ref().ok_or(Misfit::NotFitted(axis))
     }
 
     /// Checks something for one axis, or for all.
     fn each(
         &self,
         axis: Option<Axis>,
-        allow: impl Fn(&AxisLimits) -> Result<(), Status>,
-    ) -> Result<(), Status> {
+        allow: impl Fn(Axis, &AxisLimits) -> Result<(), Misfit>,
+    ) -> Result<(), Misfit> {
         match axis {
-            Some(axis) => allow(self.fitted(axis)?),
-            None => self.axes.iter().flatten().try_for_each(allow),
+            Some(axis) => allow(axis, self.fitted(axis)?),
+            None => self.all(&Axis::ALL, allow),
         }
     }
 
-    fn value(&self, axis: Option<Axis>, kind: Kind, value: i32) -> Result<(), Status> {
-        self.each(axis, |axis| axis.allow(kind, value))
+    /// Checks something for those of some axes that are fitted.
+    fn all(
+        &self,
+        axes: &[Axis],
+        allow: impl Fn(Axis, &AxisLimits) -> Result<(), Misfit>,
+    ) -> Result<(), Misfit> {
+        let fitted = axes.iter().filter_map(|axis| Some((*axis, self.fitted(*axis).ok()?)));
+        fitted.into_iter().try_for_each(|(axis, limits)| allow(axis, limits))
+    }
+
+    fn value(&self, axis: Option<Axis>, kind: Kind, value: i32) -> Result<(), Misfit> {
+        self.each(axis, |axis, limits| limits.allow(axis, kind, value))
     }
 
     /// A resolution is compared with its decimals: 99.5 nm are too few.
-    fn resolution(&self, axis: Option<Axis>, resolution: Number) -> Result<(), Status> {
-        self.each(axis, |axis| {
-            let (low, high) = match (axis.kind, self.micrometres) {
+    fn resolution(&self, axis: Option<Axis>, resolution: Number) -> Result<(), Misfit> {
+        self.each(axis, |axis, limits| {
+            let range = match (limits.kind, self.micrometres) {
                 (AxisKind::Translation, true) => MICROMETRES,
                 (kind, _) => Kind::Resolution.limits(kind),
             };
-            let beyond = |limit: Option<i32>, order| {
-                limit.is_some_and(|limit| resolution.cmp(&Number::from(limit)) == order)
-            };
-            if beyond(low, Ordering::Less) {
-                Err(Status::ResolutionTooSmall)
-            } else if beyond(high, Ordering::Greater) {
-                Err(Status::ResolutionTooLarge)
-            } else {
-                Ok(())
-            }
+            limits.keep_within(axis, Kind::Resolution, resolution, range)
         })
     }
 
     /// Checks a speed of X and Y together.
-    fn head(&self, speed: i32) -> Result<(), Status> {
-        self.axes[..2].iter().flatten().try_for_each(|axis| axis.allow(Kind::Speed, speed))
+    fn head(&self, speed: i32) -> Result<(), Misfit> {
+        self.all(&[Axis::X, Axis::Y], |axis, limits| limits.allow(axis, Kind::Speed, speed))
     }
 }
 
 impl AxisLimits {
-    fn allow(&self, kind: Kind, value: i32) -> Result<(), Status> {
+    fn allow(&self, axis: Axis, kind: Kind, value: i32) -> Result<(), Misfit> {
         let (low, _) = kind.limits(self.kind);
-        let (too_low, too_high) = match kind {
-            Kind::Acceleration => (Status::AccelerationTooLow, Status::AccelerationTooHigh),
-            _ => (Status::SpeedTooLow, Status::SpeedTooHigh),
-        };
         let high = match kind {
             Kind::Acceleration => self.max_acceleration,
             _ => self.max_speed,
         };
-        if low.is_some_and(|low| value < low) {
-            Err(too_low)
-        } else if value > high {
-            Err(too_high)
+        self.keep_within(axis, kind, value.into(), (low, Some(high)))
+    }
+
+    fn keep_within(
+        &self,
+        axis: Axis,
+        kind: Kind,
+        value: Number,
+        (low, high): (Option<i32>, Option<i32>),
+    ) -> Result<(), Misfit> {
+        let beyond = |limit: Option<i32>, order| {
+            let limit = limit.filter(|limit| value.cmp(&Number::from(*limit)) == order)?;
+            Some(Value { axis, of: self.kind, kind, value, limit })
+        };
+        if let Some(value) = beyond(low, Ordering::Less) {
+            Err(Misfit::TooLow(value))
+        } else if let Some(value) = beyond(high, Ordering::Greater) {
+            Err(Misfit::TooHigh(value))
         } else {
             Ok(())
         }
@@ -182,7 +236,7 @@ mod tests {
     }
 
     fn check(text: &str, model: Dialect) -> Result<(), Status> {
-        parse(text.as_bytes(), model).expect(text).check(&limits())
+        parse(text.as_bytes(), model).expect(text).check(&limits()).map_err(Misfit::status)
     }
 
     #[test]
@@ -236,7 +290,7 @@ mod tests {
         let slow = parse(b"VS0.005000", Dialect::Smcu).unwrap();
         assert_eq!(slow.check(&limits()), Ok(()));
         let literal = Limits { metres: false, ..limits() };
-        assert_eq!(slow.check(&literal), Err(Status::SpeedTooLow));
+        assert_eq!(slow.check(&literal).map_err(Misfit::status), Err(Status::SpeedTooLow));
         assert_eq!(check("VS0.5", Dialect::Smcu), Err(Status::SpeedTooHigh));
     }
 
@@ -257,7 +311,7 @@ mod tests {
         plotter.axes[2] = None;
         for command in ["!ZA 5", "!ZR 5", "!VZ 50"] {
             let command = parse(command.as_bytes(), Dialect::Smcu).unwrap();
-            assert_eq!(command.check(&plotter), Err(Status::NoSuchAxis));
+            assert_eq!(command.check(&plotter), Err(Misfit::NotFitted(Axis::Z0)));
         }
     }
 }

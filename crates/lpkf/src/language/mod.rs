@@ -51,18 +51,20 @@ mod parameter;
 mod parse;
 mod print;
 mod read;
+mod refusal;
 mod status;
 mod table;
 #[cfg(test)]
 mod tests;
 
-pub use check::{AxisLimits, Limits};
+pub use check::{AxisLimits, Limits, Misfit, Value};
 pub use command::{Axis, Command, Mode, Trackball, Turn, Vector};
 pub use dialect::Dialect;
 pub use grammar::Grammar;
 pub use number::{Number, numbers};
 pub use parameter::{AxisKind, Kind, Parameter};
-pub use parse::{VECTORS_MAX, letters, parse, wrong_value};
+pub use parse::{VECTORS_MAX, letters, parse};
 pub use read::{COMMAND_MAX, Item, Reader};
+pub use refusal::why_refused;
 pub use status::{Side, Status};
 pub use table::{Answer, Count, Form, Op, forms};

@@ -49,15 +49,12 @@ pub fn parse(raw: &[u8], grammar: impl Into<Grammar>) -> Result<Command, Status>
     let grammar = grammar.into();
     let letters = letters(raw);
     let rest = &raw[letters.len()..];
-    let forms = forms_of(match (letters, grammar.dialect) {
-        (b"!VA", Dialect::MotionSystem) => b"!VZ",
-        (letters, _) => letters,
-    });
+    let forms = forms_for(letters, grammar.dialect);
     if !forms.clone().any(|form| grammar.knows(form)) {
         return Err(Status::UnknownCommand);
     }
     let (head, records) = match letters {
-        b"!PH" => split_records(rest),
+        b"!PH" => records(rest),
         _ => (rest, &[][..]),
     };
     // Only moves along many places have more parameters than this.
@@ -90,26 +87,19 @@ pub fn parse(raw: &[u8], grammar: impl Into<Grammar>) -> Result<Command, Status>
     Values { values, model: grammar.dialect, at: 0 }.command(form.op, records)
 }
 
-/// What is wrong with a command, for people, where the status that refuses it says something else
-/// because no status says it: a lower-case fragment.
-#[must_use]
-pub fn wrong_value(raw: &[u8], grammar: impl Into<Grammar>) -> Option<&'static str> {
-    if parse(raw, grammar) != Err(Status::MissingParameter) {
-        return None;
-    }
-    let letters = letters(raw);
-    let count = numbers(&raw[letters.len()..]).count();
-    let form = forms_of(letters).filter(|form| form.least() <= count).last()?;
-    match form.op {
-        Op::ArcAbsolute | Op::ArcRelative => Some("an arc of more than a turn, 360 degrees"),
-        Op::OpenInterface => Some("the trackball is opened with 1, 2 or 3"),
-        Op::ReadPort | Op::WritePort => Some("the address of a port is 0 to 255"),
-        _ => None,
-    }
+/// The forms of the command that these letters are to a model.
+pub(super) fn forms_for(
+    letters: &[u8],
+    dialect: Dialect,
+) -> impl Iterator<Item = &'static Form> + Clone {
+    forms_of(match (letters, dialect) {
+        (b"!VA", Dialect::MotionSystem) => b"!VZ",
+        (letters, _) => letters,
+    })
 }
 
 /// A turn in millionths of a degree.
-const TURN: u64 = 360_000_000;
+pub(super) const TURN: u64 = 360_000_000;
 
 /// So many parameters are read without asking for memory.
 const FEW: usize = 8;
@@ -132,7 +122,7 @@ fn incomplete(mut forms: impl Iterator<Item = &'static Form>, count: usize) -> S
 }
 
 /// The axes of `!PH`, and what follows them: its records begin with a CR or a letter.
-fn split_records(rest: &[u8]) -> (&[u8], &[u8]) {
+pub(super) fn records(rest: &[u8]) -> (&[u8], &[u8]) {
     let begins = |byte: &u8| *byte == b'\r' || byte.is_ascii_uppercase();
     rest.split_at(rest.iter().position(begins).unwrap_or(rest.len()))
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use vimc4_device::Point;
 use vimc4_lpkf::CommandSet;
 use vimc4_lpkf::language::{
-    Command, Dialect, Grammar, Item, Reader, Status, numbers, parse, wrong_value,
+    Command, Dialect, Grammar, Item, Reader, Status, numbers, parse, why_refused,
 };
 
 use super::{Effects, Handling, Piece, Turn};
@@ -246,18 +246,17 @@ pub(super) fn refusal(answer: &[u8]) -> Option<String> {
     })
 }
 
-/// The same for a command that is known: a status may stand in for what has none.
+/// The same for a command that is known: its bytes may say more than the status.
 pub(super) fn refusal_of(
     model: &vimc4_lpkf::Model,
     command: &[u8],
     answer: &[u8],
 ) -> Option<String> {
     let refusal = refusal(answer)?;
-    let reason = wrong_value(command, model.grammar()).and_then(|reason| {
-        Some((refusal.strip_suffix(Status::MissingParameter.meaning())?, reason))
-    });
-    Some(match reason {
-        Some((code, reason)) => format!("{code}{reason}"),
+    let status = Reader::new(model.grammar()).understand(command).err();
+    let code = status.and_then(|status| Some((refusal.strip_suffix(status.meaning())?, status)));
+    Some(match code {
+        Some((code, status)) => format!("{code}{}", why_refused(command, model.grammar(), status)),
         None => refusal,
     })
 }

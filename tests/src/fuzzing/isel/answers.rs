@@ -97,16 +97,19 @@ impl twins::Conversation<Controller> for Conversation {
                 self.character = *mnemonic == "1";
                 reached.lines.insert((self.model, mnemonic));
             }
-            Event::Answer { mnemonic: "254" | "255", bytes } => {
+            Event::Answer { mnemonic: "254" | "255", bytes, .. } => {
                 assert!(self.controls_answer && bytes == &b"0"[..], "a control byte is answered");
                 self.announced = Some(bytes.to_vec());
             }
-            Event::Answer { mnemonic, bytes } => {
+            Event::Answer { mnemonic, bytes, why } => {
                 let pending = self.pending.take();
                 // Known: a motion that START goes on with (a quirk) is answered like an `S`.
                 let resumed = pending.is_none() && *mnemonic == "@S" && self.start_resumes;
                 let late = pending.is_none() && bytes != &b"0"[..] && self.late_errors;
                 assert!(resumed || late || pending == Some(*mnemonic), "{mnemonic} was not asked");
+                let is_error =
+                    matches!(**bytes, [b'F', ..] | [b'1'..=b'9' | b'D' | b'G' | b'H' | b'R']);
+                assert_eq!(why.is_some(), is_error, "an error says why");
                 self.check_answer(mnemonic, bytes, reached);
                 self.announced = Some(bytes.to_vec());
             }

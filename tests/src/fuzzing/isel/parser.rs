@@ -4,7 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use vimc4_isel::Model;
 use vimc4_isel_wire::{
-    Addressed, AxisSet, Command, Context, Dialect, Fractions, Frame, Mode, Reply, parse, table,
+    Addressed, AxisSet, Command, Context, Dialect, Fault, Fractions, Frame, Mode, Reply, parse,
+    table,
 };
 
 /// A line is answered with a reply that its command can have, or becomes a command that prints
@@ -45,17 +46,18 @@ fn check_line(
     let frame = match parse(line, dialect, mode, device) {
         Ok(Addressed::Frame(frame)) => frame,
         Ok(Addressed::OtherDevice) => return assert_eq!(mode, Mode::Direct),
-        Err(reply) => {
+        Err(fault) => {
             let right = match mode {
                 Mode::Direct => Reply::Syntax,
                 Mode::Stored => Reply::NotStorable,
             };
-            return assert_eq!(reply, right);
+            return assert_eq!(fault.reply(), right);
         }
     };
     check_frame(&frame, line, dialect, mode);
     match frame.decode(context) {
-        Err(reply) => {
+        Err(fault) => {
+            let reply = fault.reply();
             let known = frame.spec().replies.contains(&reply);
             assert!(known, "{} answers {reply}", frame.spec().mnemonic);
         }
@@ -100,8 +102,8 @@ fn check_command(
     let text = printed.escape_ascii();
     let again = match parse(&printed, dialect, mode, device) {
         Ok(Addressed::Frame(frame)) => frame.decode(&context),
-        Ok(Addressed::OtherDevice) => Err(Reply::Syntax),
-        Err(reply) => Err(reply),
+        Ok(Addressed::OtherDevice) => Err(Fault::NoAddress),
+        Err(fault) => Err(fault),
     };
     assert_eq!(again.as_ref(), Ok(command), "printed as {text}");
     let mut twice = Vec::new();

@@ -68,7 +68,8 @@ impl twins::Conversation<Controller> for Conversation {
                 }
                 reached.commands.insert((self.model, mnemonic));
             }
-            Event::Answer { mnemonic, bytes } => {
+            Event::Answer { mnemonic, bytes, why } => {
+                assert_eq!(why.is_some(), bytes.starts_with(b"E"), "an error says why");
                 self.check_answer(mnemonic, bytes, reached);
                 self.announced = Some(bytes.to_vec());
             }

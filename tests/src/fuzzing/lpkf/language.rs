@@ -1,8 +1,8 @@
 //! Commands from bytes and back.
 
 use vimc4_lpkf::language::{
-    AxisKind, AxisLimits, COMMAND_MAX, Command, Dialect, Grammar, Item, Limits, Reader, Status,
-    parse,
+    AxisKind, AxisLimits, COMMAND_MAX, Command, Dialect, Grammar, Item, Limits, Misfit, Reader,
+    Status, parse,
 };
 
 use crate::fuzzing::Chance;
@@ -130,7 +130,7 @@ fn check_meaning(command: &Command, grammar: Grammar, write_down: bool) {
     let again = read(&printed, Reader::new(grammar));
     let same = matches!(&again[..], [Item::Command { command: Ok(again), .. }] if again == command);
     assert!(same, "printed as {text}, which is {again:?}");
-    if let Err(status) = command.check(&LIMITS) {
+    if let Err(status) = command.check(&LIMITS).map_err(Misfit::status) {
         assert!(status.known_to(grammar.dialect), "{status:?} is unknown");
     }
     if write_down {

@@ -1,0 +1,592 @@
+//! Why an answer is an error.
+//!
+//! The controller decides with typed reasons, which cost nothing; they become words only where
+//! somebody watches. The words say which switch, value or person it was, and name in brackets the
+//! value of the profile with which it would have been otherwise.
+
+use std::fmt::{self, Display, Formatter};
+
+use serde::{Deserialize, Serialize};
+use vimc4_isel_wire::{
+    Addressed, AxisSet, Context, Dialect, Fault, Fractions, Frame, LINE_MAX, Mode, Op, PortTest,
+    Reply, WrongAxes, WrongNumber, parse,
+};
+use vimc4_plant::End;
+
+use crate::model::{CommandSet, Unreferenced};
+use crate::ports::{Output, Wire};
+use crate::program::Validity;
+use crate::{AXIS_NAMES, Controller};
+
+/// Why a command is refused, or ended before its time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Why {
+    /// `1`, `3`, `5`, `7`, `8`, `D`: the line is no command.
+    Line(Fault),
+    /// `5`: the line is longer than any command.
+    TooLong,
+    /// `4`.
+    NoAxes,
+    /// `5`: the model's profile does not have this diagnosis.
+    NoDiagnosis([u8; 2]),
+    /// `3`: a circle or a helix in a plane of which these axes are not configured.
+    Plane(AxisSet),
+    /// `3`: a circle or a helix is to be stored that has no plane.
+    NoPlane,
+    /// `D`: an axis moves at speed 0.
+    AtRest,
+    /// `9`: the motors have no current.
+    Stages(Off),
+    /// `9`: the spindle is to be switched on, and the stages are off.
+    Spindle,
+    /// `9`: the stages are to be switched on, and the cover is open.
+    StagesBehindCover,
+    /// `9`: the emergency stop input of `IN`.
+    EmergencyInput,
+    /// `H`.
+    Cover(Opened),
+    /// `2`: an axis has run onto a limit switch before, and that error is kept.
+    Latched(AxisSet),
+    /// `2`: an axis stands on a limit switch, and would go away from it or not.
+    OnSwitch { axis: u8, end: End, away: bool },
+    /// `2`: an axis ran onto a limit switch, or somebody pressed one.
+    Switch {
+        axis: u8,
+        end: End,
+        /// The step counter then.
+        at: i64,
+        by_hand: bool,
+    },
+    /// `2`: an axis met the wrong switch in its reference run, or on its way off another.
+    WrongSwitch { axis: u8, end: Option<End>, referencing: bool },
+    /// `2`: a reference run was broken off.
+    ReferenceBroken(Breaker),
+    /// `2` or `R`: an absolute move of axes without reference point.
+    NoReference(AxisSet, Unreferenced),
+    /// `R`: these axes have left their limit switches by `F`.
+    Freed(AxisSet),
+    /// `G`: there is a program already.
+    ProgramStored,
+    /// `G`: there is nothing to go on with, and no program to run.
+    NothingToStart,
+    /// `G`: a program jumps to where it has no line.
+    Jump {
+        /// The line, from 0.
+        to: i64,
+        /// What would have been right with the other base of conditional branches.
+        other_base: bool,
+    },
+    /// `G`: too many loops in each other.
+    LoopDepth,
+    /// `6`: the program takes so many bytes with this line.
+    MemoryFull(u32),
+    /// `F`.
+    Stopped(By),
+}
+
+/// Who stops a motion so that it can go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum By {
+    /// The byte 253 from the line.
+    Line,
+    /// The STOP button, when it was pressed.
+    Button,
+    /// The STOP button, because it is held.
+    ButtonHeld,
+}
+
+/// What breaks off a reference run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Breaker {
+    /// The byte 255 from the line.
+    Line,
+    /// The abort input of `IA`.
+    Input,
+}
+
+/// What the cover has to do with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Opened {
+    /// It is open.
+    Already,
+    /// It was opened.
+    Now,
+    /// The key was turned while it was open.
+    Key,
+    /// The cover input of `IH`.
+    Input,
+}
+
+/// Why the motors have no current.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Off {
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// The supply is bad.
+    Supply,
+    /// The stages are too hot.
+    Heat,
+    /// The safety relay is open.
+    Relay,
+    /// They are switched off.
+    Switched,
+}
+
+impl Why {
+    /// What is answered.
+    pub(crate) fn reply(self) -> Reply {
+        match self {
+            Why::Line(fault) => fault.reply(),
+            Why::TooLong | Why::NoDiagnosis(_) => Reply::Syntax,
+            Why::NoAxes => Reply::NoAxes,
+            Why::Plane(_) | Why::NoPlane => Reply::Axis,
+            Why::AtRest => Reply::Speed,
+            Why::Stages(_) | Why::Spindle | Why::StagesBehindCover | Why::EmergencyInput => {
+                Reply::Plant
+            }
+            Why::Cover(_) => Reply::Cover,
+            Why::Latched(_)
+            | Why::OnSwitch { .. }
+            | Why::Switch { .. }
+            | Why::WrongSwitch { .. }
+            | Why::ReferenceBroken(_)
+            | Why::NoReference(_, Unreferenced::LimitSwitch) => Reply::LimitSwitch,
+            Why::NoReference(_, Unreferenced::R) | Why::Freed(_) => Reply::Reference,
+            Why::ProgramStored | Why::NothingToStart | Why::Jump { .. } | Why::LoopDepth => {
+                Reply::DataField
+            }
+            Why::MemoryFull(_) => Reply::MemoryFull,
+            Why::Stopped(_) => Reply::Stopped,
+        }
+    }
+}
+
+impl From<Fault> for Why {
+    fn from(fault: Fault) -> Why {
+        Why::Line(fault)
+    }
+}
+
+impl Controller {
+    /// Why the motors have no current now.
+    pub(crate) fn why_off(&self) -> Off {
+        let panel = self.state.plant.panel();
+        match self.state.relay {
+            _ if panel.emergency_stop => Off::EmergencyStop,
+            _ if !panel.power_ok => Off::Supply,
+            _ if panel.overtemperature => Off::Heat,
+            false => Off::Relay,
+            true => Off::Switched,
+        }
+    }
+
+    /// A reason in words: a lower-case fragment. `line` is the line that is refused, if it is one.
+    pub(crate) fn in_words(&self, why: Why, line: Option<(&[u8], Mode)>) -> String {
+        let state = &self.state;
+        let switch = |axis: u8, end: End| {
+            let sign = if end == End::Negative { '-' } else { '+' };
+            format!("limit switch {}{sign}", AXIS_NAMES[usize::from(axis)])
+        };
+        match why {
+            Why::Line(fault) => match line {
+                Some((text, mode)) => self.fault_in_words(fault, text, mode),
+                None => fault.reply().meaning().to_owned(),
+            },
+            Why::TooLong => format!("a line of more than {LINE_MAX} characters"),
+            Why::NoDiagnosis(code) => {
+                format!("this model has no diagnosis {} (diagnosis)", code.escape_ascii())
+            }
+            Why::NoAxes => "no axes are set: @07 sets X, Y and Z".to_owned(),
+            Why::Plane(missing) => {
+                format!("the plane of circles needs {missing}, only {} set", are(state.axes))
+            }
+            Why::NoPlane => {
+                format!(
+                    "no plane has only {}, which {} set (stored_arcs)",
+                    state.axes,
+                    is(state.axes)
+                )
+            }
+            Why::AtRest => "speed 0 Hz for an axis that moves".to_owned(),
+            Why::Stages(off) => match off {
+                Off::EmergencyStop => "the emergency stop is pressed".to_owned(),
+                Off::Supply => "the motor supply is off".to_owned(),
+                Off::Heat => "the power stages are too hot".to_owned(),
+                Off::Relay => "the stages are off since an emergency stop: press ON".to_owned(),
+                Off::Switched => format!("the stages are off: press ON{}", self.stage_command()),
+            },
+            Why::Spindle => {
+                format!(
+                    "the spindle needs the stages, which are off: press ON{}",
+                    self.stage_command()
+                )
+            }
+            Why::StagesBehindCover => {
+                "the stages cannot be switched on with the cover open and the key on automatic"
+                    .to_owned()
+            }
+            Why::EmergencyInput => {
+                format!("emergency stop input: {}", self.input_in_words(state.settings.emergency))
+            }
+            Why::Cover(opened) => match opened {
+                Opened::Already => "the cover is open with the key on automatic".to_owned(),
+                Opened::Now => "the cover was opened with the key on automatic".to_owned(),
+                Opened::Key => "the key was turned to automatic with the cover open".to_owned(),
+                Opened::Input => {
+                    format!("cover input: {}", self.input_in_words(state.settings.cover))
+                }
+            },
+            Why::Latched(axes) => {
+                let run = reference_run(axes);
+                format!(
+                    "{axes} ran onto a limit switch and {} for {run} (limit_latch)",
+                    waits(axes)
+                )
+            }
+            Why::OnSwitch { axis, end, away } => {
+                let quirk = if away { " (leave_switch)" } else { "" };
+                format!("{} stands on {}{quirk}", AXIS_NAMES[usize::from(axis)], switch(axis, end))
+            }
+            Why::Switch { axis, end, at, by_hand } => {
+                let pressed = if by_hand { " pressed" } else { "" };
+                format!("{}{pressed} at step {}", switch(axis, end), Grouped(at))
+            }
+            Why::WrongSwitch { axis, end, referencing } => {
+                let name = AXIS_NAMES[usize::from(axis)];
+                match (end, referencing) {
+                    (None, _) => format!("both limit switches of {name} are active"),
+                    (Some(end), true) => {
+                        format!("the reference run of {name} met {}", switch(axis, end))
+                    }
+                    (Some(end), false) => {
+                        format!("{name} met {} on its way off the other", switch(axis, end))
+                    }
+                }
+            }
+            Why::ReferenceBroken(breaker) => match breaker {
+                Breaker::Line => "the reference run was broken off by 255 from the line".to_owned(),
+                Breaker::Input => format!(
+                    "the reference run was broken off by the abort input: {}",
+                    self.input_in_words(state.settings.abort)
+                ),
+            },
+            Why::NoReference(axes, _) => {
+                format!("{axes} {} no reference point: {} it", has(axes), finds(axes))
+            }
+            Why::Freed(axes) => {
+                let run = reference_run(axes);
+                format!(
+                    "{axes} left the limit switch by F and {} for {run} (after_free)",
+                    waits(axes)
+                )
+            }
+            Why::ProgramStored => {
+                let erase = match state.model.command_set {
+                    CommandSet::Imc4 => "the panel erases it",
+                    _ => "@0k erases it",
+                };
+                format!("a program is stored already: {erase} (store_over)")
+            }
+            Why::NothingToStart => self.nothing_to_start().to_owned(),
+            Why::Jump { to, other_base } => {
+                let lines = state.flash.program.as_ref().map_or(0, |program| program.len());
+                let quirk = if other_base { " (cond_branch_base)" } else { "" };
+                format!("a jump to line {}, the program has {lines}{quirk}", to + 1)
+            }
+            Why::LoopDepth => {
+                format!(
+                    "loops in each other, more than {} deep (loop_depth)",
+                    state.model.limits.loop_depth
+                )
+            }
+            Why::MemoryFull(bytes) => {
+                let (bytes, size) = (Grouped(bytes.into()), Grouped(state.model.flash.size.into()));
+                format!("the program would take {bytes} bytes, the memory has {size} (flash.size)")
+            }
+            Why::Stopped(by) => match by {
+                By::Line => "stopped by 253 from the line: @0S goes on".to_owned(),
+                By::Button => "stopped by STOP at the panel: @0S goes on".to_owned(),
+                By::ButtonHeld => {
+                    "STOP is held at the panel: release it, @0S goes on (stop_button)".to_owned()
+                }
+            },
+        }
+    }
+
+    /// A reason that ends the stored program: with the line, from 0, that it came to.
+    pub(crate) fn in_words_of_program(&self, why: Why, line: u32) -> String {
+        let program = self.state.flash.program.as_ref();
+        let text = program.and_then(|program| program.lines.get(line as usize));
+        let text = text
+            .map_or_else(|| "the end".to_owned(), |line| format!("`{}`", line.text.escape_ascii()));
+        format!("line {} of the program, {text}: {}", line + 1, self.in_words(why, None))
+    }
+
+    /// How the host switches the stages on, if a port does nothing else.
+    fn stage_command(&self) -> String {
+        let ports = &self.state.model.ports.write;
+        let value = |wires: &Vec<Wire>| match wires.as_slice() {
+            [Wire::Output(Output::STAGE)] => Some(1),
+            [Wire::Inverted(Output::STAGE)] => Some(0),
+            _ => None,
+        };
+        let command = ports.iter().find_map(|(port, wires)| Some((port, value(wires)?)));
+        command.map(|(port, value)| format!(" or send @0B{port},{value}")).unwrap_or_default()
+    }
+
+    fn input_in_words(&self, PortTest { port, mask, value }: PortTest) -> String {
+        let reads = self.read_port(port);
+        format!("port {port} reads {reads}, of the bits {mask} there should be {}", value & mask)
+    }
+
+    fn nothing_to_start(&self) -> &'static str {
+        let program = self.state.flash.program.as_ref().map(|program| program.validity);
+        match program {
+            None => "no motion was stopped, and no program is stored",
+            Some(Validity::Incomplete) => "no motion was stopped, and the program has no end",
+            Some(Validity::Invalid) => {
+                "no motion was stopped, and a line of the program was refused when it was stored"
+            }
+            Some(Validity::Valid) => {
+                "no motion was stopped; the program is begun with START (command_set)"
+            }
+        }
+    }
+
+    /// What is wrong with a line, with what would be right.
+    fn fault_in_words(&self, fault: Fault, text: &[u8], mode: Mode) -> String {
+        let stored = self.state.flash.program.as_ref().map(|program| program.len());
+        let context = self.context(stored.filter(|_| mode == Mode::Stored));
+        let dialect = self.state.model.command_set.dialect();
+        let Ok(Addressed::Frame(frame)) = parse(text, dialect, mode, self.state.device) else {
+            return no_command_in_words(fault, text, dialect, mode, self.state.device);
+        };
+        let field = fault.field().unwrap_or(0);
+        let sent = frame.field(field).unwrap_or_default();
+        let words = match fault {
+            Fault::Count { right, or } => {
+                let takes = match (right, or) {
+                    (0, 0) => "no numbers".to_owned(),
+                    (1, 1) => "1 number".to_owned(),
+                    _ if right == or => format!("{right} numbers"),
+                    _ => format!("{right} or {or} numbers"),
+                };
+                let axes = if depends_on_axes(frame.op()) {
+                    format!(" with {}", self.state.axes)
+                } else {
+                    String::new()
+                };
+                let came = match frame.field_count() {
+                    0 => "none".to_owned(),
+                    count => count.to_string(),
+                };
+                format!("{}{axes} takes {takes}, {came} came", frame.spec().title)
+            }
+            Fault::CountWithoutAxes => format!("{} without axes", frame.spec().title),
+            Fault::Text => "the text has more than 32 characters, or one that is none".to_owned(),
+            Fault::Speed { low, high, .. } => {
+                let speed = frame.number(field, context.fractions).unwrap_or_default();
+                let (low, high) = (Grouped(low.into()), Grouped(high.into()));
+                format!("speed {} Hz: {low} to {high} Hz are right", Grouped(speed))
+            }
+            Fault::Number { wrong, .. } => number_in_words(wrong, sent, &frame, &context),
+            Fault::Axes { wrong, .. } => {
+                let sent = sent.escape_ascii();
+                match wrong {
+                    WrongAxes::NoConfiguration if context.any_axes => {
+                        format!("{sent} is no set of axes: 1 to 8 are right")
+                    }
+                    WrongAxes::NoConfiguration => {
+                        format!(
+                            "{sent} is no set of axes: 1 (X), 3 (X+Y), 7 (X+Y+Z) and 8 (A) are right"
+                        )
+                    }
+                    WrongAxes::NoSet => {
+                        format!(
+                            "{sent} is no set of axes here: 1 to 7 (X, Y, Z) or 8 (A) are right"
+                        )
+                    }
+                    WrongAxes::NotConfigured(missing) => {
+                        format!("{missing} {} not set, only {}", is(missing), are(self.state.axes))
+                    }
+                    WrongAxes::NotSingle => format!("{sent} is more than one axis"),
+                }
+            }
+            Fault::NoAddress | Fault::NoCommand | Fault::NotStorable => {
+                fault.reply().meaning().to_owned()
+            }
+        };
+        match self.decisive_value(fault, &frame, &context) {
+            Some(value) => format!("{words} ({value})"),
+            None => words,
+        }
+    }
+
+    /// The value of the profile with another value of which this would not have been wrong.
+    fn decisive_value(
+        &self,
+        fault: Fault,
+        frame: &Frame<'_>,
+        context: &Context<'_>,
+    ) -> Option<&'static str> {
+        // What is wrong at the same place is wrong all the same.
+        let mends = |context: Context<'_>| match frame.decode(&context) {
+            Ok(_) => true,
+            Err(other) => (other.reply(), other.field()) != (fault.reply(), fault.field()),
+        };
+        let with = |change: Change| {
+            let mut other = context.clone();
+            change(&mut other);
+            mends(other)
+        };
+        let values: [(&str, Change); 5] = [
+            ("fractional_numbers", |c| c.fractions = Fractions::Truncate),
+            ("bit_values", |c| c.any_bit_value = true),
+            ("axis_codes", |c| c.any_axes = true),
+            ("resting_speed", |c| c.zero_at_rest = true),
+            ("cond_bit_base", |c| c.bit_base_one = !c.bit_base_one),
+        ];
+        if let Some((name, _)) = values.into_iter().find(|(_, change)| with(*change)) {
+            return Some(name);
+        }
+        let Fault::Speed { low, high, .. } = fault else { return None };
+        if (low..=high) != context.speeds {
+            return None;
+        }
+        let speed = frame.number(fault.field()?, context.fractions)?;
+        Some(if speed < i64::from(low) { "speed_min" } else { "speed_max" })
+    }
+}
+
+/// What another value of the profile changes for a line.
+type Change = fn(&mut Context<'_>);
+
+fn number_in_words(
+    wrong: WrongNumber,
+    sent: &[u8],
+    frame: &Frame<'_>,
+    context: &Context<'_>,
+) -> String {
+    let as_sent = sent.escape_ascii();
+    match wrong {
+        WrongNumber::Unreadable if sent.is_empty() => {
+            "a number is missing between the commas".to_owned()
+        }
+        WrongNumber::Unreadable => format!("{as_sent}: not a number"),
+        WrongNumber::Fraction => format!("{as_sent}: this model takes no fractions"),
+        WrongNumber::Outside { low, high } if high - low == 1 => {
+            format!("{as_sent}: {low} or {high} would be right")
+        }
+        WrongNumber::Outside { low, high } if low == high => {
+            format!("{as_sent}: only {low} would be right")
+        }
+        WrongNumber::Outside { low, high } => {
+            format!("{as_sent}: {} to {} would be right", Grouped(low), Grouped(high))
+        }
+        WrongNumber::NoSign { zero: true } => format!("{as_sent}: -1, 0 or 1 would be right"),
+        WrongNumber::NoSign { zero: false } => format!("{as_sent}: -1 or 1 would be right"),
+        WrongNumber::NoBit => {
+            format!("{as_sent}: a bit from 0 to 7, or 128 for the whole byte, would be right")
+        }
+        WrongNumber::NotReadable => format!("{as_sent}: this model has no such port to read"),
+        WrongNumber::NotWritable => {
+            let port = frame.number(0, context.fractions).and_then(|port| u16::try_from(port).ok());
+            match port.filter(|port| context.ports.writes(*port, 0)) {
+                None => format!("{as_sent}: this model has no such port to write"),
+                Some(port) if !context.ports.writes(port, 2) => {
+                    format!("{as_sent}: port {port} takes 0 and 1")
+                }
+                Some(port) => format!("{as_sent}: port {port} does not take this value"),
+            }
+        }
+        WrongNumber::BeforeProgram => {
+            format!("{as_sent}: a jump to before the first line of the program")
+        }
+        WrongNumber::LoopAhead => {
+            format!("{as_sent}: a loop leads back, -1 or less would be right")
+        }
+        WrongNumber::HelixWithoutArc => {
+            format!("{as_sent}: the third axis moves only along steps of the circle, which are 0")
+        }
+    }
+}
+
+/// Why a text does not even begin like a command.
+fn no_command_in_words(
+    fault: Fault,
+    text: &[u8],
+    dialect: Dialect,
+    mode: Mode,
+    device: u8,
+) -> String {
+    let shown = text.trim_ascii().escape_ascii();
+    let is_direct = text.trim_ascii_start().starts_with(b"@");
+    let elsewhere = Dialect::ALL.into_iter().filter(|other| *other != dialect);
+    let is_known = |mode| {
+        let known = |dialect| matches!(parse(text, dialect, mode, device), Ok(Addressed::Frame(_)));
+        elsewhere.clone().any(known)
+    };
+    match fault {
+        Fault::NotStorable if is_direct => {
+            format!("{shown}: a direct command while a program is being stored")
+        }
+        _ if is_known(mode) => format!("{shown}: other models have this command (command_set)"),
+        Fault::NotStorable => format!("{shown}: no command that can be stored begins like this"),
+        Fault::NoAddress if parse(text, dialect, Mode::Stored, device).is_ok() => {
+            format!("{shown}: a line of a program, but none is being stored: @0i begins that")
+        }
+        Fault::NoAddress => {
+            format!("{shown}: a command begins with @ and the number of the controller, as in @0P")
+        }
+        _ => format!("{shown}: no command begins like this"),
+    }
+}
+
+/// Whether the number of fields is a matter of the axes.
+fn depends_on_axes(op: Op) -> bool {
+    matches!(op, Op::RelativeMove | Op::AbsoluteMove | Op::ReferenceSpeeds | Op::MoveUntil)
+}
+
+/// The commands that drive axes to their reference points: A only alone.
+fn reference_run(axes: AxisSet) -> String {
+    match (axes.has(3), axes.without(AxisSet::A)) {
+        (true, AxisSet::NONE) => "@0R8".to_owned(),
+        (true, others) => format!("@0R{} and @0R8", others.bits()),
+        (false, others) => format!("@0R{}", others.bits()),
+    }
+}
+
+/// `@0R7 finds`, `@0R7 and @0R8 find`.
+fn finds(axes: AxisSet) -> String {
+    let both = axes.has(3) && axes != AxisSet::A;
+    format!("{} {}", reference_run(axes), if both { "find" } else { "finds" })
+}
+
+fn waits(axes: AxisSet) -> &'static str {
+    if axes.count() == 1 { "waits" } else { "wait" }
+}
+
+fn is(axes: AxisSet) -> &'static str {
+    if axes.count() == 1 { "is" } else { "are" }
+}
+
+fn has(axes: AxisSet) -> &'static str {
+    if axes.count() == 1 { "has" } else { "have" }
+}
+
+/// `X is`, `X+Y are`.
+fn are(axes: AxisSet) -> String {
+    format!("{axes} {}", is(axes))
+}
+
+/// With thousands separators.
+struct Grouped(i64);
+
+impl Display for Grouped {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if self.0.unsigned_abs() < 1000 {
+            return write!(f, "{}", self.0);
+        }
+        write!(f, "{},{:03}", Grouped(self.0 / 1000), (self.0 % 1000).unsigned_abs())
+    }
+}

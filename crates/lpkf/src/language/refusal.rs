@@ -1,0 +1,151 @@
+//! Why a command is refused, for people.
+//!
+//! The status says what kind of mistake it is; the bytes say which. They are looked at again only
+//! when somebody wants to know.
+
+use super::command::Axis;
+use super::dialect::Dialect;
+use super::grammar::Grammar;
+use super::number::{Number, numbers};
+use super::parameter::Kind;
+use super::parse::{TURN, VECTORS_MAX, forms_for, letters, parse, records};
+use super::status::Status;
+use super::table::{Count, Form};
+
+/// What is wrong with the bytes of one command, for people: a lower-case fragment. `status` is what
+/// refuses it, as [`Reader::understand`](super::Reader::understand) finds it.
+#[must_use]
+pub fn why_refused(raw: &[u8], grammar: impl Into<Grammar>, status: Status) -> String {
+    let grammar = grammar.into();
+    let letters = letters(raw);
+    let name = if letters.is_empty() { raw } else { letters }.escape_ascii();
+    let rest = &raw[letters.len()..];
+    let head = if letters == b"!PH" { records(rest).0 } else { rest };
+    let values: Vec<Number> = numbers(head).collect();
+    let forms = forms_for(letters, grammar.dialect);
+    let form = forms
+        .clone()
+        .filter(|form| form.parameters.len() <= values.len())
+        .max_by_key(|form| form.parameters.len());
+    match status {
+        Status::UnknownCommand => unknown(raw, grammar, &values),
+        Status::SingleCoordinate => {
+            format!("{name} takes X and Y in pairs, {} came", count_of(&values))
+        }
+        Status::VectorBufferFull => {
+            let lines =
+                records(rest).1.split(|&byte| byte == b'\r').filter(|line| !line.is_empty());
+            match lines.count() {
+                0 => format!("{name} is longer than {VECTORS_MAX} vectors can be"),
+                count => format!("{name} takes {VECTORS_MAX} vectors, {count} came"),
+            }
+        }
+        Status::TooManyVectorParameters => {
+            format!("{name}: a vector has each of X, Y, I, J, F and O once, and a number behind it")
+        }
+        status => match form.and_then(|form| wrong_value(form, &values, status)) {
+            Some(wrong) => wrong,
+            None if letters == b"!PH" && status == Status::NoSuchAxis => {
+                format!("{name}: the two axes of its plane must differ")
+            }
+            None if letters == b"!PH" && values.len() >= 2 => {
+                format!("{name} takes 1 to {VECTORS_MAX} vectors, none came")
+            }
+            None => {
+                let few = forms.filter(|form| grammar.knows(form));
+                match few.min_by_key(|form| form.parameters.len()) {
+                    Some(form) => {
+                        format!("{}, {} came", takes(&name.to_string(), form), count_of(&values))
+                    }
+                    None => format!("{name}: numbers alone are no command"),
+                }
+            }
+        },
+    }
+}
+
+/// Why a model does not know a command.
+fn unknown(raw: &[u8], grammar: Grammar, values: &[Number]) -> String {
+    let letters = letters(raw);
+    let begins = raw.get(..2 + usize::from(raw.starts_with(b"!"))).unwrap_or(raw);
+    if begins.iter().any(u8::is_ascii_lowercase) {
+        return format!("{}: commands have capital letters", begins.escape_ascii());
+    }
+    let name = letters.escape_ascii();
+    let mut others = forms_for(letters, grammar.dialect).filter(|form| grammar.knows(form));
+    match (others.next(), known_with(raw, grammar)) {
+        (Some(form), _) => format!("{}, {} came", takes(&name.to_string(), form), count_of(values)),
+        (None, Some(value)) => format!("{name}: other models have this command ({value})"),
+        (None, None) => format!("{name}: no such command"),
+    }
+}
+
+/// The value of a profile with which a model would know a command.
+fn known_with(raw: &[u8], grammar: Grammar) -> Option<&'static str> {
+    let other_dialect = match grammar.dialect {
+        Dialect::Smcu => Dialect::MotionSystem,
+        Dialect::MotionSystem => Dialect::Smcu,
+    };
+    let others = [
+        (Grammar { shapes: true, ..grammar }, "shapes"),
+        (Grammar { reads_ports: true, ..grammar }, "read_port"),
+        (Grammar { space_moves: true, ..grammar }, "ta"),
+        (other_dialect.into(), "command_set"),
+    ];
+    let known = |grammar: Grammar| parse(raw, grammar) != Err(Status::UnknownCommand);
+    others.into_iter().find(|(other, _)| known(*other)).map(|(_, value)| value)
+}
+
+/// Of the values of a form, which one is wrong: the first that no machine could take.
+fn wrong_value(form: &Form, values: &[Number], status: Status) -> Option<String> {
+    let fits = |kind: Kind, number: Number| {
+        let whole = number.whole();
+        let axis_from = |first: i32| (first..first + Axis::ALL.len() as i32).contains(&whole);
+        match kind {
+            Kind::Axis if !axis_from(0) => Some("axes are 0 (X) to 5 (Z3)"),
+            Kind::Nominal if whole != 0 && !axis_from(1) => {
+                Some("axes are 1 (X) to 6 (Z3), or 0 for all")
+            }
+            Kind::Actual if ![0, 100].contains(&whole) && !axis_from(1) && !axis_from(101) => {
+                Some("axes are 1 (X) to 6 (Z3), or 0 for all, and 100 more without a trigger")
+            }
+            Kind::Port if !(0..=255).contains(&whole) => Some("the address of a port is 0 to 255"),
+            Kind::Interface if !(1..=3).contains(&whole) => {
+                Some("the trackball is opened with 1, 2 or 3")
+            }
+            Kind::Angle if number.millionths.unsigned_abs() > TURN => {
+                Some("an arc is at most a turn, 360 degrees")
+            }
+            _ => None,
+        }
+    };
+    let stands_in = matches!(
+        status,
+        Status::NoSuchAxis
+            | Status::NoSuchInterface
+            | Status::NoSuchIoModule
+            | Status::MissingParameter
+    );
+    let wrong = form.parameters.iter().zip(values).find_map(|(parameter, value)| {
+        fits(parameter.kind, *value).map(|right| format!("{value}: {right}"))
+    });
+    wrong.filter(|_| stands_in)
+}
+
+/// What a form takes.
+fn takes(name: &str, form: &Form) -> String {
+    let names: Vec<&str> = form.parameters.iter().map(|parameter| parameter.name).collect();
+    let more = if form.count == Count::Repeated { " or more" } else { "" };
+    match names.len() {
+        0 => format!("{name} takes no numbers here"),
+        1 => format!("{name} takes 1 number{more} ({})", names.join(", ")),
+        count => format!("{name} takes {count} numbers{more} ({})", names.join(", ")),
+    }
+}
+
+fn count_of(numbers: &[Number]) -> String {
+    match numbers.len() {
+        0 => "none".to_owned(),
+        count => count.to_string(),
+    }
+}
