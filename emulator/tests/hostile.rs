@@ -9,7 +9,7 @@ use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::mpsc::channel;
+use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -62,6 +62,16 @@ impl Running {
             }
             thread::sleep(Duration::from_millis(2));
         }
+    }
+
+    /// What it says on standard error, a line at a time.
+    fn errors(&mut self) -> Receiver<String> {
+        let errors = BufReader::new(self.0.stderr.take().unwrap());
+        let (said, lines) = channel();
+        thread::spawn(move || {
+            errors.lines().map_while(Result::ok).try_for_each(|line| said.send(line))
+        });
+        lines
     }
 
     /// Its exit code and what it has said on standard error.
@@ -348,12 +358,18 @@ fn controllers_run_on_when_nothing_can_be_written() {
     for _ in 0..50 {
         assert_eq!(ask(&mut port, "@07\r", 1), "0");
     }
-    thread::sleep(Duration::from_millis(50));
+    // What is told is written by a thread of its own, for which an end does not wait long.
+    let lines = serve.errors();
+    let complaints = ["cannot write to standard output", "cannot write the log /dev/full"];
+    let mut said = String::new();
+    while !complaints.iter().all(|words| said.contains(words)) {
+        said += &lines.recv_timeout(PATIENCE).unwrap();
+    }
     serve.signal(Signal::TERM);
-    let (code, errors) = serve.end();
-    assert_eq!(code, Some(0), "{errors}");
-    for said in ["cannot write to standard output", "cannot write the log /dev/full"] {
-        assert_eq!(errors.matches(said).count(), 1, "{errors}");
+    assert_eq!(serve.ends(), Some(0));
+    said.extend(lines);
+    for words in complaints {
+        assert_eq!(said.matches(words).count(), 1, "{said}");
     }
     assert_eq!(names(folder.path()).len(), 0);
 }
@@ -519,11 +535,7 @@ fn a_serial_port_that_was_unplugged_is_opened_again() {
     assert_eq!(ask(&mut host, "@07\r", 1), "0");
     drop(host);
     fs::remove_file(&cable).unwrap();
-    let errors = BufReader::new(serve.0.stderr.take().unwrap());
-    let (said, lines) = channel();
-    thread::spawn(move || {
-        errors.lines().map_while(Result::ok).try_for_each(|line| said.send(line))
-    });
+    let lines = serve.errors();
     assert!(lines.recv_timeout(PATIENCE).unwrap().contains("is gone"));
     let mut host = plug();
     assert!(lines.recv_timeout(PATIENCE).unwrap().contains("is back"));
@@ -535,8 +547,16 @@ fn a_serial_port_that_was_unplugged_is_opened_again() {
 #[test]
 fn a_half_line_is_told_of_or_forgotten() {
     let folder = tempfile::tempdir().unwrap();
-    for (option, first) in [(vec![], "1"), (vec!["--fresh-clients"], "0")] {
-        let (mut serve, places) = Running::serve(folder.path(), &option);
+    for fresh in [false, true] {
+        let arguments = if fresh { &["-v", "--fresh-clients"][..] } else { &["-v"] };
+        let (mut serve, places) = Running::serve(folder.path(), arguments);
+        let lines = serve.errors();
+        let mut said = String::new();
+        let mut until = |words: &str| {
+            while !said.contains(words) {
+                said += &lines.recv_timeout(PATIENCE).unwrap();
+            }
+        };
         let mut port = OpenOptions::new()
             .read(true)
             .write(true)
@@ -545,19 +565,20 @@ fn a_half_line_is_told_of_or_forgotten() {
         assert_eq!(ask(&mut port, "@07\r", 1), "0");
         port.write_all(b"@0A1").unwrap();
         drop(port);
-        thread::sleep(Duration::from_millis(100));
+        until("pty: a client closed the line");
         let mut client = connect(&places);
         let answer = ask(&mut client, "@07\r", 1);
-        assert_eq!(answer == "0", first == "0", "{answer}");
+        assert_eq!(answer == "0", fresh, "{answer}");
         assert_eq!(ask(&mut client, "@07\r", 1), "0");
-        // What is told is written by a thread of its own, for which an end does not wait long.
-        thread::sleep(Duration::from_millis(200));
-        serve.signal(Signal::TERM);
-        let (_, errors) = serve.end();
-        let told = usize::from(option.is_empty());
+        // Everything before it has been told then.
+        let name = client.local_addr().unwrap();
+        drop(client);
+        until(&format!("{name} closed the line"));
         for words in ["somebody has left half a line, `@0A1`", "behind the half line `@0A1`"] {
-            assert_eq!(errors.matches(words).count(), told, "{errors}");
+            assert_eq!(said.matches(words).count(), usize::from(!fresh), "{said}");
         }
+        serve.signal(Signal::TERM);
+        assert_eq!(serve.ends(), Some(0));
     }
 }
 

@@ -525,14 +525,14 @@ fn lengths_are_shown_in_mm() {
     assert_eq!(shown, ["0:8 8 mm/s", "1:13 2.5 mm", "1:22 1.5°"]);
 }
 
-/// How long it takes until the server is gone, which is at most a second.
+/// Waits until the server is gone: within a second, however long a slow machine makes of it.
 fn leaves(editor: &mut Editor) -> ExitStatus {
     let begun = std::time::Instant::now();
     loop {
         if let Some(status) = editor.server.try_wait().unwrap() {
             return status;
         }
-        assert!(begun.elapsed() < Duration::from_secs(1), "it is still there");
+        assert!(begun.elapsed() < PATIENCE, "it is still there");
         thread::sleep(Duration::from_millis(5));
     }
 }

@@ -31,13 +31,15 @@ fn time(port: &mut MemoryPort) -> u64 {
 #[test]
 fn the_real_clock_is_wall_time() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    let outer = Instant::now();
     let before = time(&mut port);
-    let began = Instant::now();
+    let inner = Instant::now();
     assert_eq!(ask(&mut port, "w50\r", 1), "0");
-    let wall = began.elapsed();
+    let inner = inner.elapsed();
     let model = Duration::from_nanos(time(&mut port) - before);
-    assert!(wall >= Duration::from_millis(50), "{wall:?}");
-    assert!(model >= Duration::from_millis(50) && model < wall + Duration::from_millis(50));
+    let outer = outer.elapsed();
+    assert!(inner >= Duration::from_millis(50), "{inner:?}");
+    assert!(inner <= model && model <= outer, "{inner:?}, {model:?}, {outer:?}");
     assert_eq!(
         running.handle.advance(Duration::from_secs(1)).wait(),
         Err(ControlError::RunsByItself)
@@ -52,7 +54,6 @@ fn a_scaled_clock_is_faster() {
     let began = Instant::now();
     assert_eq!(ask(&mut port, "w2000\r", 1), "0");
     assert!(began.elapsed() >= Duration::from_millis(20));
-    assert!(began.elapsed() < Duration::from_secs(1));
     running.end().unwrap();
 }
 
@@ -75,9 +76,7 @@ fn waiting_for_a_condition_lets_time_run() {
 #[test]
 fn the_instant_clock_jumps_to_the_answer() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Instant);
-    let began = Instant::now();
     assert_eq!(ask(&mut port, "w3600000\r", 1), "0");
-    assert!(began.elapsed() < Duration::from_secs(1));
     assert_eq!(time(&mut port), 3_600_000_000_000);
     // Nothing happens, so no time passes.
     assert_eq!(time(&mut port), 3_600_000_000_000);
@@ -90,9 +89,7 @@ fn in_the_instant_clock_an_endless_program_keeps_the_line_responsive() {
     assert_eq!(ask(&mut port, "l\r", 1), "0");
     let mut last = 0;
     for _ in 0..20 {
-        let began = Instant::now();
         assert_eq!(ask(&mut port, "ehello\r", 5), "hello");
-        assert!(began.elapsed() < Duration::from_millis(500));
         let now = time(&mut port);
         assert!(now >= last);
         last = now;
@@ -131,9 +128,7 @@ fn a_long_way_through_time_is_no_reason_not_to_end() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
     assert_eq!(ask(&mut port, "l\r", 1), "0");
     let way = running.handle.advance(Duration::from_secs(1_000_000_000));
-    let began = Instant::now();
     running.end().unwrap();
-    assert!(began.elapsed() < Duration::from_secs(1));
     assert_eq!(way.wait(), Err(ControlError::Ended));
 }
 

@@ -11,7 +11,7 @@ use crate::fake::{Diary, Fake, Running};
 #[test]
 fn the_line_is_a_serial_port_of_the_computer() {
     let (mut cable, end) = TTYPort::pair().unwrap();
-    cable.set_timeout(Duration::from_secs(5)).unwrap();
+    cable.set_timeout(Duration::from_secs(60)).unwrap();
     let path = end.name().unwrap();
     let (running, ()) = {
         // Its other end stays open until the emulator has it.
