@@ -261,8 +261,9 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     assert_eq!(code, 0, "{errors}");
     assert!(errors.contains("waits for CTS needs TCP, a serial port"), "{errors}");
     assert!(errors.contains("PR20,10  move by X +20 Y +10"), "{errors}");
-    let meaning = "work area left; commands wait for !GO, IN begins anew";
-    assert!(errors.contains(meaning), "{errors}");
+    let reason = "X came to the end of the window, 0 to 25, at step 25; commands wait for !GO, IN \
+                  begins anew";
+    assert!(errors.contains(reason), "{errors}");
     assert!(!errors.contains("buffer was full"), "{errors}");
 }
 

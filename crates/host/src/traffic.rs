@@ -126,7 +126,8 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                     Some(why) => (": ", &**why),
                     None => ("", ""),
                 };
-                self.line(at, format_args!("{}  {took}{comma}{why}", escape(bytes)));
+                let blanks = if took.is_empty() && why.is_empty() { "" } else { "  " };
+                self.line(at, format_args!("{}{blanks}{took}{comma}{why}", escape(bytes)));
             }
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
             Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
@@ -370,6 +371,8 @@ mod tests {
         let command = Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A5") };
         tell(Report::Event(Time::from_secs(7), command));
         tell(Report::Event(Time::from_secs(7), refused));
+        let echo = Event::Answer { mnemonic: "!ON", bytes: Bytes::from_static(b"C"), why: None };
+        tell(Report::Event(Time::from_secs(7), echo));
         tell(Report::Event(Time::from_secs(7), Event::Warning(Warning::NobodyListens { lost: 1 })));
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
@@ -379,6 +382,7 @@ mod tests {
                 "     7.000000 s  2  limit switch X+ at step 24,001",
                 "     7.000000 s  @0A5  relative move X +5,000 steps at 900 Hz",
                 "     7.000000 s  2  at once: limit switch X+ at step 24,001",
+                "     7.000000 s  C",
                 "     7.000000 s  warning: nobody has the line open, 1 byte was lost",
             ]
         );
