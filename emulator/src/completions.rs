@@ -32,8 +32,7 @@ stands in its settings:
   ~/.zshrc, behind compinit    source <(vimc4 completions zsh)
   ~/.config/fish/config.fish   vimc4 completions fish | source
 
-The shell asks the vimc4 that is on the
-PATH.
+The shell asks the vimc4 that is on the PATH.
 
 Exit codes: 0 printed, 2 wrong usage.")]
 pub(crate) struct Arguments {

@@ -44,7 +44,7 @@ impl Setup {
     }
 
     /// Takes what the comments of a data field say where the command line says nothing. Where both
-    /// do, the command line goes before, and it is said that they differ.
+    /// do, the command line wins, and it is said that they differ.
     ///
     /// # Errors
     ///
@@ -73,9 +73,8 @@ fn heed(
     match told {
         Some(told) if *told != said => {
             let (told, said) = (shown_in_line(told), shown_in_line(&said));
-            let note =
-                format!("{file} was made for the {what} {said}; --{what} {told} goes before");
-            // Nobody can be told that nobody can be told.
+            let note = format!("{file} was made for the {what} {said}; --{what} {told} is used");
+            // Where standard error is closed there is nowhere else to say it.
             let _ = writeln!(io::stderr(), "{note}");
         }
         Some(_) => {}

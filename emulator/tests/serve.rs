@@ -181,29 +181,37 @@ fn people_type_orders() {
         assert_eq!(serve.order(order), "ok", "{order}");
     }
     // What changes nothing says why.
-    assert_eq!(serve.order("press start"), "ok, without effect: something runs");
+    assert_eq!(serve.order("press start"), "ok, without effect: the controller is busy");
     assert!(serve.order("run until idle").starts_with("idle at "));
     let already = "it was so already";
     for (order, why) in [
-        ("press start", "the power stages are off"),
+        ("press start", "the stages are off since an emergency stop: press ON"),
         ("press stop", "nothing moves and no program runs"),
         ("power off", ""),
         ("press start", "the power is off"),
         ("power off", already),
         ("power on", ""),
-        ("press start", "no program is stored that can run, and nothing was stopped"),
-        ("press on", "the power stages are on"),
+        ("press start", "no motion was stopped, and no program is stored"),
+        ("press on", "the stages are on already"),
+        ("set overtemperature 1", ""),
+        ("press start", "the power stages are too hot"),
+        ("press on", "the power stages are too hot"),
+        ("set overtemperature 0", ""),
+        ("set power-ok 0", ""),
+        ("press start", "the motor supply is off"),
+        ("set power-ok 1", ""),
         ("release stop", already),
         ("key auto", already),
         ("set cover closed", already),
         ("input 0.3 1", already),
         ("power on", already),
         ("cover open", ""),
-        ("press start", "the cover is open"),
+        ("press start", "the cover is open with the key on automatic"),
         ("cover closed", ""),
         ("press estop", ""),
         ("press estop", already),
         ("press on", "the emergency stop is pressed"),
+        ("press start", "the emergency stop is pressed"),
         ("release estop", ""),
         ("press on", ""),
         ("hold stop", ""),
@@ -548,7 +556,7 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
             &format!("{who}: 253  stop: what moves brakes, and can be gone on with"),
             "F  ",
             "standard input: press start",
-            "        no effect: the host goes on with a stopped motion, by S",
+            "        no effect: only the host can resume a stopped motion, with S (start_resumes_dnc)",
             "standard input: key auto",
             "        no effect: it was so already",
             "standard input: cover open",

@@ -19,6 +19,6 @@ pub use event::{Event, Kinds, Motion, Warning};
 pub use harness::{Endless, Harness};
 pub use input::{Input, Signal, SignalId, SignalKind};
 pub use output::{FlashChange, Output};
-pub use run::{Device, MAX_CAUSES};
+pub use run::{Device, Foresight, MAX_CAUSES};
 pub use view::{AxisView, LoopView, PortView, ProgramView, TimerView, View};
 pub use vimc4_motion::{AXES, Point, Segment, Time};

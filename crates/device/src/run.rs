@@ -130,15 +130,40 @@ pub trait Device {
     where
         Self: Clone,
     {
+        match self.foresee(condition, MAX_CAUSES) {
+            Foresight::At(at) => Some(at),
+            Foresight::Never | Foresight::Open => None,
+        }
+    }
+
+    /// The same, following the copy for no more than so many causes.
+    fn foresee(&self, condition: &Condition, causes: u32) -> Foresight
+    where
+        Self: Clone,
+    {
         let mut future = self.clone();
         future.watch(Kinds::NONE);
-        for _ in 0..MAX_CAUSES {
+        for _ in 0..causes {
             if let Some(at) = future.crossing(condition) {
-                return Some(at);
+                return Foresight::At(at);
             }
-            future.handle(Input::Wake, future.wake().filter(|at| *at != Time::NEVER)?);
+            let Some(due) = future.wake().filter(|at| *at != Time::NEVER) else {
+                return Foresight::Never;
+            };
+            future.handle(Input::Wake, due);
             while future.poll_output().is_some() {}
         }
-        None
+        Foresight::Open
     }
+}
+
+/// When a condition will hold, as far as that can be foreseen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Foresight {
+    /// First at this instant.
+    At(Time),
+    /// The device comes to rest before.
+    Never,
+    /// Neither had happened as far as was looked.
+    Open,
 }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use cart::Cart;
 use proptest::prelude::*;
 use vimc4_device::{
-    AXES, Condition, Device, Endless, Event, FlashChange, Harness, Input, Kinds, Output, Time,
-    Warning,
+    AXES, Condition, Device, Endless, Event, FlashChange, Foresight, Harness, Input, Kinds, Output,
+    Time, Warning,
 };
 
 fn at(position: i64) -> Condition {
@@ -132,6 +132,16 @@ fn what_never_ends_by_itself_is_endless_too() {
     assert_eq!(cart.device().when(&at(5)), Some(ms(5)));
     cart.run_to(ms(9));
     assert_eq!(cart.device().view(ms(9)).axes[0].position, 9);
+}
+
+#[test]
+fn what_is_not_foreseen_is_told_from_what_never_happens() {
+    let mut cart = Harness::new(Cart::default());
+    cart.send(b"m5\rm5\r");
+    let foresee = |position, causes| cart.device().foresee(&at(position), causes);
+    assert_eq!((foresee(8, 0), foresee(8, 1)), (Foresight::Open, Foresight::Open));
+    assert_eq!(foresee(8, 2), Foresight::At(ms(8)));
+    assert_eq!((foresee(11, 2), foresee(11, 3)), (Foresight::Open, Foresight::Never));
 }
 
 #[test]

@@ -13,7 +13,7 @@ use bytes::Bytes;
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
-use vimc4_device::{Condition, Device, Event, Input, Kinds, Output, Time, Warning};
+use vimc4_device::{Condition, Device, Event, Foresight, Input, Kinds, Output, Time, Warning};
 
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
@@ -28,8 +28,8 @@ const BATCH: u32 = 10_000;
 /// How long that may take.
 const BATCH_TIME: Duration = Duration::from_millis(5);
 
-/// How many causes are looked ahead for somebody who waits while time runs by itself. What is not
-/// decided by then is waited for.
+/// How many causes are looked ahead for somebody who waits while time runs by itself, without
+/// holding up the line. What is not decided by then is waited for.
 const FORESIGHT: u32 = 1_000;
 
 /// How long the computer may be behind a clock that runs by itself before the clock gives way.
@@ -614,7 +614,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
             Destination::After(span) => self.journey = Some((now + span, reply)),
             Destination::Until(condition) if by_itself => {
-                if self.rests_before(&condition) {
+                if self.device.foresee(&condition, FORESIGHT) == Foresight::Never {
                     let _ = reply.send(Err(ControlError::Never));
                     return;
                 }
@@ -628,22 +628,6 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 }
             },
         }
-    }
-
-    /// Whether the device comes to rest, as far as can be foreseen without holding up the line,
-    /// and the condition does not hold before.
-    fn rests_before(&self, condition: &Condition) -> bool {
-        let mut future = self.device.clone();
-        future.watch(Kinds::NONE);
-        for _ in 0..FORESIGHT {
-            if future.crossing(condition).is_some() {
-                return false;
-            }
-            let Some(due) = future.wake().filter(|at| *at != Time::NEVER) else { return true };
-            future.handle(Input::Wake, due);
-            while future.poll_output().is_some() {}
-        }
-        false
     }
 
     /// Something happens to the device now.

@@ -3,7 +3,8 @@
 use vimc4_plant::PlantSignal;
 
 use crate::Controller;
-use crate::why::Why;
+use crate::program::Validity;
+use crate::why::{COVER_OPEN, Off, Why};
 
 impl Controller {
     /// Why a signal that has just taken a level changed nothing, where there is more to say than
@@ -19,9 +20,10 @@ impl Controller {
             }
             PlantSignal::Start => Some(self.why_no_start()),
             PlantSignal::Stop => Some("nothing moves and no program runs"),
-            PlantSignal::On if panel.emergency_stop => Some("the emergency stop is pressed"),
-            PlantSignal::On if self.state.cover_forbids() => Some("the cover is open"),
-            PlantSignal::On => Some("the power stages are on"),
+            PlantSignal::On if panel.emergency_stop => Some(Off::EmergencyStop.in_words()),
+            PlantSignal::On if self.state.cover_forbids() => Some(COVER_OPEN),
+            PlantSignal::On if !self.state.motors_on() => Some(self.why_off().in_words()),
+            PlantSignal::On => Some("the stages are on already"),
             _ => None,
         }
     }
@@ -31,18 +33,21 @@ impl Controller {
             return "a program is being stored";
         }
         if !self.is_at_rest() {
-            return "something runs";
+            return "the controller is busy";
         }
         if self.is_stop_held() {
             return "STOP is pressed";
         }
         match self.check_plant() {
-            Err(Why::Cover(_)) => "the cover is open",
-            Err(_) => "the power stages are off",
+            Err(Why::Cover(_)) => COVER_OPEN,
+            Err(_) => self.why_off().in_words(),
             Ok(()) if self.state.remainder.is_some() => {
-                "the host goes on with a stopped motion, by S"
+                "only the host can resume a stopped motion, with S (start_resumes_dnc)"
             }
-            Ok(()) => "no program is stored that can run, and nothing was stopped",
+            Ok(()) => match self.state.flash.program.as_ref().map(|program| program.validity) {
+                Some(Validity::Valid) => "the stored program has ended at once",
+                _ => self.nothing_to_start(),
+            },
         }
     }
 }

@@ -9,7 +9,7 @@ use std::fmt::{self, Display, Formatter};
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{
     Addressed, AxisSet, Context, Dialect, Fault, Fractions, Frame, LINE_MAX, Mode, Op, PortTest,
-    Reply, WrongAxes, WrongNumber, parse,
+    Reply, Text32, WrongAxes, WrongNumber, parse,
 };
 use vimc4_plant::End;
 
@@ -76,7 +76,7 @@ pub(crate) enum Why {
         /// What would have been right with the other base of conditional branches.
         other_base: bool,
     },
-    /// `G`: too many loops in each other.
+    /// `G`: loops are nested too deep.
     LoopDepth,
     /// `6`: the program takes so many bytes with this line.
     MemoryFull(u32),
@@ -132,6 +132,9 @@ pub(crate) enum Off {
     Switched,
 }
 
+/// [`Opened::Already`] in words.
+pub(crate) const COVER_OPEN: &str = "the cover is open with the key on automatic";
+
 impl Why {
     /// What is answered.
     pub(crate) fn reply(self) -> Reply {
@@ -157,6 +160,19 @@ impl Why {
             }
             Why::MemoryFull(_) => Reply::MemoryFull,
             Why::Stopped(_) => Reply::Stopped,
+        }
+    }
+}
+
+impl Off {
+    /// This in words.
+    pub(crate) fn in_words(self) -> &'static str {
+        match self {
+            Off::EmergencyStop => "the emergency stop is pressed",
+            Off::Supply => "the motor supply is off",
+            Off::Heat => "the power stages are too hot",
+            Off::Relay => "the stages are off since an emergency stop: press ON",
+            Off::Switched => "the stages are off: press ON",
         }
     }
 }
@@ -196,25 +212,21 @@ impl Controller {
             Why::NoDiagnosis(code) => {
                 format!("this model has no diagnosis {} (diagnosis)", code.escape_ascii())
             }
-            Why::NoAxes => "no axes are set: @07 sets X, Y and Z".to_owned(),
+            Why::NoAxes => format!("no axes are set: {} sets X, Y and Z", self.sent("7")),
             Why::Plane(missing) => {
                 format!("the plane of circles needs {missing}, only {} set", are(state.axes))
             }
             Why::NoPlane => {
                 format!(
-                    "no plane has only {}, which {} set (stored_arcs)",
-                    state.axes,
-                    is(state.axes)
+                    "a circle needs two of X, Y and Z, only {} set (stored_arcs)",
+                    are(state.axes)
                 )
             }
             Why::AtRest => "speed 0 Hz for an axis that moves".to_owned(),
-            Why::Stages(off) => match off {
-                Off::EmergencyStop => "the emergency stop is pressed".to_owned(),
-                Off::Supply => "the motor supply is off".to_owned(),
-                Off::Heat => "the power stages are too hot".to_owned(),
-                Off::Relay => "the stages are off since an emergency stop: press ON".to_owned(),
-                Off::Switched => format!("the stages are off: press ON{}", self.stage_command()),
-            },
+            Why::Stages(Off::Switched) => {
+                format!("{}{}", Off::Switched.in_words(), self.stage_command())
+            }
+            Why::Stages(off) => off.in_words().to_owned(),
             Why::Spindle => {
                 format!(
                     "the spindle needs the stages, which are off: press ON{}",
@@ -229,7 +241,7 @@ impl Controller {
                 format!("emergency stop input: {}", self.input_in_words(state.settings.emergency))
             }
             Why::Cover(opened) => match opened {
-                Opened::Already => "the cover is open with the key on automatic".to_owned(),
+                Opened::Already => COVER_OPEN.to_owned(),
                 Opened::Now => "the cover was opened with the key on automatic".to_owned(),
                 Opened::Key => "the key was turned to automatic with the cover open".to_owned(),
                 Opened::Input => {
@@ -237,7 +249,7 @@ impl Controller {
                 }
             },
             Why::Latched(axes) => {
-                let run = reference_run(axes);
+                let run = self.reference_run(axes);
                 format!(
                     "{axes} ran onto a limit switch and {} for {run} (limit_latch)",
                     waits(axes)
@@ -271,31 +283,33 @@ impl Controller {
                 ),
             },
             Why::NoReference(axes, _) => {
-                format!("{axes} {} no reference point: {} it", has(axes), finds(axes))
+                let find = if axes.has(3) && axes != AxisSet::A { "find" } else { "finds" };
+                let run = self.reference_run(axes);
+                format!("{axes} {} no reference point: {run} {find} it", has(axes))
             }
             Why::Freed(axes) => {
-                let run = reference_run(axes);
+                let run = self.reference_run(axes);
                 format!(
                     "{axes} left the limit switch by F and {} for {run} (after_free)",
                     waits(axes)
                 )
             }
             Why::ProgramStored => {
-                let erase = match state.model.command_set {
-                    CommandSet::Imc4 => "the panel erases it",
-                    _ => "@0k erases it",
+                let eraser = match state.model.command_set {
+                    CommandSet::Imc4 => "the panel".to_owned(),
+                    _ => self.sent("k"),
                 };
-                format!("a program is stored already: {erase} (store_over)")
+                format!("a program is stored already: {eraser} erases it (store_over)")
             }
             Why::NothingToStart => self.nothing_to_start().to_owned(),
             Why::Jump { to, other_base } => {
                 let lines = state.flash.program.as_ref().map_or(0, |program| program.len());
                 let quirk = if other_base { " (cond_branch_base)" } else { "" };
-                format!("a jump to line {}, the program has {lines}{quirk}", to + 1)
+                format!("a jump to line {}, but the last line is {lines}{quirk}", to + 1)
             }
             Why::LoopDepth => {
                 format!(
-                    "loops in each other, more than {} deep (loop_depth)",
+                    "loops are nested more than {} deep (loop_depth)",
                     state.model.limits.loop_depth
                 )
             }
@@ -304,11 +318,12 @@ impl Controller {
                 format!("the program would take {bytes} bytes, the memory has {size} (flash.size)")
             }
             Why::Stopped(by) => match by {
-                By::Line => "stopped by 253 from the line: @0S goes on".to_owned(),
-                By::Button => "stopped by STOP at the panel: @0S goes on".to_owned(),
-                By::ButtonHeld => {
-                    "STOP is held at the panel: release it, @0S goes on (stop_button)".to_owned()
-                }
+                By::Line => format!("stopped by 253 from the line: {} goes on", self.sent("S")),
+                By::Button => format!("stopped by STOP at the panel: {} goes on", self.sent("S")),
+                By::ButtonHeld => format!(
+                    "STOP is held at the panel: release it, {} goes on (stop_button)",
+                    self.sent("S")
+                ),
             },
         }
     }
@@ -331,15 +346,32 @@ impl Controller {
             _ => None,
         };
         let command = ports.iter().find_map(|(port, wires)| Some((port, value(wires)?)));
-        command.map(|(port, value)| format!(" or send @0B{port},{value}")).unwrap_or_default()
+        let command = command.map(|(port, value)| self.sent(&format!("B{port},{value}")));
+        command.map(|command| format!(" or send {command}")).unwrap_or_default()
+    }
+
+    /// A command as it is sent, with the number that this controller has.
+    fn sent(&self, command: &str) -> String {
+        format!("@{}{command}", self.state.device)
+    }
+
+    /// The commands that drive axes to their reference points: A only alone.
+    fn reference_run(&self, axes: AxisSet) -> String {
+        let alone = |axes: AxisSet| self.sent(&format!("R{}", axes.bits()));
+        match (axes.has(3), axes.without(AxisSet::A)) {
+            (true, AxisSet::NONE) => alone(AxisSet::A),
+            (true, others) => format!("{} and {}", alone(others), alone(AxisSet::A)),
+            (false, others) => alone(others),
+        }
     }
 
     fn input_in_words(&self, PortTest { port, mask, value }: PortTest) -> String {
         let reads = self.read_port(port);
-        format!("port {port} reads {reads}, of the bits {mask} there should be {}", value & mask)
+        format!("port {port} reads {reads}; with mask {mask} it should be {}", value & mask)
     }
 
-    fn nothing_to_start(&self) -> &'static str {
+    /// Why there is nothing to go on with, and no program that `S` could begin.
+    pub(crate) fn nothing_to_start(&self) -> &'static str {
         let program = self.state.flash.program.as_ref().map(|program| program.validity);
         match program {
             None => "no motion was stopped, and no program is stored",
@@ -383,7 +415,7 @@ impl Controller {
                 format!("{}{axes} takes {takes}, {came} came", frame.spec().title)
             }
             Fault::CountWithoutAxes => format!("{} without axes", frame.spec().title),
-            Fault::Text => "the text has more than 32 characters, or one that is none".to_owned(),
+            Fault::Text => format!("the text has more than {} characters", Text32::MAX),
             Fault::Speed { low, high, .. } => {
                 let speed = frame.number(field, context.fractions).unwrap_or_default();
                 let (low, high) = (Grouped(low.into()), Grouped(high.into()));
@@ -533,10 +565,14 @@ fn no_command_in_words(
         _ if is_known(mode) => format!("{shown}: other models have this command (command_set)"),
         Fault::NotStorable => format!("{shown}: no command that can be stored begins like this"),
         Fault::NoAddress if parse(text, dialect, Mode::Stored, device).is_ok() => {
-            format!("{shown}: a line of a program, but none is being stored: @0i begins that")
+            format!(
+                "{shown}: a line of a program, but none is being stored: @{device}i begins that"
+            )
         }
         Fault::NoAddress => {
-            format!("{shown}: a command begins with @ and the number of the controller, as in @0P")
+            format!(
+                "{shown}: a command begins with @ and the number of the controller, as in @{device}P"
+            )
         }
         _ => format!("{shown}: no command begins like this"),
     }
@@ -545,21 +581,6 @@ fn no_command_in_words(
 /// Whether the number of fields is a matter of the axes.
 fn depends_on_axes(op: Op) -> bool {
     matches!(op, Op::RelativeMove | Op::AbsoluteMove | Op::ReferenceSpeeds | Op::MoveUntil)
-}
-
-/// The commands that drive axes to their reference points: A only alone.
-fn reference_run(axes: AxisSet) -> String {
-    match (axes.has(3), axes.without(AxisSet::A)) {
-        (true, AxisSet::NONE) => "@0R8".to_owned(),
-        (true, others) => format!("@0R{} and @0R8", others.bits()),
-        (false, others) => format!("@0R{}", others.bits()),
-    }
-}
-
-/// `@0R7 finds`, `@0R7 and @0R8 find`.
-fn finds(axes: AxisSet) -> String {
-    let both = axes.has(3) && axes != AxisSet::A;
-    format!("{} {}", reference_run(axes), if both { "find" } else { "finds" })
 }
 
 fn waits(axes: AxisSet) -> &'static str {

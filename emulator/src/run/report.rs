@@ -383,10 +383,7 @@ impl Report {
             self.warnings.push(serde_json::to_value(warning).unwrap_or_default());
             return;
         }
-        let text = match warning {
-            Warning::NoEffect { .. } | Warning::StepsLost { .. } => warning.to_string(),
-            other => text.unwrap_or_else(|| other.to_string()),
-        };
+        let text = text.unwrap_or_else(|| warning.to_string());
         self.say(&format!("        warning: {text} at {}", seconds(at - self.began)));
     }
 
