@@ -534,9 +534,9 @@ fn what_compile_writes_runs_without_options() {
     assert!(field.starts_with("; model: imc-s8\n; machine: mill\n; axes: 15 ("), "{field}");
     let told = "vimc4 run plate.cnc --model imc-s8 --machine mill --axes 15";
     assert_eq!(run("vimc4 run plate.cnc", 0), run(told, 0));
-    // What is told goes before, and both are named where they differ.
+    // What is told is used, and both are named where they differ.
     let differs = run("vimc4 run plate.cnc --machine bench", 0);
-    let note = "plate.cnc was made for the machine mill; --machine bench goes before";
+    let note = "plate.cnc was made for the machine mill; --machine bench is used";
     assert!(differs.contains(note) && !differs.contains("the model"), "{differs}");
     // A profile of one's own that is not here.
     run("vimc4 ncp compile examples/plate.ncp --machine examples/machine.toml -o plate.cnc", 0);
