@@ -1,6 +1,7 @@
 //! `vimc4 doctor`: what a program will find at a port.
 
 use std::fmt::Write as _;
+#[cfg(unix)]
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -54,6 +55,7 @@ const LATEST: Duration = Duration::from_secs(1);
 const EXCERPT: usize = 200;
 
 /// So many programs are named.
+#[cfg(unix)]
 const NAMED: usize = 5;
 
 /// The speed of most serial lines to a controller.
@@ -272,7 +274,6 @@ fn shown(settings: &rustix::termios::Termios) -> String {
 
 #[cfg(not(unix))]
 fn before_opening(_name: &str, _findings: &mut Findings) -> Before {
-    let _ = (Path::new(""), NAMED);
     Before::default()
 }
 

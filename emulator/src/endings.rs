@@ -37,15 +37,12 @@ impl Endings {
     }
 }
 
-/// Whether who started the program has told the system to ignore a signal. What the system
-/// shows of the process says so; where it shows nothing, nobody has.
+/// Whether who started the program has told the system to ignore a signal.
 #[cfg(unix)]
 fn is_ignored(signal: tokio::signal::unix::SignalKind) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default();
     // Signals count from 1.
-    u32::try_from(signal.as_raw_value() - 1).is_ok_and(|bit| mask >> bit & 1 == 1)
+    let bit = u32::try_from(signal.as_raw_value() - 1);
+    bit.is_ok_and(|bit| vimc4_lines::ignored_signals() >> bit & 1 == 1)
 }
 
 #[cfg(not(unix))]

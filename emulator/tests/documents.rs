@@ -445,8 +445,9 @@ fn every_quirk_of_profiles_md_takes_the_values_that_it_lists() {
     // And none is left out.
     for name in vimc4::models() {
         let profile = vimc4::model_profile(name).unwrap();
-        let quirks = profile.split_once("[quirks]").unwrap().1;
-        for line in quirks.lines().take_while(|line| !line.starts_with('[')) {
+        let sections = ["[quirks]", "[language]"].into_iter();
+        let bodies = sections.filter_map(|name| Some(profile.split_once(name)?.1));
+        for line in bodies.flat_map(|body| body.lines().take_while(|line| !line.starts_with('['))) {
             let Some((key, _)) = line.split_once(" = ").filter(|_| !line.starts_with('#')) else {
                 continue;
             };

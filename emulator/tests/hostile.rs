@@ -104,6 +104,12 @@ fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     finished(&mut Running::start(&mut vimc4(folder, arguments)))
 }
 
+/// The same in a shell, with no more memory than so many KiB.
+fn run_within(kib: u32, folder: &Path, line: &str) -> (Option<i32>, String, String) {
+    let line = format!("ulimit -v {kib}; {line}");
+    finished(&mut Running::start(Command::new("sh").args(["-c", &line]).current_dir(folder)))
+}
+
 fn finished(running: &mut Running) -> (Option<i32>, String, String) {
     drop(running.0.stdin.take());
     let mut out = running.0.stdout.take().unwrap();
@@ -430,18 +436,14 @@ fn files_without_an_end_are_refused_in_bounded_memory() {
         .chain([vec!["serve", "--model", "zero"], vec!["serve", "--machine", "sparse"]])
     {
         // Less memory than it would take to read on.
-        let mut shell = Command::new("sh");
-        let line = format!("ulimit -v 1500000; exec {VIMC4} {}", arguments.join(" "));
-        let mut running = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
-        let (code, _, errors) = finished(&mut running);
+        let line = format!("exec {VIMC4} {}", arguments.join(" "));
+        let (code, _, errors) = run_within(1_500_000, folder.path(), &line);
         assert_eq!(code, Some(2), "{arguments:?}: {errors}");
         assert!(!errors.contains("alloc"), "{arguments:?}: {errors}");
     }
     // A pipe has no size that could be looked at.
-    let mut shell = Command::new("sh");
-    let line = format!("ulimit -v 1500000; cat /dev/zero | {VIMC4} run -");
-    let mut running = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
-    let (code, _, errors) = finished(&mut running);
+    let line = format!("cat /dev/zero | {VIMC4} run -");
+    let (code, _, errors) = run_within(1_500_000, folder.path(), &line);
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("is larger than"), "{errors}");
 }
@@ -510,10 +512,8 @@ fn an_endless_stream_is_no_controller() {
             thread::spawn(move || while stream.write_all(&[b'0'; 65_536]).is_ok() {});
         }
     });
-    let mut shell = Command::new("sh");
-    let line = format!("ulimit -v 800000; exec {VIMC4} conform {address}");
-    let mut running = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
-    let (code, _, errors) = finished(&mut running);
+    let line = format!("exec {VIMC4} conform {address}");
+    let (code, _, errors) = run_within(800_000, folder.path(), &line);
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("never falls silent"), "{errors}");
 }

@@ -13,6 +13,8 @@
 //!
 //! Unsafe code is in one module, `sys`, and nowhere else in the project.
 
+#[cfg(unix)]
+mod ignored;
 mod launch;
 mod state;
 
@@ -22,6 +24,8 @@ mod linux;
 #[path = "elsewhere.rs"]
 mod linux;
 
+#[cfg(unix)]
+pub use ignored::ignored_signals;
 pub use launch::{Ending, LaunchError};
 #[cfg(unix)]
 pub use linux::use_default_discipline;

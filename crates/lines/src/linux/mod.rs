@@ -24,6 +24,7 @@ use rustix::process::{Pid, Signal, WaitOptions, getpgrp, getpid, kill_process};
 use self::supervisor::{Supervisor, Watch};
 use self::sys::{Filter, Listener, Signals, Told};
 use self::terminal::Terminal;
+use crate::ignored_signals;
 use crate::launch::{Ending, LaunchError};
 use crate::state::{Lines, Peer};
 
@@ -107,7 +108,7 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
     let all = [&PASSED_ON[..], &OTHERS[..]].concat();
     let signals = Signals::of(&all);
     let before = signals.block().map_err(system)?;
-    Ok(Launcher { signals, before, ignored: ignored() })
+    Ok(Launcher { signals, before, ignored: ignored_signals() })
 }
 
 impl Launcher {
@@ -308,14 +309,6 @@ fn in_foreground() -> bool {
     let fields = stat.rsplit_once(')').map(|(_, fields)| fields);
     let group = fields.and_then(|fields| fields.split_ascii_whitespace().nth(5));
     group.and_then(|group| group.parse().ok()) == Some(getpgrp().as_raw_nonzero().get())
-}
-
-/// The signals that this process was told to ignore, such as SIGHUP by `nohup`: a bit for each,
-/// from the lowest for signal 1.
-fn ignored() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let set = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    set.and_then(|set| u64::from_str_radix(set.trim(), 16).ok()).unwrap_or(0)
 }
 
 impl Ending {
