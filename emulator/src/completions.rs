@@ -12,8 +12,8 @@ use clap_complete::engine::{
     ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
 };
 use clap_complete::env::{CompleteEnv, Shells};
-use vimc4::device::{Controller, Device};
-use vimc4::{Signal, SignalKind};
+use vimc4_catalogue::Controller;
+use vimc4_device::{Device, Signal, SignalKind};
 
 use crate::failure::Failure;
 use crate::output;
@@ -64,7 +64,7 @@ pub(crate) fn answer(command: fn() -> clap::Command) {
 pub(crate) fn models() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let title = |name: &str| vimc4::model(name).map(|model| model.title().to_owned()).ok();
-        named(current, &vimc4::models(), title)
+        named(current, &vimc4_catalogue::models(), title)
     })
 }
 

@@ -10,12 +10,13 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use vimc4::{AXES, Handling};
+use vimc4_catalogue::Handling;
 use vimc4_conform::choice::{Allowed, Chooser, Plan, Reason};
 use vimc4_conform::explain;
 use vimc4_conform::format::Session;
 use vimc4_conform::player::Timing;
 use vimc4_conform::script;
+use vimc4_device::AXES;
 
 use crate::completions;
 use crate::endings;

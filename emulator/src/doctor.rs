@@ -6,7 +6,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use vimc4::{Handling, escape};
+use vimc4_catalogue::Handling;
+use vimc4_device::escape;
 
 use crate::failure::Failure;
 use crate::output::{self, shortened, shown_in_line};

@@ -13,8 +13,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4::device::{Controller, Device, SignalId};
-use vimc4::{Family, Handling, Machine, Order, Signal, Time, Warning};
+use vimc4::Order;
+use vimc4_catalogue::{Controller, Family, Handling, Machine};
+use vimc4_device::{Device, Signal, SignalId, Time, Warning};
 
 use crate::completions;
 use crate::failure::Failure;

@@ -12,7 +12,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use vimc4::{Family, Handling, Machine, Model, Point};
+use vimc4_catalogue::{Family, Handling, Machine, Model};
+use vimc4_device::Point;
 use vimc4_ncp::job::{Job, NoResumption, Zero};
 
 use crate::conform::announce::confirm;
@@ -480,7 +481,7 @@ impl<'a> Sending<'a> {
         };
         let mut point = Point::default();
         let places = self.handling.read_position(&answer).ok_or_else(|| {
-            let said = vimc4::escape(&answer);
+            let said = vimc4_device::escape(&answer);
             Failure::midway(format!("the controller does not say where it is: `{said}`"))
         })?;
         point.iter_mut().zip(places).for_each(|(axis, place)| *axis = place);
@@ -733,7 +734,7 @@ impl<'a> Sending<'a> {
             Broken::Strange { sent, said } => {
                 let answered = identity::shown(&said);
                 let answered = match answered.is_empty() {
-                    true => vimc4::escape(&said),
+                    true => vimc4_device::escape(&said),
                     false => answered,
                 };
                 let to = match sent.is_empty() {

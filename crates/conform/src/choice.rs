@@ -8,8 +8,7 @@
 use std::fmt;
 
 use toml::{Table, Value};
-use vimc4::device::Controller;
-use vimc4::{Handling, Model};
+use vimc4_catalogue::{Controller, Handling, Model};
 use vimc4_device::{AXES, Device, Harness, Point};
 
 use crate::format::Session;
@@ -271,7 +270,7 @@ impl Chooser {
         Ok(Chooser {
             model: model.clone(),
             profile: workshop::profile(model)?,
-            kin: vimc4::kin(model),
+            kin: vimc4_catalogue::kin(model),
             timing,
             handling,
             bench,

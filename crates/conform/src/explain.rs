@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 use toml::Table;
-use vimc4::Model;
+use vimc4_catalogue::Model;
 use vimc4_device::{Device, Harness, Input, SignalKind};
 
 use crate::choice::{leaf, leaves};
@@ -71,14 +71,14 @@ pub fn candidates(model: &Model) -> Result<Vec<Candidate>, String> {
     let profile = workshop::profile(model)?;
     let mut candidates = Vec::new();
     let mut values = Vec::new();
-    for (quirk, texts) in vimc4::quirks(model) {
+    for (quirk, texts) in vimc4_catalogue::quirks(model) {
         values.extend(texts.iter().map(|text| (format!("quirks.{quirk}"), (*text).to_owned())));
     }
     // What another family does is no explanation.
     let kindred = model.family().models();
     let mut others = BTreeSet::new();
     for name in &kindred {
-        let other = vimc4::model(name).map_err(|error| error.to_string())?;
+        let other = vimc4_catalogue::model(name).map_err(|error| error.to_string())?;
         for (key, value) in leaves(&workshop::profile(&other)?) {
             let simple = !value.is_array() && key.contains('.') && !key.starts_with("quirks.");
             if simple && leaf(&profile, &key).is_some() {
@@ -102,7 +102,7 @@ pub fn candidates(model: &Model) -> Result<Vec<Candidate>, String> {
         candidates.push(Candidate { cause: Cause::Profile { key, value }, workshop, signal: None });
     }
     for name in kindred.into_iter().filter(|name| *name != model.name()) {
-        let other = vimc4::model(name).map_err(|error| error.to_string())?;
+        let other = vimc4_catalogue::model(name).map_err(|error| error.to_string())?;
         let workshop = Workshop::bench(&other)?;
         let cause = Cause::Model { name: name.to_owned() };
         candidates.push(Candidate { cause, workshop, signal: None });

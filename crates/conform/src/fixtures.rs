@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use vimc4::Family;
+use vimc4_catalogue::Family;
 
 use crate::format::{self, FormatError, Session, topics};
 

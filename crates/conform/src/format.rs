@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::{Spanned, Table};
-use vimc4::Family;
+use vimc4_catalogue::Family;
 
 use crate::script::{self, Action, Needs, Step};
 use crate::source::{Source, with_manual};
@@ -67,7 +67,7 @@ pub struct Session {
     pub title: String,
     /// Where it is known from.
     pub source: Source,
-    /// The models it applies to, all of its family, in the order of [`vimc4::models`].
+    /// The models it applies to, all of its family, in the order of [`vimc4_catalogue::models`].
     pub models: Vec<&'static str>,
     /// Values of the model's profile that differ from the built-in one.
     pub profile: Table,
@@ -374,7 +374,7 @@ impl File<'_> {
                 Family::ALL.map(|family| (family.name(), with_manual(family))).into_iter();
             families.chain(GROUPS.map(|(group, members)| (group, members.to_vec())))
         };
-        let all = vimc4::models();
+        let all = vimc4_catalogue::models();
         for name in names {
             if !all.contains(&name.as_str()) && !groups().any(|(group, _)| group == name) {
                 let groups: Vec<&str> = groups().map(|(group, _)| group).collect();

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt::{self, Write as _};
 
-use vimc4::Family;
+use vimc4_catalogue::Family;
 use vimc4_device::{
     Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Output, Time, View,
 };
@@ -31,7 +31,7 @@ pub struct Record {
     /// Commands that were executed.
     pub commands: BTreeSet<&'static str>,
     /// Commands that were answered: mnemonic and kind of the answer, as
-    /// [`Family::kind_of`](vimc4::Family::kind_of) names it.
+    /// [`Family::kind_of`](vimc4_catalogue::Family::kind_of) names it.
     pub answers: BTreeSet<(&'static str, String)>,
     /// Errors that were answered: mnemonic, kind as above, and why, as the controller says.
     pub errors: BTreeSet<(&'static str, String, String)>,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use vimc4::{Effects, Family};
+use vimc4_catalogue::{Effects, Family};
 use vimc4_device::Time;
 
 /// One line of a script.

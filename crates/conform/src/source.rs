@@ -9,7 +9,7 @@ use std::fmt;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
-use vimc4::Family;
+use vimc4_catalogue::Family;
 
 /// The index of the manuals' sections: their numbers and titles, nothing else.
 static MANUALS: LazyLock<Result<Vec<Manual>, String>> = LazyLock::new(|| {
@@ -221,9 +221,9 @@ mod tests {
         }
         let named = |name: &str| manuals.iter().filter(|manual| manual.cited_as == name).count();
         assert!(manuals.iter().all(|manual| named(&manual.cited_as) == 1));
-        for model in vimc4::models() {
+        for model in vimc4_catalogue::models() {
             let described = manuals.iter().any(|manual| manual.describes(model));
-            let title = vimc4::model(model).unwrap().title().to_owned();
+            let title = vimc4_catalogue::model(model).unwrap().title().to_owned();
             let admits = title.ends_with("from field evidence, no manual");
             assert!(
                 described != admits,

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use toml::Table;
-use vimc4::device::Controller;
-use vimc4::{Machine, Model};
+use vimc4_catalogue::{Controller, Machine, Model};
 
 use crate::format::{Session, merge};
 
@@ -22,7 +21,7 @@ impl Workshop {
     ///
     /// If there is no such model or machine, or a value cannot be.
     pub fn new(session: &Session, model: &str) -> Result<Workshop, String> {
-        let text = vimc4::model_profile(model).map_err(|error| error.to_string())?;
+        let text = vimc4_catalogue::model_profile(model).map_err(|error| error.to_string())?;
         let mut profile: Table = toml::from_str(text).map_err(|error| error.to_string())?;
         merge(&mut profile, session.profile.clone());
         Ok(Workshop { model: self::model(&profile)?, machine: machine(session)? })
@@ -34,7 +33,7 @@ impl Workshop {
     ///
     /// If there is no such machine.
     pub fn bench(model: &Model) -> Result<Workshop, String> {
-        let machine = vimc4::machine("bench").map_err(|error| error.to_string())?;
+        let machine = vimc4_catalogue::machine("bench").map_err(|error| error.to_string())?;
         Ok(Workshop { model: model.clone(), machine })
     }
 
@@ -44,7 +43,7 @@ impl Workshop {
     ///
     /// If the image is none.
     pub fn build(&self, flash: &[u8]) -> Result<Controller, String> {
-        vimc4::bare(&self.model, &self.machine, flash).map_err(|error| error.to_string())
+        vimc4_catalogue::bare(&self.model, &self.machine, flash).map_err(|error| error.to_string())
     }
 }
 
@@ -69,7 +68,7 @@ pub fn profile(model: &Model) -> Result<Table, String> {
 
 fn machine(session: &Session) -> Result<Arc<Machine>, String> {
     let choice = &session.machine;
-    let text = vimc4::machine_profile(&choice.name).map_err(|error| error.to_string())?;
+    let text = vimc4_catalogue::machine_profile(&choice.name).map_err(|error| error.to_string())?;
     let mut profile: Table = toml::from_str(text).map_err(|error| error.to_string())?;
     merge(&mut profile, choice.differs.clone());
     let text = toml::to_string(&profile).map_err(|error| error.to_string())?;

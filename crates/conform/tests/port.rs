@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use vimc4::Family;
+use vimc4_catalogue::Family;
 use vimc4_conform::choice::{Allowed, Chooser, Plan, Reason};
 use vimc4_conform::explain::{Cause, candidates, explain};
 use vimc4_conform::fixtures;
@@ -26,12 +26,12 @@ fn everything() -> Allowed {
     }
 }
 
-fn model(name: &str) -> vimc4::Model {
-    vimc4::model(name).unwrap()
+fn model(name: &str) -> vimc4_catalogue::Model {
+    vimc4_catalogue::model(name).unwrap()
 }
 
 /// The sessions that can be played with this model.
-fn plans(model: &vimc4::Model, allowed: &Allowed) -> Vec<(Session, Plan)> {
+fn plans(model: &vimc4_catalogue::Model, allowed: &Allowed) -> Vec<(Session, Plan)> {
     let chooser = Chooser::new(model, Timing::default()).unwrap();
     let sessions = fixtures::sessions().unwrap().into_iter();
     sessions
@@ -42,7 +42,7 @@ fn plans(model: &vimc4::Model, allowed: &Allowed) -> Vec<(Session, Plan)> {
 
 /// How many sessions can be played at least with a model: with everything allowed, and with
 /// nothing.
-fn least(model: &vimc4::Model) -> (usize, usize) {
+fn least(model: &vimc4_catalogue::Model) -> (usize, usize) {
     match model.family() {
         // What is known of a model without a manual.
         Family::Isel if !with_manual(Family::Isel).contains(&model.name()) => (2, 1),
@@ -57,7 +57,7 @@ fn session(id: &str) -> Session {
 }
 
 /// The model with another value of a quirk.
-fn flipped(model: &vimc4::Model, quirk: &str, value: &str) -> vimc4::Model {
+fn flipped(model: &vimc4_catalogue::Model, quirk: &str, value: &str) -> vimc4_catalogue::Model {
     let mut profile = workshop::profile(model).unwrap();
     merge(&mut profile, toml::from_str(&format!("[quirks]\n{quirk} = {value}")).unwrap());
     workshop::model(&profile).unwrap()
@@ -154,7 +154,7 @@ fn a_controller_with_another_quirk_fails_and_the_quirk_is_named() {
         let candidates = candidates(&model).unwrap();
         let plans = plans(&model, &everything());
         let mut seen = BTreeSet::new();
-        for (quirk, values) in vimc4::quirks(&model) {
+        for (quirk, values) in vimc4_catalogue::quirks(&model) {
             for value in *values {
                 let other = flipped(&model, quirk, value);
                 if other == model {
@@ -187,7 +187,7 @@ fn a_controller_with_another_quirk_fails_and_the_quirk_is_named() {
 
 #[test]
 fn what_passes_needs_no_explanation_and_what_is_late_is_no_failure() {
-    for name in vimc4::models() {
+    for name in vimc4_catalogue::models() {
         let model = model(name);
         let controller = Workshop::bench(&model).unwrap();
         let plans = plans(&model, &everything());
@@ -208,7 +208,7 @@ fn what_passes_needs_no_explanation_and_what_is_late_is_no_failure() {
 #[test]
 fn by_default_nothing_moves_and_nothing_is_written_or_switched() {
     let harmless = Allowed { longest: u64::MAX, ..Allowed::default() };
-    for name in vimc4::models() {
+    for name in vimc4_catalogue::models() {
         let model = model(name);
         let plans = plans(&model, &harmless);
         let (_, least) = least(&model);
@@ -230,13 +230,13 @@ fn another_model_or_something_at_the_machine_explains_too() {
     let candidates = candidates(&model).unwrap();
     let chooser = Chooser::new(&model, timing).unwrap();
     let plan = |id| chooser.plan(&session(id), &everything()).unwrap();
-    let texts = |row: &vimc4_conform::choice::Row, device: vimc4::device::Controller| {
+    let texts = |row: &vimc4_conform::choice::Row, device: vimc4_catalogue::Controller| {
         let miss = rehearse(device, &row.steps, timing, 0).unwrap_err();
         let causes = explain(&candidates, &row.steps, timing, &miss);
         causes.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
 
-    let other = Workshop::bench(&vimc4::model("imc4-m").unwrap()).unwrap();
+    let other = Workshop::bench(&vimc4_catalogue::model("imc4-m").unwrap()).unwrap();
     let unknown = plan("isel/line/framing/not-in-this-set");
     assert!(
         texts(&unknown.rows[0], other.build(&[]).unwrap()).contains(&"the model imc4-m".to_owned())
@@ -267,7 +267,7 @@ fn a_profile_of_ones_own_decides_which_sessions_apply() {
     let (f, f0) =
         (session("isel/stop/software-stop/quirk-f"), session("isel/stop/software-stop/quirk-f0"));
     let goes_on = session("isel/stop/software-stop/one-f");
-    let reasons = |model: &vimc4::Model| {
+    let reasons = |model: &vimc4_catalogue::Model| {
         let chooser = Chooser::new(model, Timing::default()).unwrap();
         [&f, &f0, &goes_on].map(|session| chooser.plan(session, &everything()).err())
     };

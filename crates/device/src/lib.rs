@@ -12,6 +12,7 @@ mod harness;
 mod input;
 mod output;
 mod run;
+mod text;
 mod view;
 
 pub use condition::Condition;
@@ -20,5 +21,6 @@ pub use harness::{Endless, Harness};
 pub use input::{Input, Signal, SignalId, SignalKind};
 pub use output::{FlashChange, Output};
 pub use run::{Device, Foresight, MAX_CAUSES};
+pub use text::escape;
 pub use view::{AxisView, LoopView, PortView, ProgramView, TimerView, View};
 pub use vimc4_motion::{AXES, Point, Segment, Time};

@@ -23,7 +23,7 @@ pub use handle::{ControlError, Handle, Reply, block_on};
 pub use pacing::{Line, LineState};
 pub use report::{Deed, Effect, News, Report, Sink, Source, Wants};
 pub use runner::{RunError, Runner};
-pub use traffic::{Traffic, Verbosity, escape};
+pub use traffic::{Traffic, Verbosity};
 pub use transport::{
     Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Serial, SerialError, Tcp,
     TcpError, Transport,

@@ -1,10 +1,10 @@
 //! The conversation as people read it.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Write};
+use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_device::{Event, Kinds, Time, Warning};
+use vimc4_device::{Event, Kinds, Time, Warning, escape};
 
 use crate::report::{Deed, News, Report, Sink, Wants};
 
@@ -322,25 +322,6 @@ fn took(span: Duration) -> String {
     format!("after {} {name}", text.strip_suffix(".0").unwrap_or(&text))
 }
 
-/// Bytes in a form that can be read and copied: printable characters as they are, the others as
-/// `\r`, `\n`, `\t`, `\\` or `\xFD`.
-#[must_use]
-pub fn escape(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len());
-    for &byte in bytes {
-        match byte {
-            b'\r' => text.push_str("\\r"),
-            b'\n' => text.push_str("\\n"),
-            b'\t' => text.push_str("\\t"),
-            b'\\' => text.push_str("\\\\"),
-            b' '..=b'~' => text.push(char::from(byte)),
-            // Writing to a string cannot fail.
-            _ => drop(write!(text, "\\x{byte:02X}")),
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
@@ -466,10 +447,5 @@ mod tests {
         assert_eq!(text(1_040_000), "after 1 ms");
         assert_eq!(text(9_960_000_000), "after 10 s");
         assert_eq!(text(600_000_000_000), "after 600 s");
-    }
-
-    #[test]
-    fn control_bytes_are_escaped() {
-        assert_eq!(escape(b"@07\r\n\\\xFD\x1B[2J"), r"@07\r\n\\\xFD\x1B[2J");
     }
 }

@@ -6,18 +6,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use tokio::sync::watch;
+use vimc4_catalogue::{Controller, Handling, Machine, Model};
 use vimc4_host::{
     Clients, Clock, FlashFile, Handle, Line, RunError, Runner, Serial, Sink, Tcp, Worker,
     unix_lines,
 };
 #[cfg(unix)]
 use vimc4_host::{Link, Pty};
-use vimc4_plant::Machine;
 
-use crate::catalogue::{self, Controller, Family, Model};
 use crate::control::Control;
 use crate::emulator::{Emulator, Places};
 use crate::error::Error;
+use crate::profiles;
 use crate::record::Record;
 
 /// Sets an [`Emulator`] up; see there.
@@ -211,11 +211,11 @@ impl Builder {
     /// If a name, an address or a file is wrong or taken. Nothing has changed then.
     pub fn start(self) -> Result<Emulator, Error> {
         let model = match &self.model {
-            Profile::Named(name) => catalogue::model(name)?,
+            Profile::Named(name) => profiles::model(name)?,
             Profile::Given(model) => model.clone(),
         };
         let machine = match &self.machine {
-            Profile::Named(name) => catalogue::machine(name)?,
+            Profile::Named(name) => profiles::machine(name)?,
             Profile::Given(machine) => Arc::clone(machine),
         };
         #[cfg(unix)]
@@ -286,25 +286,11 @@ impl Builder {
         })?;
         let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
         let (runner, handle) = Runner::new(line, self.time);
-        // A control code ends what was begun, or is none of it.
-        let ends: &[u8] = match model.family() {
-            Family::Isel => b"\r\xFD\xFE\xFF",
-            Family::Lpkf => b"\r\n;",
-        };
-        let mut runner = runner.with_lines(ends, self.fresh_clients);
-        runner = match &model {
-            Model::Isel(_) => runner.with_line_feeds(
-                ends,
-                "CR does: printf '@07\\r', or in socat crnl behind the address, as in \
-                 ./vimc4.pty,rawer,crnl",
-            ),
-            Model::Lpkf(model) if !model.grammar().line_feed_ends => runner.with_line_feeds(
-                b"\r;",
-                "CR and ; do: printf 'PU;', or in socat crnl behind the address, as in \
-                 ./vimc4.pty,rawer,crnl",
-            ),
-            Model::Lpkf(_) => runner,
-        };
+        let handling = Handling::of(model);
+        let mut runner = runner.with_lines(handling.ends, self.fresh_clients);
+        if let Some((ends, right)) = handling.instead_of_line_feed {
+            runner = runner.with_line_feeds(ends, right);
+        }
         if let Some((file, image)) = flash {
             runner = runner.with_flash(file, &image)?;
         }

@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use vimc4_catalogue::{Controller, Family, Model, State};
 use vimc4_device::{Condition, Device, Event, Signal, Time, View};
 use vimc4_host::{
     ControlError, Effect, Handle, HostLines, Line, LineState, MemoryPort, Modem, Reply, Sink,
 };
 
-use crate::catalogue::{Controller, Family, Model, State};
 use crate::record::{Command, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of

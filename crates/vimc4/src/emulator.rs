@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::sync::watch;
+use vimc4_catalogue::Model;
 use vimc4_device::{Condition, Event, Signal, Time, View};
 #[cfg(unix)]
 use vimc4_host::Link;
@@ -15,7 +16,6 @@ use vimc4_host::{ControlError, MemoryPort, Worker, block_on};
 #[cfg(unix)]
 use crate::Terminal;
 use crate::builder::{Builder, End};
-use crate::catalogue::Model;
 use crate::control::{Control, Snapshot};
 use crate::error::Error;
 use crate::record::Command;

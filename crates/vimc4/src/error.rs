@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use thiserror::Error;
+use vimc4_catalogue::{MemoryError, ProfileError, Unknown};
 use vimc4_host::{ControlError, FlashFileError, RunError, SerialError, TcpError};
 #[cfg(unix)]
 use vimc4_host::{LinkError, PtyError};
-use vimc4_isel::FlashError;
-use vimc4_plant::ProfileError;
 
 /// Why an emulator does not start, or does not do what it is told.
 #[derive(Debug, Error)]
@@ -96,18 +95,6 @@ pub enum Error {
     Start(io::Error),
 }
 
-/// Why an image is none of a model's memory.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum MemoryError {
-    /// This is wrong, in this line.
-    #[error(transparent)]
-    Line(#[from] FlashError),
-    /// The model forgets everything when it is switched off.
-    #[error("it holds something, and this model has no memory that lasts")]
-    None,
-}
-
 /// What is wrong with a profile, and where.
 #[derive(Clone, Debug, Error)]
 #[error("{path}, line {line}: {error}; {help}", path = .path.display(), help = .error.help)]
@@ -122,4 +109,10 @@ pub struct ProfileFileError {
     pub text: String,
     /// What is wrong, where, and what would be right.
     pub error: ProfileError,
+}
+
+impl From<Unknown> for Error {
+    fn from(Unknown { what, name, known }: Unknown) -> Error {
+        Error::Unknown { what, name, known: known.join(", ") }
+    }
 }

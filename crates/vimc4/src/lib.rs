@@ -43,39 +43,37 @@
 #![forbid(unsafe_code)]
 
 mod builder;
-mod catalogue;
 mod control;
 mod emulator;
 mod error;
-mod handling;
 mod order;
+mod profiles;
 mod record;
 
 pub use builder::{Builder, Terminal};
-pub use catalogue::{
-    Family, Model, axis, bare, kin, machine, machine_profile, machines, model, model_profile,
-    models, quirks,
-};
 pub use control::{Button, Control, Snapshot};
 pub use emulator::Emulator;
-pub use error::{Error, MemoryError, ProfileFileError};
-pub use handling::{Effects, Handling, Piece, Turn};
+pub use error::{Error, ProfileFileError};
 pub use order::{Order, OrderError, Outcome, help};
+pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::Command;
+pub use vimc4_catalogue::{
+    Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, axis, bare, kin, machines,
+    models, quirks,
+};
 pub use vimc4_device::{
-    AXES, Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning,
+    AXES, Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning, escape,
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, Deed, Effect, HostLines, MemoryPort, News, Rate, Reply, Report,
-    Sink, Source, Traffic, Verbosity, Wants, Worker, escape,
+    Sink, Source, Traffic, Verbosity, Wants, Worker,
 };
 #[cfg(unix)]
 pub use vimc4_host::{User, Users};
-pub use vimc4_plant::Machine;
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.
 pub mod device {
-    pub use crate::catalogue::{Controller, State};
+    pub use vimc4_catalogue::{Controller, State};
     pub use vimc4_device::{Device, Endless, Harness, Input, Output, SignalId};
 }

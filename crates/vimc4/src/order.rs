@@ -5,10 +5,10 @@ use std::pin::Pin;
 use std::time::Duration;
 
 use thiserror::Error;
+use vimc4_catalogue::{Model, axis};
 use vimc4_device::{Condition, Signal, SignalKind, View};
 use vimc4_host::{ControlError, Effect};
 
-use crate::catalogue::{self, Model};
 use crate::control::Control;
 use crate::error::Error;
 
@@ -164,7 +164,7 @@ impl Order {
                 None => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
             },
             ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
-            ["run", "until", axis, position] => match (catalogue::axis(axis), position.parse()) {
+            ["run", "until", name, position] => match (axis(name), position.parse()) {
                 (Some(axis), Ok(position)) => Ok(Some(Order::RunUntilAt(axis, position))),
                 _ => wrong("run until idle, or an axis and a position, as in `run until x 2500`"),
             },

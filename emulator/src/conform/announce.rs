@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{self, BufRead, IsTerminal, Write};
 
 use serde_json::json;
-use vimc4::Handling;
+use vimc4_catalogue::Handling;
 use vimc4_conform::choice::show_ways;
 use vimc4_conform::travel::Travel;
 

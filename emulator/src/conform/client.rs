@@ -2,9 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use vimc4::{Handling, Point, Time, escape};
+use vimc4_catalogue::Handling;
 use vimc4_conform::choice::Row;
 use vimc4_conform::player::{Miss, Next, Player, Timing};
+use vimc4_device::{Point, Time, escape};
 
 use crate::failure::Failure;
 use crate::port::{Port, PortError};

@@ -3,12 +3,12 @@
 
 use std::time::Duration;
 
-use vimc4::Point;
 use vimc4_conform::choice::{Allowed, Chooser, Plan, Row};
 use vimc4_conform::explain::{Candidate, Cause, explain};
 use vimc4_conform::format::Session;
 use vimc4_conform::player::{Miss, Timing};
 use vimc4_conform::travel::Travel;
+use vimc4_device::Point;
 
 use super::Choice;
 use super::client::{Client, Trouble};

@@ -5,12 +5,12 @@ use std::io::{self, Write};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
-use vimc4::escape;
 use vimc4_conform::choice::Plan;
 use vimc4_conform::explain::Cause;
 use vimc4_conform::format::Session;
 use vimc4_conform::play::excerpt;
 use vimc4_conform::player::Miss;
+use vimc4_device::escape;
 
 use super::announce::tally;
 use super::play::{Outcome, line};

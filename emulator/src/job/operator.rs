@@ -5,7 +5,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use indicatif::ProgressBar;
-use vimc4::{Family, Handling, escape};
+use vimc4_catalogue::{Family, Handling};
+use vimc4_device::escape;
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Command, Line, TextLine, lines};

@@ -5,7 +5,8 @@
 
 use std::time::Duration;
 
-use vimc4::{Family, Handling, escape};
+use vimc4_catalogue::{Family, Handling};
+use vimc4_device::escape;
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 use vimc4_ncp::{Diagnostic, Problem};
 

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vimc4::{Family, Machine, Model};
+use vimc4_catalogue::{Family, Machine, Model};
 use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, Options, Register, Target, Zero};
 use vimc4_ncp::language;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use vimc4::device::{Controller, Device};
-use vimc4::{Handling, Time, Warning};
+use vimc4_catalogue::{Controller, Handling};
+use vimc4_device::{Device, Time, Warning};
 
 use super::perform::Link;
 use super::unit::{RUN_UP, UNIT, passed, passes_later};

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
-use vimc4::Handling;
-use vimc4::device::{Controller, Device};
+use vimc4_catalogue::{Controller, Handling};
+use vimc4_device::Device;
 use vimc4_ncp::Severity;
 use vimc4_ncp::job::Job;
 use vimc4_ncp::language::lines;
@@ -182,7 +182,7 @@ impl Outcome {
         let (code, word, text, line) = match ending {
             Ok(Ending::Done) => (0, "done", "the job is done".to_owned(), None),
             Ok(Ending::Refused { line, sent, answer }) => {
-                let answer = vimc4::escape(&answer);
+                let answer = vimc4_device::escape(&answer);
                 (
                     1,
                     "error",
@@ -256,7 +256,7 @@ impl Outcome {
             });
             axes.insert(name(site, axis).to_owned(), value);
         }
-        let warnings: Vec<&vimc4::Warning> =
+        let warnings: Vec<&vimc4_device::Warning> =
             link.warnings.iter().map(|(_, warning)| warning).collect();
         let summary = json!({
             "ended": self.word,
@@ -309,7 +309,8 @@ impl Outcome {
             site.model.baud(),
         );
         for (at, warning) in &link.warnings {
-            text += &format!("warning   {warning:?} at {}\n", seconds(*at - vimc4::Time::ZERO));
+            text +=
+                &format!("warning   {warning:?} at {}\n", seconds(*at - vimc4_device::Time::ZERO));
         }
         text += &format!("ended     {}\n", self.text);
         text

@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use vimc4::{Event, Kinds, Motion, Time, Warning};
+use vimc4_device::{Device, Event, Harness, Input, Kinds, Motion, Output, SignalId, Time, Warning};
 
 use super::meter::Meter;
 use super::rounds::Rounds;
-use vimc4::device::{Device, Harness, Input, Output, SignalId};
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(crate) struct Driver<D> {

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use vimc4::{AXES, Machine, Motion, Point, Time};
+use vimc4_catalogue::Machine;
+use vimc4_device::{AXES, Motion, Point, Time};
 use vimc4_motion::{Path, Segment};
 
 use super::trace::Trace;

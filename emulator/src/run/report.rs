@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
-use vimc4::{Machine, Time, View, Warning, escape};
+use vimc4_catalogue::Machine;
+use vimc4_device::{Time, View, Warning, escape};
 
 use super::Arguments;
 use super::meter::{Meter, units};
@@ -292,7 +293,7 @@ impl Report {
             let model = &self.model;
             let takes =
                 format!("with bare_pairs = \"repeat\" under [quirks] {model} takes them for moves");
-            help.push(match vimc4::models().contains(&model.as_str()) {
+            help.push(match vimc4_catalogue::models().contains(&model.as_str()) {
                 true => {
                     format!("{takes}; your own begins with vimc4 models show {model} > my.toml")
                 }
@@ -407,7 +408,7 @@ impl Report {
         let units = units(machine);
         let axes = || {
             let all = view.axes.iter().filter_map(|axis| {
-                let number = usize::from(vimc4::axis(&axis.name)?);
+                let number = usize::from(vimc4_catalogue::axis(&axis.name)?);
                 Some(((axis, meter.steps.get(number)?), *units.get(number)?))
             });
             all.filter(|((axis, steps), _)| axis.configured || axis.position != 0 || **steps != 0)

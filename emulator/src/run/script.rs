@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::path::Path;
 
-use vimc4::{Family, Handling, escape};
+use vimc4_catalogue::{Family, Handling};
+use vimc4_device::escape;
 
 use crate::failure::Failure;
 

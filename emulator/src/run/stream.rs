@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use vimc4::device::Device;
-use vimc4::{Time, Turn};
+use vimc4_catalogue::Turn;
+use vimc4_device::{Device, Time};
 
 use super::driver::{Halt, News};
 use super::report::{Answer, Answered, ESCAPE, End, LOWER_CASE, Left, Why};

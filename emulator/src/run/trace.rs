@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use vimc4::{Point, Time};
+use vimc4_device::{Point, Time};
 use vimc4_motion::Segment;
 
 use crate::failure::Failure;

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use vimc4::{Machine, Model, Point};
+use vimc4_catalogue::{Machine, Model};
+use vimc4_device::Point;
 use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target, Zero};
 use vimc4_ncp::language::{Command, lines, parse};
 

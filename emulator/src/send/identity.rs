@@ -1,6 +1,7 @@
 //! Who the controller at the port is. Asking moves nothing.
 
-use vimc4::{Family, Handling, Model, escape};
+use vimc4_catalogue::{Family, Handling, Model};
+use vimc4_device::escape;
 
 use super::wire::Wire;
 use crate::port::PortError;

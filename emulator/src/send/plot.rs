@@ -1,6 +1,7 @@
 //! Plot files: streams of HPGL commands, sent one by one as every other job.
 
-use vimc4::{Handling, escape};
+use vimc4_catalogue::Handling;
+use vimc4_device::escape;
 
 use crate::failure::Failure;
 use crate::job::perform::{Piece, Work};

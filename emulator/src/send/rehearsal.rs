@@ -4,8 +4,8 @@ use std::io::{self, Write};
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4::device::Controller;
-use vimc4::{Handling, Machine, Model, Point};
+use vimc4_catalogue::{Controller, Handling, Machine, Model};
+use vimc4_device::Point;
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 

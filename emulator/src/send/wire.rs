@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
-use vimc4::{Family, Handling};
+use vimc4_catalogue::{Family, Handling};
 
 use crate::job::operator::is_stop;
 use crate::job::perform::Link;

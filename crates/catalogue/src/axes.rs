@@ -4,7 +4,7 @@
 /// and A is Z0 and Z1 to LPKF, and Z on an SMCU, which has no other.
 ///
 /// ```
-/// assert_eq!(["x", "Z", "Z0", "a", "z3", "b"].map(vimc4::axis), [
+/// assert_eq!(["x", "Z", "Z0", "a", "z3", "b"].map(vimc4_catalogue::axis), [
 ///     Some(0), Some(2), Some(2), Some(3), Some(5), None
 /// ]);
 /// ```

@@ -4,11 +4,12 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 use vimc4_device::{Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
+use vimc4_isel::FlashError;
 use vimc4_plant::Machine;
 
-use super::{Family, Model};
-use crate::error::MemoryError;
+use crate::{Family, Model};
 
 /// A virtual controller with its machine.
 #[derive(Clone, Debug)]
@@ -44,6 +45,18 @@ impl State {
             State::Lpkf(_) => Family::Lpkf,
         }
     }
+}
+
+/// Why an image is none of a model's memory.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum MemoryError {
+    /// This is wrong, in this line.
+    #[error(transparent)]
+    Line(#[from] FlashError),
+    /// The model forgets everything when it is switched off.
+    #[error("it holds something, and this model has no memory that lasts")]
+    None,
 }
 
 /// The same of whichever controller it is.

@@ -9,11 +9,15 @@ use vimc4_lpkf::language::{
 };
 
 use super::{Effects, Handling, Piece, Turn};
-use crate::catalogue::Model;
+use crate::Model;
 
-pub(super) fn handling(model: Model) -> Handling {
+pub(super) fn handling(model: Model, inner: &vimc4_lpkf::Model) -> Handling {
+    let right = "CR and ; do: printf 'PU;', or in socat crnl behind the address, as in \
+                 ./vimc4.pty,rawer,crnl";
     Handling {
         model,
+        ends: b"\r\n;",
+        instead_of_line_feed: (!inner.grammar().line_feed_ends).then_some((b"\r;", right)),
         // The `!` also completes whatever has been begun.
         halt: b"!CC;!CB;",
         halting: "the commands that wait were taken away, but nothing on the line stops a command \

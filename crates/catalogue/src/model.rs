@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_lpkf::CommandSet;
 use vimc4_plant::{ProfileError, parse_profile};
 
-use super::Family;
+use crate::Family;
 
 /// A model of controller: a profile that several controllers share. Copies are cheap.
 ///
@@ -39,13 +39,15 @@ macro_rules! of {
 
 impl Model {
     /// The built-in model of that name.
-    pub(super) fn builtin(name: &str) -> Option<Model> {
+    #[must_use]
+    pub fn builtin(name: &str) -> Option<Model> {
         let isel = vimc4_isel::Model::builtin(name).map(Model::Isel);
         isel.or_else(|| vimc4_lpkf::Model::builtin(name).map(Model::Lpkf))
     }
 
     /// The profile of a built-in model.
-    pub(super) fn builtin_toml(name: &str) -> Option<&'static str> {
+    #[must_use]
+    pub fn builtin_toml(name: &str) -> Option<&'static str> {
         vimc4_isel::Model::builtin_toml(name).or_else(|| vimc4_lpkf::Model::builtin_toml(name))
     }
 
@@ -114,7 +116,7 @@ impl Model {
     }
 
     /// Whether its commands are the same.
-    pub(super) fn has_commands_of(&self, other: &Model) -> bool {
+    pub(crate) fn has_commands_of(&self, other: &Model) -> bool {
         match (self, other) {
             (Model::Isel(one), Model::Isel(other)) => one.command_set == other.command_set,
             (Model::Lpkf(one), Model::Lpkf(other)) => one.command_set == other.command_set,
@@ -123,7 +125,7 @@ impl Model {
     }
 
     /// Every value that each of its quirks can have, as TOML writes it.
-    pub(super) fn quirks(&self) -> &'static [(&'static str, &'static [&'static str])] {
+    pub(crate) fn quirks(&self) -> &'static [(&'static str, &'static [&'static str])] {
         match self {
             Model::Isel(_) => &[
                 ("version_handshake", &["\"first\"", "\"last\""]),
@@ -169,7 +171,8 @@ impl Model {
     }
 
     /// Why its panel cannot erase the memory, unless it can.
-    pub(crate) fn refuses_to_erase(&self) -> Option<&'static str> {
+    #[must_use]
+    pub fn refuses_to_erase(&self) -> Option<&'static str> {
         match self {
             Model::Isel(model) if model.timing.panel_erase_ms.is_some() => None,
             Model::Isel(_) => {

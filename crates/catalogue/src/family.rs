@@ -43,7 +43,7 @@ impl Family {
     }
 
     /// The command sets that its profiles can name.
-    pub(super) const fn command_sets(self) -> &'static [&'static str] {
+    pub(crate) const fn command_sets(self) -> &'static [&'static str] {
         match self {
             Family::Isel => &["imc4", "imc4-m", "imc-xx", "c142"],
             Family::Lpkf => &["smcu", "motionsystem"],

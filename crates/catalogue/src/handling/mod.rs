@@ -9,12 +9,18 @@ use std::time::Duration;
 
 use vimc4_device::Point;
 
-use crate::catalogue::{Family, Model};
+use crate::{Family, Model};
 
 /// What a client of a controller knows to send when it must stop, reset, erase or find one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Handling {
     model: Model,
+    /// After one of these bytes nothing is left of what was begun before it: what ends a line or a
+    /// command, and the control codes.
+    pub ends: &'static [u8],
+    /// Where LF is none of them: those that a client can end its lines with instead, and for people
+    /// which those are and how they are sent.
+    pub instead_of_line_feed: Option<(&'static [u8], &'static str)>,
     /// Lets nothing more happen than must: what moves halts, as far as the line can make it.
     pub halt: &'static [u8],
     /// What `halt` does, for people: a clause after "interrupted".
@@ -120,7 +126,7 @@ impl Handling {
     pub fn of(model: &Model) -> Handling {
         match model {
             Model::Isel(inner) => isel::handling(model.clone(), inner),
-            Model::Lpkf(_) => lpkf::handling(model.clone()),
+            Model::Lpkf(inner) => lpkf::handling(model.clone(), inner),
         }
     }
 

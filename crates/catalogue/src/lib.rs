@@ -1,26 +1,55 @@
-//! What is built in, and profiles from files.
+//! What there is: the families of controllers as one [`Controller`], their models and machines,
+//! and what a tool must know of a family without speaking its language ([`Handling`]).
+//!
+//! Nothing here knows a clock, a file or a port. A profile comes as text, a controller is a
+//! [`Device`](vimc4_device::Device), and in virtual time a [`Harness`](vimc4_device::Harness)
+//! drives it:
+//!
+//! ```
+//! use vimc4_catalogue::{Handling, bare, machine, model};
+//! use vimc4_device::Harness;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (model, machine) = (model("imc4")?, machine("bench")?);
+//! let mut imc4 = Harness::new(bare(&model, &machine, &[])?);
+//! assert_eq!(imc4.ask(b"@01\r")?, b"0");
+//! assert_eq!(imc4.ask(b"@0A1000,900\r")?, b"0");
+//! let answer = imc4.ask(b"@0X\r")?;
+//! let refusal = Handling::of(&model).refusal(b"@0X\r", &answer);
+//! assert_eq!(refusal.as_deref(), Some("5: unknown or malformed command"));
+//! # Ok(())
+//! # }
+//! ```
+#![forbid(unsafe_code)]
 
 mod axes;
 mod controller;
 mod family;
+mod handling;
 mod model;
 
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vimc4_plant::{Machine, ProfileError};
+use thiserror::Error;
 
 pub use axes::axis;
-pub use controller::{Controller, State};
+pub use controller::{Controller, MemoryError, State};
 pub use family::Family;
+pub use handling::{Effects, Handling, Piece, Turn};
 pub use model::Model;
+pub use vimc4_plant::{Machine, ProfileError};
 
-use crate::error::{Error, MemoryError, ProfileFileError};
-
-/// No profile is as large as this.
-const LARGEST: u64 = 1024 * 1024;
+/// Nothing built in has this name.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("there is no {what} `{name}`; built in are {}", .known.join(", "))]
+pub struct Unknown {
+    /// `model` or `machine`.
+    pub what: &'static str,
+    /// The name.
+    pub name: String,
+    /// The names that would be right.
+    pub known: Vec<&'static str>,
+}
 
 /// The names of the built-in models.
 #[must_use]
@@ -34,23 +63,22 @@ pub fn machines() -> Vec<&'static str> {
     Machine::names()
 }
 
-/// The built-in model of that name, or the one whose profile is in that file.
+/// The built-in model of that name.
 ///
 /// # Errors
 ///
-/// If there is no such model or file, or the file holds no profile.
-pub fn model(name_or_file: &str) -> Result<Model, Error> {
-    find("model", name_or_file, &models(), Model::builtin, Model::from_toml)
+/// If there is no such model.
+pub fn model(name: &str) -> Result<Model, Unknown> {
+    Model::builtin(name).ok_or_else(|| unknown("model", name, models()))
 }
 
-/// The built-in machine of that name, or the one whose profile is in that file.
+/// The built-in machine of that name.
 ///
 /// # Errors
 ///
-/// If there is no such machine or file, or the file holds no profile.
-pub fn machine(name_or_file: &str) -> Result<Arc<Machine>, Error> {
-    let parse = |text: &str| Machine::from_toml(text).map(Arc::new);
-    find("machine", name_or_file, &machines(), Machine::builtin, parse)
+/// If there is no such machine.
+pub fn machine(name: &str) -> Result<Arc<Machine>, Unknown> {
+    Machine::builtin(name).ok_or_else(|| unknown("machine", name, machines()))
 }
 
 /// The profile of a built-in model as TOML, to start one's own from.
@@ -58,8 +86,8 @@ pub fn machine(name_or_file: &str) -> Result<Arc<Machine>, Error> {
 /// # Errors
 ///
 /// If there is no such model.
-pub fn model_profile(name: &str) -> Result<&'static str, Error> {
-    Model::builtin_toml(name).ok_or_else(|| unknown("model", name, &models()))
+pub fn model_profile(name: &str) -> Result<&'static str, Unknown> {
+    Model::builtin_toml(name).ok_or_else(|| unknown("model", name, models()))
 }
 
 /// The profile of a built-in machine as TOML, to start one's own from.
@@ -67,8 +95,8 @@ pub fn model_profile(name: &str) -> Result<&'static str, Error> {
 /// # Errors
 ///
 /// If there is no such machine.
-pub fn machine_profile(name: &str) -> Result<&'static str, Error> {
-    Machine::builtin_toml(name).ok_or_else(|| unknown("machine", name, &machines()))
+pub fn machine_profile(name: &str) -> Result<&'static str, Unknown> {
+    Machine::builtin_toml(name).ok_or_else(|| unknown("machine", name, machines()))
 }
 
 /// A controller that has just been switched on, without a thread, a clock or a port, with this
@@ -102,50 +130,8 @@ pub fn quirks(model: &Model) -> &'static [(&'static str, &'static [&'static str]
     model.quirks()
 }
 
-fn find<T>(
-    what: &'static str,
-    name_or_file: &str,
-    known: &[&str],
-    builtin: impl Fn(&str) -> Option<T>,
-    parse: impl Fn(&str) -> Result<T, ProfileError>,
-) -> Result<T, Error> {
-    if let Some(found) = builtin(name_or_file) {
-        return Ok(found);
-    }
-    let path = Path::new(name_or_file);
-    let means_a_file = path.components().count() > 1 || path.extension().is_some();
-    if !means_a_file && !path.is_file() {
-        return Err(unknown(what, name_or_file, known));
-    }
-    let text = read(path).map_err(|source| Error::File { what, path: path.to_owned(), source })?;
-    parse(&text).map_err(|error| {
-        Error::Profile(Box::new(ProfileFileError {
-            what,
-            path: PathBuf::from(path),
-            line: line_of(&text, error.span.as_ref().map_or(0, |span| span.start)),
-            text,
-            error,
-        }))
-    })
-}
-
-/// Reads a file that is no larger than a profile can be; a device may have no end.
-fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let read = File::open(path)?.take(LARGEST).read_to_string(&mut text)?;
-    if u64::try_from(read).is_ok_and(|read| read == LARGEST) {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is too large for a profile"));
-    }
-    Ok(text)
-}
-
-fn unknown(what: &'static str, name: &str, known: &[&str]) -> Error {
-    Error::Unknown { what, name: name.to_owned(), known: known.join(", ") }
-}
-
-/// The number, from 1, of the line that holds this byte.
-fn line_of(text: &str, at: usize) -> usize {
-    text.bytes().take(at).filter(|&byte| byte == b'\n').count() + 1
+fn unknown(what: &'static str, name: &str, known: Vec<&'static str>) -> Unknown {
+    Unknown { what, name: name.to_owned(), known }
 }
 
 #[cfg(test)]

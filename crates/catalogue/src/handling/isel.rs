@@ -6,7 +6,10 @@ use vimc4_device::Point;
 use vimc4_isel::PositionAxes;
 
 use super::{Effects, Handling};
-use crate::catalogue::Model;
+use crate::Model;
+
+/// A control code ends what was begun, or is none of it.
+const ENDS: &[u8] = b"\r\xFD\xFE\xFF";
 
 const FILL: &[&str] = &[
     "@07",
@@ -24,6 +27,12 @@ const FILL: &[&str] = &[
 pub(super) fn handling(model: Model, inner: &vimc4_isel::Model) -> Handling {
     Handling {
         model,
+        ends: ENDS,
+        instead_of_line_feed: Some((
+            ENDS,
+            "CR does: printf '@07\\r', or in socat crnl behind the address, as in \
+             ./vimc4.pty,rawer,crnl",
+        )),
         halt: &[253],
         halting: "253 was sent, so that a motion brakes along its ramp: 254 or switching off makes \
                   the controller forget the rest of it",
@@ -146,7 +155,7 @@ pub(super) fn refusal(answer: &[u8]) -> Option<String> {
         'G' => "invalid data field",
         'H' => "the cover is open",
         'R' => "a reference run is needed",
-        _ => return Some(vimc4_host::escape(code.to_string().as_bytes())),
+        _ => return Some(vimc4_device::escape(code.to_string().as_bytes())),
     };
     Some(format!("{code}: {meaning}"))
 }
