@@ -21,7 +21,7 @@ use vimc4_device::AXES;
 use crate::completions;
 use crate::endings;
 use crate::failure::Failure;
-use crate::port::Port;
+use crate::port::{self, Port};
 use client::Client;
 use play::Conductor;
 use report::Report;
@@ -50,7 +50,7 @@ Examples:
   vimc4 conform COM3 --allow moves,reference,outputs,flash --envelope 20000,20000,0..5000"
 )]
 pub(crate) struct Arguments {
-    /// The port; not needed with --list
+    /// The port; not needed with --list, and may be left out then
     port: Option<String>,
     /// Only sessions with one of these in their name, as in stop/ or axes/zero/wraps
     #[arg(value_name = "SESSION")]
@@ -169,10 +169,13 @@ fn choose<'s>(
     chooser: &Chooser,
     allowed: &Allowed,
 ) -> Result<Vec<Choice<'s>>, Failure> {
-    // With --list nobody needs a port, so what stands in its place is a filter.
     let mut filters: Vec<&str> = arguments.filters.iter().map(String::as_str).collect();
     if arguments.list {
-        filters.extend(arguments.port.as_deref());
+        // Nobody needs a port then. What stands in its place is a filter unless it is a port.
+        let is_filter = |name: &&str| {
+            sessions.iter().any(|session| session.id.contains(name)) || !port::looks_like_one(name)
+        };
+        filters.extend(arguments.port.as_deref().filter(is_filter));
     }
     let named = |session: &&Session| {
         filters.is_empty() || filters.iter().any(|filter| session.id.contains(filter))

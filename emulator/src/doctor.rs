@@ -219,7 +219,7 @@ fn permission(path: &Path, file: &std::fs::Metadata, findings: &mut Findings) {
             &format!("you may not read and write it ({rights})"),
             match is_pseudo(path) {
                 true => {
-                    "it is of whoever started the emulator: start that, or this, as the same user"
+                    "it belongs to whoever started the emulator: start that, or this, as the same user"
                 }
                 false => {
                     "join the group that may, `dialout` on most systems (`sudo usermod -aG dialout \

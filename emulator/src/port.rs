@@ -237,6 +237,18 @@ pub(crate) fn is_tcp(name: &str) -> bool {
     tcp_address(name).is_some()
 }
 
+/// Whether a name is most likely that of a port, whether or not it can be opened.
+pub(crate) fn looks_like_one(name: &str) -> bool {
+    let is_com = |(com, number): (&str, &str)| {
+        let digits = number.bytes().all(|byte| byte.is_ascii_digit());
+        com.eq_ignore_ascii_case("COM") && digits && !number.is_empty()
+    };
+    is_tcp(name)
+        || name.starts_with(['.', '/', '~', '\\'])
+        || name.split_at_checked(3).is_some_and(is_com)
+        || Path::new(name).exists()
+}
+
 /// The address behind a name that means TCP.
 fn tcp_address(name: &str) -> Option<&str> {
     if let Some(address) = name.strip_prefix("tcp:") {

@@ -240,9 +240,26 @@ fn dangers_are_shown_and_need_consent() {
         assert_eq!(code, 2, "{arguments:?}: {errors}");
         assert!(errors.contains(words), "{arguments:?}: {errors}");
     }
-    let (code, out, _) = conform(folder.path(), &["--list", "stop/software-stop"]);
-    assert_eq!(code, 0);
-    assert!(out.contains("- isel/stop/software-stop/quirk-f needs --allow moves"), "{out}");
+    for list in [
+        vec!["--list", "stop/software-stop"],
+        // With a port too, which is not needed.
+        vec!["./vimc4.pty", "--list", "stop/software-stop"],
+        vec![nowhere, "stop/software-stop", "--list"],
+        vec!["COM3", "--list", "stop/software-stop"],
+    ] {
+        let (code, out, errors) = conform(folder.path(), &list);
+        assert_eq!(code, 0, "{list:?}: {errors}");
+        assert!(out.contains("- isel/stop/software-stop/quirk-f needs --allow moves"), "{out}");
+        assert!(!out.contains("isel/axes/"), "{list:?}: {out}");
+    }
+    for port in ["./vimc4.pty", "127.0.0.1:4004"] {
+        let (code, out, errors) = conform(folder.path(), &[port, "--list"]);
+        assert_eq!(code, 0, "{port}: {errors}");
+        assert!(out.contains("isel/stop/") && out.contains("isel/axes/"), "{out}");
+    }
+    let (code, _, errors) = conform(folder.path(), &["stpo/", "--list"]);
+    assert_eq!(code, 2, "{errors}");
+    assert!(errors.contains("no session of this model has stpo/"), "{errors}");
     let list =
         ["--list", "--json", "--allow", "moves", "--envelope", "5000,0,0", "software-stop/quirk-f"];
     let (_, out, _) = conform(folder.path(), &list);

@@ -574,7 +574,9 @@ fn a_half_line_is_told_of_or_forgotten() {
         let name = client.local_addr().unwrap();
         drop(client);
         until(&format!("{name} closed the line"));
-        for words in ["somebody has left half a line, `@0A1`", "behind the half line `@0A1`"] {
+        for words in
+            ["an earlier client left half a line, `@0A1`", "continues the half line `@0A1`"]
+        {
             assert_eq!(said.matches(words).count(), usize::from(!fresh), "{said}");
         }
         serve.signal(Signal::TERM);

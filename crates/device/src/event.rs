@@ -6,7 +6,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::Serialize;
 
-use crate::{Point, Segment};
+use crate::{Grouped, Point, Segment};
 
 /// Something that happened inside a device. It comes with the model time at which it happened.
 ///
@@ -170,9 +170,11 @@ impl fmt::Display for Warning {
                     true => "ran on when its motor was halted without a ramp",
                     false => "stood at its end while the counter went on",
                 };
-                write!(f, "the {name} carriage {how}: {} steps", grouped(steps.unsigned_abs()))?;
+                let count = Grouped(steps.saturating_abs());
+                let steps = if count == Grouped(1) { "step" } else { "steps" };
+                write!(f, "the {name} carriage {how}: {count} {steps}")?;
                 if let Some(um) = um {
-                    let mm = format!("{}.{:03}", grouped(um / 1_000), um % 1_000);
+                    let mm = format!("{}.{:03}", Grouped((um / 1_000) as i64), um % 1_000);
                     write!(f, " ({} mm)", mm.trim_end_matches('0').trim_end_matches('.'))?;
                 }
                 f.write_str(" lost; a reference run makes the two agree again")
@@ -181,14 +183,6 @@ impl fmt::Display for Warning {
                 write!(f, "the program ended in line {line} with error {code}: {why}")
             }
         }
-    }
-}
-
-/// `1999` is `1,999`.
-fn grouped(number: u64) -> String {
-    match number {
-        0..1_000 => number.to_string(),
-        _ => format!("{},{:03}", grouped(number / 1_000), number % 1_000),
     }
 }
 
@@ -254,6 +248,11 @@ mod tests {
                 lost(1_234_567, None, true),
                 "the X carriage ran on when its motor was halted without a ramp: 1,234,567 steps \
                  lost; a reference run makes the two agree again",
+            ),
+            (
+                lost(-1, None, false),
+                "the X carriage stood at its end while the counter went on: 1 step lost; a \
+                 reference run makes the two agree again",
             ),
             (Warning::ReceiveOverflow { lost: 1 }, "the receive buffer was full, 1 byte was lost"),
             (Warning::NobodyListens { lost: 2 }, "nobody has the line open, 2 bytes were lost"),

@@ -8,6 +8,7 @@
 
 mod condition;
 mod event;
+mod grouped;
 mod harness;
 mod input;
 mod output;
@@ -17,6 +18,7 @@ mod view;
 
 pub use condition::Condition;
 pub use event::{Event, Kinds, Motion, Warning};
+pub use grouped::Grouped;
 pub use harness::{Endless, Harness};
 pub use input::{Input, Signal, SignalId, SignalKind};
 pub use output::{FlashChange, Output};

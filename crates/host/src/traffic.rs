@@ -220,9 +220,8 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 "half lines",
                 transport,
                 &format!(
-                    "{transport}: somebody has left half a line, `{}`, which the first command of \
-                     the next client will be the rest of, as on a real cable (--fresh-clients \
-                     forgets it)",
+                    "{transport}: an earlier client left half a line, `{}`; the next client's first \
+                     command continues it, as on a real cable (--fresh-clients forgets it)",
                     excerpt(half)
                 ),
             ),
@@ -231,7 +230,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 "commands behind half lines",
                 transport,
                 &format!(
-                    "{transport}: this command comes behind the half line `{}` that somebody has \
+                    "{transport}: this command continues the half line `{}` that an earlier client \
                      left",
                     excerpt(half)
                 ),

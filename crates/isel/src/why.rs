@@ -4,9 +4,8 @@
 //! somebody watches. The words say which switch, value or person it was, and name in brackets the
 //! value of the profile with which it would have been otherwise.
 
-use std::fmt::{self, Display, Formatter};
-
 use serde::{Deserialize, Serialize};
+use vimc4_device::Grouped;
 use vimc4_isel_wire::{
     Addressed, AxisSet, Context, Dialect, Fault, Fractions, Frame, LINE_MAX, Mode, Op, PortTest,
     Reply, Text32, WrongAxes, WrongNumber, parse,
@@ -598,16 +597,4 @@ fn has(axes: AxisSet) -> &'static str {
 /// `X is`, `X+Y are`.
 fn are(axes: AxisSet) -> String {
     format!("{axes} {}", is(axes))
-}
-
-/// With thousands separators.
-struct Grouped(i64);
-
-impl Display for Grouped {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        if self.0.unsigned_abs() < 1000 {
-            return write!(f, "{}", self.0);
-        }
-        write!(f, "{},{:03}", Grouped(self.0 / 1000), (self.0 % 1000).unsigned_abs())
-    }
 }

@@ -4,9 +4,8 @@
 //! somebody watches. The words say which axis, switch, value or signal it was, and name in brackets
 //! the value of the profile with which it would have been otherwise.
 
-use std::fmt::{self, Display, Formatter};
-
 use serde::{Deserialize, Serialize};
+use vimc4_device::Grouped;
 use vimc4_plant::End;
 
 use crate::Controller;
@@ -221,17 +220,5 @@ impl Controller {
             (Some(_), AfterStatus::Refuse) => "; commands are refused until !GO",
             (Some(_), _) => "; commands wait for !GO, IN begins anew",
         }
-    }
-}
-
-/// With thousands separators.
-struct Grouped(i64);
-
-impl Display for Grouped {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        if self.0.unsigned_abs() < 1000 {
-            return write!(f, "{}", self.0);
-        }
-        write!(f, "{},{:03}", Grouped(self.0 / 1000), (self.0 % 1000).unsigned_abs())
     }
 }

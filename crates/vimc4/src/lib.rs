@@ -75,5 +75,5 @@ pub use vimc4_host::{User, Users};
 /// [`Device`](device::Device) says how.
 pub mod device {
     pub use vimc4_catalogue::{Controller, State};
-    pub use vimc4_device::{Device, Endless, Harness, Input, Output, SignalId};
+    pub use vimc4_device::{Device, Endless, Foresight, Harness, Input, Output, SignalId};
 }

@@ -336,7 +336,7 @@ fn like(name: &str, signals: &[Signal]) -> String {
     let near: Vec<_> = signals.iter().filter(near).map(|signal| signal.name.as_str()).collect();
     match near.as_slice() {
         [] => format!("there is no signal `{name}`; `signals` lists those there are"),
-        [..] => format!("there is no signal `{name}`; there are {}", near.join(", ")),
+        [..] => format!("there is no signal `{name}`; did you mean {}?", near.join(" or ")),
     }
 }
 
@@ -461,7 +461,7 @@ mod tests {
             ("set key shut", "set key test or set key auto"),
             ("set limit x-", "set limit x- 0 or set limit x- 1"),
             ("set limit x- 2", "set limit x- 0 or set limit x- 1"),
-            ("set limitx- 1", "no signal `limitx-`; there are limit x-"),
+            ("set limitx- 1", "no signal `limitx-`; did you mean limit x-?"),
             ("set ball x 10", "set ball x -9 to 9"),
             ("set nothing 1", "no signal `nothing`; `signals` lists those there are"),
             ("advance 250", "as in `advance 250ms`"),
