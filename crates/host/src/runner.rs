@@ -101,6 +101,8 @@ struct HalfLine {
     left: bool,
     /// How many clients there are.
     clients: usize,
+    /// The transport whose client has left last, until it has another.
+    deserted: Option<Arc<str>>,
 }
 
 impl HalfLine {
@@ -493,14 +495,37 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let half = Bytes::copy_from_slice(&self.half.bytes);
             self.news(News::HalfLine { transport, half, spoils: true });
         }
-        if !self.half.fresh {
+        let late = self.half.deserted.as_ref() == Some(self.transports[from].label());
+        if self.half.fresh {
+            let whole = self.half.take(bytes);
+            if !whole.is_empty() {
+                self.bytes(from, &whole);
+            }
+        } else {
             self.half.note(bytes);
-            return self.bytes(from, bytes);
+            self.bytes(from, bytes);
         }
-        let whole = self.half.take(bytes);
-        if !whole.is_empty() {
-            self.bytes(from, &whole);
+        // What its client has written last may come in only when the next one is there, elsewhere.
+        if late
+            && self.half.clients == 1
+            && let Some(Source::Client { transport, .. }) = self.clients.last()
+        {
+            let transport = Arc::from(transport.as_str());
+            self.mind_rest(&transport);
         }
+    }
+
+    /// A client has come alone: what an earlier one has begun is forgotten, or it is told so.
+    fn mind_rest(&mut self, transport: &Arc<str>) {
+        if !self.half.is_begun() {
+            return;
+        }
+        if self.half.fresh {
+            return self.half.bytes.clear();
+        }
+        self.half.left = true;
+        let half = Bytes::copy_from_slice(&self.half.bytes);
+        self.news(News::HalfLine { transport: Arc::clone(transport), half, spoils: false });
     }
 
     /// Bytes reach the device. Of those that act at once it is said who has sent them.
@@ -582,22 +607,21 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// A client comes or goes.
     fn mind_half_line(&mut self, news: &News) {
         match news {
-            News::Closed { .. } => self.half.clients = self.half.clients.saturating_sub(1),
+            News::Closed { transport, .. } => {
+                self.half.clients = self.half.clients.saturating_sub(1);
+                self.half.deserted = Some(Arc::clone(transport));
+            }
             News::Opened { transport, .. } => {
                 self.half.clients += 1;
                 self.feeds.told = false;
                 self.feeds.last = None;
-                // What somebody has written last may come in behind the news of the leaving. Who
-                // comes while another one is there shares its lines.
-                if self.half.clients > 1 || !self.half.is_begun() {
-                    return;
+                if self.half.deserted.as_ref() == Some(transport) {
+                    self.half.deserted = None;
                 }
-                if self.half.fresh {
-                    return self.half.bytes.clear();
+                // Who comes while another one is there shares its lines.
+                if self.half.clients == 1 {
+                    self.mind_rest(transport);
                 }
-                self.half.left = true;
-                let half = Bytes::copy_from_slice(&self.half.bytes);
-                self.news(News::HalfLine { transport: Arc::clone(transport), half, spoils: false });
             }
             _ => {}
         }
