@@ -10,7 +10,7 @@ use vimc4_conform::format::{Session, merge};
 use vimc4_conform::play::{Drive, play};
 use vimc4_conform::source::Source;
 use vimc4_conform::workshop::Workshop;
-use vimc4_host::Line;
+use vimc4_device::Line;
 use vimc4_lpkf::language::forms;
 
 /// Quirks of cards that came before the manuals. What these say of their own models is certain.

@@ -10,7 +10,7 @@ use vimc4_conform::format::Session;
 use vimc4_conform::play::{Drive, play};
 use vimc4_conform::workshop::Workshop;
 use vimc4_device::Device;
-use vimc4_host::Line;
+use vimc4_device::Line;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();

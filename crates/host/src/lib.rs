@@ -2,14 +2,13 @@
 //! the task that runs it all.
 //!
 //! Everything is generic over [`Device`](vimc4_device::Device) and knows no model. A
-//! [`Runner`] owns a device, usually at the end of a [`Line`], and calls it directly; a
-//! [`Handle`] controls it from elsewhere.
+//! [`Runner`] owns a device, usually at the end of a [`Line`](vimc4_device::Line), and calls it
+//! directly; a [`Handle`] controls it from elsewhere.
 #![forbid(unsafe_code)]
 
 mod clock;
 mod flash;
 mod handle;
-mod pacing;
 mod report;
 mod runner;
 mod timer;
@@ -20,7 +19,6 @@ mod worker;
 pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::{ControlError, Handle, Reply, block_on};
-pub use pacing::{Line, LineState};
 pub use report::{Deed, Effect, News, Report, Sink, Source, Wants};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity};

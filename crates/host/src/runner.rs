@@ -48,7 +48,8 @@ const CHUNK: usize = 1_024;
 /// ```no_run
 /// # async fn example<D>(device: D) -> Result<(), Box<dyn std::error::Error>>
 /// # where D: vimc4_device::Device + Clone + Send + 'static {
-/// use vimc4_host::{Clients, Clock, Line, Runner, Tcp};
+/// use vimc4_device::Line;
+/// use vimc4_host::{Clients, Clock, Runner, Tcp};
 ///
 /// let (mut runner, handle) = Runner::new(Line::ideal(device), Clock::Real);
 /// runner.attach(Box::new(Tcp::bind("127.0.0.1:4004".parse()?, Clients::Refuse)?));

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use tokio::sync::watch;
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
+use vimc4_device::Line;
 use vimc4_host::{
-    Clients, Clock, FlashFile, Handle, Line, RunError, Runner, Serial, Sink, Tcp, Worker,
-    unix_lines,
+    Clients, Clock, FlashFile, Handle, RunError, Runner, Serial, Sink, Tcp, Worker, unix_lines,
 };
 #[cfg(unix)]
 use vimc4_host::{Link, Pty};

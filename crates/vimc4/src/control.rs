@@ -5,10 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Family, Model, State};
-use vimc4_device::{Condition, Device, Event, Signal, Time, View};
-use vimc4_host::{
-    ControlError, Effect, Handle, HostLines, Line, LineState, MemoryPort, Modem, Reply, Sink,
-};
+use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Time, View};
+use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink};
 
 use crate::record::{Command, Memory, Record};
 

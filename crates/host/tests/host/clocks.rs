@@ -3,8 +3,8 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use vimc4_device::{Condition, Time};
-use vimc4_host::{Clock, ControlError, Effect, Line, MemoryPort, Rate, Runner};
+use vimc4_device::{Condition, Line, Time};
+use vimc4_host::{Clock, ControlError, Effect, MemoryPort, Rate, Runner};
 
 use crate::fake::{Fake, Running};
 

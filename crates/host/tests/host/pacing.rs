@@ -1,8 +1,7 @@
 //! The line with the time of its characters, without any host.
 
 use proptest::prelude::*;
-use vimc4_device::{Condition, Device, Harness, Input, Output, Time};
-use vimc4_host::Line;
+use vimc4_device::{Condition, Device, Harness, Input, Line, Output, Time};
 
 use crate::fake::Fake;
 

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
+
+use crate::{Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
 
 /// How many bytes may be on their way to a paced device. A client that writes faster than the
 /// line is held back by its own operating system, as it is by a real port.
