@@ -20,7 +20,7 @@ use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
 use crate::job::operator::{Entered, Operator, Start};
-use crate::job::perform::{Ending, Work, perform, refusal, shown};
+use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
 use crate::job::source::{self, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
@@ -46,12 +46,13 @@ the time that remains.
 The controller is asked first who it is, and a job for another model is refused. Where the port leads
 to a real machine the travel is shown, and somebody has to agree.
 
-Enter, or q, stops a motion along its ramp; then Enter goes on with it, as does START at the panel,
-and q ends the job; a plot halts behind the command that runs. At a HALT, s goes on line by line. What
-is typed before a question is no answer to it. An error reply, and what is no answer of such a
-controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where nobody is at the terminal.
-Ctrl-C sends 253, which brakes, and ends the job when it rests; Ctrl-C again does not wait. What is
-switched on stays on. Whatever ends it, the line is said with which --from goes on.",
+Enter, and any other line, stops a motion along its ramp; then Enter goes on with it, as does START
+at the panel, and q ends the job; a plot halts behind the command that runs. At a HALT, s goes on
+line by line. What is typed before a question is no answer to it. An error reply, and what is no
+answer of such a controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where nobody is
+at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it rests; Ctrl-C again does
+not wait. What is switched on stays on. Whatever ends it, the line is said with which --from goes
+on.",
     after_long_help = "\
 Examples:
   vimc4 send examples/plate.ncp --to ./vimc4.pty --machine mill
@@ -316,6 +317,9 @@ fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, Wha
 /// What holds wherever a job ends before its end, and has to be known at the machine.
 const STILL_ON: &str = "what is switched on, such as the spindle, is still on";
 
+/// What is right where a reference is false.
+const REPEATED: &str = ": only reference runs that come to their end make it true again, and --no-ref would believe it";
+
 /// What is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
@@ -340,6 +344,8 @@ struct Sending<'a> {
     found: Option<Zero>,
     /// The line of a WPTEACH behind which the zero was kept.
     kept: Option<u32>,
+    /// Whether a reference run was stopped, so that no place counts.
+    false_reference: bool,
 }
 
 impl<'a> Sending<'a> {
@@ -366,7 +372,11 @@ impl<'a> Sending<'a> {
             listens: false,
             found: None,
             kept: None,
+            false_reference: false,
         };
+        let axes = 0..model.axis_names().len();
+        let with_switch = axes.filter(|axis| machine.has_reference(*axis));
+        sending.link.with_switch = with_switch.fold(0, |set, axis| set | 1 << axis);
         sending.identify()?;
         Ok(sending)
     }
@@ -549,8 +559,17 @@ impl<'a> Sending<'a> {
                 );
                 return Ok(ending);
             }
-            Ending::Impossible { line } => {
-                (format!("line {line} cannot be carried out{}", self.place()), line)
+            Ending::Impossible { line, why } => {
+                (format!("line {line} cannot be carried out: {why}{}", self.place()), line)
+            }
+            Ending::FalseReference { line } => {
+                self.false_reference = true;
+                let failure =
+                    format!("{FALSE_REFERENCE}, and where the axes are is not known{REPEATED}");
+                let onward = self.onward(line).map(|onward| format!("; {onward}"));
+                self.tell_onward(line);
+                let message = format!("{failure}; {STILL_ON}{}", onward.unwrap_or_default());
+                return Err(Failure::at_line(message, &name, self.text, line));
             }
             Ending::Refused { sent, answer, .. }
                 if self.what == What::Stored && sent == b"@0i\r" && answer == b"G" =>
@@ -585,7 +604,7 @@ impl<'a> Sending<'a> {
         let is_job = self.what == What::Job && self.model.family() == Family::Isel;
         let no_ref = self.arguments.job.reading.no_ref;
         // Such a job counts from the place where it began, which the counters do not tell.
-        if no_ref && self.arguments.from.is_none() {
+        if no_ref && (self.arguments.from.is_none() || self.false_reference) {
             return None;
         }
         let how = match no_ref {
@@ -668,6 +687,9 @@ impl<'a> Sending<'a> {
 
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
+        if self.false_reference {
+            return String::new();
+        }
         let answer = self.link.ask(self.handling.position, None).unwrap_or_default();
         let Some(places) = self.handling.read_position(&answer) else { return String::new() };
         // One that tells of configured axes only does not say which they are.
@@ -692,6 +714,7 @@ impl<'a> Sending<'a> {
 
     fn broken(&mut self, broken: Broken) -> Failure {
         // A terminal may stand still; the machine is halted before anything is said.
+        self.false_reference |= self.link.is_referencing();
         let halted = match broken {
             Broken::Port(PortError::Interrupted) => Some(self.link.halt()),
             Broken::Strange { .. } | Broken::Early { .. } => {
@@ -715,6 +738,7 @@ impl<'a> Sending<'a> {
             )),
             Broken::Port(PortError::Interrupted) => {
                 let place = self.place();
+                let after = halted;
                 let halted = match (self.model.family(), halted) {
                     (Family::Isel, Some(Halted::Rests)) => {
                         "253 was sent, and the motion has come to rest along its ramp"
@@ -727,6 +751,13 @@ impl<'a> Sending<'a> {
                          emergency stop"
                     }
                     (Family::Lpkf, _) => self.handling.halting,
+                };
+                let halted = match (self.false_reference, &after) {
+                    (true, Some(Halted::Rests)) => {
+                        format!("the reference run has ended, and its reference is false{REPEATED}")
+                    }
+                    (true, _) => format!("{halted}; the reference of this run is false{REPEATED}"),
+                    (false, _) => halted.to_owned(),
                 };
                 let message = format!("interrupted: {halted}{place}; {STILL_ON}{onward}");
                 Failure::at_line(message, &name, self.text, line)

@@ -440,7 +440,7 @@ fn help_says_what_a_command_does_at_length() {
         (&["run"][..], "START button"),
         (&["conform"], "Each session is a conversation"),
         (&["circle"], "counted counterclockwise from the first axis"),
-        (&["send"], "Enter, or q, stops a motion along its ramp"),
+        (&["send"], "Enter, and any other line, stops a motion along its ramp"),
         (&["ncp", "check"], "the machine's travel"),
         (&["ncp", "run"], "The job is checked first"),
         (&["ncp", "compile"], "has nobody to ask"),
@@ -717,6 +717,12 @@ impl Typist {
 
     /// Waits for something to be said, and types a line.
     fn types(&mut self, asked: &str, typed: &str) {
+        self.hears(asked);
+        writeln!(self.terminal, "{typed}").unwrap();
+    }
+
+    /// Waits for something to be said.
+    fn hears(&mut self, asked: &str) {
         loop {
             let said = self.said.recv_timeout(PATIENCE);
             assert!(said.is_ok(), "{asked}: {}", self.all);
@@ -724,7 +730,7 @@ impl Typist {
             self.all += &said;
             self.all += "\n";
             if said.contains(asked) {
-                return writeln!(self.terminal, "{typed}").unwrap();
+                return;
             }
         }
     }
@@ -1288,6 +1294,8 @@ fn what_is_typed_before_a_question_or_is_blank_is_no_answer() {
     let folder = Folder::with(job);
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    until("it waits", || sent(&emulator).iter().any(|sent| sent == "@0R7"));
+    thread::sleep(Duration::from_millis(300));
     writeln!(typist.terminal, "s").unwrap();
     typist.types("line 4: HALT", " ");
     typist.types("line 4: HALT", "");
@@ -1425,4 +1433,76 @@ fn escape_sequences_of_a_plot_are_named() {
         let (out, _) = ends(&folder, &["run", "plot.plt", "--model", "smcu"], 0);
         assert!(out.contains(said) && !out.contains("bare_pairs"), "{out}");
     }
+}
+
+/// Waits until the first reference run of a job on the mill is under way.
+fn until_it_looks_for_its_switch(emulator: &Emulator) {
+    until("it moves", || emulator.position().unwrap()[2] != 0);
+}
+
+#[test]
+fn a_stopped_reference_run_is_no_reference() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\n");
+    let send =
+        |port: &str| ["job.ncp", "--machine", "mill", "--to", port, "--yes"].map(str::to_owned);
+    for typed in ["", "q", "what now"] {
+        let (emulator, port) = listening("imc4", "mill", Clock::Real);
+        let arguments = send(&port);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let mut typist = Typist::new(&folder, &arguments);
+        until_it_looks_for_its_switch(&emulator);
+        writeln!(typist.terminal, "{typed}").unwrap();
+        let (out, err) = typist.ends(1);
+        assert!(err.contains("the reference run was stopped, so its reference is false"), "{err}");
+        assert!(err.contains("[job.ncp:2:1]") && !err.contains(" at X "), "{err}");
+        assert!(err.contains("--from 2 goes on with that line, after reference runs"), "{err}");
+        assert!(out.is_empty() && !sent(&emulator).iter().any(|sent| sent.starts_with("@0A")));
+    }
+
+    let (emulator, port) = listening("imc4", "mill", Clock::Real);
+    let arguments = send(&port);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let child = sending(&folder, &arguments);
+    until_it_looks_for_its_switch(&emulator);
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let err = text(&child.wait_with_output().unwrap().stderr);
+    assert!(
+        err.contains("interrupted: the reference run has ended, and its reference is"),
+        "{err}"
+    );
+    assert!(!err.contains(" at X "), "{err}");
+
+    let run = ["ncp", "run", "job.ncp", "--machine", "mill", "--press", "stop@0.1s"];
+    let (out, _) = ends(&folder, &run, 1);
+    assert!(out.contains("ended     line 2: the reference run was stopped, so its ref"), "{out}");
+    assert!(out.contains("the reference of Z is false") || out.contains("FalseReference"), "{out}");
+}
+
+#[test]
+fn an_enter_in_a_wait_holds_what_moves_next() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nWAIT 1500\nMOVEABS X1000\n");
+    for (key, code, x) in [("", 0, 80), ("q", 3, 0)] {
+        let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port, "--verbose"]);
+        until("it waits", || sent(&emulator).iter().any(|sent| sent == "@0R7"));
+        // The answer of the last command is on its way.
+        thread::sleep(Duration::from_millis(500));
+        writeln!(typist.terminal).unwrap();
+        typist.hears("nothing moves now");
+        typist.types("line 3: held; Enter goes on, q ends the job", key);
+        let (_, err) = typist.ends(code);
+        assert_eq!(emulator.position().unwrap()[0], x, "{err}");
+    }
+}
+
+#[test]
+fn what_ends_a_lenient_job_is_said() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\nMOVEABS C5\nMOVEABS X0\n");
+    let (_, err) = {
+        let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+        ends(&folder, &["send", "job.ncp", "--to", &port, "--lenient"], 1)
+    };
+    let message =
+        err.split("line 4 cannot be carried out: ").nth(1).unwrap_or_else(|| panic!("{err}"));
+    assert!(message.starts_with(|c: char| c.is_ascii_alphabetic()), "{err}");
 }

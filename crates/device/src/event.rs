@@ -139,6 +139,14 @@ pub enum Warning {
         /// of the mechanics while the counter went on.
         overran: bool,
     },
+    /// STOP has stood in for a reference switch that is there: the place where the axis was stopped
+    /// counts as its reference point, and is none.
+    FalseReference {
+        /// The axis, 0 for X.
+        axis: u8,
+        /// What the controller calls the axis.
+        name: &'static str,
+    },
     /// A program ended with an error.
     ProgramError {
         /// The reply code that names the error.
@@ -179,6 +187,11 @@ impl fmt::Display for Warning {
                 }
                 f.write_str(" lost; a reference run makes the two agree again")
             }
+            Warning::FalseReference { name, .. } => write!(
+                f,
+                "the reference of {name} is false: STOP has stood in for its switch, and where it \
+                 was stopped counts as 0; a reference run to its end makes it true again"
+            ),
             Warning::ProgramError { code, line, why } => {
                 write!(f, "the program ended in line {line} with error {code}: {why}")
             }
@@ -257,6 +270,11 @@ mod tests {
             (Warning::ReceiveOverflow { lost: 1 }, "the receive buffer was full, 1 byte was lost"),
             (Warning::NobodyListens { lost: 2 }, "nobody has the line open, 2 bytes were lost"),
             (Warning::NoEffect { what: "a turn".into() }, "no effect: a turn"),
+            (
+                Warning::FalseReference { axis: 2, name: "Z" },
+                "the reference of Z is false: STOP has stood in for its switch, and where it was \
+                 stopped counts as 0; a reference run to its end makes it true again",
+            ),
             (
                 Warning::ProgramError {
                     code: '2',

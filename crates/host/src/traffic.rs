@@ -288,6 +288,7 @@ fn kind_of(warning: &Warning) -> &'static str {
         Warning::NobodyListens { .. } => "answers while nobody had the line open",
         Warning::NoEffect { .. } => "commands without effect",
         Warning::StepsLost { .. } => "losses of steps",
+        Warning::FalseReference { .. } => "false reference points",
         Warning::ProgramError { .. } => "programs that ended with an error",
         _ => "other warnings",
     }

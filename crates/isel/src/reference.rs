@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use vimc4_device::Time;
+use vimc4_device::{Event, Kinds, Time, Warning};
 use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference};
@@ -14,7 +14,7 @@ use vimc4_plant::{End, Reference};
 use crate::moves::along;
 use crate::state::{Activity, Job, Phase, Referencing};
 use crate::why::{By, Why};
-use crate::{AXES, Controller};
+use crate::{AXES, AXIS_NAMES, Controller};
 
 /// The order in which axes look for their reference points (99 2.2.2).
 const ORDER: [usize; AXES] = [2, 1, 0, 3];
@@ -218,7 +218,22 @@ impl Controller {
             return;
         }
         self.commit_reference(&run);
+        self.warn_of_false_reference(&run);
         self.phase_reached(*run);
+    }
+
+    /// Says that an axis has a switch which STOP has stood in for. Where there is none, or a machine
+    /// has no ends, that is how its reference point is made.
+    fn warn_of_false_reference(&mut self, run: &Referencing) {
+        let gear = self.state.plant.machine().axis(run.axis);
+        let name = AXIS_NAMES.get(run.axis).copied().filter(|_| self.wants(Kinds::WARNING));
+        if let Some(name) = name
+            && run.whole
+            && gear.reference != Reference::None
+        {
+            let axis = run.axis as u8;
+            self.emit(Event::Warning(Warning::FalseReference { axis, name }));
+        }
     }
 
     /// STOP ends the reference run of a program (99 3.2.2): the axis stays without a reference

@@ -265,6 +265,12 @@ impl Machine {
         Ok(machine)
     }
 
+    /// Whether an axis finds its reference point by itself, at a switch or where it began.
+    #[must_use]
+    pub fn has_reference(&self, axis: usize) -> bool {
+        self.axis(axis).reference != Reference::None
+    }
+
     /// Whether it has the axis with an index, 0 for X.
     #[must_use]
     pub fn fits(&self, index: usize) -> bool {

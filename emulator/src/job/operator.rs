@@ -11,7 +11,7 @@ use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Command, Line, TextLine, lines};
 
-use super::perform::{Attendant, Decision, shown};
+use super::perform::{Attendant, Decision, said, shown};
 use crate::output::shown_in_line;
 
 /// What is said to a person, and what they say.
@@ -58,6 +58,7 @@ enum Asked {
     Question(Question),
     Wait(InputTest),
     Stopped,
+    Held,
     Line,
 }
 
@@ -97,8 +98,8 @@ fn is_end(word: &str) -> bool {
     ["q", "quit", "stop"].iter().any(|end| word.eq_ignore_ascii_case(end))
 }
 
-/// Whether a line that somebody types while something moves is to stop it: whoever hits Enter, or
-/// wants the end, wants that first.
+/// Whether a line that somebody types while nothing moves, and nothing is asked, is to hold what moves
+/// next: whoever hits Enter, or wants the end, wants that first.
 pub(crate) fn is_stop(typed: &str) -> bool {
     typed.trim().is_empty() || is_end(typed.trim())
 }
@@ -391,6 +392,21 @@ impl Attendant for Operator<'_> {
         }
     }
 
+    fn held(&mut self, line: u32) -> Decision {
+        self.say(line, Asked::Held, |_| {
+            format!("line {line}: held; Enter goes on, q ends the job")
+        });
+        let typed = self.heard();
+        match Answer::of(typed.as_deref()) {
+            Answer::None => self.silence(),
+            Answer::Enter => Decision::GoOn,
+            Answer::End => Decision::End,
+            Answer::Key(typed) | Answer::Text(typed) => {
+                self.refuse(typed, "Enter goes on, q ends the job")
+            }
+        }
+    }
+
     fn step(&mut self, line: u32) -> Decision {
         // What stands before the first line is its beginning too.
         if !self.by_line || self.begun == Some(line) {
@@ -432,7 +448,6 @@ impl Attendant for Operator<'_> {
     }
 
     fn object(&mut self, problem: Problem) {
-        let help = problem.help().map(|help| format!("; {help}")).unwrap_or_default();
-        self.tell(&format!("{problem}{help}"));
+        self.tell(&said(&problem));
     }
 }

@@ -8,12 +8,16 @@ use std::time::Duration;
 use vimc4_catalogue::{Family, Handling};
 use vimc4_device::escape;
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
-use vimc4_ncp::{Diagnostic, Problem};
+use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 /// How often an input is looked at that is waited for: the controller does not tell.
 const LOOK: Duration = Duration::from_millis(100);
 /// A person tells.
 const LONG: Duration = Duration::from_secs(3_600);
+
+/// What a stopped reference run means, for people.
+pub(crate) const FALSE_REFERENCE: &str = "the reference run was stopped, so its reference is false: where \
+    the axis was stopped may count as 0; the job has ended there";
 
 /// A controller that answers.
 pub(crate) trait Link {
@@ -41,6 +45,12 @@ pub(crate) trait Link {
         false
     }
 
+    /// Whether the reference run that was just answered was stopped, so that its reference is false;
+    /// asking forgets it.
+    fn reference_is_false(&mut self) -> bool {
+        false
+    }
+
     /// Something that a line asks for begins.
     fn begins(&mut self, line: u32);
 
@@ -58,6 +68,11 @@ pub(crate) trait Attendant {
 
     /// A motion was stopped.
     fn stopped(&mut self, line: u32) -> Decision;
+
+    /// Somebody wants a halt while nothing moves: it comes before what moves next.
+    fn held(&mut self, _line: u32) -> Decision {
+        Decision::GoOn
+    }
 
     /// A line is about to begin; where somebody goes line by line, it waits for them.
     fn step(&mut self, _line: u32) -> Decision {
@@ -135,17 +150,24 @@ pub(crate) enum Ending {
     Ended { line: u32 },
     /// It waits for somebody, and nobody is there.
     Unattended { line: u32 },
-    /// A line could not be carried out; why was said before.
-    Impossible { line: u32 },
+    /// A reference run was stopped, and what it has answered is no reference.
+    FalseReference { line: u32 },
+    /// A line could not be carried out, and why.
+    Impossible { line: u32, why: String },
 }
 
 impl Work<'_> {
-    fn next(&mut self) -> Option<(u32, Task)> {
+    /// What is next; where the job ends with a line that is wrong, `why` says it.
+    fn next(&mut self, why: &mut String) -> Option<(u32, Task)> {
         match self {
             Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
             Work::Plot(pieces) => pieces.next().map(|piece| (piece.line, Task::Plot(piece))),
             Work::Job(job) => {
-                let Order { line, step, .. } = job.next(&mut |_| {})?;
+                let Order { line, step, .. } = job.next(&mut |diagnostic| {
+                    if diagnostic.problem.severity() == Severity::Error {
+                        *why = said(&diagnostic.problem);
+                    }
+                })?;
                 let task = match step {
                     Step::Dwell(micros) => Task::Dwell(Duration::from_micros(micros)),
                     Step::Await(test) => Task::Await(test),
@@ -173,7 +195,8 @@ pub(crate) fn perform<L: Link>(
     attendant: &mut dyn Attendant,
 ) -> Result<Ending, L::Broken> {
     let mut before = 0;
-    while let Some((line, task)) = work.next() {
+    let mut why = String::new();
+    while let Some((line, task)) = work.next(&mut why) {
         link.begins(line);
         if std::mem::replace(&mut before, line) != line
             && let Some(ending) = step(line, link, attendant)?
@@ -183,7 +206,10 @@ pub(crate) fn perform<L: Link>(
         let ending = match task {
             Task::Send(bytes) => send(line, &bytes, link, attendant)?,
             Task::Plot(piece) => plot(&piece, link, attendant)?,
-            Task::Dwell(time) => link.wait(time).map(|()| None)?,
+            Task::Dwell(time) => {
+                link.wait(time)?;
+                hold(line, link, attendant, |attendant| attendant.held(line))?
+            }
             Task::Await(test) => await_input(line, test, link, attendant)?,
             Task::Ask(question) => ask(line, question, work, link, attendant)?,
         };
@@ -192,7 +218,13 @@ pub(crate) fn perform<L: Link>(
         }
         link.done();
     }
-    Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line }))
+    Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line, why }))
+}
+
+/// A problem and what would be right.
+pub(crate) fn said(problem: &Problem) -> String {
+    let help = problem.help().map(|help| format!("; {help}")).unwrap_or_default();
+    format!("{problem}{help}")
 }
 
 /// Lets a line begin, once somebody says so who goes line by line.
@@ -222,6 +254,10 @@ fn send<L: Link>(
 ) -> Result<Option<Ending>, L::Broken> {
     let mut answer = link.command(bytes)?;
     attendant.answered(line, bytes, &answer);
+    // Whatever it says, 0 is where the axis was stopped.
+    if is_reference_run(bytes) && (link.reference_is_false() || answer.starts_with(b"F")) {
+        return Ok(Some(Ending::FalseReference { line }));
+    }
     loop {
         match answer.as_slice() {
             [b'0', ..] | [.., b'\n', b'0'] => return Ok(None),
@@ -272,18 +308,40 @@ fn plot<L: Link>(
         let answer = failure.to_vec();
         return Ok(Some(Ending::Refused { line, sent: bytes.clone(), answer }));
     }
-    if link.wants_halt() {
-        loop {
-            match attendant.stopped(line) {
-                Decision::GoOn => break,
-                Decision::NotYet => drop(link.rest(LONG)?),
-                Decision::Again => {}
-                Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
-                _ => return Ok(Some(Ending::Ended { line })),
-            }
+    hold(line, link, attendant, |attendant| attendant.stopped(line))
+}
+
+/// Goes no further while somebody wants a halt that the controller knows nothing of.
+fn hold<L: Link>(
+    line: u32,
+    link: &mut L,
+    attendant: &mut dyn Attendant,
+    decide: impl Fn(&mut dyn Attendant) -> Decision,
+) -> Result<Option<Ending>, L::Broken> {
+    if !link.wants_halt() {
+        return Ok(None);
+    }
+    loop {
+        match decide(attendant) {
+            Decision::GoOn => return Ok(None),
+            Decision::NotYet => drop(link.rest(LONG)?),
+            Decision::Again => {}
+            Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
+            _ => return Ok(Some(Ending::Ended { line })),
         }
     }
-    Ok(None)
+}
+
+/// Whether a command is a reference run of an isel controller.
+pub(crate) fn is_reference_run(line: &[u8]) -> bool {
+    matches!(letter(line), Some(b'R' | b'r'))
+}
+
+/// The letter of a command for an isel controller.
+pub(crate) fn letter(line: &[u8]) -> Option<u8> {
+    let mut line = line.iter().copied().filter(|byte| *byte != b' ');
+    let is_command = line.next() == Some(b'@');
+    line.nth(1).filter(|_| is_command)
 }
 
 /// Whether bit 1 of the state that `DS0` shows is set.

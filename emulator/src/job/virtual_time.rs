@@ -23,6 +23,8 @@ pub(crate) struct Virtual {
     /// What was sent last for each of them, if somebody wants to know.
     pub(crate) sent: Vec<Vec<u8>>,
     last: Vec<u8>,
+    /// How many warnings had come when the last command was sent.
+    warned: usize,
     keeps_times: bool,
     /// The line that is under way.
     pub(crate) line: u32,
@@ -45,6 +47,7 @@ impl Virtual {
             times: Vec::new(),
             sent: Vec::new(),
             last: Vec::new(),
+            warned: 0,
             keeps_times,
             line: 0,
             lines: Vec::new(),
@@ -76,6 +79,7 @@ impl Virtual {
     /// Sends a line.
     fn send(&mut self, line: &[u8]) {
         self.commands += 1;
+        self.warned = self.warnings.len();
         self.characters += line.len() as u64;
         if self.keeps_times {
             self.last = line.to_vec();
@@ -134,6 +138,11 @@ impl Link for Virtual {
             (true, None) => return Err(Halt::Waiting),
         }
         Ok(self.answer())
+    }
+
+    fn reference_is_false(&mut self) -> bool {
+        let said = self.warnings.iter().skip(self.warned);
+        said.into_iter().any(|(_, warning)| matches!(warning, Warning::FalseReference { .. }))
     }
 
     fn begins(&mut self, line: u32) {

@@ -16,7 +16,7 @@ use super::check;
 use super::problems::as_json;
 use crate::failure::Failure;
 use crate::job::operator::Operator;
-use crate::job::perform::{Ending, Work, perform, shown};
+use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, shown};
 use crate::job::source::{JobArguments, Site};
 use crate::job::virtual_time::Virtual;
 use crate::output;
@@ -193,8 +193,11 @@ impl Outcome {
             Ok(Ending::Ended { line }) => {
                 (3, "ended", format!("line {line}: ended by the operator"), Some(line))
             }
-            Ok(Ending::Impossible { line }) => {
-                (1, "error", format!("line {line} cannot be carried out"), Some(line))
+            Ok(Ending::FalseReference { line }) => {
+                (1, "error", format!("line {line}: {FALSE_REFERENCE}"), Some(line))
+            }
+            Ok(Ending::Impossible { line, why }) => {
+                (1, "error", format!("line {line} cannot be carried out: {why}"), Some(line))
             }
             Err(Halt::Time) => {
                 (3, "for", format!("{place}: the time of --for is over"), Some(link.line))

@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use vimc4_catalogue::{Family, Handling};
 
 use crate::job::operator::is_stop;
-use crate::job::perform::Link;
+use crate::job::perform::{Link, is_reference_run, letter};
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::port::{Port, PortError};
 
@@ -31,6 +31,9 @@ const LONGEST: usize = 4_096;
 const TALK: Duration = Duration::from_secs(6);
 /// A motion that ends so much earlier than in rehearsal, and in less than half the time, was none.
 const EARLY: Duration = Duration::from_millis(500);
+/// What ends a reference run: 255 leaves it without a reference, and where a controller does not heed
+/// that, 253 halts the axis.
+const END_OF_REFERENCE: &[u8] = &[255, 253];
 /// How often the bar moves.
 const TICK: Duration = Duration::from_millis(200);
 
@@ -42,6 +45,19 @@ pub(super) struct Wire {
     moving: Arc<AtomicBool>,
     /// Whether somebody wants a halt that nothing on the line can bring about.
     halt: Arc<AtomicBool>,
+    /// Whether that answer ends a motion.
+    travelling: Arc<AtomicBool>,
+    /// Whether time passes in which nothing moves and nothing is asked.
+    dwelling: Arc<AtomicBool>,
+    /// Whether what is under way is a reference run of axes with switches, which 253 would stand in
+    /// for.
+    referencing: Arc<AtomicBool>,
+    /// Whether such a run was stopped here.
+    false_reference: Arc<AtomicBool>,
+    /// The axes that have a reference switch, X in bit 0.
+    pub(super) with_switch: u8,
+    /// The axes that have made reference runs since it began.
+    known: u8,
     /// When each thing was done in rehearsal, in ms.
     times: Vec<u32>,
     /// What was sent for each of them there.
@@ -99,12 +115,17 @@ impl From<PortError> for Broken {
 impl Wire {
     /// The controller at a port.
     pub(super) fn new(port: Port, handling: Handling) -> Wire {
-        let (moving, halt) = (Arc::default(), Arc::default());
         Wire {
             port,
             handling,
-            moving,
-            halt,
+            moving: Arc::default(),
+            halt: Arc::default(),
+            travelling: Arc::default(),
+            dwelling: Arc::default(),
+            referencing: Arc::default(),
+            false_reference: Arc::default(),
+            with_switch: 0,
+            known: 0,
             times: Vec::new(),
             rehearsed: Vec::new(),
             as_rehearsed: false,
@@ -139,21 +160,48 @@ impl Wire {
         &self.port
     }
 
-    /// What is done with a line that somebody types: if it is empty, or asks for the end, and
-    /// something is under way, it is the stop key. Says whether it was.
+    /// What is done with a line that somebody types: while something moves, any line is the stop key,
+    /// for nobody types then without wanting something. While nothing moves and nothing is asked,
+    /// Enter and what asks for the end hold what comes next. Says whether it was so.
     pub(super) fn stop_key(&self) -> impl FnMut(&str) -> bool + Send + 'static {
         let mut halt = self.port.sideways();
         let (moving, wanted) = (Arc::clone(&self.moving), Arc::clone(&self.halt));
+        let (dwelling, referencing) = (Arc::clone(&self.dwelling), Arc::clone(&self.referencing));
+        let false_reference = Arc::clone(&self.false_reference);
+        let travelling = Arc::clone(&self.travelling);
         let family = self.handling.model().family();
         move |typed| {
-            let stops = is_stop(typed) && moving.load(Ordering::Relaxed);
+            let stops = moving.load(Ordering::Relaxed)
+                && (is_stop(typed) || travelling.load(Ordering::Relaxed));
+            let holds = !stops && dwelling.load(Ordering::Relaxed) && is_stop(typed);
             match (&mut halt, family) {
-                (Some(halt), Family::Isel) if stops => halt(&[253]),
+                (Some(halt), Family::Isel) if stops => match referencing.load(Ordering::Relaxed) {
+                    true => {
+                        false_reference.store(true, Ordering::Relaxed);
+                        halt(END_OF_REFERENCE);
+                    }
+                    false => halt(&[253]),
+                },
                 (_, Family::Lpkf) if stops => wanted.store(true, Ordering::Relaxed),
+                _ if holds => wanted.store(true, Ordering::Relaxed),
                 _ => {}
             }
-            stops
+            stops || holds
         }
+    }
+
+    /// Whether a reference run was under way when it was interrupted.
+    pub(super) fn is_referencing(&self) -> bool {
+        self.referencing.load(Ordering::Relaxed)
+    }
+
+    /// The axes of a reference run, X in bit 0; none if it is something else.
+    fn axes_of_reference(sent: &[u8]) -> u8 {
+        let digits = sent.iter().skip_while(|byte| !matches!(byte, b'R' | b'r')).skip(1);
+        let number = digits.filter(|byte| byte.is_ascii_digit());
+        let number = number
+            .fold(0_u8, |number, digit| number.saturating_mul(10).saturating_add(digit - b'0'));
+        if is_reference_run(sent) { number } else { 0 }
     }
 
     /// The name of the port.
@@ -186,7 +234,10 @@ impl Wire {
     /// Brakes what moves, and awaits the answer to what was under way.
     pub(super) fn halt(&mut self) -> Halted {
         let moved = self.moving.swap(false, Ordering::Relaxed);
-        let sent = self.port.send(self.handling.halt);
+        let sent = match self.is_referencing() {
+            true => self.port.send(END_OF_REFERENCE),
+            false => self.port.send(self.handling.halt),
+        };
         if !moved {
             return Halted::NothingMoved;
         }
@@ -199,12 +250,16 @@ impl Wire {
                 Ok(_) | Err(PortError::Interrupted) => {}
             }
             if begun.elapsed() >= REMARK && !std::mem::replace(&mut remarked, true) {
-                let what = "interrupted: waiting until it rests; Ctrl-C again does not wait";
-                let say = || writeln!(io::stderr(), "{what}");
-                let _ = self.bar.as_ref().map_or_else(say, |bar| bar.suspend(say));
+                self.tell("interrupted: waiting until it rests; Ctrl-C again does not wait");
             }
         }
         Halted::NoAnswer
+    }
+
+    /// Says something beside the bar.
+    fn tell(&self, what: &str) {
+        let say = || writeln!(io::stderr(), "{what}");
+        let _ = self.bar.as_ref().map_or_else(say, |bar| bar.suspend(say));
     }
 
     /// Brakes what moves without believing any answer.
@@ -337,7 +392,11 @@ impl Wire {
             Some(b'M' | b'm') => self.referenced,
             _ => false,
         };
-        self.referenced |= matches!(letter, Some(b'R' | b'r'));
+        let axes = Wire::axes_of_reference(sent);
+        // A run to a switch takes as long as the way to it, if that is known.
+        let known = known || axes != 0 && self.referenced && axes & !self.known == 0;
+        self.referenced |= axes != 0;
+        self.known |= axes;
         let early = took + EARLY < takes && took * 2 < takes;
         let checks = self.as_rehearsed && !self.any_time && known && answer == b"0";
         match checks && early {
@@ -357,15 +416,21 @@ impl Link for Wire {
             return Err(Broken::Strange { sent: Vec::new(), said });
         }
         // While an input is only looked at, what is typed answers a question.
+        let axes = Wire::axes_of_reference(line);
+        let has_switches = axes != 0 && axes & !self.with_switch == 0;
+        self.referencing.store(has_switches, Ordering::Relaxed);
+        let moves = matches!(letter(line), Some(letter) if b"AaMmRrSsywF".contains(&letter));
+        self.travelling.store(moves || !is_isel, Ordering::Relaxed);
         self.moving.store(Form::of(line) == Form::Code, Ordering::Relaxed);
         let begun = Instant::now();
         self.port.send(line)?;
         let answer = self.answer(line)?;
         self.answered = true;
-        if is_isel {
+        self.moving.store(false, Ordering::Relaxed);
+        self.referencing.store(false, Ordering::Relaxed);
+        if is_isel && !self.false_reference.load(Ordering::Relaxed) {
             self.believe(line, &answer, begun.elapsed())?;
         }
-        self.moving.store(false, Ordering::Relaxed);
         Ok(answer)
     }
 
@@ -391,13 +456,23 @@ impl Link for Wire {
         self.halt.swap(false, Ordering::Relaxed)
     }
 
+    fn reference_is_false(&mut self) -> bool {
+        self.false_reference.swap(false, Ordering::Relaxed)
+    }
+
     fn wait(&mut self, time: Duration) -> Result<(), Broken> {
         let begun = Instant::now();
+        self.dwelling.store(true, Ordering::Relaxed);
+        let mut told = false;
         while let Some(left) = time.checked_sub(begun.elapsed()) {
             let step = if self.bar.is_some() { left.min(TICK) } else { left };
             self.port.next(Instant::now() + step)?;
             self.show(begun.elapsed());
+            if self.halt.load(Ordering::Relaxed) && !std::mem::replace(&mut told, true) {
+                self.tell("nothing moves now, and nothing will when this wait is over");
+            }
         }
+        self.dwelling.store(false, Ordering::Relaxed);
         Ok(())
     }
 
@@ -419,13 +494,6 @@ impl Link for Wire {
     fn done(&mut self) {
         self.done += 1;
     }
-}
-
-/// The letter of a command for an isel controller.
-fn letter(line: &[u8]) -> Option<u8> {
-    let mut line = line.iter().copied().filter(|byte| *byte != b' ');
-    let is_command = line.next() == Some(b'@');
-    line.nth(1).filter(|_| is_command)
 }
 
 /// Whether that is what a command answers that ends: a code, or the two of a stop.

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use vimc4_isel_wire::{AxisSet, Dialect};
 use vimc4_motion::Ramp;
-use vimc4_plant::{JobSetup, Machine, Reference, Unit};
+use vimc4_plant::{JobSetup, Machine, Unit};
 
 use super::zero::{Register, Zero};
 use crate::geometry::{Scale, Speeds, Steps};
@@ -78,7 +78,7 @@ impl Target {
             controller,
             setup: machine.job.clone(),
             axes: set(&|_| true),
-            referable: set(&|axis| machine.axis(axis).reference != Reference::None),
+            referable: set(&|axis| machine.has_reference(axis)),
             rotary: set(&|axis| machine.axis(axis).unit == Unit::Rotary),
             scales: std::array::from_fn(|axis| {
                 let axis = machine.axis(axis);
