@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4::Order;
+use vimc4::{Order, escape};
 use vimc4_catalogue::{Controller, Family, Handling, Machine};
 use vimc4_device::{Device, Signal, SignalId, Time, Warning};
 
@@ -356,11 +356,14 @@ impl<D: Device> Session<D> {
         self.program()
     }
 
-    /// Sends a line and waits for its answer; `None` if it gets none.
+    /// Sends a line and waits for its answer; `None` if it gets none. Older cards answer some
+    /// commands before they execute them: the next line would wait until that is over, and so do
+    /// we, for what is said meanwhile belongs to this one.
     fn command(&mut self, line: &Line) -> Result<Option<Answered>, End> {
         let at = self.driver.now();
         let meaning = self.driver.device().explain(&line.bytes);
         self.driver.send(&line.whole());
+        let mut answered = None;
         loop {
             while let Some((now, news)) = self.driver.news.pop_front() {
                 let News::Answer(bytes, why) = news else {
@@ -368,16 +371,18 @@ impl<D: Device> Session<D> {
                     continue;
                 };
                 self.remember(line, &bytes);
-                let took = now - at;
-                let answered = Answered { bytes, why };
-                let answer = Some(&answered);
-                self.report.answer(Answer { line, answer, at, took, meaning });
-                return Ok(Some(answered));
+                answered = Some(match answered.take() {
+                    None => Answered { early: Vec::new(), bytes, why },
+                    Some(Answered { early, bytes: before, .. }) => {
+                        Answered { early: [early, before].concat(), bytes, why }
+                    }
+                });
             }
             if self.driver.device().is_idle() {
                 let took = self.driver.now() - at;
-                self.report.answer(Answer { line, answer: None, at, took, meaning });
-                return Ok(None);
+                let answer = answered.as_ref();
+                self.report.answer(Answer { line, answer, at, took, meaning });
+                return Ok(answered);
             }
             if let Err(halt) = self.driver.advance() {
                 return Err(self.halted(halt, Some(line)));
@@ -453,7 +458,11 @@ impl<D: Device> Session<D> {
         let Some(refusal) = self.family.refusal(&answer.bytes) else { return Ok(()) };
         let refusal = answer.explain(refusal);
         let at = self.report.place(line);
-        let text = format!("{at} was answered {refusal}");
+        let early = match answer.early.as_slice() {
+            [] => String::new(),
+            early => format!("{}, and then ", escape(early)),
+        };
+        let text = format!("{at} was answered {early}{refusal}");
         Err(End { line: line.number, ..End::of(Why::Error, text) })
     }
 

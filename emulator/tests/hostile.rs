@@ -584,6 +584,70 @@ fn a_half_line_is_told_of_or_forgotten() {
     }
 }
 
+#[test]
+fn a_half_line_is_told_of_to_who_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    for fresh in [false, true] {
+        let arguments = if fresh { &["-v", "--fresh-clients"][..] } else { &["-v"] };
+        let (mut serve, places) = Running::serve(folder.path(), arguments);
+        let lines = serve.errors();
+        let mut said = String::new();
+        let mut until = |words: &str| {
+            while !said.contains(words) {
+                said += &lines.recv_timeout(PATIENCE).unwrap();
+            }
+        };
+        let mut port = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(folder.path().join("vimc4.pty"))
+            .unwrap();
+        assert_eq!(ask(&mut port, "@01\r", 1), "0");
+        let mut client = connect(&places);
+        client.write_all(b"@0A5").unwrap();
+        let name = client.local_addr().unwrap();
+        drop(client);
+        until(&format!("{name} closed the line"));
+        let answer = ask(&mut port, "@0A1,900\r", 1);
+        assert_eq!(answer == "0", fresh, "{answer}");
+        until("pty: a client speaks");
+        drop(port);
+        until("pty: a client closed the line");
+        for words in
+            ["an earlier client left half a line, `@0A5`", "continues the half line `@0A5`"]
+        {
+            assert_eq!(said.matches(words).count(), usize::from(!fresh), "{said}");
+        }
+        serve.signal(Signal::TERM);
+        assert_eq!(serve.ends(), Some(0));
+    }
+}
+
+#[test]
+fn the_log_says_who_takes_the_line_and_who_only_observes() {
+    let folder = tempfile::tempdir().unwrap();
+    for (policy, words) in [
+        ("takeover", "NEW takes the line over from OLD"),
+        ("observe", "NEW only observes, what it sends is ignored"),
+    ] {
+        let arguments = ["-v", "--tcp-clients", policy];
+        let (mut serve, places) = Running::serve(folder.path(), &arguments);
+        let lines = serve.errors();
+        let mut client = connect(&places);
+        assert_eq!(ask(&mut client, "@07\r", 1), "0");
+        let mut other = connect(&places);
+        other.write_all(b"@0P\r@0P\r").unwrap();
+        let name = |client: &TcpStream| client.local_addr().unwrap().to_string();
+        let words = words.replace("NEW", &name(&other)).replace("OLD", &name(&client));
+        let mut said = String::new();
+        while !said.contains(&words) {
+            said += &lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("{words}: {said}"));
+        }
+        serve.signal(Signal::TERM);
+        assert_eq!(serve.ends(), Some(0));
+    }
+}
+
 /// A shell, a terminal or a program that ends its lines with LF alone waits for ever, on a real
 /// controller too. Each such client is told so once; who sends CR LF is not, and leaves no half line.
 #[test]

@@ -733,3 +733,29 @@ fn what_cannot_be_run_is_refused_with_a_remedy() {
         assert!(complaint.contains(right), "{path:?} {arguments}: {complaint}");
     }
 }
+
+/// Older cards answer small letters at once, and execute them then.
+#[test]
+fn what_is_said_behind_an_early_answer_belongs_to_its_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("job.txt");
+    fs::write(
+        &file,
+        "@07\n@0r7\n@0a100,900,0,0,0,0,0,0\n@0P\n@0m5,900,5,900,90000,900,0,900\n@0V\n",
+    )
+    .unwrap();
+    let output = vimc4(&file, "--model c142 --machine mill -v");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    let line = |number: &str| {
+        text.lines().find(|line| line.trim_start().starts_with(number)).unwrap().to_owned()
+    };
+    assert!(line("3 ").contains("  0  after "), "{text}");
+    assert!(!line("4 ").contains("after"), "{text}");
+    assert!(line("5 ").contains("  02  after "), "{text}");
+    assert!(line("5 ").contains("limit switch Z+"), "{text}");
+    assert!(line("5 ").contains("(absolute move X to 5 at 900 Hz"), "{text}");
+    let end =
+        "line 5 (`@0m5,900,5,900,90000,900,0,900`) was answered 0, and then 2: limit switch Z+";
+    assert!(ended(&text).contains(end), "{text}");
+}

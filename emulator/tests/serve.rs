@@ -572,3 +572,34 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
         }
     }
 }
+
+#[test]
+fn the_log_knows_small_letters_and_what_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "--tcp",
+        "127.0.0.1:0",
+        "--json",
+        "--time",
+        "instant",
+        "-v",
+        "--model",
+        "c142",
+        "--machine",
+        "mill",
+    ];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let controller = ready(&serve.line())["controllers"][0].clone();
+    let mut client = connect(&controller);
+    assert_eq!(ask(&mut client, "@07\r@0r7\r@0m5,900,5,900,0,900,0,900\r", 3), "000");
+    assert_eq!(ask(&mut client, "@1P\r@07\r", 1), "0");
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    for line in [
+        "@0m5,900,5,900,0,900,0,900  absolute move X to 5 at 900 Hz, Y to 5",
+        "@1P  for controller 1, this one is 0",
+    ] {
+        assert!(errors.contains(line), "{line}: {errors}");
+    }
+    assert!(!errors.contains("malformed"), "{errors}");
+}

@@ -24,6 +24,13 @@ pub enum Event {
         /// The line as it was received, without its end.
         bytes: Bytes,
     },
+    /// Something came that the device leaves alone, and says nothing about.
+    Ignored {
+        /// What, as it was received, without its end.
+        bytes: Bytes,
+        /// Why, for people: a lower-case fragment.
+        why: Cow<'static, str>,
+    },
     /// A line of a stored program is being executed.
     Line {
         /// Its number, from 1.

@@ -8,6 +8,7 @@
 
 mod clock;
 mod flash;
+mod half_line;
 mod handle;
 mod report;
 mod runner;

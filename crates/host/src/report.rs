@@ -134,11 +134,21 @@ pub enum News {
         /// Who, as far as that is known.
         client: String,
     },
-    /// A client closed the line or vanished.
+    /// A client closed the line or vanished, or it was taken from it.
     Closed {
         /// The transport, by its label.
         transport: Arc<str>,
         /// Who, as far as that is known.
+        client: String,
+        /// Who has taken the line over from it.
+        taken_by: Option<String>,
+    },
+    /// A client that only observes has sent something, which the device does not get. It is told
+    /// once for each.
+    Unheard {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// Who.
         client: String,
     },
     /// A client was turned away because another one holds the line.

@@ -1,5 +1,6 @@
 //! The task that runs a controller.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::future::{Future, poll_fn};
 use std::io;
@@ -17,6 +18,7 @@ use vimc4_device::{Condition, Device, Event, Foresight, Input, Kinds, Output, Ti
 
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
+use crate::half_line::HalfLine;
 use crate::handle::{ControlError, Handle};
 use crate::report::{Deed, Effect, News, Report, Sink, Source, Wants};
 use crate::timer::Timer;
@@ -88,63 +90,6 @@ pub struct Runner<D: Device> {
     speaker: Option<Source>,
     /// How often something was sent or stored.
     said: u64,
-}
-
-/// The line that a client has begun and not ended.
-#[derive(Debug, Default)]
-struct HalfLine {
-    /// What ends a line. Nothing is known of lines without.
-    ends: &'static [u8],
-    /// It is kept back until it is whole, and forgotten when its client leaves.
-    fresh: bool,
-    bytes: Vec<u8>,
-    /// Somebody else has come since then.
-    left: bool,
-    /// How many clients there are.
-    clients: usize,
-    /// The transport whose client has left last, until it has another.
-    deserted: Option<Arc<str>>,
-}
-
-impl HalfLine {
-    /// So much of it is kept.
-    const LONGEST: usize = 4_096;
-
-    /// How much of what arrives are whole lines, or the rest of one.
-    fn end(&self, bytes: &[u8]) -> usize {
-        bytes.iter().rposition(|byte| self.ends.contains(byte)).map_or(0, |end| end + 1)
-    }
-
-    /// Whether anything has been begun: what CR LF leaves behind CR is nothing.
-    fn is_begun(&self) -> bool {
-        !self.bytes.trim_ascii().is_empty()
-    }
-
-    /// Remembers what has been begun.
-    fn note(&mut self, bytes: &[u8]) {
-        let end = self.end(bytes);
-        if end > 0 {
-            self.bytes.clear();
-        }
-        let room = Self::LONGEST.saturating_sub(self.bytes.len());
-        self.bytes.extend(bytes[end..].iter().take(room));
-    }
-
-    /// Takes in what arrives, and returns what of it the device gets now.
-    fn take(&mut self, bytes: &[u8]) -> Vec<u8> {
-        let end = self.end(bytes);
-        let (whole, rest) = bytes.split_at(end);
-        let mut given = Vec::new();
-        if end > 0 {
-            given = std::mem::take(&mut self.bytes);
-        }
-        given.extend_from_slice(whole);
-        self.bytes.extend_from_slice(rest);
-        if self.bytes.len() > Self::LONGEST {
-            given.append(&mut self.bytes);
-        }
-        given
-    }
 }
 
 /// Whether a client ends its lines with LF alone where that ends nothing.
@@ -308,7 +253,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// next one comes. With `fresh` it is forgotten instead: the device gets whole lines only.
     #[must_use]
     pub fn with_lines(mut self, ends: &'static [u8], fresh: bool) -> Runner<D> {
-        self.half = HalfLine { ends, fresh, ..HalfLine::default() };
+        self.half = HalfLine::new(ends, fresh);
         self
     }
 
@@ -478,9 +423,16 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
             Received::Finished => {}
             Received::News(news) => {
-                self.mind_clients(&news);
-                self.mind_half_line(&news);
-                self.news(news);
+                let half = self.mind_clients(&news);
+                let coming = matches!(news, News::Opened { .. });
+                // Of who comes it is told what awaits him, of who goes what he has left.
+                if coming {
+                    half.into_iter().for_each(|half| self.news(half));
+                    self.news(news);
+                } else {
+                    self.news(news);
+                    half.into_iter().for_each(|half| self.news(half));
+                }
             }
         }
         self.transports.retain(|transport| !transport.is_finished());
@@ -488,45 +440,29 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Passes on what has arrived, and says when it begins behind a half line of somebody else.
     fn take_line(&mut self, from: usize, bytes: &[u8]) {
-        if self.half.ends.is_empty() {
+        if self.half.is_off() {
             return self.bytes(from, bytes);
         }
-        if std::mem::take(&mut self.half.left) {
+        let by = (self.half.is_begun() || !self.half.is_whole(bytes)).then(|| self.source(from));
+        if let Some(by) = &by
+            && let Some(half) = self.half.spoils(by, &self.clients)
+        {
             let transport = Arc::clone(self.transports[from].label());
-            let half = Bytes::copy_from_slice(&self.half.bytes);
             self.news(News::HalfLine { transport, half, spoils: true });
         }
-        let late = self.half.deserted.as_ref() == Some(self.transports[from].label());
-        if self.half.fresh {
-            let whole = self.half.take(bytes);
-            if !whole.is_empty() {
-                self.bytes(from, &whole);
-            }
-        } else {
-            self.half.note(bytes);
-            self.bytes(from, bytes);
+        let given = self.half.take(bytes, by);
+        match given {
+            Cow::Borrowed(bytes) => self.bytes(from, bytes),
+            Cow::Owned(bytes) if bytes.is_empty() => {}
+            Cow::Owned(bytes) => self.bytes(from, &bytes),
         }
-        // What its client has written last may come in only when the next one is there, elsewhere.
-        if late
-            && self.half.clients == 1
-            && let Some(Source::Client { transport, .. }) = self.clients.last()
+        // What somebody has written last may come in only when the next one is there, elsewhere.
+        if let Some(Source::Client { transport, .. }) = self.clients.last()
+            && let Some(half) = self.half.comes_late(&self.clients)
         {
             let transport = Arc::from(transport.as_str());
-            self.mind_rest(&transport);
+            self.news(News::HalfLine { transport, half, spoils: false });
         }
-    }
-
-    /// A client has come alone: what an earlier one has begun is forgotten, or it is told so.
-    fn mind_rest(&mut self, transport: &Arc<str>) {
-        if !self.half.is_begun() {
-            return;
-        }
-        if self.half.fresh {
-            return self.half.bytes.clear();
-        }
-        self.half.left = true;
-        let half = Bytes::copy_from_slice(&self.half.bytes);
-        self.news(News::HalfLine { transport: Arc::clone(transport), half, spoils: false });
     }
 
     /// Bytes reach the device. Of those that act at once it is said who has sent them.
@@ -569,7 +505,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Says who speaks, where it could be somebody else.
     fn mind_speaker(&mut self, from: usize) {
-        if self.clients.len() < 2 || self.sinks.is_empty() {
+        let alone = self.clients.len() < 2 && self.speaker.is_none();
+        if alone || self.sinks.is_empty() {
             return;
         }
         let source = self.source(from);
@@ -584,48 +521,41 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.speaker = Some(source);
     }
 
-    /// A client that may send comes or goes.
-    fn mind_clients(&mut self, news: &News) {
+    /// A client that may send comes or goes, with the half line that it has left.
+    fn mind_clients(&mut self, news: &News) -> Option<News> {
         let source = |transport: &Arc<str>, client: &String| Source::Client {
             transport: transport.as_ref().to_owned(),
             client: Some(client.clone()),
         };
-        match news {
-            News::Opened { transport, client } if !client.ends_with("(observing)") => {
-                self.clients.push(source(transport, client));
+        let (transport, half) = match news {
+            // Who observes sends nothing.
+            News::Opened { client, .. } | News::Closed { client, .. }
+                if client.ends_with("(observing)") =>
+            {
+                return None;
             }
-            News::Closed { transport, client } => {
+            News::Opened { transport, client } => {
+                self.feeds.told = false;
+                self.feeds.last = None;
+                let half = self.half.comes(transport, &self.clients);
+                self.clients.push(source(transport, client));
+                (transport, half)
+            }
+            News::Closed { transport, client, .. } => {
                 let gone = source(transport, client);
                 if let Some(place) = self.clients.iter().position(|source| *source == gone) {
                     self.clients.remove(place);
                 }
-                self.speaker = self.speaker.take().filter(|speaker| *speaker != gone);
-            }
-            _ => {}
-        }
-    }
-
-    /// A client comes or goes.
-    fn mind_half_line(&mut self, news: &News) {
-        match news {
-            News::Closed { transport, .. } => {
-                self.half.clients = self.half.clients.saturating_sub(1);
-                self.half.deserted = Some(Arc::clone(transport));
-            }
-            News::Opened { transport, .. } => {
-                self.half.clients += 1;
-                self.feeds.told = false;
-                self.feeds.last = None;
-                if self.half.deserted.as_ref() == Some(transport) {
-                    self.half.deserted = None;
+                if self.clients.is_empty() {
+                    // Who comes next is the only one who can speak.
+                    self.speaker = None;
                 }
-                // Who comes while another one is there shares its lines.
-                if self.half.clients == 1 {
-                    self.mind_rest(transport);
-                }
+                (transport, self.half.goes(&gone, &self.clients))
             }
-            _ => {}
-        }
+            _ => return None,
+        };
+        let transport = Arc::clone(transport);
+        half.map(|half| News::HalfLine { transport, half, spoils: false })
     }
 
     /// Lets time pass until the destination is reached, and then replies.
@@ -1032,7 +962,7 @@ async fn reactor_turn() {
 /// The kind that must be wanted for an event to be told.
 fn kind_of(event: &Event) -> Kinds {
     match event {
-        Event::Command { .. } | Event::Line { .. } => Kinds::COMMAND,
+        Event::Command { .. } | Event::Ignored { .. } | Event::Line { .. } => Kinds::COMMAND,
         Event::Answer { .. } => Kinds::ANSWER,
         Event::Motion(_) => Kinds::MOTION,
         Event::Switch { .. } => Kinds::SWITCH,

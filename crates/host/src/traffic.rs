@@ -115,6 +115,9 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 self.began = Some(at);
                 self.line(at, format_args!("{}  {}", escape(bytes), explain(bytes)));
             }
+            Event::Ignored { bytes, why } => {
+                self.line(at, format_args!("{}  {why}", excerpt(bytes)));
+            }
             Event::Line { line, mnemonic } => {
                 self.line(at, format_args!("line {line}: {mnemonic}"));
             }
@@ -168,8 +171,17 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::Opened { transport, client } if self.verbosity == Verbosity::Conversation => {
                 self.line(at, format_args!("{transport}: {client} opened the line"));
             }
-            News::Closed { transport, client } if self.verbosity == Verbosity::Conversation => {
-                self.line(at, format_args!("{transport}: {client} closed the line"));
+            News::Closed { transport, client, taken_by }
+                if self.verbosity == Verbosity::Conversation =>
+            {
+                match taken_by {
+                    Some(by) => {
+                        let text =
+                            format_args!("{transport}: {by} takes the line over from {client}");
+                        self.line(at, text);
+                    }
+                    None => self.line(at, format_args!("{transport}: {client} closed the line")),
+                }
             }
             News::HostLine { transport, line, on } if self.verbosity == Verbosity::Conversation => {
                 let state = if *on { "on" } else { "off" };
@@ -181,6 +193,12 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 "clients that were refused",
                 transport,
                 &format!("{transport}: refused {client}, because {holder} holds the line"),
+            ),
+            News::Unheard { transport, client } => self.warn(
+                at,
+                "observers that have sent something",
+                transport,
+                &format!("{transport}: {client} only observes, what it sends is ignored"),
             ),
             News::Lost { transport, bytes } => self.warn(
                 at,
@@ -220,8 +238,8 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 "half lines",
                 transport,
                 &format!(
-                    "{transport}: an earlier client left half a line, `{}`; the next client's first \
-                     command continues it, as on a real cable (--fresh-clients forgets it)",
+                    "{transport}: an earlier client left half a line, `{}`; the next command \
+                     continues it, as on a real cable (--fresh-clients forgets it)",
                     excerpt(half)
                 ),
             ),
@@ -384,7 +402,7 @@ mod tests {
         }
         let other = Warning::ReceiveOverflow { lost: 1 };
         traffic.report(&Report::Event(Time::from_secs(3), Event::Warning(other)), &explain);
-        let end = News::Closed { transport, client };
+        let end = News::Closed { transport, client, taken_by: None };
         traffic.report(&Report::News(Time::from_secs(4), end), &explain);
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
@@ -418,7 +436,8 @@ mod tests {
         }
         // Who comes and goes gets no more lines by that.
         for _ in 0..500 {
-            tell(Report::News(at, News::Closed { transport: label("tcp"), client: client() }));
+            let (transport, taken_by) = (label("tcp"), None);
+            tell(Report::News(at, News::Closed { transport, client: client(), taken_by }));
             tell(Report::News(at, News::Opened { transport: label("tcp"), client: client() }));
             let what = "more".into();
             tell(Report::Event(at, Event::Warning(Warning::NoEffect { what })));

@@ -19,11 +19,10 @@ impl Controller {
             return;
         }
         let dialect = self.state.model.command_set.dialect();
-        let told_apart = self.state.model.quirks.lower_case != LowerCase::After;
-        let capital = capital_letter(text).filter(|_| told_apart);
+        let capital = self.capital(text);
         let line = capital.as_deref().unwrap_or(text);
         match parse(line, dialect, Mode::Direct, self.state.device) {
-            Ok(Addressed::OtherDevice) => {}
+            Ok(Addressed::OtherDevice) => self.pass_over(text),
             Err(fault) => {
                 self.announce("?", text);
                 self.refuse_line("?", fault.into(), line, Mode::Direct);
@@ -237,7 +236,24 @@ impl Controller {
         self.state.settings = settings;
     }
 
+    /// A line with a capital letter, where its small one is told apart, see [`LowerCase`].
+    pub(crate) fn capital(&self, text: &[u8]) -> Option<Vec<u8>> {
+        let told_apart = self.state.model.quirks.lower_case != LowerCase::After;
+        capital_letter(text).filter(|_| told_apart)
+    }
+
     // --- answers ---
+
+    /// A line was for another controller.
+    fn pass_over(&mut self, text: &[u8]) {
+        if self.wants(Kinds::COMMAND) {
+            let number = text.iter().skip(1).find(|byte| **byte != b' ');
+            let number = char::from(number.copied().unwrap_or(b'?'));
+            let why = format!("for controller {number}, this one is {}", self.state.device);
+            let bytes = Bytes::copy_from_slice(text);
+            self.emit(Event::Ignored { bytes, why: why.into() });
+        }
+    }
 
     pub(crate) fn announce(&mut self, mnemonic: &'static str, text: &[u8]) {
         if self.wants(Kinds::COMMAND) {

@@ -178,6 +178,8 @@ impl Device for Controller {
         {
             return control.meaning().to_owned();
         }
+        let capital = self.capital(command);
+        let command = capital.as_deref().unwrap_or(command);
         let mode = if command.first() == Some(&b'@') { Mode::Direct } else { Mode::Stored };
         match parse(command, state.model.command_set.dialect(), mode, state.device) {
             Ok(Addressed::Frame(frame)) => match frame.decode(&self.context(None)) {

@@ -110,6 +110,8 @@ const PLACES: usize = 20;
 /// What was answered.
 #[derive(Debug, Default)]
 pub(super) struct Answered {
+    /// What was answered before the command was executed, if it was answered twice.
+    pub(super) early: Vec<u8>,
     pub(super) bytes: Vec<u8>,
     /// Why, if it is an error.
     pub(super) why: Option<Box<str>>,
@@ -203,7 +205,8 @@ impl Report {
     pub(super) fn answer(&mut self, answer: Answer<'_>) {
         let Answer { line, answer, at, took, meaning } = answer;
         let why = answer.and_then(|answer| answer.why.as_deref());
-        let answer = answer.map(|answer| answer.bytes.as_slice());
+        let whole = answer.map(|answer| [answer.early.as_slice(), &answer.bytes].concat());
+        let answer = whole.as_deref();
         let sent = line.length() + answer.map_or(0, <[u8]>::len);
         self.characters += sent as u64;
         if self.json {

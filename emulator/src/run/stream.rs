@@ -144,7 +144,9 @@ impl<D: Device> Session<D> {
                         Turn::Overtakes | Turn::Unknown => feed.aside = Some(command),
                     }
                 }
-                News::Answer(bytes, why) => self.answered(feed, at, Answered { bytes, why })?,
+                News::Answer(bytes, why) => {
+                    self.answered(feed, at, Answered { bytes, why, ..Answered::default() })?
+                }
                 news => self.tell(at, news),
             }
         }

@@ -130,6 +130,7 @@ impl Pty {
     fn notice(&mut self, seen: Seen) {
         let transport = || Arc::clone(&self.label);
         let client = || "a client".to_owned();
+        let closed = || News::Closed { transport: transport(), client: client(), taken_by: None };
         if seen.closings != self.seen.closings {
             // The terminal's own queue has been flushed; what waits here goes the same way.
             let bytes = self.outbox.clear();
@@ -138,13 +139,13 @@ impl Pty {
             }
             let mut closings = seen.closings.wrapping_sub(self.seen.closings);
             if self.seen.open {
-                self.news.push_back(News::Closed { transport: transport(), client: client() });
+                self.news.push_back(closed());
                 closings = closings.saturating_sub(1);
             }
             // Who has come and gone since the last look was here all the same.
             for _ in 0..closings.min(VISITS) {
                 self.news.push_back(News::Opened { transport: transport(), client: client() });
-                self.news.push_back(News::Closed { transport: transport(), client: client() });
+                self.news.push_back(closed());
             }
             self.seen.open = false;
             self.unsure = true;

@@ -118,6 +118,8 @@ struct Client {
     dismissed: bool,
     /// It does not answer any more.
     vanished: bool,
+    /// It only observes, and was told of when it sent something all the same.
+    told: bool,
     #[cfg(target_os = "linux")]
     vigil: Vigil,
 }
@@ -132,6 +134,7 @@ impl Client {
             sent_since: 0,
             dismissed: false,
             vanished: false,
+            told: false,
             #[cfg(target_os = "linux")]
             vigil: Vigil::default(),
         }
@@ -202,11 +205,11 @@ impl Tcp {
             (None, _) => self.hold(client),
             // Most who close are gone, and nobody who comes after them shall be refused.
             (Some(holder), _) if holder.finished => {
-                self.release();
+                self.release(None);
                 self.hold(client);
             }
             (Some(_), Clients::Takeover) => {
-                self.release();
+                self.release(Some(client.peer.to_string()));
                 self.hold(client);
             }
             (Some(_), Clients::Observe) if self.observers.len() < CROWD => {
@@ -231,8 +234,8 @@ impl Tcp {
         self.holder = Some(client);
     }
 
-    /// The holder is gone; who has waited longest comes next.
-    fn release(&mut self) {
+    /// The holder is gone, or somebody takes its place; who has waited longest comes next.
+    fn release(&mut self, taken_by: Option<String>) {
         if let Some(mut holder) = self.holder.take() {
             let (transport, client) = (Arc::clone(&self.label), holder.peer.to_string());
             let mut lost = holder.outbox.clear();
@@ -244,7 +247,7 @@ impl Tcp {
                 let transport = Arc::clone(&self.label);
                 self.news.push_back(News::Lost { transport, bytes: lost });
             }
-            self.news.push_back(News::Closed { transport, client });
+            self.news.push_back(News::Closed { transport, client, taken_by });
         }
         if let Some((client, _)) = self.waiting.pop_front() {
             self.hold(client);
@@ -281,13 +284,20 @@ impl Tcp {
             while !observer.vanished {
                 match observer.poll_read(cx, &mut ignored) {
                     Poll::Pending => return true,
-                    Poll::Ready(Ok(n)) if n > 0 => {}
+                    Poll::Ready(Ok(n)) if n > 0 => {
+                        if !std::mem::replace(&mut observer.told, true) {
+                            let (transport, client) =
+                                (Arc::clone(label), observer.peer.to_string());
+                            news.push_back(News::Unheard { transport, client });
+                        }
+                    }
                     Poll::Ready(_) => break,
                 }
             }
             news.push_back(News::Closed {
                 transport: Arc::clone(label),
                 client: format!("{} (observing)", observer.peer),
+                taken_by: None,
             });
             false
         });
@@ -307,7 +317,7 @@ impl Transport for Tcp {
                 return Poll::Ready(Received::News(news));
             }
             if holder.vanished {
-                self.release();
+                self.release(None);
                 continue;
             }
             if holder.finished {
@@ -315,7 +325,7 @@ impl Transport for Tcp {
                 if self.waiting.is_empty() && !(holder.dismissed && holder.outbox.is_empty()) {
                     break;
                 }
-                self.release();
+                self.release(None);
                 continue;
             }
             if buffer.is_empty() {
@@ -328,7 +338,7 @@ impl Transport for Tcp {
                     holder.finished = true;
                     return Poll::Ready(Received::Finished);
                 }
-                Poll::Ready(Err(_)) => self.release(),
+                Poll::Ready(Err(_)) => self.release(None),
             }
         }
         self.expire(cx);

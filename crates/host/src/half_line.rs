@@ -1,0 +1,144 @@
+//! The line that a client has begun and not ended.
+
+use std::borrow::Cow;
+
+use bytes::Bytes;
+
+use crate::report::Source;
+
+/// Keeps what somebody has begun, so that it can be told when somebody else ends it.
+///
+/// The device hears one line, whoever speaks. Clients who are there at the same time share their
+/// lines, and each sees what the other does. But of what somebody has left who is gone nobody knows:
+/// it is told when he goes, if somebody else is there, else to who comes next, and to the first who
+/// speaks.
+#[derive(Debug, Default)]
+pub(crate) struct HalfLine {
+    /// What ends a line. Nothing is known of lines without.
+    ends: &'static [u8],
+    /// It is kept back until it is whole, and forgotten when its client leaves.
+    fresh: bool,
+    bytes: Vec<u8>,
+    /// Who has sent the last of it.
+    owner: Option<Source>,
+    /// The transport whose client has left last, until it has another.
+    deserted: Option<String>,
+    /// He was gone when somebody came or went: who speaks next has not been told yet.
+    left: bool,
+}
+
+impl HalfLine {
+    /// So much of it is kept.
+    const LONGEST: usize = 4_096;
+
+    pub(crate) fn new(ends: &'static [u8], fresh: bool) -> HalfLine {
+        HalfLine { ends, fresh, ..HalfLine::default() }
+    }
+
+    /// Whether nothing is known of lines.
+    pub(crate) fn is_off(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// Whether anything has been begun: what CR LF leaves behind CR is nothing.
+    pub(crate) fn is_begun(&self) -> bool {
+        !self.bytes.trim_ascii().is_empty()
+    }
+
+    /// Whether what arrives ends with a line.
+    pub(crate) fn is_whole(&self, bytes: &[u8]) -> bool {
+        self.end(bytes) == bytes.len()
+    }
+
+    /// Somebody comes to those who are there: what somebody has left who is gone.
+    pub(crate) fn comes(&mut self, transport: &str, clients: &[Source]) -> Option<Bytes> {
+        let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
+        if self.deserted.as_deref() == Some(transport) {
+            self.deserted = None;
+        }
+        self.leave(gone)
+    }
+
+    /// Somebody goes: what he leaves to those who are still there.
+    pub(crate) fn goes(&mut self, gone: &Source, clients: &[Source]) -> Option<Bytes> {
+        if let Source::Client { transport, .. } = gone {
+            self.deserted = Some(transport.clone());
+        }
+        // Who comes later is told then.
+        let left = self.owner.as_ref() == Some(gone) && !clients.is_empty();
+        self.leave(left)
+    }
+
+    /// Something has arrived: what of it somebody has left who is gone already. What he has sent
+    /// last may come in behind the news of his leaving.
+    pub(crate) fn comes_late(&mut self, clients: &[Source]) -> Option<Bytes> {
+        let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
+        self.leave(gone && !self.left)
+    }
+
+    /// Whether somebody is there no more. On a port that tells nothing of that he stays for ever.
+    fn is_gone(&self, owner: &Source, clients: &[Source]) -> bool {
+        match owner {
+            Source::Client { client: Some(_), .. } => !clients.contains(owner),
+            Source::Client { transport, client: None } => self.deserted.as_ref() == Some(transport),
+            Source::Controls(_) => false,
+        }
+    }
+
+    fn leave(&mut self, left: bool) -> Option<Bytes> {
+        if !left || !self.is_begun() {
+            return None;
+        }
+        if self.fresh {
+            self.forget();
+            return None;
+        }
+        self.left = true;
+        Some(Bytes::copy_from_slice(&self.bytes))
+    }
+
+    /// Somebody speaks: the half line that he ends, if he is the first since it was left.
+    pub(crate) fn spoils(&mut self, by: &Source, clients: &[Source]) -> Option<Bytes> {
+        let left = !self.is_gone(by, clients) && std::mem::take(&mut self.left);
+        left.then(|| Bytes::copy_from_slice(&self.bytes))
+    }
+
+    /// Takes in what arrives from somebody, and returns what of it the device gets now.
+    pub(crate) fn take<'a>(&mut self, bytes: &'a [u8], by: Option<Source>) -> Cow<'a, [u8]> {
+        let end = self.end(bytes);
+        let (whole, rest) = bytes.split_at(end);
+        let given = if self.fresh { self.keep_back(whole, rest).into() } else { bytes.into() };
+        if !self.fresh {
+            if end > 0 {
+                self.bytes.clear();
+            }
+            let room = Self::LONGEST.saturating_sub(self.bytes.len());
+            self.bytes.extend(rest.iter().take(room));
+        }
+        self.owner = by.filter(|_| !self.bytes.is_empty());
+        given
+    }
+
+    fn keep_back(&mut self, whole: &[u8], rest: &[u8]) -> Vec<u8> {
+        let mut given = Vec::new();
+        if !whole.is_empty() {
+            given = std::mem::take(&mut self.bytes);
+        }
+        given.extend_from_slice(whole);
+        self.bytes.extend_from_slice(rest);
+        if self.bytes.len() > Self::LONGEST {
+            given.append(&mut self.bytes);
+        }
+        given
+    }
+
+    fn forget(&mut self) {
+        self.bytes.clear();
+        self.owner = None;
+    }
+
+    /// How much of what arrives are whole lines, or the rest of one.
+    fn end(&self, bytes: &[u8]) -> usize {
+        bytes.iter().rposition(|byte| self.ends.contains(byte)).map_or(0, |end| end + 1)
+    }
+}
