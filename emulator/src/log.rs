@@ -3,8 +3,8 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
@@ -16,8 +16,11 @@ use crate::output::shown_in_line;
 /// What is wrong with the file is said again after so many lines that were lost.
 const REMINDER: u64 = 100_000;
 
-/// How many lines wait for a slow terminal or disk before new ones are left out.
-const WAITING: usize = 1_000;
+/// How many bytes wait for a slow terminal or disk before new lines are left out.
+const WAITING: usize = 4 << 20;
+
+/// So many bytes are written to the file at once, as long as more wait.
+const PIECE: usize = 64 << 10;
 
 /// Writes lines in a thread of its own, so that a terminal that stands still does not hold up
 /// a controller. The thread begins with the first line.
@@ -26,12 +29,14 @@ pub(crate) struct Log(Arc<Shared>);
 
 struct Shared {
     /// `None` if there is no thread to be had.
-    lines: OnceLock<Option<SyncSender<Entry>>>,
+    lines: OnceLock<Option<Sender<Entry>>>,
     file: Option<File>,
     /// What the file is called.
     name: String,
     /// How many lines have not been written.
     lost: AtomicU64,
+    /// How many bytes wait.
+    waiting: AtomicUsize,
 }
 
 enum Entry {
@@ -40,19 +45,34 @@ enum Entry {
     Flush(SyncSender<()>),
 }
 
+impl Entry {
+    fn line(&self) -> &str {
+        match self {
+            Entry::Terminal(line) | Entry::File(line) => line,
+            Entry::Flush(_) => "",
+        }
+    }
+}
+
 impl Log {
     /// Opens the file, if there is to be one.
     pub(crate) fn open(file: Option<&Path>) -> io::Result<Log> {
         let name = file.map(|path| shown_in_line(&path.display().to_string())).unwrap_or_default();
         let file =
             file.map(|path| OpenOptions::new().create(true).append(true).open(path)).transpose()?;
-        Ok(Log(Arc::new(Shared { lines: OnceLock::new(), file, name, lost: AtomicU64::new(0) })))
+        Ok(Log(Arc::new(Shared {
+            lines: OnceLock::new(),
+            file,
+            name,
+            lost: AtomicU64::new(0),
+            waiting: AtomicUsize::new(0),
+        })))
     }
 
     /// Where lines are sent to; the first one starts the thread.
-    fn lines(&self) -> Option<&SyncSender<Entry>> {
+    fn lines(&self) -> Option<&Sender<Entry>> {
         let start = || {
-            let (lines, entries) = sync_channel(WAITING);
+            let (lines, entries) = channel();
             let shared = Arc::clone(&self.0);
             let thread = thread::Builder::new().name("log".to_owned());
             thread.spawn(move || shared.write(&entries)).ok().map(|_| lines)
@@ -79,7 +99,10 @@ impl Log {
     }
 
     fn add(&self, entry: Entry) {
-        if self.lines().is_none_or(|lines| lines.try_send(entry).is_err()) {
+        let size = entry.line().len();
+        let room = self.0.waiting.fetch_add(size, Ordering::Relaxed) + size <= WAITING;
+        if !room || self.lines().is_none_or(|lines| lines.send(entry).is_err()) {
+            self.0.waiting.fetch_sub(size, Ordering::Relaxed);
             self.0.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -88,7 +111,7 @@ impl Log {
     pub(crate) fn flush(&self) {
         let Some(Some(lines)) = self.0.lines.get() else { return };
         let (done, flushed) = sync_channel(1);
-        if lines.try_send(Entry::Flush(done)).is_ok() {
+        if lines.send(Entry::Flush(done)).is_ok() {
             let _ = flushed.recv_timeout(Duration::from_millis(10));
         }
     }
@@ -97,44 +120,90 @@ impl Log {
 impl Shared {
     /// The thread. What cannot be written to the terminal cannot be reported either.
     fn write(&self, entries: &Receiver<Entry>) {
-        let mut unwritten = 0;
+        let (mut unwritten, mut piece, mut lines) = (0, String::new(), 0);
         while let Ok(entry) = entries.recv() {
-            let missing = self.lost.swap(0, Ordering::Relaxed);
-            if missing > 0 {
-                let _ = writeln!(io::stderr(), "{missing} lines of the log were lost");
-                self.add_to_file(&format!("{missing} lines were lost\n"), &mut unwritten);
-            }
-            match entry {
-                // In one piece, so that nothing that is written beside it comes between.
-                Entry::Terminal(line) => {
-                    drop(io::stderr().write_all((line + "\n").as_bytes()));
+            let mut next = Some(entry);
+            while let Some(entry) = next {
+                self.waiting.fetch_sub(entry.line().len(), Ordering::Relaxed);
+                let missing = self.lost.swap(0, Ordering::Relaxed);
+                if missing > 0 {
+                    // The time is that of the line behind the notice.
+                    let time = entry.line().split_once(" s  ").map_or("", |(time, _)| time);
+                    let _ =
+                        writeln!(io::stderr(), "{time} s  {missing} lines of the log were lost");
+                    piece += &format!("{time} s  {missing} lines were lost\n");
+                    lines += 1;
                 }
-                Entry::File(line) => self.add_to_file(&(line + "\n"), &mut unwritten),
-                Entry::Flush(done) => drop(done.send(())),
+                match entry {
+                    // In one piece, so that nothing that is written beside it comes between.
+                    Entry::Terminal(line) => {
+                        drop(io::stderr().write_all((line + "\n").as_bytes()));
+                    }
+                    Entry::File(line) => {
+                        piece += &line;
+                        piece.push('\n');
+                        lines += 1;
+                    }
+                    Entry::Flush(done) => {
+                        self.add_to_file(&std::mem::take(&mut piece), lines, &mut unwritten);
+                        lines = 0;
+                        let _ = done.send(());
+                    }
+                }
+                next = entries.try_recv().ok();
+                if next.is_none() || piece.len() >= PIECE {
+                    self.add_to_file(&piece, lines, &mut unwritten);
+                    piece.clear();
+                    lines = 0;
+                }
             }
         }
     }
 
-    /// Adds a line to the file. That it cannot be is said when it begins and from time to time,
+    /// Adds so many lines to the file. That it cannot be is said when it begins and from time to time,
     /// and how many are missing as soon as one can be written again.
-    fn add_to_file(&self, line: &str, unwritten: &mut u64) {
-        let Some(mut file) = self.file.as_ref() else { return };
+    fn add_to_file(&self, text: &str, lines: u64, unwritten: &mut u64) {
+        let Some(mut file) = self.file.as_ref().filter(|_| lines > 0) else { return };
         let written = match *unwritten {
-            0 => file.write_all(line.as_bytes()),
-            lines => file.write_all(format!("{lines} lines are missing\n{line}").as_bytes()),
+            0 => file.write_all(text.as_bytes()),
+            missing => file.write_all(format!("{missing} lines are missing\n{text}").as_bytes()),
         };
         match written {
             Ok(()) => *unwritten = 0,
             Err(error) => {
-                if unwritten.is_multiple_of(REMINDER) {
+                if *unwritten / REMINDER != (*unwritten + lines) / REMINDER || *unwritten == 0 {
                     let _ = writeln!(
                         io::stderr(),
                         "cannot write the log {}: {error}; the controllers run all the same",
                         self.name
                     );
                 }
-                *unwritten += 1;
+                *unwritten += lines;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_is_kept_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let log = Log::open(Some(&path)).unwrap();
+        for number in 0..20_000 {
+            log.add(Entry::File(format!("{number:>6}.000000 s  a line of the conversation")));
+        }
+        let lines = || std::fs::read_to_string(&path).unwrap().lines().count();
+        // It takes a moment, and an age only if lines are missing.
+        let mut patience = 1..5_000;
+        while lines() < 20_000 && patience.next().is_some() {
+            log.flush();
+        }
+        assert_eq!(lines(), 20_000);
+        assert_eq!(log.0.lost.load(Ordering::Relaxed), 0);
+        assert_eq!(log.0.waiting.load(Ordering::Relaxed), 0);
     }
 }
