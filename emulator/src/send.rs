@@ -191,9 +191,22 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let (work, here, told) = match arguments.from {
         Some(line) => {
             let here = sending.counters()?;
-            let resumed = beginning::resumed(&text, &site.target, options, line, here, found);
+            // Where no reference run has told a place, the counters count only if somebody says so.
+            let named = |axis: usize| {
+                job.zeros.zero.is_some_and(|zero| matches!(zero.0.get(axis), Some(Some(_))))
+            };
+            let mut from = here;
+            let untold =
+                (0..from.len()).filter(|axis| !machine.has_reference(*axis) && !named(*axis));
+            untold.for_each(|axis| from[axis] = 0);
+            let resumed = beginning::resumed(&text, &site.target, options, line, from, found);
             let (work, resumption) =
                 resumed.map_err(|why| no_resumption(line, &why, &name, &text))?;
+            let unknown = resumption.unknown.iter().filter(|axis| !named(*axis));
+            let unknown: Vec<&str> = unknown.map(|axis| model.axis_names()[axis]).collect();
+            if !unknown.is_empty() {
+                return Err(Failure::usage(unknown_place(line, &unknown)));
+            }
             let told = beginning::describe(&resumption, &model, &machine);
             // Where reference runs come first, they are what brings a machine to its counters.
             let mut here = here;
@@ -224,6 +237,17 @@ fn not_for(given: bool, name: &str, what: &str) -> Result<(), Failure> {
         ))),
         false => Ok(()),
     }
+}
+
+/// Why a job does not go on where it began at a place that nothing tells.
+fn unknown_place(line: u32, axes: &[&str]) -> String {
+    format!(
+        "the job cannot go on with line {line}: where {} stood when it began counted as 0, without a \
+         reference run, and the counters do not tell that place; nothing has moved: say with \
+         --zero X,Y,Z,A where the work-piece zero is as the counters count now, 0 where they count \
+         from it",
+        axes.join(", ")
+    )
 }
 
 fn no_resumption(line: u32, why: &NoResumption, name: &str, text: &str) -> Failure {

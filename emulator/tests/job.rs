@@ -1277,13 +1277,19 @@ fn a_zero_is_not_taught_where_the_present_place_counts() {
 #[test]
 fn a_job_from_the_present_place_has_no_line_to_go_on_with() {
     let folder = Folder::with("IMF_PBL\nMOVEABS X1000\nHALT\nMOVEABS X2000\n");
-    let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     let send = ["send", "job.ncp", "--to", &port, "--no-ref"];
     let (out, err) = ends(&folder, &send, 3);
     assert!(out.contains("ended in line 3"), "{out}");
     assert!(!out.contains("--from") && !err.contains("to go on with"), "{out}{err}");
-    // Where somebody has said that the counters count, they still do.
-    let (out, err) = ends(&folder, &[&send[..], &["--from", "3"]].concat(), 3);
+    // Nothing tells where it began; it might go anywhere.
+    let before = sent(&emulator).len();
+    let (_, err) = ends(&folder, &[&send[..], &["--from", "3"]].concat(), 2);
+    assert!(err.contains("where X, Y, Z, A stood when it began counted as 0"), "{err}");
+    assert!(!sent(&emulator)[before..].iter().any(|sent| sent.starts_with("@0A")));
+    // Where somebody has said that the counters count, they do.
+    let zero = ["--from", "3", "--zero", "0,0,0,0"];
+    let (out, err) = ends(&folder, &[&send[..], &zero].concat(), 3);
     assert!(out.contains("--from 3 goes on with that line, where the counters say"), "{out}");
     assert!(err.contains("to go on with line 3:") && err.contains("--no-ref"), "{err}");
 }
@@ -1505,4 +1511,22 @@ fn what_ends_a_lenient_job_is_said() {
     let message =
         err.split("line 4 cannot be carried out: ").nth(1).unwrap_or_else(|| panic!("{err}"));
     assert!(message.starts_with(|c: char| c.is_ascii_alphabetic()), "{err}");
+}
+
+#[test]
+fn a_turning_axis_without_a_switch_is_not_turned_back() {
+    let job = "IMF_PBL\nREF XYZ\nMOVEABS A360000\nMOVEABS X1000\nMOVEABS A720000\n";
+    let folder = Folder::with(job);
+    let (emulator, port) = listening("imc4", "mill-4axis", Clock::Instant);
+    let send = ["send", "job.ncp", "--to", &port, "--machine", "mill-4axis"];
+    ends(&folder, &send, 0);
+    let turned = emulator.position().unwrap()[3];
+    let (_, err) = ends(&folder, &[&send[..], &["--from", "4"]].concat(), 2);
+    assert!(err.contains("where A stood when it began counted as 0"), "{err}");
+    assert_eq!(emulator.position().unwrap()[3], turned);
+    // Before it has moved, where it stands counts as 0, as at the beginning.
+    ends(&folder, &[&send[..], &["--from", "3"]].concat(), 2);
+    let (_, err) = ends(&folder, &[&send[..], &["--from", "4", "--zero", ",,,0"]].concat(), 0);
+    assert!(err.contains("The job goes on with line 4"), "{err}");
+    assert_eq!(emulator.position().unwrap()[3], turned);
 }

@@ -199,6 +199,11 @@ pub enum Problem {
         if *.0 < Value::ZERO { "below" } else { "above, and the bottom is higher above," }
     )]
     LiftBelowPlane(Value),
+    /// A length of DRILLDEF below 0, and which.
+    #[error(
+        "{0} is {1}, below 0, and is a length; R below 0 would lead into the work at the rapid speed"
+    )]
+    NegativeLength(char, Value),
     /// WPZERO before anything is known of where the tool is.
     #[error(
         "where the tool stands is not known before a reference run, and WPZERO would make it the zero"
@@ -385,6 +390,7 @@ impl Problem {
             | BeyondCounter { .. }
             | NoRadius
             | LiftBelowPlane(_)
+            | NegativeLength(..)
             | PlaceUnknown
             | TwoCentres
             | UnevenRadius { .. }
@@ -433,6 +439,7 @@ impl Problem {
             AtSurface => "at-surface",
             InsideWork(_) => "inside-work",
             LiftBelowPlane(_) => "lift-below-plane",
+            NegativeLength(..) => "negative-length",
             PlaceUnknown => "place-unknown",
             ZeroBeforeReference { .. } => "zero-before-reference",
             OffPlane { .. } => "off-plane",
@@ -517,6 +524,7 @@ impl Problem {
             BehindEnd => "move PROGEND to the end, or leave the rest out",
             MillimetreRadius(_) => "radii are in µm: CYL A25000 Y for 25 mm",
             AtSurface | InsideWork(_) => "set S above the work, as in DRILLDEF S5000",
+            NegativeLength(..) => "F, O and R are lengths and not below 0, as in DRILLDEF R200",
             LiftBelowPlane(_) => {
                 "L counts from the reference plane, positive above it, as in DRILLDEF L1000"
             }

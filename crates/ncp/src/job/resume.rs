@@ -24,6 +24,9 @@ pub struct Resumption {
     pub standing: Standing,
     /// The axes that make reference runs first.
     pub referenced: AxisSet,
+    /// The axes that have moved, or are about to, from a place that no reference run has told: the
+    /// job took it for 0, and what the counters said there is not known.
+    pub unknown: AxisSet,
     /// The tool that is put in, if the job has asked for one.
     pub tool: Option<u32>,
     /// The outputs that are set, in the order in which the job has set them.
@@ -121,6 +124,21 @@ impl<'t> Job<'t> {
     }
 }
 
+/// The axes whose beginning nothing tells, of those that move up to the end of the next line.
+fn unknown(job: &Job<'_>) -> AxisSet {
+    let mut ahead = job.clone();
+    ahead.read_line(&mut Vec::new(), &mut |_| {});
+    let (here, there) = (job.counters(), ahead.counters());
+    let assumed = ahead.interpreter().assumed();
+    let (referenced, _) = ahead.interpreter().runs();
+    let is_unknown = |axis: &usize| {
+        let moves = here[*axis] != 0 || there[*axis] != 0;
+        assumed.has(*axis) || moves && !referenced.has(*axis)
+    };
+    let bits = job.target().axes.iter().filter(is_unknown).fold(0, |bits, axis| bits | 1 << axis);
+    AxisSet::from_bits(bits).unwrap_or(AxisSet::NONE)
+}
+
 /// What the lines before have asked for.
 #[derive(Default)]
 struct Before {
@@ -166,6 +184,7 @@ impl Before {
         here: Steps,
     ) -> (Job<'_>, Resumption) {
         let has_begun = job.interpreter().has_begun();
+        let unknown = unknown(&job);
         let (mut referenced, runs) = job.interpreter().runs();
         if options.no_reference {
             referenced = AxisSet::NONE;
@@ -202,6 +221,7 @@ impl Before {
         let resumption = Resumption {
             line,
             standing: job.interpreter().standing(),
+            unknown,
             referenced: if has_begun { referenced } else { AxisSet::NONE },
             tool: self.tool,
             outputs: self.outputs,

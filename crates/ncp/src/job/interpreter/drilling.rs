@@ -61,6 +61,11 @@ impl Interpreter<'_> {
             self.state.told_of_holes.depth = true;
             sink.say_at(word.span, Problem::NoDepth);
         }
+        for (name, word) in [('F', words.first), ('O', words.other), ('R', words.retreat)] {
+            if let Some(word) = word.filter(|word| word.value < Value::ZERO) {
+                return Err((word.span, Problem::NegativeLength(name, word.value)));
+            }
+        }
         let knows_bottom = words.depth.is_some() || definition.lift < Value::ZERO;
         match words.lift.filter(|_| knows_bottom) {
             Some(word) => self.judge_lift(word.span),

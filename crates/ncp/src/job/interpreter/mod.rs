@@ -87,6 +87,8 @@ struct State {
     /// Whether something has moved, or been referenced.
     begun: bool,
     referenced: AxisSet,
+    /// Axes of which it is assumed, and no reference run has told, that they stood at 0.
+    assumed: AxisSet,
     /// Of which axes it was said that they are not.
     told_unreferenced: [bool; 4],
     ended: bool,
@@ -166,6 +168,7 @@ impl<'t> Interpreter<'t> {
             mark: Mark::Awaited,
             begun: false,
             referenced: AxisSet::NONE,
+            assumed: AxisSet::NONE,
             told_unreferenced: [false; 4],
             ended: false,
         };
@@ -180,6 +183,11 @@ impl<'t> Interpreter<'t> {
     /// Whether PROGEND was read.
     pub(in crate::job) fn has_ended(&self) -> bool {
         self.state.ended
+    }
+
+    /// The axes of which it is assumed that they stood at 0.
+    pub(in crate::job) fn assumed(&self) -> AxisSet {
+        self.state.assumed
     }
 
     /// Where the counters are.

@@ -19,7 +19,9 @@ impl Interpreter<'_> {
         self.state.begun = true;
         // Where the present point is the reference point, the axes stand at it too.
         self.at_reference(self.target.referable);
-        if !self.options.no_reference {
+        if self.options.no_reference {
+            self.state.assumed = self.target.referable;
+        } else {
             sink.say(Problem::ReferenceFirst);
             // The controller itself takes Z, Y, X in this order.
             sink.push(Action::Reference(a_apart(self.target.referable).collect()));
@@ -47,6 +49,7 @@ impl Interpreter<'_> {
         let axes = runs.iter().fold(AxisSet::NONE, |all, axes| all.union(*axes));
         let state = &mut self.state;
         state.begun = true;
+        state.assumed = without(state.assumed, axes);
         let sure = without(state.zero_unsure, axes);
         let moved = without(state.zero_unsure, sure);
         if !moved.is_empty() {
