@@ -603,3 +603,30 @@ fn the_log_knows_small_letters_and_what_is_left_alone() {
     }
     assert!(!errors.contains("malformed"), "{errors}");
 }
+
+#[test]
+fn a_control_code_that_ends_nothing_is_said_to_have_no_effect() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--tcp", "127.0.0.1:0", "--json", "-v"];
+    let mut serve = Serve::start(folder.path(), &arguments);
+    let controller = ready(&serve.line())["controllers"][0].clone();
+    let mut client = connect(&controller);
+    assert_eq!(ask(&mut client, "@07\r", 1), "0");
+    client.write_all(b"\xFD").unwrap();
+    assert_eq!(ask(&mut client, "@07\r", 1), "0");
+    assert_eq!(serve.order("power off"), "ok");
+    client.write_all(b"\xFE").unwrap();
+    assert!(serve.order("position").starts_with("X 0"));
+    serve.signal(Signal::TERM);
+    let (_, errors) = serve.end();
+    let mut rest = errors.as_str();
+    for line in [
+        "253  stop",
+        "        no effect: there is nothing that it could end",
+        "254  reset",
+        "        no effect: the power is off",
+    ] {
+        let Some((_, behind)) = rest.split_once(line) else { panic!("{line}: {errors}") };
+        rest = behind;
+    }
+}

@@ -481,8 +481,16 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let (first, after) = after.split_at(1);
             let deed = Deed::Byte(first.first().copied().unwrap_or_default());
             let by = self.source(from);
-            self.news_at(at, News::Input { by, deed });
+            self.input_at(Input::Wake, at);
+            self.news_at(at, News::Input { by: by.clone(), deed: deed.clone() });
+            let (before, said) = (self.device.state().clone(), self.said);
             self.input_at(Input::Bytes(first), at);
+            if self.said == said && *self.device.state() == before {
+                let off = !self.device.view(at).powered;
+                let why =
+                    if off { "the power is off" } else { "there is nothing that it could end" };
+                self.news_at(at, News::NoEffect { by, deed, why: Some(why) });
+            }
             rest = after;
         }
         if !rest.is_empty() {

@@ -59,7 +59,9 @@ fn each_input_is_told_with_its_time_and_who_did_it() {
         (five, "standard input: power off"),
         (five, "the library: restore"),
         (five, "memory: 253"),
+        (five, "memory: 253: nothing: Some(\"the power is off\")"),
         (five, "memory: 253"),
+        (five, "memory: 253: nothing: Some(\"the power is off\")"),
     ];
     assert_eq!(inputs(&diary), expected.map(|(at, text)| (at, text.to_owned())));
     running.end().unwrap();
