@@ -3,8 +3,10 @@
 //! The shell asks this program at each Tab, so that names are always those of the program that it
 //! will run, and a signal one of the model that was typed.
 
+use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsStr;
+use std::fmt::Display;
 use std::path::Path;
 
 use clap_complete::Shell;
@@ -17,22 +19,66 @@ use vimc4_device::{Device, Signal, SignalKind};
 
 use crate::failure::Failure;
 use crate::output;
+use crate::serve::LISTENS;
 
 /// By this the shell's script says that it asks, and for which shell.
 const ASKS: &str = "VIMC4_COMPLETE";
+
+/// What bash runs at each Tab. It differs from the script of `clap_complete`, since bash takes `=`, `:`
+/// and `@` for ends of words: the pieces are put together again before the question, and what stands
+/// before the last piece is taken from each answer. No value here is the name of a host, which bash
+/// would offer behind `@`.
+const BASH: &str = r#"
+_vimc4() {
+    local IFS=$'\013' words=() count=0 i piece rest=${COMP_LINE:0:COMP_POINT} next word before answer
+    for ((i = 0; i <= COMP_CWORD; i++)); do
+        next=${rest#"${rest%%[![:blank:]]*}"}
+        piece=${COMP_WORDS[i]}
+        if ((i == COMP_CWORD)); then
+            piece=$next
+        fi
+        if ((i > 0)) && [[ $next == "$rest" ]]; then
+            words[count - 1]+=$piece
+        else
+            words[count++]=$piece
+        fi
+        rest=${next#"$piece"}
+    done
+    word=${words[count - 1]}
+    before=${word%"$2"}
+    for ((i = 0; i < count; i++)); do
+        words[i]=${words[i]//[\"\'\\]/}
+    done
+    if compopt +o nospace 2> /dev/null && [[ $word == *@* ]]; then
+        compopt +o bashdefault
+    fi
+    COMPREPLY=()
+    for answer in $(_CLAP_IFS="$IFS" _CLAP_COMPLETE_INDEX=$((count - 1)) ASKS=bash vimc4 -- "${words[@]}"); do
+        if [[ $word != [\"\']* ]]; then
+            printf -v answer %q "$answer"
+        fi
+        COMPREPLY+=("${answer#"$before"}")
+    done
+    if [[ ${COMPREPLY-} == *[=/:] ]]; then
+        compopt -o nospace 2> /dev/null
+    fi
+}
+complete -o bashdefault -o nosort -F _vimc4 vimc4 2> /dev/null ||
+    complete -o nospace -o bashdefault -F _vimc4 vimc4
+"#;
 
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:
   vimc4 completions bash
 
-A shell completes commands, options, the names of models, machines and signals, and files if this
-stands in its settings:
+With this line in its settings a shell completes commands, options, the names of models, machines and
+signals, programs and files:
   ~/.bashrc                    source <(vimc4 completions bash)
   ~/.zshrc, behind compinit    source <(vimc4 completions zsh)
   ~/.config/fish/config.fish   vimc4 completions fish | source
 
-The shell asks the vimc4 that is on the PATH.
+It asks the vimc4 on the PATH.
 
 Exit codes: 0 printed, 2 wrong usage.")]
 pub(crate) struct Arguments {
@@ -41,6 +87,9 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    if arguments.shell == Shell::Bash {
+        return output::print(&BASH.replace("ASKS", ASKS));
+    }
     let shell = arguments.shell.to_string();
     let mut script = Vec::new();
     let written = Shells::builtins().completer(&shell).map(|completer| {
@@ -98,15 +147,70 @@ pub(crate) fn buttons() -> ArgValueCompleter {
 }
 
 /// What `--input` takes for the model that was typed: bits of the input ports with both levels, and
-/// switches by name with their positions.
+/// everything else by name with its positions; of numbers the smallest and the largest.
 pub(crate) fn inputs() -> ArgValueCompleter {
-    signals(|signal| match (signal.name.strip_prefix("input "), &signal.positions) {
-        (Some(bit), _) => vec![format!("{bit}=0"), format!("{bit}=1")],
-        (None, Some(positions)) => {
-            positions.iter().map(|position| format!("{}={position}", signal.name)).collect()
+    signals(|signal| {
+        let name = signal.name.strip_prefix("input ").unwrap_or(&signal.name);
+        let with = |values: [&dyn Display; 2]| values.map(|value| format!("{name}={value}")).into();
+        match (&signal.positions, signal.kind) {
+            (Some([zero, one]), _) => with([zero, one]),
+            (None, SignalKind::Analogue { low, high }) => with([&low, &high]),
+            (None, _) => with([&0, &1]),
         }
-        (None, None) => Vec::new(),
     })
+}
+
+/// Where a controller may be: the links and devices that are files, and the address at which `serve`
+/// listens unless it is told another.
+pub(crate) fn ports() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let typed = current.to_string_lossy();
+        let addresses = [LISTENS.to_owned(), format!("tcp:{LISTENS}")];
+        let fit = addresses.into_iter().filter(|address| address.starts_with(&*typed));
+        let files = PathCompleter::any().complete(current);
+        fit.map(CompletionCandidate::new).chain(files).collect()
+    })
+}
+
+/// A program and its arguments: what is on the PATH first, then files.
+#[derive(Clone)]
+pub(crate) struct Program;
+
+impl ValueCompleter for Program {
+    fn complete(&self, current: &OsStr) -> Vec<CompletionCandidate> {
+        self.complete_at(0, current)
+    }
+
+    fn complete_at(&self, place: usize, current: &OsStr) -> Vec<CompletionCandidate> {
+        let files = PathCompleter::any().complete(current);
+        match place {
+            0 => on_path(&current.to_string_lossy()).chain(files).collect(),
+            _ => files,
+        }
+    }
+}
+
+/// The programs whose names begin so, if anything is typed: all would be thousands.
+fn on_path(typed: &str) -> impl Iterator<Item = CompletionCandidate> {
+    let folders = env::var_os("PATH").filter(|_| !typed.is_empty()).unwrap_or_default();
+    let files = env::split_paths(&folders).filter_map(|folder| folder.read_dir().ok()).flatten();
+    let named = files.flatten().filter_map(|file| {
+        let name = file.file_name().into_string().ok()?;
+        (name.starts_with(typed) && is_program(&file.path())).then_some(name)
+    });
+    named.collect::<BTreeSet<String>>().into_iter().map(CompletionCandidate::new)
+}
+
+#[cfg(unix)]
+fn is_program(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+
+    path.metadata().is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
+}
+
+#[cfg(not(unix))]
+fn is_program(path: &Path) -> bool {
+    path.is_file()
 }
 
 fn signals(values: fn(&Signal) -> Vec<String>) -> ArgValueCompleter {

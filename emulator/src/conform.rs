@@ -51,6 +51,7 @@ Examples:
 )]
 pub(crate) struct Arguments {
     /// The port; not needed with --list, and may be left out then
+    #[arg(add = completions::ports())]
     port: Option<String>,
     /// Only sessions with one of these in their name, as in stop/ or axes/zero/wraps
     #[arg(value_name = "SESSION")]

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
+use crate::completions;
 use crate::failure::Failure;
 use crate::output::{self, shortened, shown_in_line};
 use crate::port::{self, ModemLines, Port, PortError};
@@ -34,6 +35,7 @@ Examples:
 )]
 pub(crate) struct Arguments {
     /// The port
+    #[arg(add = completions::ports())]
     port: String,
     /// The speed that the program uses on a serial port; if nothing answers, others are tried
     /// [default: 19200, and that of a pseudo-terminal as it is]

@@ -9,11 +9,13 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use clap_complete::engine::ArgValueCompleter;
 use tokio::runtime;
 use tokio::sync::oneshot;
 use vimc4::{Control, HostLines, News, Report, Sink, Time, Verbosity};
 use vimc4_lines::{Far, HostLine, LaunchError, Lines, Peer, Port};
 
+use crate::completions;
 use crate::failure::Failure;
 use crate::log::Log;
 use crate::serve;
@@ -82,7 +84,8 @@ pub(crate) struct Arguments {
         value_name = "PROGRAM",
         required = true,
         trailing_var_arg = true,
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        add = ArgValueCompleter::new(completions::Program)
     )]
     program: Vec<OsString>,
 }

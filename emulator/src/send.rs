@@ -16,6 +16,7 @@ use vimc4_catalogue::{Family, Handling, Machine, Model};
 use vimc4_device::Point;
 use vimc4_ncp::job::{Job, NoResumption, Zero};
 
+use crate::completions;
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
@@ -68,7 +69,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
     /// Where the controller is: a serial port, a pseudo-terminal, or host:port
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", add = completions::ports())]
     to: String,
     /// The speed of a serial port; the model's if nothing is said
     #[arg(long, value_name = "RATE")]

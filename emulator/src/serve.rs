@@ -24,6 +24,9 @@ use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next};
 
+/// The address at which it listens if nothing is said.
+pub(crate) const LISTENS: &str = "127.0.0.1:4004";
+
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
 
@@ -58,13 +61,13 @@ pub(crate) struct Arguments {
     pub(crate) replace: bool,
     /// Listen at this address; `none` for nowhere, port 0 for a free port. Several controllers
     /// get this port and the following ones
-    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:4004")]
+    #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
     pub(crate) tcp: String,
     /// A real serial port; once for each controller
     #[arg(long, value_name = "DEV")]
     pub(crate) serial: Vec<String>,
     /// How time passes: real, a factor such as 8x or 0.5x, manual (only by `advance` and `run
-    /// until idle`), or instant (no waiting; a program without an end then uses a whole core)
+    /// until …`), or instant (no waiting; a program without an end then uses a whole core)
     #[arg(long, value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "manual", "8x"]))]
     pub(crate) time: Clock,
     /// Let every character take its time on the line

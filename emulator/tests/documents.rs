@@ -658,40 +658,115 @@ fn the_plot_of_the_examples_is_sent_under_lines() {
 
 // --- completion ---
 
-/// What bash offers for a line that has been typed so far.
-fn completed(bench: &Bench, words: &[&str]) -> String {
-    let script = format!(
-        "source <(vimc4 completions bash)\nCOMP_WORDS=({})\nCOMP_CWORD={}\nCOMP_TYPE=9\n\
-         _clap_complete_vimc4 vimc4 \"${{COMP_WORDS[COMP_CWORD]}}\" x\nprintf '%s\\n' \"${{COMPREPLY[@]}}\"",
-        words.iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(" "),
-        words.len() - 1,
-    );
-    let output = bench.run(&format!("bash -c '{}'", script.replace('\'', "'\\''")), "");
-    assert!(output.stderr.is_empty(), "{}", text(&output));
-    String::from_utf8(output.stdout).unwrap()
+/// A bash at a terminal, with the completion of vimc4 in its settings.
+struct Bash {
+    terminal: fs::File,
+    _bash: Running,
+}
+
+impl Bash {
+    fn new(bench: &Bench) -> Bash {
+        use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+        grantpt(&near).unwrap();
+        unlockpt(&near).unwrap();
+        let name = ptsname(&near, Vec::new()).unwrap().into_string().unwrap();
+        let far = fs::File::options().read(true).write(true).open(name).unwrap();
+        // Ctrl-T shows the line as it is. All that can be meant is listed at the first Tab.
+        let settings = "source <(vimc4 completions bash)\nPS1='$ '\n\
+            bind -x '\"\\C-t\": printf \"<%s>\\\\n\" \"$READLINE_LINE\"'\n\
+            for setting in 'completion-query-items 0' 'page-completions off' 'bell-style none' \
+            'enable-bracketed-paste off' 'show-all-if-ambiguous on'; do bind \"set $setting\"; done\n";
+        fs::write(bench.path("bashrc"), settings).unwrap();
+        fs::write(bench.path("inputrc"), "").unwrap();
+        let mut bash = bench.shell("exec timeout --foreground 300 bash --rcfile bashrc -i");
+        bash.env("TERM", "dumb").env("INPUTRC", bench.path("inputrc"));
+        bash.stdin(far.try_clone().unwrap()).stdout(far.try_clone().unwrap()).stderr(far);
+        let bash = Running(bash.spawn().unwrap());
+        let mut bash = Bash { terminal: fs::File::from(near), _bash: bash };
+        bash.until("$ ");
+        bash
+    }
+
+    /// What comes up to this, and no further.
+    fn until(&mut self, end: &str) -> String {
+        let mut said = Vec::new();
+        while !said.ends_with(end.as_bytes()) {
+            let mut byte = [0];
+            let read = self.terminal.read_exact(&mut byte);
+            assert!(read.is_ok(), "{read:?} behind {:?}", String::from_utf8_lossy(&said));
+            said.extend(byte);
+        }
+        String::from_utf8(said).unwrap()
+    }
+
+    /// What is offered when Tab is pressed behind this, and the line after that.
+    fn tab(&mut self, typed: &str) -> (Vec<String>, String) {
+        write!(self.terminal, "{typed}\t\x14").unwrap();
+        let offered = self.until("<");
+        let line = self.until(">\r\n").trim_end_matches(">\r\n").to_owned();
+        write!(self.terminal, "\x15").unwrap();
+        let lines =
+            offered.trim_end_matches('<').split("\r\n").filter(|line| !line.starts_with("$ "));
+        // In columns, with two blanks or more between them.
+        let offered = lines.flat_map(|line| line.split("  ")).map(str::trim);
+        (offered.filter(|word| !word.is_empty()).map(str::to_owned).collect(), line)
+    }
 }
 
 #[test]
 fn names_are_completed() {
     let bench = Bench::new();
     fs::write(bench.path("imc-mine.toml"), "").unwrap();
-    let has = |words: &[&str], wanted: &[&str], unwanted: &[&str]| {
-        let offered = completed(&bench, words);
-        let offered: Vec<&str> = offered.lines().map(str::trim_end).collect();
-        assert!(wanted.iter().all(|word| offered.contains(word)), "{words:?}: {offered:?}");
-        assert!(!unwanted.iter().any(|word| offered.contains(word)), "{words:?}: {offered:?}");
+    let mut bash = Bash::new(&bench);
+    // The line becomes longer by this.
+    let mut becomes = |typed: &str, more: &str| {
+        let (offered, line) = bash.tab(typed);
+        assert_eq!(line, format!("{typed}{more}"), "{offered:?}");
     };
-    has(&["vimc4", "ser"], &["serve"], &["send"]);
-    has(&["vimc4", "serve", "--mod"], &["--model"], &["--machine"]);
-    has(&["vimc4", "serve", "--model", "imc-"], &["imc-s8", "imc-mp", "imc-mine.toml"], &["imc4"]);
-    has(&["vimc4", "run", "--machine", ""], &vimc4::machines(), &["imc4"]);
-    has(&["vimc4", "machines", "show", "m"], &["mill"], &["motionsystem"]);
-    has(&["vimc4", "models", "show", "m"], &["motionsystem"], &["mill"]);
-    has(&["vimc4", "run", "--press", "st"], &["start", "stop"], &["on"]);
-    has(&["vimc4", "run", "--input", "0.3"], &["0.3=0", "0.3=1"], &["0.2=1"]);
-    has(&["vimc4", "run", "--input", "cov"], &["cover=open", "cover=closed"], &["0.3=1"]);
-    has(&["vimc4", "run", "--model", "smcu", "--press", ""], &["stop"], &["start"]);
-    has(&["vimc4", "serve", "--tcp-clients", "o"], &["observe"], &["refuse"]);
+    becomes("vimc4 ser", "ve ");
+    becomes("vimc4 serve --mod", "el ");
+    becomes("vimc4 serve --machine posit", "ioner ");
+    becomes("vimc4 run --machine=posit", "ioner ");
+    becomes("vimc4 serve --tcp-clients o", "bserve ");
+    // bash takes =, : and @ for ends of words, and offers the names of hosts behind @.
+    becomes("vimc4 run --input cov", "er");
+    becomes("vimc4 run --input=cover=o", "pen ");
+    becomes("vimc4 run --input cover=c", "losed ");
+    becomes("vimc4 run --press start@", "");
+    becomes("vimc4 run --press start@l", "");
+    becomes("vimc4 serve --tcp 0.0.0.0:", "4004 ");
+    becomes("vimc4 send --to tcp:", "127.0.0.1:4004 ");
+    becomes("vimc4 doctor 12", "7.0.0.1:4004 ");
+    // And blanks too.
+    becomes("vimc4 run --input limit", "\\ ");
+    becomes("vimc4 run --input limit\\ x", "");
+    becomes("vimc4 run --input \"limit z+", "=");
+    becomes("vimc4 run --model \"smcu\" --input spindle-f", "ault=");
+    becomes("cd .; vimc4 run --model smcu --press ", "stop ");
+    becomes("vimc4 lines -- vimc", "4 ");
+    becomes("vimc4 lines --serve -- vimc4 exam", "ples/");
+    let mut has = |typed: &str, wanted: &[&str], unwanted: &[&str]| {
+        let (offered, line) = bash.tab(typed);
+        let has = |word: &&str| offered.iter().any(|offered| offered == word);
+        assert!(wanted.iter().all(|word| has(&word)), "{line}: {offered:?}");
+        assert!(!unwanted.iter().any(|word| has(&word)), "{line}: {offered:?}");
+    };
+    has("vimc4 serve --model imc-", &["imc-s8", "imc-mp", "imc-mine.toml"], &["imc4"]);
+    has("vimc4 run --machine ", &vimc4::machines(), &["imc4"]);
+    has("vimc4 machines show m", &["mill", "mill-4axis"], &["motionsystem"]);
+    has("vimc4 run --press st", &["start", "stop"], &["on"]);
+    has("vimc4 run --input 0.3", &["0.3=0", "0.3=1"], &["0.2=1"]);
+    has("vimc4 run --input 0.3=", &["0", "1"], &["--model"]);
+    has("vimc4 run --input cov", &["cover=open", "cover=closed"], &["0.3=1"]);
+    has("vimc4 run --input cover=", &["open", "closed"], &["--model"]);
+    has("vimc4 run --input limit\\ x", &["limit\\ x-=0", "limit\\ x+=1"], &["limit\\ y-=0"]);
+    has(
+        "vimc4 run --model smcu --input ",
+        &["limit\\ x-=0", "stop=1", "ball\\ axis=2"],
+        &["cover=open"],
+    );
+    has("vimc4 serve --tcp 127.0.0.1:", &["4004", "0"], &["--model"]);
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let output = bench.run(&format!("vimc4 completions {shell}"), "");
         assert!(text(&output).contains("VIMC4_COMPLETE"), "{shell}: {}", text(&output));
