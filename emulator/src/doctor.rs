@@ -24,7 +24,8 @@ PORT is the link of a pseudo-terminal (./vimc4.pty), a serial port (/dev/ttyUSB0
 may use it, its speed, whether it has modem lines, who else has it open, and whether a controller
 answers, and as which. Nothing is moved, switched or stored: it is asked where its axes are, and for
 its name. While another program has the port open it is not asked, and a data field that somebody has
-left half stored ends with the first question.",
+left half stored ends with the first question. A controller that moves answers the questions when it
+comes to rest, and then to whoever has the port open.",
     after_long_help = "\
 Exit codes: 0 a program will find what it needs, 1 something should be mended, 2 it cannot be opened.
 
@@ -107,7 +108,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let mut findings = Findings::default();
     let name = arguments.port.as_str();
     let is_tcp = port::is_tcp(name);
-    let before = if is_tcp { Before::default() } else { before_opening(name, &mut findings) };
+    let mut before = Before::default();
+    if !is_tcp {
+        match before_opening(name, &mut findings) {
+            Some(found) => before = found,
+            None => {
+                output::print(&findings.text)?;
+                return Err(Failure::usage(format!(
+                    "{name} is no serial port and no pseudo-terminal; name one, or a link to one, or \
+                     HOST:PORT for TCP"
+                )));
+            }
+        }
+    }
     let baud = arguments.baud.or(before.baud).unwrap_or(BAUD);
     let mut port = match Port::open(name, baud) {
         Ok(port) => port,
@@ -136,8 +149,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 
 // --- what the system knows ---
 
+/// What is known of a path before it is opened; nothing if it is no line.
 #[cfg(unix)]
-fn before_opening(name: &str, findings: &mut Findings) -> Before {
+fn before_opening(name: &str, findings: &mut Findings) -> Option<Before> {
     use std::fs;
     use std::os::unix::fs::FileTypeExt;
 
@@ -146,13 +160,11 @@ fn before_opening(name: &str, findings: &mut Findings) -> Before {
     if let Ok(target) = fs::read_link(path) {
         findings.fine("link", &format!("{name} leads to {}", target.display()));
     }
-    let Ok(file) = fs::metadata(path) else { return before };
+    let Ok(file) = fs::metadata(path) else { return Some(before) };
     // What may not be opened may still be a terminal.
     let settings = file.file_type().is_char_device().then(|| line_settings(path));
     if matches!(settings, None | Some(Ok(None))) {
-        let remedy = "name a serial port or a link to one";
-        findings.trouble("kind", &format!("{name} is no terminal"), remedy);
-        return before;
+        return None;
     }
     permission(path, &file, findings);
     let users = vimc4::Users::of(path).unwrap_or_default();
@@ -199,7 +211,7 @@ fn before_opening(name: &str, findings: &mut Findings) -> Before {
         findings.fine("settings", &format!("{}, until the program sets its own", shown(&settings)));
         before.baud = is_pseudo(path).then_some(settings.output_speed());
     }
-    before
+    Some(before)
 }
 
 #[cfg(unix)]
@@ -276,8 +288,8 @@ fn shown(settings: &rustix::termios::Termios) -> String {
 }
 
 #[cfg(not(unix))]
-fn before_opening(_name: &str, _findings: &mut Findings) -> Before {
-    Before::default()
+fn before_opening(_name: &str, _findings: &mut Findings) -> Option<Before> {
+    Some(Before::default())
 }
 
 fn modem_lines(port: &mut Port, findings: &mut Findings) {
@@ -312,7 +324,15 @@ fn conversation(port: &mut Port, findings: &mut Findings) {
         findings.trouble(
             "controller",
             &format!("the other end has gone: {why}"),
-            "one client holds the line at a time, and another one may have it: close that one",
+            match port::is_tcp(port.name()) {
+                true => {
+                    "one client holds the line at a time, and another one may have it: close that one"
+                }
+                false => {
+                    "the emulator has ended, or the adapter was pulled out: start `vimc4 serve` again, \
+                     or plug it in"
+                }
+            },
         );
     }
 }
@@ -370,8 +390,8 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
             "controller",
             "nothing answers",
             "check that it is on, and the cable: crossed (null modem) where the controller needs \
-             it; one that moves answers when it has come to rest, and a virtual one with manual \
-             time when time is advanced",
+             it. If it moves, or its time is manual, the questions wait on the line: it answers \
+             when it has come to rest, to whoever has the port open then, who should drop that",
         ),
         false => findings.trouble(
             "controller",

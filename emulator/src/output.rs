@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
 
 use crate::failure::Failure;
 
@@ -35,6 +36,14 @@ pub(crate) fn shown(text: &str) -> String {
 /// The same for what has to be one line.
 pub(crate) fn shown_in_line(text: &str) -> String {
     text.chars().map(|c| if c == '\n' { '\u{240A}' } else { picture(c) }).collect()
+}
+
+/// The name of a file that is read, for people: `-` is standard input.
+pub(crate) fn name(path: &Path) -> String {
+    match path.to_str() {
+        Some("-") => "standard input".to_owned(),
+        _ => shown_in_line(&path.display().to_string()),
+    }
 }
 
 /// No more than so many characters of a text, and a sign that there are more.

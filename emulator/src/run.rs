@@ -21,6 +21,7 @@ use crate::completions;
 use crate::failure::Failure;
 use crate::job::source::{self, JobArguments};
 use crate::ncp::run as job;
+use crate::output;
 use crate::setup::Setup;
 use driver::{Driver, Halt, News};
 use meter::Meter;
@@ -122,7 +123,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let model = vimc4::model(arguments.setup.model())?;
     let machine = vimc4::machine(arguments.setup.machine())?;
     let handling = Handling::of(&model);
-    source::no_g_code(&arguments.file.display().to_string(), &bytes)?;
+    source::no_g_code(&output::name(&arguments.file), &bytes)?;
     if model.family() == Family::Isel && source::is_job(&bytes) {
         let Arguments { file, setup, world, json, verbose, time, .. } = arguments;
         let job = JobArguments::new(file, setup);

@@ -326,8 +326,8 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
     if let Some(emulator) = emulators.iter().find(waits) {
         let _ = writeln!(
             io::stderr(),
-            "a pseudo terminal has no modem lines: a host of the {} that waits for CTS needs TCP, a \
-             serial port, or `vimc4 lines --serve`",
+            "The pseudo-terminal has no modem lines. A program that waits for CTS of the {} needs TCP, \
+             a serial port, or `vimc4 lines --serve`.",
             emulator.model().name()
         );
     }

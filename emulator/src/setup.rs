@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::completions;
 use crate::failure::Failure;
 use crate::job::source::is_job;
-use crate::output::shown_in_line;
+use crate::output::{self, shown_in_line};
 use crate::run::script::{Kind, Script};
 
 /// The model and the machine of a command that reads a file.
@@ -54,7 +54,7 @@ impl Setup {
         let Some(Script { kind: Kind::DataField, model, machine, .. }) = script else {
             return Ok(());
         };
-        let file = shown_in_line(&path.display().to_string());
+        let file = output::name(path);
         let known = |name: &str| vimc4::model_profile(name).is_ok();
         heed(&file, "model", &mut self.model, model, known)?;
         let known = |name: &str| vimc4::machine_profile(name).is_ok();

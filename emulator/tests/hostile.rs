@@ -344,6 +344,17 @@ fn a_full_disk_is_one_error_and_a_closed_pipe_a_quiet_end() {
         let status = vimc4(folder.path(), &arguments).stdout(full()).stderr(full()).status();
         assert_eq!(status.unwrap().code(), Some(2), "{command}");
     }
+    // A table of steps is no less than standard output. The file has a name, whatever is typed for it.
+    let mut run = vimc4(folder.path(), &["run", "-", "--trace", "/dev/full"]);
+    let list = fs::File::open(folder.path().join("list")).unwrap();
+    let Output { status, stderr, .. } = run.stdin(list).output().unwrap();
+    let errors = String::from_utf8(stderr).unwrap();
+    assert_eq!(status.code(), Some(2), "{errors}");
+    assert!(errors.contains("cannot write /dev/full: No space left"), "{errors}");
+    let mut run = vimc4(folder.path(), &["run", "-"]);
+    let Output { stderr, .. } = run.stdin(Stdio::null()).output().unwrap();
+    let errors = String::from_utf8(stderr).unwrap();
+    assert!(errors.contains("standard input holds no command"), "{errors}");
 }
 
 #[test]
@@ -745,6 +756,17 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     // A terminal at which nobody is a controller.
     let (_near, far) = pseudo_terminal();
     doctor(&far, 1, &["no emulator holds the other end", "nothing answers"]);
+    // One that goes away when it is asked.
+    let (near, far) = pseudo_terminal();
+    let asks = vimc4(folder.path(), &["doctor", &far]).stdout(Stdio::piped()).spawn().unwrap();
+    // Nothing can be read before it has opened the port.
+    let mut question = fs::File::from(near);
+    while question.read_exact(&mut [0]).is_err() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    drop(question);
+    let said = String::from_utf8(asks.wait_with_output().unwrap().stdout).unwrap();
+    assert!(said.contains("the emulator has ended") && !said.contains("one client"), "{said}");
     // The other family.
     let arguments = ["--model", "smcu", "--machine", "board-plotter", "--pty", "plotter"];
     let (_serve, places) = Running::serve(folder.path(), &arguments);
@@ -780,7 +802,7 @@ fn answers(mut stream: TcpStream, answer: fn(&[u8]) -> Vec<u8>) -> std::io::Resu
 #[test]
 fn the_doctor_takes_nothing_for_a_controller_that_is_none() {
     let folder = tempfile::tempdir().unwrap();
-    let silent = "nothing answers";
+    let silent = "to whoever has the port open then";
     let endless = "what never falls silent has no answers";
     let noise = "makes no sense";
     let servers: [(&str, &str, Serving); 8] = [
@@ -818,7 +840,11 @@ fn the_doctor_takes_nothing_for_a_controller_that_is_none() {
     for name in ["file", ".", "/dev/null"] {
         let (code, out, errors) = run(folder.path(), &["doctor", name]);
         assert_eq!(code, Some(2), "{name}: {out}{errors}");
-        assert!(out.contains("is no terminal") && !out.contains("open"), "{name}: {out}{errors}");
+        assert!(
+            errors.contains("is no serial port and no pseudo-terminal"),
+            "{name}: {out}{errors}"
+        );
+        assert!(!(out + &errors).contains("typewriter"), "{name}");
     }
     let (code, _, errors) = run(folder.path(), &["doctor", "socket://127.0.0.1:4004"]);
     assert_eq!(code, Some(2));

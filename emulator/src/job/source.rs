@@ -12,7 +12,7 @@ use vimc4_ncp::language;
 use vimc4_ncp::{Diagnostic, Severity};
 
 use crate::failure::Failure;
-use crate::output::shown_in_line;
+use crate::output;
 use crate::setup::Setup;
 
 /// A job file and how it is read, the same for every command that takes one.
@@ -180,7 +180,7 @@ fn too_large(largest: u64) -> io::Error {
 
 /// The bytes of a file; `-` is standard input. `what` says what it should be.
 pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
-    let name = path.display();
+    let name = output::name(path);
     let bytes = bounded(path, LARGEST).map_err(|error| {
         Failure::usage(format!(
             "cannot read {name}: {error}; name {what}, or `-` for standard input"
@@ -203,7 +203,7 @@ impl JobArguments {
 
     /// The name of the file, for people.
     pub(crate) fn name(&self) -> String {
-        shown_in_line(&self.file.display().to_string())
+        output::name(&self.file)
     }
 
     /// The bytes of the file.

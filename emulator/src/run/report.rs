@@ -168,7 +168,7 @@ impl Report {
         // Lines that run by are progress enough.
         let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
         Report {
-            file: shown_in_line(&arguments.file.display().to_string()),
+            file: output::name(&arguments.file),
             kind: script.kind,
             json: arguments.json,
             verbose: arguments.verbose,

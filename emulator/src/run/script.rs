@@ -7,6 +7,7 @@ use vimc4_catalogue::{Family, Handling};
 use vimc4_device::escape;
 
 use crate::failure::Failure;
+use crate::output;
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
@@ -96,7 +97,7 @@ impl Line {
 impl Script {
     /// The script in a file, for a controller that is handled so.
     pub(crate) fn of(path: &Path, bytes: &[u8], handling: &Handling) -> Result<Script, Failure> {
-        let name = path.display();
+        let name = output::name(path);
         if handling.model().family() == Family::Lpkf && is_binary(bytes) {
             let lmd =
                 path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lmd"));

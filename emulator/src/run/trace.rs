@@ -49,7 +49,10 @@ impl Trace {
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
         let written = self.written.and_then(|()| self.out.flush());
         written.map_err(|error| {
-            Failure::midway(format!("cannot write {}: {error}", self.path.display()))
+            Failure::usage(format!(
+                "cannot write {}: {error}; make room where it leads to, and begin again",
+                self.path.display()
+            ))
         })
     }
 }
