@@ -1326,6 +1326,22 @@ fn q_stops_what_moves_before_it_ends_the_job() {
 }
 
 #[test]
+fn a_unit_that_was_typed_does_not_scale_the_file() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nHALT\nMOVEABS X1000\nHALT\nMOVEABS X2000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    typist.types("line 3: HALT", "INCH");
+    // 254 mm, of which 1 mm is 80 steps.
+    typist.types("line 3: HALT", "MOVEREL Y10000");
+    typist.types("line 3: HALT", "");
+    // What was typed before holds no longer.
+    typist.types("line 5: HALT", "MOVEREL Y1000");
+    typist.types("line 5: HALT", "");
+    typist.ends(0);
+    assert_eq!(emulator.position().unwrap()[..2], [160, 254 * 80 + 80]);
+}
+
+#[test]
 fn what_was_typed_is_told_where_going_on_leaves_it_out() {
     let job = "IMF_PBL\nREF XYZ\nWPTEACH\nHALT\nMOVEABS X1000\nHALT\n";
     let folder = Folder::with(job);

@@ -10,7 +10,7 @@ use super::target::Target;
 use super::zero::Zero;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Curve, Delay, Steps, Straight};
-use crate::language::{self, Line, Lines, Span, TextLine};
+use crate::language::{self, Line, Lines, Span, TextLine, Units};
 
 /// How a job ended, and what was said about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -239,6 +239,8 @@ pub struct Job<'t> {
     failed: bool,
     found: Option<Zero>,
     kept: Option<u32>,
+    /// The unit of the file, while the operator may have said another.
+    units: Option<Units>,
 }
 
 impl<'t> Job<'t> {
@@ -253,6 +255,7 @@ impl<'t> Job<'t> {
             failed: false,
             found: None,
             kept: None,
+            units: None,
         }
     }
 
@@ -269,6 +272,10 @@ impl<'t> Job<'t> {
             }
             if self.failed {
                 return None;
+            }
+            // What the operator says is measured in the operator's unit, the file in its own.
+            if let Some(units) = self.units.take() {
+                self.reader.interpreter.set_units(units);
             }
             let carried_out = self.reader.line(&mut self.scratch, report)?;
             self.failed = !carried_out;
@@ -363,7 +370,8 @@ impl<'t> Job<'t> {
 
     /// Carries out what the operator says, a line as in a file, and then asks again. A line that is
     /// refused is as if it had never been said: nothing moves, so nothing of what holds may change.
-    /// Says whether it is carried out.
+    /// A unit holds for what is said until the file goes on, which keeps its own. Says whether it is
+    /// carried out.
     pub fn enter(
         &mut self,
         text: &str,
@@ -371,6 +379,7 @@ impl<'t> Job<'t> {
         report: &mut dyn FnMut(Diagnostic),
     ) -> bool {
         let number = self.reader.number;
+        self.units.get_or_insert(self.reader.interpreter.units());
         let mut refused = false;
         let mut told = |diagnostic: Diagnostic| {
             refused |= diagnostic.problem.severity() == Severity::Error;

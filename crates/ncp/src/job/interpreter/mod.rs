@@ -195,6 +195,16 @@ impl<'t> Interpreter<'t> {
         self.state.counters
     }
 
+    /// In which unit lengths are read.
+    pub(in crate::job) fn units(&self) -> Units {
+        self.state.units
+    }
+
+    /// Reads lengths in this unit from now on.
+    pub(in crate::job) fn set_units(&mut self, units: Units) {
+        self.state.units = units;
+    }
+
     /// Whether the file had no mark. Only its end shows.
     pub(in crate::job) fn lacks_mark(&self) -> bool {
         self.state.mark != Mark::Seen
