@@ -13,6 +13,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use vimc4::isel::ProgramStatus;
 use vimc4::{Order, escape};
 use vimc4_catalogue::{Controller, Family, Handling, Machine};
 use vimc4_device::{Device, Signal, SignalId, Time, Warning};
@@ -161,7 +162,7 @@ pub(crate) struct Outside {
 
 impl Outside {
     /// Lets all of it happen, counted from now on.
-    pub(crate) fn schedule<D: Device>(&self, driver: &mut Driver<D>) {
+    pub(crate) fn schedule(&self, driver: &mut Driver) {
         let now = driver.now();
         driver.stop_at(now + self.time);
         for &Scheduled { after, signal, value } in &self.signals {
@@ -285,16 +286,16 @@ fn timed_input(text: &str) -> Result<(String, Duration), String> {
 // --- running ---
 
 /// A run of one script.
-struct Session<D> {
+struct Session {
     family: Family,
     handling: Handling,
-    driver: Driver<D>,
+    driver: Driver,
     report: Report,
     /// The lines of the file that the controller has stored, in order.
     stored: Vec<Line>,
 }
 
-impl<D: Device> Session<D> {
+impl Session {
     /// Sends the lines one after the other, each when the one before was answered, and starts
     /// what they have stored.
     fn command_list(&mut self, lines: &[Line], outside: &Outside) -> Result<End, End> {
@@ -309,11 +310,12 @@ impl<D: Device> Session<D> {
                 _ => self.check(line, answer)?,
             }
         }
-        let program = self.driver.device().view(self.driver.now()).program;
-        let status = program.map(|program| program.status).unwrap_or_default();
-        match status.as_str() {
-            "valid" if self.driver.rounds.last().is_none() => self.start(outside),
-            "incomplete" => {
+        let details = self.driver.device().details();
+        match details.program().map(|program| program.status) {
+            Some(ProgramStatus::Valid) if self.driver.rounds.last().is_none() => {
+                self.start(outside)
+            }
+            Some(ProgramStatus::Incomplete) => {
                 let text = "every command was answered, but the program lacks its final 9";
                 Ok(End::of(Why::Done, text))
             }
@@ -407,8 +409,8 @@ impl<D: Device> Session<D> {
                 return Err(self.halted(halt, None));
             }
             if self.driver.device().is_idle() && self.driver.rounds.last().is_some() {
-                let view = self.driver.device().view(self.driver.now());
-                if view.program.is_none_or(|program| program.marker.is_none()) {
+                let details = self.driver.device().details();
+                if details.program().is_none_or(|program| program.marker.is_none()) {
                     return Ok(End::of(Why::Done, "the program came to its end"));
                 }
             }
@@ -471,7 +473,7 @@ impl<D: Device> Session<D> {
     fn halted(&mut self, halt: Halt, waiting: Option<&Line>) -> End {
         let now = self.driver.now();
         let view = self.driver.device().view(now);
-        let marker = view.program.as_ref().and_then(|program| program.marker).map(|at| at + 1);
+        let marker = view.details.program().and_then(|program| program.marker).map(|at| at + 1);
         let place = match (marker, waiting) {
             (Some(line), _) => self.place(line),
             (None, Some(line)) => self.report.place(line),

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use vimc4_device::{Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
+use vimc4_device::{
+    Activity, Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View,
+};
 use vimc4_isel::FlashError;
 use vimc4_plant::Machine;
 
@@ -34,6 +36,55 @@ pub enum State {
     Isel(Box<vimc4_isel::State>),
     /// One of LPKF's.
     Lpkf(Box<vimc4_lpkf::State>),
+}
+
+/// What can be seen of a controller that only its family has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "family", rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Details {
+    /// Of one of isel's.
+    Isel(vimc4_isel::Details),
+    /// Of one of LPKF's.
+    Lpkf(vimc4_lpkf::Details),
+}
+
+impl Details {
+    /// Those of an isel controller, if it is one.
+    #[must_use]
+    pub fn isel(&self) -> Option<&vimc4_isel::Details> {
+        match self {
+            Details::Isel(details) => Some(details),
+            Details::Lpkf(_) => None,
+        }
+    }
+
+    /// Those of an LPKF controller, if it is one.
+    #[must_use]
+    pub fn lpkf(&self) -> Option<&vimc4_lpkf::Details> {
+        match self {
+            Details::Lpkf(details) => Some(details),
+            Details::Isel(_) => None,
+        }
+    }
+
+    /// The stored program, if there is one.
+    #[must_use]
+    pub fn program(&self) -> Option<&vimc4_isel::ProgramView> {
+        self.isel()?.program.as_ref()
+    }
+
+    /// Whether the head is down, if there is one.
+    #[must_use]
+    pub fn is_head_down(&self) -> Option<bool> {
+        self.lpkf().map(|details| details.head == vimc4_lpkf::Head::Down)
+    }
+
+    /// Whether the controller says when a command is done.
+    #[must_use]
+    pub fn says_when_done(&self) -> bool {
+        self.lpkf().is_none_or(|details| details.echo)
+    }
 }
 
 impl State {
@@ -96,6 +147,7 @@ impl Controller {
 
 impl Device for Controller {
     type State = State;
+    type Details = Details;
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.state.take();
@@ -135,8 +187,22 @@ impl Device for Controller {
         of!(&self.inner, device => device.wake())
     }
 
-    fn view(&self, at: Time) -> View {
-        of!(&self.inner, device => device.view(at))
+    fn view(&self, at: Time) -> View<Details> {
+        match &self.inner {
+            Inner::Isel(device) => device.view(at).with(Details::Isel),
+            Inner::Lpkf(device) => device.view(at).with(Details::Lpkf),
+        }
+    }
+
+    fn activity(&self) -> Activity {
+        of!(&self.inner, device => device.activity())
+    }
+
+    fn details(&self) -> Details {
+        match &self.inner {
+            Inner::Isel(device) => Details::Isel(device.details()),
+            Inner::Lpkf(device) => Details::Lpkf(device.details()),
+        }
     }
 
     fn signals(&self) -> Vec<Signal> {

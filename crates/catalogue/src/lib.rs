@@ -33,11 +33,25 @@ use std::sync::Arc;
 use thiserror::Error;
 
 pub use axes::axis;
-pub use controller::{Controller, MemoryError, State};
+pub use controller::{Controller, Details, MemoryError, State};
 pub use family::Family;
 pub use handling::{Effects, Handling, Piece, Turn};
 pub use model::Model;
 pub use vimc4_plant::{Machine, ProfileError};
+
+/// What only isel's controllers show in their [`Details`].
+pub mod isel {
+    pub use vimc4_isel::{
+        Details, Interpolation, LoopView, NoMotion, Plane, ProgramStatus, ProgramView,
+    };
+}
+
+/// What only LPKF's controllers show in their [`Details`].
+pub mod lpkf {
+    pub use vimc4_lpkf::language::{Mode, Trackball};
+    pub use vimc4_lpkf::{AxisSettings, Details, Head, StoppedBy};
+    pub use vimc4_plant::Unit;
+}
 
 /// Nothing built in has this name.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -329,7 +329,7 @@ impl<D: Device> Player<D> {
         }
     }
 
-    fn view(&self) -> View {
+    fn view(&self) -> View<D::Details> {
         self.harness.device().view(self.harness.now())
     }
 

@@ -124,8 +124,7 @@ impl<D: Device> Port<'_, D> {
 pub fn counters(device: &impl Device) -> Point {
     let mut counters = Point::default();
     for axis in device.view(device.now()).axes {
-        let place =
-            vimc4_catalogue::axis(&axis.name).and_then(|n| counters.get_mut(usize::from(n)));
+        let place = counters.get_mut(usize::from(axis.index));
         place.into_iter().for_each(|place| *place = axis.position);
     }
     counters

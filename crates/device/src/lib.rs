@@ -26,5 +26,5 @@ pub use line::{Line, LineState};
 pub use output::{FlashChange, Output};
 pub use run::{Device, Foresight, MAX_CAUSES};
 pub use text::escape;
-pub use view::{AxisView, LoopView, PortView, ProgramView, TimerView, View};
+pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Point, Segment, Time};

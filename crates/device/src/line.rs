@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
+use crate::{Activity, Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
 
 /// How many bytes may be on their way to a paced device. A client that writes faster than the
 /// line is held back by its own operating system, as it is by a real port.
@@ -155,6 +155,7 @@ impl<D: Device> Line<D> {
 
 impl<D: Device> Device for Line<D> {
     type State = LineState<D::State>;
+    type Details = D::Details;
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.state.take();
@@ -210,8 +211,16 @@ impl<D: Device> Device for Line<D> {
             .min()
     }
 
-    fn view(&self, at: Time) -> View {
+    fn view(&self, at: Time) -> View<D::Details> {
         self.device.view(at)
+    }
+
+    fn activity(&self) -> Activity {
+        self.device.activity()
+    }
+
+    fn details(&self) -> D::Details {
+        self.device.details()
     }
 
     fn signals(&self) -> Vec<Signal> {

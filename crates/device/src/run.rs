@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::{Condition, Input, Kinds, Output, Signal, SignalId, Time, View};
+use crate::{Activity, Condition, Input, Kinds, Output, Signal, SignalId, Time, View};
 
 /// How many causes a forecast follows before it gives up, so that the forecast of something an
 /// endless program never does comes to an end.
@@ -51,6 +51,9 @@ pub trait Device {
     /// the same inputs at the same times do the same.
     type State: Clone + PartialEq + Debug + Serialize + DeserializeOwned;
 
+    /// What can be seen of it that only devices of its family have.
+    type Details: Clone + PartialEq + Debug + Send + Serialize + DeserializeOwned + 'static;
+
     /// Performs what is due up to `at`, then the input.
     fn handle(&mut self, input: Input<'_>, at: Time);
 
@@ -75,7 +78,14 @@ pub trait Device {
 
     /// A picture of the device at `at`, which is not before [`now`](Device::now) and not after
     /// the wake-up time.
-    fn view(&self, at: Time) -> View;
+    fn view(&self, at: Time) -> View<Self::Details>;
+
+    /// What it is doing, as in its [`view`](Device::view), without the rest of the picture.
+    fn activity(&self) -> Activity;
+
+    /// What only devices of its family have, as in its [`view`](Device::view), without the rest
+    /// of the picture.
+    fn details(&self) -> Self::Details;
 
     /// The things of the outside world that can be set with [`Input::Signal`]. The list is made
     /// for who asks; a device does not carry its own description with it.

@@ -1,40 +1,252 @@
-//! A picture of a device for people.
+//! A picture of a device: what it is doing, and every value that can be seen of it.
+//!
+//! What people read and what programs compare are the same values: an enum has a stable name in
+//! kebab-case for programs (serde) and a few words for people (`Display`). Nobody has to read a
+//! text to know what is so.
+
+use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Time;
+use crate::{SignalId, Time};
 
-/// What a person would ask a device for, without knowing the model.
+/// What anybody would ask a device for, without knowing the model, and beside it the `details` that
+/// only its family has. It is made when it is asked for; nothing of it is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct View {
+pub struct View<D> {
     /// The time of the picture.
     pub at: Time,
     /// The model's name.
     pub model: String,
+    /// The machine's name.
+    pub machine: String,
     /// Whether it has power.
     pub powered: bool,
-    /// What it does, in a few words: `idle`, `relative move`, `reference run`.
-    pub activity: String,
+    /// What it is doing.
+    pub activity: Activity,
+    /// What it waits for, if it does nothing more by itself.
+    pub waits_for: Option<WaitsFor>,
+    /// Bits per second of its serial line.
+    pub baud: u32,
+    /// How full the buffer is in which waits what was received while something else is done: isel's
+    /// receive buffer, with the bytes as they came, and LPKF's command buffer, which holds commands
+    /// without the `;` or CR that ends them. A line or command that is only begun is not in it, but
+    /// [`Device::room`](crate::Device::room), and with it CTS, allows for one.
+    pub received: Fill,
     /// The axes, configured or not.
     pub axes: Vec<AxisView>,
-    /// Start-stop frequency in Hz.
-    pub start_stop: u32,
-    /// Acceleration in Hz/ms.
-    pub acceleration: u32,
-    /// What it will do by itself and when, soonest first.
-    pub timers: Vec<TimerView>,
-    /// The stored program, if there is one.
-    pub program: Option<ProgramView>,
+    /// The things of the outside world with their present values, in the order of
+    /// [`Device::signals`](crate::Device::signals).
+    pub signals: Vec<SignalView>,
     /// The ports.
     pub ports: Vec<PortView>,
-    /// Other settings, name and value.
-    pub settings: Vec<(String, String)>,
+    /// What it will do by itself and when, soonest first.
+    pub timers: Vec<TimerView>,
+    /// What only devices of its family have.
+    pub details: D,
+}
+
+impl<D> View<D> {
+    /// The same picture with other details: those of a family among those of all.
+    pub fn with<T>(self, details: impl FnOnce(D) -> T) -> View<T> {
+        let View { at, model, machine, powered, activity, waits_for, baud, received, .. } = self;
+        let View { axes, signals, ports, timers, .. } = self;
+        let details = details(self.details);
+        View {
+            at,
+            model,
+            machine,
+            powered,
+            activity,
+            waits_for,
+            baud,
+            received,
+            axes,
+            signals,
+            ports,
+            timers,
+            details,
+        }
+    }
+
+    /// The present value of a signal, by its name; `None` for one that is not there and for one
+    /// that has no lasting value.
+    #[must_use]
+    pub fn signal(&self, name: &str) -> Option<i32> {
+        self.signals.iter().find(|signal| signal.name == name)?.value
+    }
+}
+
+/// What a device is doing, in the words of all families.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Activity {
+    /// It has no power.
+    Off,
+    /// Nothing: it takes the next command.
+    Idle,
+    /// It starts up after a reset or after it was switched on.
+    StartingUp,
+
+    /// A straight or circular move, or several in one command.
+    Move,
+    /// An arc.
+    Arc,
+    /// Vectors, one after the other without a halt.
+    FollowingVectors,
+    /// A move of the stored program.
+    ProgramMove,
+    /// An axis follows the trackball.
+    FollowingTrackball,
+    /// The moves of the self-test.
+    SelfTest,
+
+    /// A reference run: towards the switch.
+    ReferenceTowardsSwitch,
+    /// A reference run: out of the switch.
+    ReferenceOutOfSwitch,
+    /// A reference run: by a few more steps.
+    ReferenceFreeSteps,
+    /// An axis leaves the limit switch it stands on, by command.
+    LeavingLimitSwitch,
+
+    /// The head goes down or up.
+    WaitingForHead,
+    /// Everything comes to rest after a move.
+    Settling,
+    /// A command waits for a time.
+    Waiting,
+    /// A line of the stored program waits for a time.
+    ProgramDelay,
+    /// A line of the stored program takes its time.
+    ProgramLine,
+    /// A line of the stored program waits for a port.
+    ProgramWaitsForPort,
+    /// A line of the stored program waits for a character.
+    ProgramWaitsForCharacter,
+    /// A line of the stored program branches to itself and always will.
+    ProgramHaltedOnItself,
+    /// The stored program was stopped and can go on.
+    ProgramStopped,
+    /// The memory of the stored program is erased.
+    Erasing,
+    /// It takes the lines of a program to be stored.
+    Storing,
+    /// It sends back what it receives, as it does at the end of the self-test.
+    Echo,
+
+    /// It was stopped: no command is executed until one lets them go on.
+    Stopped,
+    /// The trackball is open.
+    Trackball,
+}
+
+/// In a few words, for people.
+impl fmt::Display for Activity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Activity::Off => "off",
+            Activity::Idle => "idle",
+            Activity::StartingUp => "starting up",
+            Activity::Move => "move",
+            Activity::Arc => "arc",
+            Activity::FollowingVectors => "following vectors",
+            Activity::ProgramMove => "program move",
+            Activity::FollowingTrackball => "following the trackball",
+            Activity::SelfTest => "self-test",
+            Activity::ReferenceTowardsSwitch => "reference run, towards the switch",
+            Activity::ReferenceOutOfSwitch => "reference run, out of the switch",
+            Activity::ReferenceFreeSteps => "reference run, free steps",
+            Activity::LeavingLimitSwitch => "leaving a limit switch",
+            Activity::WaitingForHead => "waiting for the head",
+            Activity::Settling => "settling",
+            Activity::Waiting => "waiting",
+            Activity::ProgramDelay => "program delay",
+            Activity::ProgramLine => "program line",
+            Activity::ProgramWaitsForPort => "program waits for a port",
+            Activity::ProgramWaitsForCharacter => "program waits for a character",
+            Activity::ProgramHaltedOnItself => "program halted on itself",
+            Activity::ProgramStopped => "program stopped",
+            Activity::Erasing => "erasing the program",
+            Activity::Storing => "storing a program",
+            Activity::Echo => "self-test echo",
+            Activity::Stopped => "stopped",
+            Activity::Trackball => "trackball",
+        })
+    }
+}
+
+/// What a device waits for that does nothing more by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum WaitsFor {
+    /// Power.
+    Power,
+    /// A command.
+    Command,
+    /// A command that goes on with the motion that was stopped, or any other, which gives it up.
+    StoppedMotion,
+    /// START, or the command that is as good.
+    Start,
+    /// The command that lets commands be executed again after a stop.
+    GoOn,
+    /// The command that closes the trackball.
+    TrackballClosed,
+    /// A port to read otherwise.
+    Port {
+        /// The port.
+        port: u16,
+    },
+    /// A character on the line.
+    Character {
+        /// The one that the program branches by.
+        code: u8,
+    },
+    /// The next line of the program that is being stored, or its end.
+    ProgramLine,
+    /// To be ended from outside: nothing else will end it.
+    Ending,
+}
+
+/// In a few words, for people: what comes after "waits for".
+impl fmt::Display for WaitsFor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            WaitsFor::Power => f.write_str("power"),
+            WaitsFor::Command => f.write_str("a command"),
+            WaitsFor::StoppedMotion => {
+                f.write_str("a command, such as the one that goes on with the stopped motion")
+            }
+            WaitsFor::Start => f.write_str("START or the start command"),
+            WaitsFor::GoOn => f.write_str("the command that goes on after a stop"),
+            WaitsFor::TrackballClosed => f.write_str("the trackball to be closed"),
+            WaitsFor::Port { port } => write!(f, "port {port} to change"),
+            WaitsFor::Character { code } => {
+                write!(f, "the character `{}`", char::from(*code).escape_default())
+            }
+            WaitsFor::ProgramLine => f.write_str("the next line of the program to be stored"),
+            WaitsFor::Ending => f.write_str("nothing, until it is ended from outside"),
+        }
+    }
+}
+
+/// How full something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fill {
+    /// The bytes that are in it.
+    pub used: usize,
+    /// The bytes that it takes.
+    pub size: usize,
 }
 
 /// One axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisView {
-    /// `X`, `Y`, `Z` or `A`.
+    /// Its place in every [`Point`](crate::Point), 0 for X.
+    pub index: u8,
+    /// What the controller calls it, such as `X`.
     pub name: String,
     /// Whether the host has configured it.
     pub configured: bool,
@@ -50,39 +262,53 @@ pub struct AxisView {
     pub speed: i64,
 }
 
+/// A signal and what it is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SignalView {
+    /// Its number.
+    pub id: SignalId,
+    /// Its name, as in [`Signal`](crate::Signal).
+    pub name: String,
+    /// Its present value: what it was set to last. `None` for what has no lasting value because it
+    /// acts in the moment it is set.
+    pub value: Option<i32>,
+}
+
 /// One thing that will happen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimerView {
     /// What.
-    pub cause: String,
+    pub cause: Cause,
     /// When.
     pub due: Time,
 }
 
-/// The stored program.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ProgramView {
-    /// `valid`, `incomplete`, `invalid`, `running`, `paused`.
-    pub status: String,
-    /// Its lines as they were stored.
-    pub lines: Vec<String>,
-    /// The line that is being executed, from 0.
-    pub marker: Option<u32>,
-    /// The open loops, outermost first.
-    pub loops: Vec<LoopView>,
+/// What can happen by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Cause {
+    /// What it is doing ends, or comes to its next part.
+    Activity,
+    /// The spindle reaches its speed, or has failed to.
+    SpindleSpeed,
+    /// The position of the trackball's axis is sent.
+    TrackballReport,
 }
 
-/// One open loop.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LoopView {
-    /// The line of the loop command, from 0.
-    pub line: u32,
-    /// How many more times the block will run.
-    pub left: u32,
+/// In a few words, for people.
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Cause::Activity => "what it is doing ends or goes on",
+            Cause::SpindleSpeed => "spindle reaches its speed",
+            Cause::TrackballReport => "position of the trackball's axis",
+        })
+    }
 }
 
 /// One port.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortView {
     /// Its number.
     pub port: u16,

@@ -263,7 +263,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// A picture of the controller at its present time.
-    pub fn view(&self) -> Reply<View> {
+    pub fn view(&self) -> Reply<View<D::Details>> {
         self.with(|runner| Ok(runner.device().view(runner.device().now())))
     }
 

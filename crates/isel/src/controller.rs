@@ -16,6 +16,7 @@ use crate::flash::{Flash, FlashError};
 use crate::model::Model;
 use crate::ports::Wire;
 use crate::state::{Activity, State};
+use crate::view::Details;
 
 /// A virtual isel controller with its machine.
 #[derive(Clone, Debug)]
@@ -108,6 +109,7 @@ impl Controller {
 
 impl Device for Controller {
     type State = State;
+    type Details = Details;
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         let at = at.max(self.state.now);
@@ -150,8 +152,16 @@ impl Device for Controller {
         self.deadline()
     }
 
-    fn view(&self, at: Time) -> View {
+    fn view(&self, at: Time) -> View<Details> {
         self.picture(at)
+    }
+
+    fn activity(&self) -> vimc4_device::Activity {
+        self.doing()
+    }
+
+    fn details(&self) -> Details {
+        self.own_details()
     }
 
     fn signals(&self) -> Vec<Signal> {

@@ -57,3 +57,5 @@ pub use ports::{Output, Outputs, Ports, Wire};
 pub use program::{Program, StoredLine, Validity};
 pub use settings::Settings;
 pub use state::State;
+pub use view::{Details, Interpolation, LoopView, NoMotion, ProgramStatus, ProgramView};
+pub use vimc4_isel_wire::Plane;

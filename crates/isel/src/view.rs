@@ -1,12 +1,117 @@
-//! A picture of the controller for people.
+//! A picture of the controller.
 
-use vimc4_device::{AxisView, LoopView, PortView, ProgramView, Time, TimerView, View};
+use serde::{Deserialize, Serialize};
+use vimc4_device::{
+    Activity as Doing, AxisView, Cause, Device as _, Fill, PortView, Signal, SignalView, Time,
+    TimerView, View, WaitsFor,
+};
+use vimc4_isel_wire::{Command, Plane};
 use vimc4_motion::Running;
+use vimc4_plant::PlantSignal;
 
 use crate::moves::wrap;
 use crate::program::Validity;
 use crate::state::{Activity, Job, Phase, Wait};
+use crate::why::{Off, Why};
 use crate::{AXES, AXIS_NAMES, Controller};
+
+/// What only isel's controllers have.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Details {
+    /// Start-stop frequency, Hz.
+    pub start_stop: u32,
+    /// Acceleration, Hz/ms.
+    pub acceleration: u32,
+    /// How moves of three axes are interpolated.
+    pub interpolation: Interpolation,
+    /// The plane of circles.
+    pub plane: Plane,
+    /// Whether test mode is on (`T`).
+    pub test_mode: bool,
+    /// Whether the motors have current.
+    pub motors_on: bool,
+    /// Why no motion can begin now, whatever the axes are.
+    pub no_motion: Option<NoMotion>,
+    /// The axes, 0 for X, whose limit switch error still holds.
+    pub limit_errors: Vec<u8>,
+    /// Whether the tool length probe is touched.
+    pub probe: bool,
+    /// Whether something is left of a motion that was stopped, to go on with.
+    pub stopped_motion: bool,
+    /// The stored program, if there is one.
+    pub program: Option<ProgramView>,
+}
+
+/// How the axes of a move go together (`z`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Interpolation {
+    /// Two axes together, then the others.
+    #[serde(rename = "2.5d")]
+    TwoAndAHalf,
+    /// Three axes together.
+    #[serde(rename = "3d")]
+    Three,
+}
+
+/// Why no motion can begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum NoMotion {
+    /// The mains switch is off.
+    Power,
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// The motors have no supply voltage.
+    Supply,
+    /// The power stages are too hot.
+    Overtemperature,
+    /// The power stages are off until ON is pressed.
+    StagesOff,
+    /// The cover is open with the key on automatic.
+    Cover,
+}
+
+/// The stored program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProgramView {
+    /// What it is worth, or what it is doing.
+    pub status: ProgramStatus,
+    /// Its lines as they were stored; bytes that are no ASCII are written as `\xFF`.
+    pub lines: Vec<String>,
+    /// The line that is being executed, from 0.
+    pub marker: Option<u32>,
+    /// The open loops, outermost first.
+    pub loops: Vec<LoopView>,
+}
+
+/// What a stored program is worth, or what it is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProgramStatus {
+    /// It has its end and can run.
+    Valid,
+    /// It is being stored, or storing was cut off.
+    Incomplete,
+    /// An error was made while it was stored.
+    Invalid,
+    /// It runs.
+    Running,
+    /// It was stopped and can go on.
+    Paused,
+}
+
+/// One open loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LoopView {
+    /// The line of the loop command, from 0.
+    pub line: u32,
+    /// How many more times the block will run after the run that it is in now. While the block of
+    /// `35,-1` runs for the second time it is 4 where the block is repeated five times
+    /// ([`LoopCount::Extra`](crate::LoopCount::Extra)), and 3 where it runs five times in all
+    /// ([`LoopCount::Total`](crate::LoopCount::Total)).
+    pub left: u32,
+}
 
 impl Controller {
     /// The running segment.
@@ -19,13 +124,14 @@ impl Controller {
         Some(Running { segment, began })
     }
 
-    pub(crate) fn picture(&self, at: Time) -> View {
+    pub(crate) fn picture(&self, at: Time) -> View<Details> {
         let state = &self.state;
         let at = at.max(state.now);
         let running = self.running();
         let axes = (0..AXES).map(|axis| {
             let offset = running.map_or(0, |running| running.offset(axis, at));
             AxisView {
+                index: axis as u8,
                 name: AXIS_NAMES[axis].to_owned(),
                 configured: state.axes.has(axis),
                 position: wrap(state.position[axis] + offset),
@@ -37,20 +143,21 @@ impl Controller {
         });
         let ports = state.model.ports.read.keys().map(|&port| (port, true));
         let ports = ports.chain(state.model.ports.write.keys().map(|&port| (port, false)));
+        let timer = self.deadline().map(|due| TimerView { cause: Cause::Activity, due });
         View {
             at,
             model: state.model.name.clone(),
+            machine: state.plant.machine().name.clone(),
             powered: state.powered,
-            activity: self.activity_name().to_owned(),
+            activity: self.doing(),
+            waits_for: self.awaited(),
+            baud: state.baud,
+            received: Fill {
+                used: state.receiver.waiting.len(),
+                size: state.model.line.receive_buffer,
+            },
             axes: axes.collect(),
-            start_stop: state.ramp.start_stop,
-            acceleration: state.ramp.acceleration,
-            timers: self
-                .deadline()
-                .map(|due| TimerView { cause: self.activity_name().to_owned(), due })
-                .into_iter()
-                .collect(),
-            program: self.program_view(),
+            signals: self.signals().into_iter().map(|signal| self.signal_view(signal)).collect(),
             ports: ports
                 .map(|(port, input)| PortView {
                     port,
@@ -58,67 +165,122 @@ impl Controller {
                     value: if input { self.read_port(port) } else { self.driven_value(port) },
                 })
                 .collect(),
-            settings: [
-                ("machine", state.plant.machine().name.clone()),
-                ("interpolation", if state.three_d { "3D" } else { "2.5D" }.to_owned()),
-                ("plane", format!("{:?}", state.plane).to_uppercase()),
-                ("test mode", state.test_mode.to_string()),
-                ("limit switch error", state.latched.to_string()),
-                ("motors on", state.motors_on().to_string()),
-                ("stopped motion", state.remainder.is_some().to_string()),
-                ("storing", state.storing.to_string()),
-                ("baud", state.baud.to_string()),
-            ]
-            .map(|(name, value)| (name.to_owned(), value))
-            .into(),
+            timers: timer.into_iter().collect(),
+            details: self.own_details(),
         }
     }
 
-    fn activity_name(&self) -> &'static str {
+    fn signal_view(&self, signal: Signal) -> SignalView {
+        let level = PlantSignal::from_id(signal.id).map(|known| self.state.plant.level(known));
+        SignalView { id: signal.id, name: signal.name, value: level.map(i32::from) }
+    }
+
+    pub(crate) fn own_details(&self) -> Details {
+        let state = &self.state;
+        Details {
+            start_stop: state.ramp.start_stop,
+            acceleration: state.ramp.acceleration,
+            interpolation: match state.three_d {
+                true => Interpolation::Three,
+                false => Interpolation::TwoAndAHalf,
+            },
+            plane: state.plane,
+            test_mode: state.test_mode,
+            motors_on: state.motors_on(),
+            no_motion: self.no_motion(),
+            limit_errors: state.latched.iter().map(|axis| axis as u8).collect(),
+            probe: state.plant.panel().probe,
+            stopped_motion: state.remainder.is_some(),
+            program: self.program_view(),
+        }
+    }
+
+    fn no_motion(&self) -> Option<NoMotion> {
+        match self.check_plant() {
+            Ok(()) => None,
+            _ if !self.state.powered => Some(NoMotion::Power),
+            Err(Why::Stages(off)) => Some(match off {
+                Off::EmergencyStop => NoMotion::EmergencyStop,
+                Off::Supply => NoMotion::Supply,
+                Off::Heat => NoMotion::Overtemperature,
+                Off::Relay | Off::Switched => NoMotion::StagesOff,
+            }),
+            Err(_) => Some(NoMotion::Cover),
+        }
+    }
+
+    pub(crate) fn doing(&self) -> Doing {
         let state = &self.state;
         if !state.powered {
-            return "off";
+            return Doing::Off;
         }
         match &state.activity {
             Activity::Moving(moving) => match moving.job {
-                Job::Program => "program move",
-                Job::SelfTest => "self-test",
-                Job::Command(_) | Job::Answered(_) => "move",
+                Job::Program => Doing::ProgramMove,
+                Job::SelfTest => Doing::SelfTest,
+                Job::Command(_) | Job::Answered(_) => Doing::Move,
             },
             Activity::Referencing(run) => match run.phase {
-                _ if !run.whole => "leaving a limit switch",
-                Phase::Approach => "reference run, towards the switch",
-                Phase::StepOut => "reference run, out of the switch",
-                Phase::Free => "reference run, free steps",
+                _ if !run.whole => Doing::LeavingLimitSwitch,
+                Phase::Approach => Doing::ReferenceTowardsSwitch,
+                Phase::StepOut => Doing::ReferenceOutOfSwitch,
+                Phase::Free => Doing::ReferenceFreeSteps,
             },
             Activity::Waiting { what, .. } => match what {
-                Wait::Boot | Wait::PowerUp => "starting up",
-                Wait::Erase | Wait::PanelErase => "erasing the program",
-                Wait::Delay => "program delay",
-                Wait::Line => "program line",
-                Wait::Port => "program waits for a port",
-                Wait::Character => "program waits for a character",
-                Wait::Forever => "program halted on itself",
+                Wait::Boot | Wait::PowerUp => Doing::StartingUp,
+                Wait::Erase | Wait::PanelErase => Doing::Erasing,
+                Wait::Delay => Doing::ProgramDelay,
+                Wait::Line => Doing::ProgramLine,
+                Wait::Port => Doing::ProgramWaitsForPort,
+                Wait::Character => Doing::ProgramWaitsForCharacter,
+                Wait::Forever => Doing::ProgramHaltedOnItself,
             },
-            Activity::Echo => "self-test echo",
-            Activity::Idle if state.storing => "storing a program",
-            Activity::Idle if state.run.is_some() => "program stopped",
-            Activity::Idle => "idle",
+            Activity::Echo => Doing::Echo,
+            Activity::Idle if state.storing => Doing::Storing,
+            Activity::Idle if state.run.is_some() => Doing::ProgramStopped,
+            Activity::Idle => Doing::Idle,
         }
+    }
+
+    /// What it waits for, unless something is due.
+    fn awaited(&self) -> Option<WaitsFor> {
+        if self.deadline().is_some() {
+            return None;
+        }
+        Some(match self.doing() {
+            Doing::Off => WaitsFor::Power,
+            Doing::Idle if self.state.remainder.is_some() => WaitsFor::StoppedMotion,
+            Doing::Idle => WaitsFor::Command,
+            Doing::Storing => WaitsFor::ProgramLine,
+            Doing::ProgramStopped => WaitsFor::Start,
+            Doing::ProgramWaitsForPort | Doing::ProgramWaitsForCharacter => match self.branch() {
+                Some(Command::BranchIf { test, .. }) => WaitsFor::Port { port: test.port },
+                Some(Command::AwaitSync { character, .. }) => {
+                    WaitsFor::Character { code: *character }
+                }
+                _ => WaitsFor::Ending,
+            },
+            _ => WaitsFor::Ending,
+        })
+    }
+
+    /// The line of the program that is being executed.
+    fn branch(&self) -> Option<&Command> {
+        self.state.flash.program.as_ref()?.command(self.state.run.as_ref()?.line)
     }
 
     fn program_view(&self) -> Option<ProgramView> {
         let program = self.state.flash.program.as_ref()?;
         let run = self.state.run.as_ref();
         let status = match (run, program.validity) {
-            (Some(run), _) if run.paused => "paused",
-            (Some(_), _) => "running",
-            (None, Validity::Valid) => "valid",
-            (None, Validity::Invalid) => "invalid",
-            (None, Validity::Incomplete) => "incomplete",
+            (Some(run), _) if run.paused => ProgramStatus::Paused,
+            (Some(_), _) => ProgramStatus::Running,
+            (None, Validity::Valid) => ProgramStatus::Valid,
+            (None, Validity::Invalid) => ProgramStatus::Invalid,
+            (None, Validity::Incomplete) => ProgramStatus::Incomplete,
         };
         Some(ProgramView {
-            status: status.to_owned(),
+            status,
             lines: program.lines.iter().map(|line| line.text.escape_ascii().to_string()).collect(),
             marker: run.map(|run| run.line),
             loops: run.map_or_else(Vec::new, |run| {

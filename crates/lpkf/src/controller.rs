@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vimc4_device::{
-    Condition, Device, Event, Input, Kinds, Output as Out, Signal, SignalId, Time, View,
+    Activity, Condition, Device, Event, Input, Kinds, Output as Out, Signal, SignalId, Time, View,
 };
 use vimc4_plant::{Machine, PlantSignal};
 
 use crate::language::why_refused;
 use crate::model::Model;
 use crate::state::State;
+use crate::view::Details;
 
 /// A virtual LPKF controller with its machine.
 #[derive(Clone, Debug)]
@@ -93,6 +94,7 @@ impl Controller {
 
 impl Device for Controller {
     type State = State;
+    type Details = Details;
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         let at = at.max(self.state.now);
@@ -131,8 +133,16 @@ impl Device for Controller {
         self.deadline()
     }
 
-    fn view(&self, at: Time) -> View {
+    fn view(&self, at: Time) -> View<Details> {
         self.picture(at)
+    }
+
+    fn activity(&self) -> Activity {
+        self.doing()
+    }
+
+    fn details(&self) -> Details {
+        self.own_details()
     }
 
     fn signals(&self) -> Vec<Signal> {

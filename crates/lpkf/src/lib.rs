@@ -41,3 +41,4 @@ pub use model::{
     ResolutionUnit, SpindleUnit, StatusDigits, Ta, Texts, UnknownCommand, UnknownPairs,
 };
 pub use state::State;
+pub use view::{AxisSettings, Details, Head, StoppedBy};

@@ -1,6 +1,6 @@
 //! What a test or a person can set from outside.
 
-use vimc4_device::{Signal, SignalId, SignalKind};
+use vimc4_device::{Signal, SignalId, SignalKind, SignalView};
 use vimc4_plant::{End, PlantSignal};
 
 use crate::Controller;
@@ -112,6 +112,30 @@ impl Controller {
         let faults = faults.filter(|own| self.has(*own));
         signals.extend(faults.map(|own| own.describe(self.state.model.axes)));
         signals
+    }
+
+    /// Everything that can be set, as it is.
+    pub(crate) fn signal_views(&self) -> Vec<SignalView> {
+        let signals = self.list_signals().into_iter();
+        let view = |signal: Signal| SignalView {
+            value: self.signal_value(signal.id),
+            id: signal.id,
+            name: signal.name,
+        };
+        signals.map(view).collect()
+    }
+
+    /// What a signal is set to. What acts in the moment it is set has no value.
+    fn signal_value(&self, id: SignalId) -> Option<i32> {
+        if let Some(signal) = PlantSignal::from_id(id) {
+            return Some(self.state.plant.level(signal).into());
+        }
+        match Own::from_id(id)? {
+            Own::Message(_) | Own::Trigger | Own::Ball(_) => None,
+            Own::BallAxis => Some(self.state.ball.axis.into()),
+            Own::SpindleFault => Some(self.state.unit.fault.into()),
+            Own::Fault(status) => Some(self.state.faults.contains(&status.code()).into()),
+        }
     }
 
     fn has(&self, own: Own) -> bool {

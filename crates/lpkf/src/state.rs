@@ -84,6 +84,13 @@ pub(crate) enum Entry {
     Through(Vec<u8>),
 }
 
+impl Buffer {
+    /// How many commands wait.
+    pub(crate) fn commands(&self) -> usize {
+        self.waiting.iter().filter(|entry| matches!(entry, Entry::Command { .. })).count()
+    }
+}
+
 impl Entry {
     /// How many bytes of the buffer it takes.
     pub(crate) fn size(&self) -> usize {

@@ -1,12 +1,101 @@
-//! A picture of the controller for people.
+//! A picture of the controller.
 
-use vimc4_device::{AxisView, Point, PortView, Time, TimerView, View};
+use serde::{Deserialize, Serialize};
+use vimc4_device::{
+    Activity as Doing, AxisView, Cause, Fill, Point, PortView, Time, TimerView, View, WaitsFor,
+};
 use vimc4_motion::Running;
+use vimc4_plant::Unit;
 
 use crate::Controller;
-use crate::language::Axis;
+use crate::language::{Axis, Command, Mode, Trackball};
 use crate::model::CommandSet;
 use crate::state::{Activity, Job, Pause, Stage, Stop};
+
+/// What only LPKF's controllers have.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Details {
+    /// Where the head is.
+    pub head: Head,
+    /// Whether commands that are done are answered `C`.
+    pub echo: bool,
+    /// Whether the spindle is switched on.
+    pub spindle: bool,
+    /// Whether the motors have half their current.
+    pub half_current: bool,
+    /// Why nothing is executed until a command goes on, if that is so.
+    pub stopped: Option<StoppedBy>,
+    /// The code of the status of a fault because of which nothing can move, if there is one.
+    pub fault: Option<u8>,
+    /// Commands that wait in the command buffer; [`View::received`] says how many bytes they have.
+    pub commands_waiting: usize,
+    /// Whether the command buffer is full and commands are being lost.
+    pub overrun: bool,
+    /// Whether the second channel is open, so that what arrives goes to the spindle unit.
+    pub channel_open: bool,
+    /// What the trackball is open for.
+    pub trackball: Option<Trackball>,
+    /// Whether the external stop works.
+    pub external_stop: bool,
+    /// The speed of X and Y with the head down, µm/s.
+    pub speed_down: u32,
+    /// Their speed with the head up, µm/s.
+    pub speed_up: u32,
+    /// Which of the times for drilling and for milling hold.
+    pub mode: Mode,
+    /// How long everything waits before and after the head goes down, before and after it goes up,
+    /// ms.
+    pub head_times: [u32; 4],
+    /// How long everything rests after a move, ms.
+    pub settling: u32,
+    /// What is set for each axis that is there.
+    pub axes: Vec<AxisSettings>,
+}
+
+/// Where the head is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Head {
+    /// Off the board.
+    Up,
+    /// In the board.
+    Down,
+}
+
+/// What has stopped a controller, so that nothing is executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StoppedBy {
+    /// `!ST`.
+    Command,
+    /// The external stop.
+    ExternalStop,
+    /// A limit switch, or something at the power stages.
+    Limit,
+    /// The border of the window or of a range.
+    Border,
+    /// A message interrupt.
+    Message,
+}
+
+/// What is set for one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AxisSettings {
+    /// Its place in every [`Point`], 0 for X.
+    pub index: u8,
+    /// Whether it goes along or turns, and with it the units of the others.
+    pub unit: Unit,
+    /// The way of a step: pm, or millionths of a second of arc.
+    pub resolution: u64,
+    /// Its speed by itself: µm/s, or tenths of a degree a second.
+    pub speed: u32,
+    /// Its acceleration: mm/s², or mrad/s².
+    pub acceleration: u32,
+    /// The lowest place that it may go to, steps, if the host has set one.
+    pub lowest: Option<i64>,
+    /// The highest place that it may go to, steps, if the host has set one.
+    pub highest: Option<i64>,
+}
 
 impl Controller {
     /// What an axis is called: the one Z of an SMCU has no number.
@@ -40,7 +129,7 @@ impl Controller {
         self.all_actual_now()[axis.index()]
     }
 
-    pub(crate) fn picture(&self, at: Time) -> View {
+    pub(crate) fn picture(&self, at: Time) -> View<Details> {
         let state = &self.state;
         let at = at.max(state.now);
         let running = self.running();
@@ -48,6 +137,7 @@ impl Controller {
             let index = axis.index();
             let offset = running.map_or(0, |running| running.offset(index, at));
             AxisView {
+                index: index as u8,
                 name: self.axis_name(axis).to_owned(),
                 configured: true,
                 position: state.position[index] + offset,
@@ -66,124 +156,117 @@ impl Controller {
         View {
             at,
             model: state.model.name.clone(),
+            machine: state.plant.machine().name.clone(),
             powered: state.powered,
-            activity: self.activity_name().to_owned(),
+            activity: self.doing(),
+            waits_for: self.awaited(),
+            baud: state.model.line.baud,
+            received: Fill { used: state.buffer.bytes, size: state.model.buffer.bytes },
             axes: axes.collect(),
-            start_stop: 0,
-            acceleration: 0,
-            timers: self.timers(),
-            program: None,
+            signals: self.signal_views(),
             ports: inputs.chain(outputs).collect(),
-            settings: self.settings_view(),
+            timers: self.timers(),
+            details: self.own_details(),
         }
     }
 
     fn timers(&self) -> Vec<TimerView> {
         let causes = [
-            (self.job_due(), self.activity_name()),
-            (self.state.unit.due, "spindle reaches its speed"),
-            (self.state.ball.due, "position of the trackball's axis"),
+            (self.job_due(), Cause::Activity),
+            (self.state.unit.due, Cause::SpindleSpeed),
+            (self.state.ball.due, Cause::TrackballReport),
         ];
         let mut timers: Vec<TimerView> = causes
             .into_iter()
             .filter_map(|(due, cause)| {
                 let due = due.filter(|due| *due != Time::NEVER)?;
-                Some(TimerView { cause: cause.to_owned(), due })
+                Some(TimerView { cause, due })
             })
             .collect();
         timers.sort_by_key(|timer| timer.due);
         timers
     }
 
-    fn settings_view(&self) -> Vec<(String, String)> {
+    pub(crate) fn own_details(&self) -> Details {
         let state = &self.state;
         let settings = &state.settings;
-        let on = |on: bool| if on { "on" } else { "off" }.to_owned();
-        let [before_down, after_down, before_up, after_up] = settings.head_times();
-        let borders = |axis: usize| match settings.borders(axis) {
-            (low, high) if low == i64::from(i32::MIN) && high == i64::from(i32::MAX) => {
-                "-".to_owned()
+        let axes = state.fitted().map(|axis| {
+            let index = axis.index();
+            // The counters' own range is no border that somebody has set.
+            let (low, high) = settings.borders(index);
+            AxisSettings {
+                index: index as u8,
+                unit: state.plant.machine().axis(index).unit,
+                resolution: settings.resolution[index],
+                speed: settings.axis_speed[index],
+                acceleration: settings.acceleration[index],
+                lowest: (low != i64::from(i32::MIN)).then_some(low),
+                highest: (high != i64::from(i32::MAX)).then_some(high),
             }
-            (low, high) => format!("{low} to {high}"),
-        };
-        let mut list = vec![
-            ("machine", state.plant.machine().name.clone()),
-            ("echo", on(settings.echo)),
-            ("head", if state.head_down { "down" } else { "up" }.to_owned()),
-            ("spindle", on(state.spindle)),
-            ("half current", on(state.half_current)),
-            ("speed down", format!("{} um/s", settings.speed_down)),
-            ("speed up", format!("{} um/s", settings.speed_up)),
-            ("mode", format!("{:?}", settings.mode).to_lowercase()),
-            ("head times", format!("{before_down} {after_down} {before_up} {after_up} ms")),
-            ("settling", format!("{} ms", settings.settling)),
-            ("external stop", on(settings.external_stop)),
-            ("stopped", self.stop_name().to_owned()),
-            ("waiting", format!("{} bytes", state.buffer.bytes)),
-            ("channel", if state.reader.channel_open() { "open" } else { "closed" }.to_owned()),
-            ("trackball", if state.ball.open.is_some() { "open" } else { "closed" }.to_owned()),
-        ]
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), value))
-        .collect::<Vec<_>>();
-        for axis in state.fitted() {
-            let (index, name) = (axis.index(), self.axis_name(axis));
-            let units = match self.is_rotary(axis) {
-                true => ["1/1000\"", "0.1 deg/s", "mrad/s2"],
-                false => ["nm", "um/s", "mm/s2"],
-            };
-            let resolution = settings.resolution[index];
-            list.push((
-                format!("{name} axis"),
-                format!(
-                    "{}.{:03} {}, {} {}, {} {}, range {}",
-                    resolution / 1_000,
-                    resolution % 1_000,
-                    units[0],
-                    settings.axis_speed[index],
-                    units[1],
-                    settings.acceleration[index],
-                    units[2],
-                    borders(index)
-                ),
-            ));
-        }
-        list
-    }
-
-    fn stop_name(&self) -> &'static str {
-        match self.state.stopped {
-            None => "no",
-            Some(Stop::Command) => "by command",
-            Some(Stop::External) => "from outside",
-            Some(Stop::Limit) => "at a limit",
-            Some(Stop::SoftFrame) => "at a border",
-            Some(Stop::Message) => "by a message",
+        });
+        Details {
+            head: if state.head_down { Head::Down } else { Head::Up },
+            echo: settings.echo,
+            spindle: state.spindle,
+            half_current: state.half_current,
+            stopped: state.stopped.map(|stop| match stop {
+                Stop::Command => StoppedBy::Command,
+                Stop::External => StoppedBy::ExternalStop,
+                Stop::Limit => StoppedBy::Limit,
+                Stop::SoftFrame => StoppedBy::Border,
+                Stop::Message => StoppedBy::Message,
+            }),
+            fault: self.standing_fault().map(|status| status.code()),
+            commands_waiting: state.buffer.commands(),
+            overrun: state.buffer.overrun,
+            channel_open: state.reader.channel_open(),
+            trackball: state.ball.open,
+            external_stop: settings.external_stop,
+            speed_down: settings.speed_down,
+            speed_up: settings.speed_up,
+            mode: settings.mode,
+            head_times: settings.head_times(),
+            settling: settings.settling,
+            axes: axes.collect(),
         }
     }
 
-    fn activity_name(&self) -> &'static str {
+    pub(crate) fn doing(&self) -> Doing {
         if !self.state.powered {
-            return "off";
+            return Doing::Off;
         }
         match &self.state.job {
             Some(Job { activity: Activity::Waiting(pause, _), .. }) => match pause {
-                Pause::Head => "waiting for the head",
-                Pause::Settling => "settling",
-                Pause::Once => "waiting",
+                Pause::Head => Doing::WaitingForHead,
+                Pause::Settling => Doing::Settling,
+                Pause::Once => Doing::Waiting,
             },
-            Some(Job { silent: true, .. }) => "following the trackball",
+            Some(Job { command: Command::OpenInterface(_), silent: true, .. }) => {
+                Doing::FollowingTrackball
+            }
             Some(Job { stage, .. }) => match stage {
-                Some(Stage::Arc(..)) => "arc",
-                Some(Stage::Vectors(..)) => "following vectors",
-                Some(Stage::Onto(..)) => "towards a limit switch",
-                Some(Stage::Off(..)) => "off a limit switch",
-                Some(Stage::Free(..)) => "reference run",
-                _ => "move",
+                Some(Stage::Arc(..)) => Doing::Arc,
+                Some(Stage::Vectors(..)) => Doing::FollowingVectors,
+                Some(Stage::Onto(..)) => Doing::ReferenceTowardsSwitch,
+                Some(Stage::Off(..)) => Doing::ReferenceOutOfSwitch,
+                Some(Stage::Free(..)) => Doing::ReferenceFreeSteps,
+                _ => Doing::Move,
             },
-            None if self.state.stopped.is_some() => "stopped",
-            None if self.state.ball.open.is_some() => "trackball",
-            None => "idle",
+            None if self.state.stopped.is_some() => Doing::Stopped,
+            None if self.state.ball.open.is_some() => Doing::Trackball,
+            None => Doing::Idle,
+        }
+    }
+
+    /// What it waits for, unless a command executes. Spindle unit and trackball go on beside it.
+    fn awaited(&self) -> Option<WaitsFor> {
+        match self.doing() {
+            Doing::Off => Some(WaitsFor::Power),
+            _ if self.job_due().is_some() => None,
+            Doing::Stopped => Some(WaitsFor::GoOn),
+            Doing::Trackball => Some(WaitsFor::TrackballClosed),
+            Doing::Idle => Some(WaitsFor::Command),
+            _ => Some(WaitsFor::Ending),
         }
     }
 }

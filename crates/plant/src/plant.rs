@@ -94,6 +94,25 @@ impl Plant {
         self.inputs >> (number & 63) & 1 == 1
     }
 
+    /// What a signal is set to.
+    #[must_use]
+    pub fn level(&self, signal: PlantSignal) -> bool {
+        match signal {
+            PlantSignal::Start => self.panel.start,
+            PlantSignal::Stop => self.panel.stop,
+            PlantSignal::On => self.panel.on,
+            PlantSignal::CoverButton => self.panel.cover_button,
+            PlantSignal::EmergencyStop => self.panel.emergency_stop,
+            PlantSignal::Key => self.panel.automatic,
+            PlantSignal::Cover => self.panel.cover_closed,
+            PlantSignal::Overtemperature => self.panel.overtemperature,
+            PlantSignal::PowerOk => self.panel.power_ok,
+            PlantSignal::Probe => self.panel.probe,
+            PlantSignal::Limit(axis, end) => self.is_held(axis, end),
+            PlantSignal::Input(number) => self.input(number),
+        }
+    }
+
     /// Sets a signal; says whether that changed anything.
     pub fn set(&mut self, signal: PlantSignal, level: bool) -> bool {
         let place = match signal {

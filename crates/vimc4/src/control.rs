@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Family, Model, State};
-use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Time, View};
+use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Time};
 use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink};
 
+use crate::View;
 use crate::record::{Command, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of

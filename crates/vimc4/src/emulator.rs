@@ -8,13 +8,14 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
-use vimc4_device::{Condition, Event, Signal, Time, View};
+use vimc4_device::{Condition, Event, Signal, Time};
 #[cfg(unix)]
 use vimc4_host::Link;
 use vimc4_host::{ControlError, MemoryPort, Worker, block_on};
 
 #[cfg(unix)]
 use crate::Terminal;
+use crate::View;
 use crate::builder::{Builder, End};
 use crate::control::{Control, Snapshot};
 use crate::error::Error;

@@ -58,11 +58,12 @@ pub use order::{Order, OrderError, Outcome, help};
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::Command;
 pub use vimc4_catalogue::{
-    Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, axis, bare, kin, machines,
-    models, quirks,
+    Details, Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, axis, bare, isel,
+    kin, lpkf, machines, models, quirks,
 };
 pub use vimc4_device::{
-    AXES, Condition, Event, Kinds, Motion, Point, Signal, SignalKind, Time, View, Warning, escape,
+    AXES, Activity, AxisView, Cause, Condition, Event, Fill, Kinds, Motion, Point, PortView,
+    Signal, SignalKind, SignalView, Time, TimerView, WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, Deed, Effect, HostLines, MemoryPort, News, Rate, Reply, Report,
@@ -70,6 +71,9 @@ pub use vimc4_host::{
 };
 #[cfg(unix)]
 pub use vimc4_host::{User, Users};
+
+/// A picture of a controller: [`Emulator::view`].
+pub type View = vimc4_device::View<Details>;
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.

@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vimc4_catalogue::{Model, axis};
-use vimc4_device::{Condition, Signal, SignalKind, View};
+use vimc4_device::{Condition, Signal, SignalKind};
 use vimc4_host::{ControlError, Effect};
 
+use crate::View;
 use crate::control::Control;
 use crate::error::Error;
 

@@ -196,7 +196,7 @@ fn a_stored_program_survives_in_its_file_and_is_erased_at_the_panel() {
     emu.run_until_idle().unwrap();
     drop(emu);
     let emu = start();
-    assert!(emu.view().unwrap().program.is_none());
+    assert!(emu.view().unwrap().details.program().is_none());
     drop(emu);
     // What is no flash file is left alone.
     fs::write(&file, "vimc4 flash 1\nnonsense\n").unwrap();

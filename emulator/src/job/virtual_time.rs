@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, Handling};
+use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Time, Warning};
 
 use super::perform::Link;
@@ -11,7 +11,7 @@ use crate::run::driver::{Driver, Halt, News};
 
 /// A virtual controller that a job is carried out on.
 pub(crate) struct Virtual {
-    pub(crate) driver: Driver<Controller>,
+    pub(crate) driver: Driver,
     /// What it warned of, and when.
     pub(crate) warnings: Vec<(Time, Warning)>,
     /// Commands that were sent.
@@ -34,11 +34,7 @@ pub(crate) struct Virtual {
 }
 
 impl Virtual {
-    pub(crate) fn new(
-        driver: Driver<Controller>,
-        handling: Handling,
-        keeps_times: bool,
-    ) -> Virtual {
+    pub(crate) fn new(driver: Driver, handling: Handling, keeps_times: bool) -> Virtual {
         Virtual {
             driver,
             warnings: Vec::new(),

@@ -3,14 +3,15 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use vimc4_catalogue::Controller;
 use vimc4_device::{Device, Event, Harness, Input, Kinds, Motion, Output, SignalId, Time, Warning};
 
 use super::meter::Meter;
 use super::rounds::Rounds;
 
 /// Runs a device from cause to cause and takes note of what it does.
-pub(crate) struct Driver<D> {
-    harness: Harness<D>,
+pub(crate) struct Driver {
+    harness: Harness<Controller>,
     /// When to stop.
     end: Time,
     /// After how many rounds of a program to stop.
@@ -53,8 +54,8 @@ pub(crate) enum Halt {
     Idling,
 }
 
-impl<D: Device> Driver<D> {
-    pub(crate) fn new(device: D, meter: Meter, most_rounds: Option<u64>) -> Driver<D> {
+impl Driver {
+    pub(crate) fn new(device: Controller, meter: Meter, most_rounds: Option<u64>) -> Driver {
         let wanted = Kinds::COMMAND
             .and(Kinds::ANSWER)
             .and(Kinds::MOTION)
@@ -74,7 +75,7 @@ impl<D: Device> Driver<D> {
         driver
     }
 
-    pub(crate) fn device(&self) -> &D {
+    pub(crate) fn device(&self) -> &Controller {
         self.harness.device()
     }
 
@@ -84,17 +85,12 @@ impl<D: Device> Driver<D> {
 
     /// Whether the head is down, if there is one.
     pub(crate) fn head(&self) -> Option<bool> {
-        self.setting("head").map(|place| place == "down")
+        self.device().details().is_head_down()
     }
 
     /// Whether the device says when a command is completed.
     pub(crate) fn echoes(&self) -> bool {
-        self.setting("echo").is_none_or(|echo| echo == "on")
-    }
-
-    fn setting(&self, wanted: &str) -> Option<String> {
-        let settings = self.device().view(self.now()).settings.into_iter();
-        settings.filter(|(name, _)| name == wanted).map(|(_, value)| value).next()
+        self.device().details().says_when_done()
     }
 
     /// Stops at a time.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::Machine;
-use vimc4_device::{Time, View, Warning, escape};
+use vimc4_device::{Time, Warning, escape};
 
 use super::Arguments;
 use super::meter::{Meter, units};
@@ -400,7 +400,7 @@ impl Report {
     pub(super) fn finish(
         mut self,
         end: &End,
-        view: &View,
+        view: &vimc4::View,
         meter: &Meter,
         rounds: u64,
         machine: &Machine,
@@ -411,12 +411,12 @@ impl Report {
         let units = units(machine);
         let axes = || {
             let all = view.axes.iter().filter_map(|axis| {
-                let number = usize::from(vimc4_catalogue::axis(&axis.name)?);
+                let number = usize::from(axis.index);
                 Some(((axis, meter.steps.get(number)?), *units.get(number)?))
             });
             all.filter(|((axis, steps), _)| axis.configured || axis.position != 0 || **steps != 0)
         };
-        let has_head = view.settings.iter().any(|(name, _)| name == "head");
+        let has_head = view.details.is_head_down().is_some();
         let (down_mm, down_time) = meter.down;
         if self.json {
             let mut shown = Map::new();

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use vimc4_catalogue::Turn;
-use vimc4_device::{Device, Time};
+use vimc4_device::{Activity, Device, Time};
 
 use super::driver::{Halt, News};
 use super::report::{Answer, Answered, ESCAPE, End, LOWER_CASE, Left, Why};
@@ -52,7 +52,7 @@ impl<'l> Feed<'l> {
     }
 }
 
-impl<D: Device> Session<D> {
+impl Session {
     /// Sends the pieces, each when the one before was completed, or as long as there is room.
     pub(super) fn stream(&mut self, lines: &[Line], outside: &Outside) -> Result<End, End> {
         self.wait_until_ready();
@@ -120,7 +120,7 @@ impl<D: Device> Session<D> {
 
     /// Whether the controller would begin whatever it is sent.
     fn is_at_rest(&self) -> bool {
-        self.driver.device().view(self.driver.now()).activity == "idle"
+        self.driver.device().activity() == Activity::Idle
     }
 
     /// Takes in what has happened.
@@ -232,7 +232,7 @@ impl<D: Device> Session<D> {
             (Some(command), _) => Some(command.line),
             (None, waiting) => waiting.copied(),
         };
-        let activity = self.driver.device().view(self.driver.now()).activity;
+        let activity = self.driver.device().activity();
         let place = line.map_or_else(|| "the file".to_owned(), |line| self.report.place(line));
         let (why, text) = match halt {
             Halt::Time => (Why::Time, format!("the time of --for is over, in {place}")),
@@ -240,11 +240,13 @@ impl<D: Device> Session<D> {
                 (Why::Waits, format!("{place}: {activity}, and nothing will change that"))
             }
         };
-        let help = match activity.as_str() {
-            "stopped" => {
+        let help = match activity {
+            Activity::Stopped => {
                 vec!["`!GO;` lets commands go on after `!ST;`: put it behind it".to_owned()]
             }
-            "trackball" => vec!["`!CI;` closes the trackball: put it behind `!OI`".to_owned()],
+            Activity::Trackball => {
+                vec!["`!CI;` closes the trackball: put it behind `!OI`".to_owned()]
+            }
             _ => Vec::new(),
         };
         End { line: line.and_then(|line| line.number), help, ..End::of(why, text) }

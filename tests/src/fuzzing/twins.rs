@@ -5,8 +5,8 @@ use std::ops::Range;
 use serde::Serialize;
 use serde_json::Value;
 use vimc4_device::{
-    AxisView, Condition, Device, Event, FlashChange, Input, Kinds, Output, Point, SignalId, Time,
-    View,
+    AxisView, Condition, Device, Event, FlashChange, Input, Kinds, Output, Point, SignalId,
+    SignalKind, Time, View,
 };
 
 use super::operations::{Operation, Operations, Setup};
@@ -191,6 +191,7 @@ impl<D: Family> Twins<D> {
                     None => SignalId(u16::from(place)),
                 };
                 self.both(Input::Signal(id, i32::from(value)), reached);
+                self.check_signal(id, i32::from(value));
             }
             Operation::Power(on) => {
                 self.both(Input::Power(on), reached);
@@ -215,6 +216,23 @@ impl<D: Family> Twins<D> {
             }
             Operation::Look(axis, way) => self.look(axis, i64::from(way)),
         }
+    }
+
+    /// What is set is shown, unless it has no lasting value.
+    fn check_signal(&self, id: SignalId, value: i32) {
+        let listed = self.watched.signals();
+        let view = self.watched.view(self.watched.now());
+        assert!(
+            view.signals.iter().map(|s| (s.id, &s.name)).eq(listed.iter().map(|s| (s.id, &s.name))),
+            "shows other signals than it lists"
+        );
+        let kind = listed.iter().find(|signal| signal.id == id).map(|signal| signal.kind);
+        let shown = view.signals.iter().find(|shown| shown.id == id).and_then(|shown| shown.value);
+        let set = match kind {
+            Some(SignalKind::Analogue { low, high }) => value.clamp(low, high),
+            _ => i32::from(value != 0),
+        };
+        assert!(shown.is_none_or(|shown| shown == set), "{id:?} is {set}, not {shown:?}");
     }
 
     // --- inputs ---
@@ -473,7 +491,7 @@ fn holds<D: Family>(condition: &Condition, controller: &D) -> bool {
 }
 
 /// Numbers in a picture are within what a controller can hold.
-fn check_view<D: Family>(view: &View) {
+fn check_view<D: Family>(view: &View<D::Details>) {
     for axis in &view.axes {
         assert!(D::COUNTERS.contains(&axis.position), "{axis:?}");
     }

@@ -94,7 +94,7 @@ impl Player {
         let device = self.harness.device();
         match device.is_idle() {
             true => Ok(()),
-            false => Err(format!("the program rests in {}", device.view(self.now()).activity)),
+            false => Err(format!("the program rests in {}", device.activity())),
         }
     }
 

@@ -7,6 +7,7 @@ use std::process::{ExitCode, Stdio};
 use std::thread;
 use std::time::Duration;
 
+use vimc4::isel::ProgramStatus;
 use vimc4::{Clock, Emulator};
 
 use crate::tools::{ask, in_role};
@@ -121,7 +122,7 @@ impl Promise {
         }
     }
 
-    fn check(&self, held: &[String], status: &str, called: &str) {
+    fn check(&self, held: &[String], status: Option<ProgramStatus>, called: &str) {
         let is = |name: &Option<String>| name.as_ref().is_some_and(|name| called.contains(name));
         assert!(
             is(&self.name) || is(&self.next_name) || self.name.is_none(),
@@ -135,7 +136,8 @@ impl Promise {
         assert_eq!(kept, self.lines, "what was answered 0 is lost");
         assert!(beyond.len() <= 1, "{beyond:?}");
         assert_eq!(beyond.first().or(self.next.as_ref()), self.next.as_ref());
-        assert!(!self.closed || status == "valid", "the end of the program is lost: {status}");
+        let valid = status == Some(ProgramStatus::Valid);
+        assert!(!self.closed || valid, "the end of the program is lost: {status:?}");
     }
 }
 
@@ -168,14 +170,13 @@ fn killed_while_storing() {
         stored += said.lines().filter(|line| line.starts_with("stored")).count();
         promise.note(attempt, &said);
         let emulator = with_flash(&flash);
-        let (held, status) = match emulator.view().unwrap().program {
-            Some(program) => (program.lines, program.status),
-            None => (Vec::new(), "none".to_owned()),
-        };
+        let program = emulator.view().unwrap().details.program().cloned();
+        let status = program.as_ref().map(|program| program.status);
+        let held = program.map(|program| program.lines).unwrap_or_default();
         let called = name_of(&emulator);
-        promise.check(&held, &status, &called);
+        promise.check(&held, status, &called);
         // What is held now is what the next one begins with.
-        promise.closed = status == "valid";
+        promise.closed = status == Some(ProgramStatus::Valid);
         promise.lines = held;
         if let Some(next) = promise.next_name.take().filter(|next| called.contains(next)) {
             promise.name = Some(next);

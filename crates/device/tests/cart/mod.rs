@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    AxisView, Condition, Device, Event, FlashChange, Input, Kinds, Output, Signal, SignalId,
-    SignalKind, Time, View, Warning,
+    Activity, AxisView, Condition, Device, Event, Fill, FlashChange, Input, Kinds, Output, Signal,
+    SignalId, SignalKind, SignalView, Time, View, WaitsFor, Warning,
 };
 
 /// So long a step takes.
@@ -132,6 +132,7 @@ impl Cart {
 
 impl Device for Cart {
     type State = State;
+    type Details = ();
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.catch_up(at);
@@ -179,8 +180,9 @@ impl Device for Cart {
         Some(motion.began.after_nanos(steps.saturating_mul(STEP)))
     }
 
-    fn view(&self, at: Time) -> View {
+    fn view(&self, at: Time) -> View<()> {
         let axis = AxisView {
+            index: 0,
             name: "X".to_owned(),
             configured: true,
             position: self.place(at),
@@ -193,16 +195,24 @@ impl Device for Cart {
             at,
             model: "cart".to_owned(),
             powered: !self.state.off,
-            activity: if self.is_idle() { "idle" } else { "motion" }.to_owned(),
+            machine: "rails".to_owned(),
+            activity: self.activity(),
+            waits_for: self.is_idle().then_some(WaitsFor::Command),
+            baud: self.baud(),
+            received: Fill { used: self.state.received.len(), size: usize::MAX },
             axes: vec![axis],
-            start_stop: 0,
-            acceleration: 0,
+            signals: vec![SignalView { id: Cart::STOP, name: "stop".to_owned(), value: None }],
             timers: Vec::new(),
-            program: None,
             ports: Vec::new(),
-            settings: Vec::new(),
+            details: (),
         }
     }
+
+    fn activity(&self) -> Activity {
+        if self.is_idle() { Activity::Idle } else { Activity::Move }
+    }
+
+    fn details(&self) {}
 
     fn signals(&self) -> Vec<Signal> {
         vec![Signal {

@@ -7,8 +7,8 @@ use std::thread::{self, JoinHandle};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    AxisView, Condition, Device, Event, FlashChange, Input, Kinds, Output, Signal, SignalId,
-    SignalKind, Time, View, Warning,
+    Activity, AxisView, Condition, Device, Event, Fill, FlashChange, Input, Kinds, Output, Signal,
+    SignalId, SignalKind, Time, View, Warning,
 };
 use vimc4_host::{
     Clock, Handle, Memory, MemoryPort, Report, RunError, Runner, Sink, Transport, Wants,
@@ -173,6 +173,7 @@ impl Fake {
 
 impl Device for Fake {
     type State = State;
+    type Details = ();
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.catch_up(at);
@@ -211,13 +212,18 @@ impl Device for Fake {
         self.move_ends().into_iter().chain(self.state.tick).min()
     }
 
-    fn view(&self, at: Time) -> View {
+    fn view(&self, at: Time) -> View<()> {
         View {
             at,
             model: "fake".to_owned(),
             powered: self.state.powered,
-            activity: String::new(),
+            machine: String::new(),
+            activity: self.activity(),
+            waits_for: None,
+            baud: self.state.baud,
+            received: Fill { used: 0, size: 0 },
             axes: vec![AxisView {
+                index: 0,
                 name: "X".to_owned(),
                 configured: true,
                 position: self.position_at(at),
@@ -226,14 +232,18 @@ impl Device for Fake {
                 zero: 0,
                 speed: 0,
             }],
-            start_stop: 0,
-            acceleration: 0,
+            signals: Vec::new(),
             timers: Vec::new(),
-            program: None,
             ports: Vec::new(),
-            settings: Vec::new(),
+            details: (),
         }
     }
+
+    fn activity(&self) -> Activity {
+        if self.is_idle() { Activity::Idle } else { Activity::Move }
+    }
+
+    fn details(&self) {}
 
     fn signals(&self) -> Vec<Signal> {
         self.signals.clone()
