@@ -749,8 +749,8 @@ fn names_are_completed() {
     let mut has = |typed: &str, wanted: &[&str], unwanted: &[&str]| {
         let (offered, line) = bash.tab(typed);
         let has = |word: &&str| offered.iter().any(|offered| offered == word);
-        assert!(wanted.iter().all(|word| has(&word)), "{line}: {offered:?}");
-        assert!(!unwanted.iter().any(|word| has(&word)), "{line}: {offered:?}");
+        assert!(wanted.iter().all(has), "{line}: {offered:?}");
+        assert!(!unwanted.iter().any(has), "{line}: {offered:?}");
     };
     has("vimc4 serve --model imc-", &["imc-s8", "imc-mp", "imc-mine.toml"], &["imc4"]);
     has("vimc4 run --machine ", &vimc4::machines(), &["imc4"]);

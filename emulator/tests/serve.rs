@@ -267,7 +267,7 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     assert_eq!(serve.order("quit"), "");
     let (code, errors) = serve.end();
     assert_eq!(code, 0, "{errors}");
-    assert!(errors.contains("waits for CTS needs TCP, a serial port"), "{errors}");
+    assert!(errors.contains("waits for CTS of the smcu needs TCP, a serial port"), "{errors}");
     assert!(errors.contains("PR20,10  move by X +20 Y +10"), "{errors}");
     let reason = "X came to the end of the window, 0 to 25, at step 25; commands wait for !GO, IN \
                   begins anew";
