@@ -632,16 +632,45 @@ impl<'a> Sending<'a> {
         if no_ref && (self.arguments.from.is_none() || self.false_reference) {
             return None;
         }
+        if !is_job || line == 0 {
+            return None;
+        }
+        if let Some(Entered { line: at, typed, .. }) = self.lost().find(|lost| lost.changes_frame) {
+            let typed = crate::output::shown_in_line(typed);
+            return Some(format!(
+                "--from {line} would go elsewhere, for `{typed}`, typed in line {at}, has changed the \
+                 zero, the plane or the cylinder, and is in no file: write what was typed behind line \
+                 {at} of the file, and go on with the number that line {line} has then"
+            ));
+        }
         let how = match no_ref {
             true => "where the counters say that the axes are",
             false => "after reference runs",
         };
-        (is_job && line > 0).then(|| format!("--from {line} goes on with that line, {how}"))
+        let without = match self.lost().next() {
+            Some(_) => ", and without what was typed at the terminal",
+            None => "",
+        };
+        Some(format!("--from {line} goes on with that line, {how}{without}"))
+    }
+
+    /// What was typed on the way and is in no file, so that going on does not know of it.
+    fn lost(&self) -> impl Iterator<Item = &Entered> {
+        // What is typed before the start counts for nothing but the zero, and the way to a zero is
+        // known by the zero, if it was taken.
+        let is_known = |entered: &&Entered| {
+            entered.line == 0 || entered.finds_zero && self.kept != Some(entered.line)
+        };
+        self.operator.entered.iter().filter(move |entered| !is_known(entered))
     }
 
     /// The whole command that goes on, in lines of their own, so that it can be copied.
     fn tell_onward(&self, line: u32) {
         if self.onward(line).is_none() {
+            return;
+        }
+        self.tell_entered(line);
+        if self.lost().any(|lost| lost.changes_frame) {
             return;
         }
         let Arguments { job, .. } = self.arguments;
@@ -685,18 +714,12 @@ impl<'a> Sending<'a> {
                  --zero would count as found there"
             );
         }
-        self.tell_entered(line);
         let _ = writeln!(io::stderr(), "to go on with line {line}:\n  {}", words.join(" "));
     }
 
-    /// What was typed on the way and is in no file, so that going on does not know of it. The moves
-    /// to a zero are known by the zero, if it was taken.
+    /// Lists what was typed and is in no file.
     fn tell_entered(&self, line: u32) {
-        // What is typed before the start counts for nothing but the zero.
-        let is_known = |entered: &&Entered| {
-            entered.line == 0 || entered.finds_zero && self.kept != Some(entered.line)
-        };
-        let mut lost = self.operator.entered.iter().filter(|entered| !is_known(entered)).peekable();
+        let mut lost = self.lost().peekable();
         if lost.peek().is_none() {
             return;
         }

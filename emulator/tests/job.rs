@@ -1373,6 +1373,43 @@ fn what_was_typed_is_told_where_going_on_leaves_it_out() {
 }
 
 #[test]
+fn what_was_typed_may_leave_no_line_to_go_on_with() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nHALT\nMOVEABS X1000\nHALT\n");
+    let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+    for (typed, goes_on) in [
+        ("VEL 5000", true),
+        ("MOVEREL Y700", true),
+        ("WPZERO", false),
+        ("WPZEROABS X500", false),
+        ("WPREG1 X500", false),
+        ("PLANE XZ", false),
+    ] {
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+        typist.types("line 3: HALT", typed);
+        typist.types("line 3: HALT", "");
+        typist.types("line 5: HALT", "q");
+        let (out, err) = typist.ends(3);
+        let left_out =
+            "--from 5 goes on with that line, after reference runs, and without what was";
+        let changed = format!("`{typed}`, typed in line 3, has changed the zero, the plane");
+        assert!(err.contains(&format!("\n  line 3: {typed}\n")), "{err}");
+        assert_eq!(err.contains("to go on with line 5:"), goes_on, "{typed}\n{err}");
+        assert_eq!(out.contains(left_out), goes_on, "{typed}\n{out}");
+        assert_eq!(out.contains(&changed), !goes_on, "{typed}\n{out}");
+    }
+    // A zero that is taken afterwards is known, whatever was the zero before.
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\nWPTEACH\nMOVEABS X1000\nHALT\n").unwrap();
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    let teach = "Enter makes this place the zero";
+    typist.types(teach, "WPZEROABS X500");
+    typist.types(teach, "MOVEABS X0");
+    typist.types(teach, "");
+    typist.types("line 5: HALT", "q");
+    let (_, err) = typist.ends(3);
+    assert!(err.contains("to go on with line 5:") && !err.contains("leaves it"), "{err}");
+}
+
+#[test]
 fn ctrl_c_again_does_not_wait() {
     let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
     let (sender, moves) = channel();

@@ -47,8 +47,10 @@ pub(crate) struct Operator<'t> {
 pub(crate) struct Entered {
     /// The line of the job that has asked; 0 before its first.
     pub(crate) line: u32,
-    /// Whether it only moves the tool to where the zero is to be.
+    /// Whether it counts for nothing once the operator has taken the zero.
     pub(crate) finds_zero: bool,
+    /// Whether it changes where the lines behind it go: the zero, the plane, the cylinder.
+    pub(crate) changes_frame: bool,
     /// What was typed.
     pub(crate) typed: String,
 }
@@ -443,8 +445,20 @@ impl Attendant for Operator<'_> {
     fn entered(&mut self, line: u32, question: Question, typed: &str) {
         let command = vimc4_ncp::language::parse(typed, &mut |_, _| {}).command;
         let Some(command) = command.map(|command| command.value) else { return };
-        let finds_zero = question == Question::Teach && matches!(command, Command::Move(..));
-        self.entered.push(Entered { line, finds_zero, typed: typed.to_owned() });
+        let sets_zero = matches!(
+            command,
+            Command::ZeroHere
+                | Command::ZeroStandard
+                | Command::ZeroAt(_)
+                | Command::ZeroClear
+                | Command::Recall(_)
+        );
+        let finds_zero =
+            question == Question::Teach && (sets_zero || matches!(command, Command::Move(..)));
+        // A zero that is kept may be taken later.
+        let changes_frame = sets_zero
+            || matches!(command, Command::Store(..) | Command::Plane(_) | Command::Cylinder(..));
+        self.entered.push(Entered { line, finds_zero, changes_frame, typed: typed.to_owned() });
     }
 
     fn object(&mut self, problem: Problem) {
