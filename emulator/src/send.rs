@@ -371,6 +371,8 @@ struct Sending<'a> {
     kept: Option<u32>,
     /// Whether a reference run was stopped, so that no place counts.
     false_reference: bool,
+    /// Whether an emergency stop or a loss of power may have set the counters to 0.
+    counters_reset: bool,
 }
 
 impl<'a> Sending<'a> {
@@ -398,6 +400,7 @@ impl<'a> Sending<'a> {
             found: None,
             kept: None,
             false_reference: false,
+            counters_reset: false,
         };
         let axes = 0..model.axis_names().len();
         let with_switch = axes.filter(|axis| machine.has_reference(*axis));
@@ -612,6 +615,8 @@ impl<'a> Sending<'a> {
                 // What a semicolon parts from it would be the remedy.
                 let refusal = refusal(self.model.family(), &answer).replace("; ", ", ");
                 let sent = shown(&sent);
+                // An emergency stop.
+                self.counters_reset |= self.model.family() == Family::Isel && answer == b"9";
                 let place = self.place();
                 (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
@@ -629,7 +634,8 @@ impl<'a> Sending<'a> {
         let is_job = self.what == What::Job && self.model.family() == Family::Isel;
         let no_ref = self.arguments.job.reading.no_ref;
         // Such a job counts from the place where it began, which the counters do not tell.
-        if no_ref && (self.arguments.from.is_none() || self.false_reference) {
+        let is_lost = self.false_reference || self.counters_reset;
+        if no_ref && (self.arguments.from.is_none() || is_lost) {
             return None;
         }
         if !is_job || line == 0 {
@@ -738,6 +744,10 @@ impl<'a> Sending<'a> {
         if self.false_reference {
             return String::new();
         }
+        if self.counters_reset {
+            return ", and where the axes are is not known, for the counters may have been reset"
+                .to_owned();
+        }
         let answer = self.link.ask(self.handling.position, None).unwrap_or_default();
         let Some(places) = self.handling.read_position(&answer) else { return String::new() };
         // One that tells of configured axes only does not say which they are.
@@ -771,6 +781,8 @@ impl<'a> Sending<'a> {
             }
             Broken::Silent | Broken::Port(PortError::Gone(_)) => None,
         };
+        self.counters_reset |=
+            self.model.family() == Family::Isel && halted == Some(Halted::NoAnswer);
         self.clear();
         let line = self.link.line();
         let name = self.arguments.job.name();

@@ -1177,9 +1177,22 @@ fn rest_is_not_claimed_without_an_answer() {
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let err = text(&child.wait_with_output().unwrap().stderr);
     assert!(err.contains("may still be moving") && !err.contains("come to rest"), "{err}");
+    // What lost its power counts from 0 when it has it again.
+    assert!(err.contains("the counters may have been reset") && !err.contains("X 0.000"), "{err}");
     // The machine is halted first, and who waits for it knows.
     let waits = err.find("waiting until it rests; Ctrl-C again does not wait");
     assert!(waits < err.find("to go on with line 3") && waits.is_some(), "{err}");
+}
+
+#[test]
+fn no_place_is_claimed_after_an_emergency_stop() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
+    for (answer, is_known) in [(b"9", false), (b"2", true)] {
+        let (port, _heard) = peer(move |line| like_an_imc4(line, 'A', answer));
+        let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port, "--any-time"], 1);
+        assert_eq!(err.contains("at X 0.000 mm"), is_known, "{err}");
+        assert_eq!(err.contains("the counters may have been reset"), !is_known, "{err}");
+    }
 }
 
 #[test]
