@@ -8,6 +8,7 @@ use std::net::{TcpListener, TcpStream};
 use std::ops::Deref;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -1214,6 +1215,24 @@ fn a_job_of_isel_does_not_go_to_lpkf() {
     let (port, _heard) = peer(|_| vec![b'x'; 200_000]);
     let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
     assert!(err.contains("no end of it is in sight") && err.len() < 1_000, "{}", err.len());
+}
+
+#[test]
+fn what_is_left_on_a_line_does_not_hide_who_is_there() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\n");
+    let (port, heard) = peer(|_| b"5".to_vec());
+    fs::write(folder.join("plot.plt"), PLOT).unwrap();
+    vimc4(&folder, &["send", "plot.plt", "--to", &port, "--model", "smcu", "--yes"]);
+    assert!(heard.join().unwrap().starts_with("!CC;!CI;!CB;!GO;OS;\r"));
+
+    let first = AtomicBool::new(true);
+    let (port, _heard) = peer(move |line| match first.swap(false, Ordering::Relaxed) {
+        true => b"5".to_vec(),
+        false => like_an_imc4(line, '-', b""),
+    });
+    let send = ["send", "job.ncp", "--to", &port, "--any-time"];
+    let (_, err) = ends(&folder, &send, 0);
+    assert!(!err.contains("taken for the model"), "{err}");
 }
 
 #[test]

@@ -38,10 +38,19 @@ pub(super) fn identify(link: &mut Wire, handling: &Handling) -> Result<Identity,
             // One that a stop or a status holds hears nothing else before it is let go; what was
             // to come is taken away first, so that it goes on with nothing.
             let said = link.ask("!CC;!CI;!CB;!GO;OS", Some(has_identity))?;
-            Ok(of_lpkf(handling.model(), &said))
+            let identity = of_lpkf(handling.model(), &said);
+            // One of isel's takes it for the beginning of a line, and the next question for its end.
+            if !has_identity(&said) {
+                link.end_line()?;
+            }
+            Ok(identity)
         }
         _ => {
-            let version = link.ask("@0V", None)?;
+            let mut version = link.ask("@0V", None)?;
+            // What somebody has left on the line is refused together with the first question.
+            if matches!(version.as_slice(), [b'1'..=b'9']) {
+                version = link.ask("@0V", None)?;
+            }
             if version.is_empty() {
                 return Ok(Identity::Silent);
             }

@@ -231,6 +231,12 @@ impl Wire {
         Ok(())
     }
 
+    /// Ends the line that a question for another controller has left begun, and lets its answer pass.
+    pub(super) fn end_line(&mut self) -> Result<(), PortError> {
+        self.port.send(b"\r")?;
+        self.quiet()
+    }
+
     /// Brakes what moves, and awaits the answer to what was under way.
     pub(super) fn halt(&mut self) -> Halted {
         let moved = self.moving.swap(false, Ordering::Relaxed);
