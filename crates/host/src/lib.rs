@@ -10,6 +10,7 @@ mod clock;
 mod flash;
 mod half_line;
 mod handle;
+mod line_feeds;
 mod report;
 mod runner;
 mod timer;

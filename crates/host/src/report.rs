@@ -133,6 +133,8 @@ pub enum News {
         transport: Arc<str>,
         /// Who, as far as that is known.
         client: String,
+        /// Whether it only hears what others are answered.
+        observes: bool,
     },
     /// A client closed the line or vanished, or it was taken from it.
     Closed {
@@ -140,6 +142,8 @@ pub enum News {
         transport: Arc<str>,
         /// Who, as far as that is known.
         client: String,
+        /// Whether it only heard what others were answered.
+        observes: bool,
         /// Who has taken the line over from it.
         taken_by: Option<String>,
     },

@@ -20,6 +20,7 @@ use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::half_line::HalfLine;
 use crate::handle::{ControlError, Handle};
+use crate::line_feeds::LineFeeds;
 use crate::report::{Deed, Effect, News, Report, Sink, Source, Wants};
 use crate::timer::Timer;
 use crate::transport::{Received, Sent, Transport};
@@ -90,33 +91,6 @@ pub struct Runner<D: Device> {
     speaker: Option<Source>,
     /// How often something was sent or stored.
     said: u64,
-}
-
-/// Whether a client ends its lines with LF alone where that ends nothing.
-#[derive(Debug, Default)]
-struct LineFeeds {
-    /// What ends a line, as bytes and in words; `None` where LF does.
-    right: Option<(&'static [u8], &'static str)>,
-    /// The last byte, if there was one.
-    last: Option<u8>,
-    /// This client has been told.
-    told: bool,
-}
-
-impl LineFeeds {
-    /// What would be right, where an LF ends a line that nothing has ended, once for each client.
-    fn wrong(&mut self, bytes: &[u8]) -> Option<&'static str> {
-        let (ends, right) = self.right.filter(|_| !self.told)?;
-        let before = self.last;
-        self.last = bytes.last().copied().or(before);
-        let behind_text = |place: usize| {
-            let before = place.checked_sub(1).map_or(before, |place| bytes.get(place).copied());
-            before.is_some_and(|byte| byte != b'\n' && !ends.contains(&byte))
-        };
-        let mut feeds = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-        self.told = feeds.any(|(place, _)| behind_text(place));
-        self.told.then_some(right)
-    }
 }
 
 /// Why a controller ended by itself.
@@ -261,7 +235,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// with LF alone waits for an answer that will never come, and is told so.
     #[must_use]
     pub fn with_line_feeds(mut self, ends: &'static [u8], right: &'static str) -> Runner<D> {
-        self.feeds.right = Some((ends, right));
+        self.feeds = LineFeeds::new(ends, right);
         self
     }
 
@@ -483,9 +457,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let by = self.source(from);
             self.input_at(Input::Wake, at);
             self.news_at(at, News::Input { by: by.clone(), deed: deed.clone() });
-            let (before, said) = (self.device.state().clone(), self.said);
-            self.input_at(Input::Bytes(first), at);
-            if self.said == said && *self.device.state() == before {
+            if !self.changes(&[Input::Bytes(first)], at) {
                 let off = !self.device.view(at).powered;
                 let why =
                     if off { "the power is off" } else { "there is nothing that it could end" };
@@ -537,14 +509,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
         };
         let (transport, half) = match news {
             // Who observes sends nothing.
-            News::Opened { client, .. } | News::Closed { client, .. }
-                if client.ends_with("(observing)") =>
-            {
+            News::Opened { observes: true, .. } | News::Closed { observes: true, .. } => {
                 return None;
             }
-            News::Opened { transport, client } => {
-                self.feeds.told = false;
-                self.feeds.last = None;
+            News::Opened { transport, client, .. } => {
+                self.feeds.begin();
                 let half = self.half.comes(transport, &self.clients);
                 self.clients.push(source(transport, client));
                 (transport, half)
@@ -617,21 +586,17 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.present()
     }
 
-    /// Somebody does something to the device, and learns whether anything has come of it: whether
-    /// the device is another one than before, or has said or stored something.
+    /// Somebody does something to the device, and learns whether anything has come of it.
     pub(crate) fn act(&mut self, by: Source, deed: Deed, inputs: &[Input<'_>]) -> Effect {
         let at = self.catch_up_to_present();
         self.input_at(Input::Wake, at);
-        let (before, said) = (self.device.state().clone(), self.said);
         let told = self.wants.kinds.contain(Kinds::COMMAND);
         if told {
             self.news_at(at, News::Input { by: by.clone(), deed: deed.clone() });
         }
-        for input in inputs {
-            self.input_at(*input, at);
-        }
+        let changed = self.changes(inputs, at);
         self.disappoint();
-        if self.said != said || *self.device.state() != before {
+        if changed {
             return Effect::Something;
         }
         let why = inputs.first().and_then(|input| match input {
@@ -644,6 +609,16 @@ impl<D: Device + Clone + 'static> Runner<D> {
             self.news_at(at, News::NoEffect { by, deed, why });
         }
         Effect::Nothing { why }
+    }
+
+    /// Something happens to the device, of which all that is due by then has been done. Returns
+    /// whether the device is another one than before, or has said or stored something.
+    fn changes(&mut self, inputs: &[Input<'_>], at: Time) -> bool {
+        let (before, said) = (self.device.state().clone(), self.said);
+        for input in inputs {
+            self.input_at(*input, at);
+        }
+        self.said != said || *self.device.state() != before
     }
 
     /// Tells those who wait for what cannot come any more: the device rests.

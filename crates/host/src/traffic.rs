@@ -168,20 +168,20 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             News::Speaks { transport, client } => {
                 self.line(at, format_args!("{transport}: {client} speaks"));
             }
-            News::Opened { transport, client } if self.verbosity == Verbosity::Conversation => {
-                self.line(at, format_args!("{transport}: {client} opened the line"));
-            }
-            News::Closed { transport, client, taken_by }
+            News::Opened { transport, client, observes }
                 if self.verbosity == Verbosity::Conversation =>
             {
-                match taken_by {
-                    Some(by) => {
-                        let text =
-                            format_args!("{transport}: {by} takes the line over from {client}");
-                        self.line(at, text);
-                    }
-                    None => self.line(at, format_args!("{transport}: {client} closed the line")),
-                }
+                let observing = observing(*observes);
+                self.line(at, format_args!("{transport}: {client}{observing} opened the line"));
+            }
+            News::Closed { transport, client, observes, taken_by }
+                if self.verbosity == Verbosity::Conversation =>
+            {
+                let text = match taken_by {
+                    Some(by) => format!("{by} takes the line over from {client}"),
+                    None => format!("{client}{} closed the line", observing(*observes)),
+                };
+                self.line(at, format_args!("{transport}: {text}"));
             }
             News::HostLine { transport, line, on } if self.verbosity == Verbosity::Conversation => {
                 let state = if *on { "on" } else { "off" };
@@ -340,6 +340,11 @@ fn took(span: Duration) -> String {
     format!("after {} {name}", text.strip_suffix(".0").unwrap_or(&text))
 }
 
+/// What is said of a client that only hears what others are answered.
+fn observing(observes: bool) -> &'static str {
+    if observes { " (observing)" } else { "" }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
@@ -402,7 +407,7 @@ mod tests {
         }
         let other = Warning::ReceiveOverflow { lost: 1 };
         traffic.report(&Report::Event(Time::from_secs(3), Event::Warning(other)), &explain);
-        let end = News::Closed { transport, client, taken_by: None };
+        let end = News::Closed { transport, client, observes: false, taken_by: None };
         traffic.report(&Report::News(Time::from_secs(4), end), &explain);
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
@@ -437,8 +442,14 @@ mod tests {
         // Who comes and goes gets no more lines by that.
         for _ in 0..500 {
             let (transport, taken_by) = (label("tcp"), None);
-            tell(Report::News(at, News::Closed { transport, client: client(), taken_by }));
-            tell(Report::News(at, News::Opened { transport: label("tcp"), client: client() }));
+            tell(Report::News(
+                at,
+                News::Closed { transport, client: client(), observes: false, taken_by },
+            ));
+            tell(Report::News(
+                at,
+                News::Opened { transport: label("tcp"), client: client(), observes: false },
+            ));
             let what = "more".into();
             tell(Report::Event(at, Event::Warning(Warning::NoEffect { what })));
         }

@@ -130,7 +130,13 @@ impl Pty {
     fn notice(&mut self, seen: Seen) {
         let transport = || Arc::clone(&self.label);
         let client = || "a client".to_owned();
-        let closed = || News::Closed { transport: transport(), client: client(), taken_by: None };
+        let opened = || News::Opened { transport: transport(), client: client(), observes: false };
+        let closed = || News::Closed {
+            transport: transport(),
+            client: client(),
+            observes: false,
+            taken_by: None,
+        };
         if seen.closings != self.seen.closings {
             // The terminal's own queue has been flushed; what waits here goes the same way.
             let bytes = self.outbox.clear();
@@ -144,7 +150,7 @@ impl Pty {
             }
             // Who has come and gone since the last look was here all the same.
             for _ in 0..closings.min(VISITS) {
-                self.news.push_back(News::Opened { transport: transport(), client: client() });
+                self.news.push_back(opened());
                 self.news.push_back(closed());
             }
             self.seen.open = false;
@@ -152,7 +158,7 @@ impl Pty {
         }
         if seen.open && !self.seen.open {
             self.compared = false;
-            self.news.push_back(News::Opened { transport: transport(), client: client() });
+            self.news.push_back(opened());
         }
         if seen.opens <= 1 {
             self.looks = 0;

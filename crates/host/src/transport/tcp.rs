@@ -213,10 +213,7 @@ impl Tcp {
                 self.hold(client);
             }
             (Some(_), Clients::Observe) if self.observers.len() < CROWD => {
-                self.news.push_back(News::Opened {
-                    transport: Arc::clone(&self.label),
-                    client: format!("{} (observing)", client.peer),
-                });
+                self.opened(&client, true);
                 self.observers.push(client);
             }
             (Some(_), Clients::Refuse) if self.waiting.len() < CROWD => {
@@ -227,11 +224,13 @@ impl Tcp {
     }
 
     fn hold(&mut self, client: Client) {
-        self.news.push_back(News::Opened {
-            transport: Arc::clone(&self.label),
-            client: client.peer.to_string(),
-        });
+        self.opened(&client, false);
         self.holder = Some(client);
+    }
+
+    fn opened(&mut self, client: &Client, observes: bool) {
+        let (transport, client) = (Arc::clone(&self.label), client.peer.to_string());
+        self.news.push_back(News::Opened { transport, client, observes });
     }
 
     /// The holder is gone, or somebody takes its place; who has waited longest comes next.
@@ -247,7 +246,7 @@ impl Tcp {
                 let transport = Arc::clone(&self.label);
                 self.news.push_back(News::Lost { transport, bytes: lost });
             }
-            self.news.push_back(News::Closed { transport, client, taken_by });
+            self.news.push_back(News::Closed { transport, client, observes: false, taken_by });
         }
         if let Some((client, _)) = self.waiting.pop_front() {
             self.hold(client);
@@ -296,7 +295,8 @@ impl Tcp {
             }
             news.push_back(News::Closed {
                 transport: Arc::clone(label),
-                client: format!("{} (observing)", observer.peer),
+                client: observer.peer.to_string(),
+                observes: true,
                 taken_by: None,
             });
             false
