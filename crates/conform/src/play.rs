@@ -294,7 +294,7 @@ impl<D: Device> Player<D> {
                         FlashChange::Replace(bytes) => self.flash = bytes.to_vec(),
                     }
                 }
-                Output::Event(at, event) => self.watch(at, event),
+                Output::Event(stamp, event) => self.watch(stamp.at, event),
             }
         }
     }

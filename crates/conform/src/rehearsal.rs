@@ -113,7 +113,7 @@ impl<D: Device> Port<'_, D> {
         for output in self.harness.drain() {
             match output {
                 Output::Bytes(at, bytes) => self.player.received(&bytes, at),
-                Output::Event(at, Event::Motion(motion)) => self.travel.watch(at, &motion),
+                Output::Event(stamp, Event::Motion(motion)) => self.travel.watch(stamp.at, &motion),
                 Output::Flash(..) | Output::Event(..) => {}
             }
         }

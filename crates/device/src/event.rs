@@ -88,6 +88,23 @@ pub enum Event {
     Warning(Warning),
 }
 
+impl Event {
+    /// The kind that must be wanted for it to be made.
+    #[must_use]
+    pub fn kind(&self) -> Kinds {
+        match self {
+            Event::Command { .. } | Event::Ignored { .. } | Event::Line { .. } => Kinds::COMMAND,
+            Event::Answer { .. } => Kinds::ANSWER,
+            Event::Motion(_) => Kinds::MOTION,
+            Event::Switch { .. } => Kinds::SWITCH,
+            Event::Port { .. } => Kinds::PORT,
+            Event::Flash { .. } => Kinds::FLASH,
+            Event::Baud { .. } => Kinds::LINE,
+            Event::Warning(_) => Kinds::WARNING,
+        }
+    }
+}
+
 /// The course of one motion. A watcher that wants every step keeps the segment, enumerates it,
 /// and replaces or cuts it when told.
 #[derive(Clone, Debug, PartialEq, Serialize)]

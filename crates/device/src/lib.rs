@@ -23,7 +23,7 @@ pub use grouped::Grouped;
 pub use harness::{Endless, Harness};
 pub use input::{Input, Signal, SignalId, SignalKind};
 pub use line::{Line, LineState};
-pub use output::{FlashChange, Output};
+pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Device, Foresight, MAX_CAUSES};
 pub use text::escape;
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};

@@ -1,6 +1,10 @@
 //! What comes out of a device.
 
+use std::fmt;
+use std::num::NonZeroU64;
+
 use bytes::Bytes;
+use serde::{Deserialize, Serialize};
 
 use crate::{Event, Time};
 
@@ -14,7 +18,49 @@ pub enum Output {
     /// writes it to disk before it passes on what follows never confirms what it could lose.
     Flash(Time, FlashChange),
     /// Something happened that somebody asked to see.
-    Event(Time, Event),
+    Event(Stamp, Event),
+}
+
+/// When something happened, and because of which command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stamp {
+    /// The model time.
+    pub at: Time,
+    /// The command that it belongs to: the beginning of a command, its answer and everything that
+    /// comes of it have the same number. `None` for what no command has led to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<CommandNumber>,
+}
+
+/// Something that no command has led to.
+impl From<Time> for Stamp {
+    fn from(at: Time) -> Stamp {
+        Stamp { at, command: None }
+    }
+}
+
+/// The number of a command: a device counts, from 1, the commands that it takes from its line. The
+/// count is part of its state, so it is the same whoever watches, and goes on after a restart of
+/// the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct CommandNumber(pub NonZeroU64);
+
+impl CommandNumber {
+    /// The number of the first command.
+    pub const FIRST: CommandNumber = CommandNumber(NonZeroU64::MIN);
+
+    /// The number of the command after this one.
+    #[must_use]
+    pub const fn next(self) -> CommandNumber {
+        CommandNumber(self.0.saturating_add(1))
+    }
+}
+
+impl fmt::Display for CommandNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
 }
 
 /// A change of the non-volatile memory's image. The format of the image is the device's own.

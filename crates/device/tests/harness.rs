@@ -35,7 +35,7 @@ fn what_comes_out_stays_in_order_until_it_is_taken() {
         said(ms(3), "0"),
         Output::Flash(ms(3), FlashChange::Append("abc".into())),
         said(ms(3), "0"),
-        Output::Event(ms(3), Event::Warning(warning)),
+        Output::Event(ms(3).into(), Event::Warning(warning)),
         said(ms(3), "3"),
     ];
     assert_eq!(*cart.outputs(), all);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Event, Kinds, Time};
+use vimc4_device::{Event, Kinds, Stamp, Time};
 
 /// Something that happened in a running controller or on its line, with its model time.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub enum Report {
         bytes: Bytes,
     },
     /// Something happened inside the device.
-    Event(Time, Event),
+    Event(Stamp, Event),
     /// Somebody came or went, or bytes were lost on the way.
     News(Time, News),
 }

@@ -787,7 +787,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 }
                 Output::Event(at, event) => {
                     self.send_all(&mut leaving);
-                    self.report(kind_of(&event), false, || Report::Event(at, event));
+                    self.report(event.kind(), false, || Report::Event(at, event));
                 }
             }
         }
@@ -857,7 +857,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
         if !heard {
             let warning = Event::Warning(Warning::NobodyListens { lost });
-            self.report(Kinds::WARNING, false, || Report::Event(at, warning));
+            self.report(Kinds::WARNING, false, || Report::Event(at.into(), warning));
         }
     }
 
@@ -940,20 +940,4 @@ async fn reactor_turn() {
         pin!(yield_now()).poll(&mut Context::from_waker(&waker))
     })
     .await;
-}
-
-/// The kind that must be wanted for an event to be told.
-fn kind_of(event: &Event) -> Kinds {
-    match event {
-        Event::Command { .. } | Event::Ignored { .. } | Event::Line { .. } => Kinds::COMMAND,
-        Event::Answer { .. } => Kinds::ANSWER,
-        Event::Motion(_) => Kinds::MOTION,
-        Event::Switch { .. } => Kinds::SWITCH,
-        Event::Port { .. } => Kinds::PORT,
-        Event::Flash { .. } => Kinds::FLASH,
-        Event::Baud { .. } => Kinds::LINE,
-        // What is new to this list is told to those who want everything.
-        Event::Warning(_) => Kinds::WARNING,
-        _ => Kinds::ALL,
-    }
 }

@@ -286,7 +286,7 @@ impl<F: FnMut(String) + Send> Sink for Traffic<F> {
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         match report {
-            Report::Event(at, event) => self.event(*at, event, explain),
+            Report::Event(stamp, event) => self.event(stamp.at, event, explain),
             Report::News(at, news) => self.news(*at, news, explain),
             Report::Received { .. } | Report::Sent { .. } => {}
         }
@@ -362,22 +362,25 @@ mod tests {
         let mut tell = |report| traffic.report(&report, &explain);
         let began = Time::from_millis(1_250);
         tell(Report::Event(
-            began,
+            began.into(),
             Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A 5000,900") },
         ));
         tell(Report::Event(
-            began + Duration::from_millis(5_555),
+            (began + Duration::from_millis(5_555)).into(),
             Event::Answer { mnemonic: "@A", bytes: Bytes::from_static(b"0"), why: None },
         ));
         let (code, why) = (Bytes::from_static(b"2"), Some("limit switch X+ at step 24,001".into()));
         let refused = Event::Answer { mnemonic: "@A", bytes: code, why };
-        tell(Report::Event(Time::from_secs(7), refused.clone()));
+        tell(Report::Event(Time::from_secs(7).into(), refused.clone()));
         let command = Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A5") };
-        tell(Report::Event(Time::from_secs(7), command));
-        tell(Report::Event(Time::from_secs(7), refused));
+        tell(Report::Event(Time::from_secs(7).into(), command));
+        tell(Report::Event(Time::from_secs(7).into(), refused));
         let echo = Event::Answer { mnemonic: "!ON", bytes: Bytes::from_static(b"C"), why: None };
-        tell(Report::Event(Time::from_secs(7), echo));
-        tell(Report::Event(Time::from_secs(7), Event::Warning(Warning::NobodyListens { lost: 1 })));
+        tell(Report::Event(Time::from_secs(7).into(), echo));
+        tell(Report::Event(
+            Time::from_secs(7).into(),
+            Event::Warning(Warning::NobodyListens { lost: 1 }),
+        ));
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
             [
@@ -403,10 +406,10 @@ mod tests {
         for ms in 0..2_000 {
             let at = Time::from_millis(ms);
             let warning = Warning::NoEffect { what: "half a turn".into() };
-            traffic.report(&Report::Event(at, Event::Warning(warning)), &explain);
+            traffic.report(&Report::Event(at.into(), Event::Warning(warning)), &explain);
         }
         let other = Warning::ReceiveOverflow { lost: 1 };
-        traffic.report(&Report::Event(Time::from_secs(3), Event::Warning(other)), &explain);
+        traffic.report(&Report::Event(Time::from_secs(3).into(), Event::Warning(other)), &explain);
         let end = News::Closed { transport, client, observes: false, taken_by: None };
         traffic.report(&Report::News(Time::from_secs(4), end), &explain);
         assert_eq!(
@@ -434,7 +437,7 @@ mod tests {
             for name in ["pty", "tcp"] {
                 tell(Report::News(at, News::Speaks { transport: label(name), client: client() }));
                 let what = format!("{name} says nothing").into();
-                tell(Report::Event(at, Event::Warning(Warning::NoEffect { what })));
+                tell(Report::Event(at.into(), Event::Warning(Warning::NoEffect { what })));
                 let (client, line) = (300, 19_200);
                 tell(Report::News(at, News::WrongSpeed { transport: label(name), client, line }));
             }
@@ -451,7 +454,7 @@ mod tests {
                 News::Opened { transport: label("tcp"), client: client(), observes: false },
             ));
             let what = "more".into();
-            tell(Report::Event(at, Event::Warning(Warning::NoEffect { what })));
+            tell(Report::Event(at.into(), Event::Warning(Warning::NoEffect { what })));
         }
         let told: Vec<_> = lines.try_iter().map(|line| line[17..].to_owned()).collect();
         let speed = "the client has set 300 baud, the controller has 19200; a real one would hear \

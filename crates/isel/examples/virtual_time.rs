@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::time::Duration;
 
-use vimc4_device::{Condition, Device, Event, Harness, Input, Kinds, Output};
+use vimc4_device::{Condition, Device, Event, Harness, Input, Kinds, Output, Stamp};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};
 
@@ -40,10 +40,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Everything that has come out is there, in order, each with its time.
     for output in imc4.drain() {
         match output {
-            Output::Event(at, Event::Command { mnemonic, .. }) => {
+            Output::Event(Stamp { at, .. }, Event::Command { mnemonic, .. }) => {
                 println!("{at} {mnemonic} begins")
             }
-            Output::Event(at, Event::Answer { mnemonic, bytes, .. }) => {
+            Output::Event(Stamp { at, .. }, Event::Answer { mnemonic, bytes, .. }) => {
                 println!("{at} {mnemonic} is answered {}", bytes.escape_ascii());
             }
             _ => {}

@@ -84,7 +84,7 @@ impl Controller {
     }
 
     pub(crate) fn emit(&mut self, event: Event) {
-        self.out.queue.push_back(Out::Event(self.state.now, event));
+        self.out.queue.push_back(Out::Event(self.state.now.into(), event));
     }
 
     pub(crate) fn send(&mut self, bytes: Bytes) {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Family, Model, State};
-use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Time};
+use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Stamp, Time};
 use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink};
 
 use crate::View;
@@ -174,7 +174,7 @@ impl Control {
     }
 
     /// What happened, oldest first.
-    pub fn events(&self) -> Reply<Vec<(Time, Event)>> {
+    pub fn events(&self) -> Reply<Vec<(Stamp, Event)>> {
         self.remembered(|memory| memory.events.iter().cloned().collect())
     }
 

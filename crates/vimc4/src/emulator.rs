@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
-use vimc4_device::{Condition, Event, Signal, Time};
+use vimc4_device::{Condition, Event, Signal, Stamp, Time};
 #[cfg(unix)]
 use vimc4_host::Link;
 use vimc4_host::{ControlError, MemoryPort, Worker, block_on};
@@ -207,7 +207,7 @@ impl Emulator {
     }
 
     /// What happened, oldest first.
-    pub fn events(&self) -> Result<Vec<(Time, Event)>, Error> {
+    pub fn events(&self) -> Result<Vec<(Stamp, Event)>, Error> {
         Ok(self.control.events().wait()?)
     }
 

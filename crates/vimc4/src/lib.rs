@@ -62,8 +62,8 @@ pub use vimc4_catalogue::{
     kin, lpkf, machines, models, quirks,
 };
 pub use vimc4_device::{
-    AXES, Activity, AxisView, Cause, Condition, Event, Fill, Kinds, Motion, Point, PortView,
-    Signal, SignalKind, SignalView, Time, TimerView, WaitsFor, Warning, escape,
+    AXES, Activity, AxisView, Cause, CommandNumber, Condition, Event, Fill, Kinds, Motion, Point,
+    PortView, Signal, SignalKind, SignalView, Stamp, Time, TimerView, WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, Deed, Effect, HostLines, MemoryPort, News, Rate, Reply, Report,

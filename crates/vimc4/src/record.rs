@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
 use tokio::sync::oneshot;
-use vimc4_device::{Event, Kinds, Time};
+use vimc4_device::{CommandNumber, Event, Kinds, Stamp, Time};
 use vimc4_host::{ControlError, Report, Sink, Wants};
 
 /// How many events, and how many commands, are remembered; the oldest are forgotten first.
@@ -17,6 +17,8 @@ const MEMORY: usize = 100_000;
 pub struct Command {
     /// When its execution began.
     pub at: Time,
+    /// Its number, which its answer and all that comes of it carry too.
+    pub number: Option<CommandNumber>,
     /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
     pub mnemonic: &'static str,
     /// The line as it was received, without its end.
@@ -32,7 +34,7 @@ pub(crate) struct Record(Arc<Mutex<Memory>>);
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
     commands: VecDeque<Command>,
-    pub(crate) events: VecDeque<(Time, Event)>,
+    pub(crate) events: VecDeque<(Stamp, Event)>,
     /// How many of the commands at the front nobody will wait for any more.
     passed: usize,
     awaited: Vec<Awaited>,
@@ -122,16 +124,22 @@ impl Sink for Recorder {
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
-        let Report::Event(at, event) = report else { return };
+        let Report::Event(stamp, event) = report else { return };
         let mut memory = self.0.lock();
         if let Event::Command { mnemonic, bytes } = event {
             // Explained at once: what `@0A100,900` means depends on the axes set at the time.
             let text = explain(bytes);
-            memory.add(Command { at: *at, mnemonic, bytes: bytes.clone(), text });
+            memory.add(Command {
+                at: stamp.at,
+                number: stamp.command,
+                mnemonic,
+                bytes: bytes.clone(),
+                text,
+            });
         }
         if memory.events.len() == MEMORY {
             memory.events.pop_front();
         }
-        memory.events.push_back((*at, event.clone()));
+        memory.events.push_back((*stamp, event.clone()));
     }
 }

@@ -157,7 +157,7 @@ impl Driver {
     fn take_outputs(&mut self) {
         while let Some(output) = self.harness.take_output() {
             match output {
-                Output::Event(at, event) => self.take(at, event),
+                Output::Event(stamp, event) => self.take(stamp.at, event),
                 Output::Bytes(at, bytes) => {
                     let known = bytes.len().min(self.answered);
                     self.answered -= known;

@@ -376,9 +376,9 @@ impl<D: Family> Twins<D> {
                     self.said_watched.written.push((at, change));
                     at
                 }
-                Output::Event(at, event) => {
+                Output::Event(stamp, event) => {
                     self.conversation.event(&event, reached);
-                    at
+                    stamp.at
                 }
             };
             assert!(latest <= at && at <= now, "outputs are out of order");

@@ -77,7 +77,7 @@ impl Cart {
     fn warn(&mut self, what: &'static str) {
         if self.wanted.contain(Kinds::WARNING) {
             let warning = Warning::NoEffect { what: what.into() };
-            self.out.push_back(Output::Event(self.state.now, Event::Warning(warning)));
+            self.out.push_back(Output::Event(self.state.now.into(), Event::Warning(warning)));
         }
     }
 

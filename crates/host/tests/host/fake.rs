@@ -159,7 +159,7 @@ impl Fake {
 
     fn event(&mut self, kinds: Kinds, event: Event) {
         if self.kinds.contain(kinds) {
-            self.out.push_back(Output::Event(self.state.now, event));
+            self.out.push_back(Output::Event(self.state.now.into(), event));
         }
     }
 

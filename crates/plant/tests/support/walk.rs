@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vimc4_device::{AXES, Event, Motion, Output, Point, Segment, Time};
+use vimc4_device::{AXES, Event, Motion, Output, Point, Segment, Stamp, Time};
 use vimc4_plant::{End, Machine};
 
 /// What a walk knows.
@@ -24,7 +24,9 @@ impl Walk {
         let zero = Point::default();
         let mut walk = Walk { machine, counter: zero, carriage: zero, running: None };
         for output in outputs {
-            let Output::Event(when, Event::Motion(motion)) = output else { continue };
+            let Output::Event(Stamp { at: when, .. }, Event::Motion(motion)) = output else {
+                continue;
+            };
             match motion {
                 Motion::Begins { origin, segment } => {
                     assert_eq!(*origin, walk.counter);
