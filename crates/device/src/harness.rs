@@ -5,9 +5,7 @@ use std::error::Error;
 use std::fmt;
 use std::time::Duration;
 
-use bytes::Bytes;
-
-use crate::{Condition, Device, Input, Kinds, MAX_CAUSES, Output, SignalId, Time};
+use crate::{Condition, Device, Input, Kinds, MAX_CAUSES, Output, OwnedInput, Time, TimedInput};
 
 /// A device in virtual time: what is due happens, and then what is due next, as fast as the
 /// computer goes and the same on every computer.
@@ -56,17 +54,8 @@ use crate::{Condition, Device, Input, Kinds, MAX_CAUSES, Output, SignalId, Time}
 pub struct Harness<D> {
     device: D,
     /// What will happen outside, in order of time.
-    plan: VecDeque<(Time, Planned)>,
+    plan: VecDeque<TimedInput>,
     outputs: VecDeque<Output>,
-}
-
-/// An input that is still to come.
-#[derive(Clone, Debug, PartialEq)]
-enum Planned {
-    Bytes(Bytes),
-    Signal(SignalId, i32),
-    Power(bool),
-    Wake,
 }
 
 /// The device goes on and on.
@@ -127,7 +116,7 @@ impl<D: Device> Harness<D> {
 
     /// When the next of what is planned will happen.
     pub fn planned(&self) -> Option<Time> {
-        self.plan.front().map(|(at, _)| *at)
+        self.plan.front().map(|planned| planned.at)
     }
 
     // --- what goes in ---
@@ -135,14 +124,9 @@ impl<D: Device> Harness<D> {
     /// Plans an input for a time, behind what is planned for the same. What is planned for the
     /// past happens next, in the present.
     pub fn plan(&mut self, at: Time, input: Input<'_>) {
-        let planned = match input {
-            Input::Bytes(bytes) => Planned::Bytes(Bytes::copy_from_slice(bytes)),
-            Input::Signal(id, value) => Planned::Signal(id, value),
-            Input::Power(on) => Planned::Power(on),
-            Input::Wake => Planned::Wake,
-        };
-        let place = self.plan.partition_point(|(other, _)| *other <= at);
-        self.plan.insert(place, (at, planned));
+        let input = OwnedInput::from(input);
+        let place = self.plan.partition_point(|other| other.at <= at);
+        self.plan.insert(place, TimedInput { at, input });
     }
 
     /// Bytes arrive on the line, now.
@@ -157,6 +141,13 @@ impl<D: Device> Harness<D> {
             self.step();
         }
         self.handle(input, now);
+    }
+
+    /// Gives an input that was kept: lets time pass up to when it was given, and gives it. One
+    /// after the other, the inputs of another device make an equal device do the same again.
+    pub fn play(&mut self, TimedInput { at, input }: &TimedInput) {
+        self.run_to(*at);
+        self.input(input.as_input());
     }
 
     /// Sends bytes, lets everything happen that follows from them, and takes the bytes that have
@@ -184,7 +175,7 @@ impl<D: Device> Harness<D> {
         let due = self.due().filter(|due| *due != Time::NEVER)?;
         let planned = if self.planned() == Some(due) { self.plan.pop_front() } else { None };
         match planned {
-            Some((at, planned)) => self.handle(planned.input(), at),
+            Some(TimedInput { at, input }) => self.handle(input.as_input(), at),
             None => self.handle(Input::Wake, due),
         }
         Some(self.now())
@@ -272,17 +263,6 @@ impl<D: Device> Harness<D> {
     fn collect(&mut self) {
         while let Some(output) = self.device.poll_output() {
             self.outputs.push_back(output);
-        }
-    }
-}
-
-impl Planned {
-    fn input(&self) -> Input<'_> {
-        match self {
-            Planned::Bytes(bytes) => Input::Bytes(bytes),
-            Planned::Signal(id, value) => Input::Signal(*id, *value),
-            Planned::Power(on) => Input::Power(*on),
-            Planned::Wake => Input::Wake,
         }
     }
 }

@@ -1,6 +1,9 @@
 //! What goes into a device.
 
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
+
+use crate::Time;
 
 /// Something that happens to a device from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +18,61 @@ pub enum Input<'a> {
     /// Nothing but time has passed: perform what is due. Always allowed, never needed before
     /// the wake-up time that the device asked for.
     Wake,
+}
+
+/// An [`Input`] that owns its bytes, so that it can be kept, written down and given again.
+///
+/// ```
+/// use vimc4_device::{Input, OwnedInput};
+///
+/// let kept = OwnedInput::from(Input::Bytes(b"@0P\r"));
+/// assert_eq!(kept.as_input(), Input::Bytes(b"@0P\r"));
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OwnedInput {
+    /// See [`Input::Bytes`].
+    Bytes(Bytes),
+    /// See [`Input::Signal`].
+    Signal(SignalId, i32),
+    /// See [`Input::Power`].
+    Power(bool),
+    /// See [`Input::Wake`].
+    Wake,
+}
+
+impl OwnedInput {
+    /// The input, to be given to a device.
+    #[must_use]
+    pub fn as_input(&self) -> Input<'_> {
+        match self {
+            OwnedInput::Bytes(bytes) => Input::Bytes(bytes),
+            OwnedInput::Signal(id, value) => Input::Signal(*id, *value),
+            OwnedInput::Power(on) => Input::Power(*on),
+            OwnedInput::Wake => Input::Wake,
+        }
+    }
+}
+
+impl From<Input<'_>> for OwnedInput {
+    fn from(input: Input<'_>) -> OwnedInput {
+        match input {
+            Input::Bytes(bytes) => OwnedInput::Bytes(Bytes::copy_from_slice(bytes)),
+            Input::Signal(id, value) => OwnedInput::Signal(id, value),
+            Input::Power(on) => OwnedInput::Power(on),
+            Input::Wake => OwnedInput::Wake,
+        }
+    }
+}
+
+/// An input and the time it is given at. Whoever gives equal devices the same of these, in the
+/// same order, gets equal devices and equal outputs: they are all that a recording needs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimedInput {
+    /// The model time.
+    pub at: Time,
+    /// The input.
+    pub input: OwnedInput,
 }
 
 /// The number of a signal, valid for the device that listed it.

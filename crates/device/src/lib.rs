@@ -21,7 +21,7 @@ pub use condition::Condition;
 pub use event::{Event, Kinds, Motion, Warning};
 pub use grouped::Grouped;
 pub use harness::{Endless, Harness};
-pub use input::{Input, Signal, SignalId, SignalKind};
+pub use input::{Input, OwnedInput, Signal, SignalId, SignalKind, TimedInput};
 pub use line::{Line, LineState};
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Device, Foresight, MAX_CAUSES};

@@ -8,7 +8,7 @@ use cart::Cart;
 use proptest::prelude::*;
 use vimc4_device::{
     AXES, Condition, Device, Endless, Event, FlashChange, Foresight, Harness, Input, Kinds, Output,
-    Time, Warning,
+    Time, TimedInput, Warning,
 };
 
 fn at(position: i64) -> Condition {
@@ -220,7 +220,8 @@ impl Happening {
 
 proptest! {
     /// Planned ahead, or done one after the other; lines whole or byte by byte; time in one piece
-    /// or in many, or from cause to cause: the same comes out, and the same cart is left.
+    /// or in many, or from cause to cause, or written down and played: the same comes out, and the
+    /// same cart is left.
     #[test]
     fn the_pieces_make_no_difference(
         happenings in happenings(),
@@ -230,6 +231,7 @@ proptest! {
         let mut pieced = whole.clone();
         let mut planned = whole.clone();
         let mut stepped = whole.clone();
+        let mut played = whole.clone();
         let mut when = Time::ZERO;
         let mut pieces = pieces.iter().cycle();
         for (micros, happening) in &happenings {
@@ -247,15 +249,19 @@ proptest! {
             }
             planned.plan(when, happening.input());
             stepped.plan(when, happening.input());
+            let written = TimedInput { at: when, input: happening.input().into() };
+            let written = serde_json::to_string(&written).unwrap();
+            played.play(&serde_json::from_str(&written).unwrap());
         }
         let end = ms(2_000);
         while stepped.step().is_some() {}
-        for harness in [&mut whole, &mut pieced, &mut planned, &mut stepped] {
+        for harness in [&mut whole, &mut pieced, &mut planned, &mut stepped, &mut played] {
             harness.run_to(end);
         }
         prop_assert_eq!(&whole, &pieced);
         prop_assert_eq!(&whole, &planned);
         prop_assert_eq!(&whole, &stepped);
+        prop_assert_eq!(&whole, &played);
     }
 
     /// To run until a condition holds is to run to the time for which it is forecast; not the

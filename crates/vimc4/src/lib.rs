@@ -79,5 +79,7 @@ pub type View = vimc4_device::View<Details>;
 /// [`Device`](device::Device) says how.
 pub mod device {
     pub use vimc4_catalogue::{Controller, State};
-    pub use vimc4_device::{Device, Endless, Foresight, Harness, Input, Output, SignalId};
+    pub use vimc4_device::{
+        Device, Endless, Foresight, Harness, Input, Output, OwnedInput, SignalId, TimedInput,
+    };
 }
