@@ -11,6 +11,7 @@ mod flash;
 mod half_line;
 mod handle;
 mod line_feeds;
+mod reply;
 mod report;
 mod runner;
 mod timer;
@@ -20,7 +21,8 @@ mod worker;
 
 pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
-pub use handle::{ControlError, Handle, Reply, block_on};
+pub use handle::Handle;
+pub use reply::{ControlError, Reply, block_on};
 pub use report::{Deed, Effect, News, Report, Sink, Source, Wants};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity};

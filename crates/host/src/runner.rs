@@ -19,8 +19,8 @@ use vimc4_device::{Condition, Device, Event, Foresight, Input, Kinds, Output, Ti
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::half_line::HalfLine;
-use crate::handle::{ControlError, Handle};
 use crate::line_feeds::LineFeeds;
+use crate::reply::ControlError;
 use crate::report::{Deed, Effect, News, Report, Sink, Source, Wants};
 use crate::timer::Timer;
 use crate::transport::{Received, Sent, Transport};
@@ -42,7 +42,8 @@ const PATIENCE: Duration = Duration::from_millis(250);
 /// client may fill every piece with the shortest commands there are.
 const CHUNK: usize = 1_024;
 
-/// Owns a device and its transports and lets it live in the time of a [`Clock`].
+/// Owns a device and its transports and lets it live in the time of a [`Clock`]. It comes
+/// with a [`Handle`](crate::Handle), see [there](crate::Handle::pair).
 ///
 /// There is no channel and no other thread between a byte that is read and its answer: the task
 /// reads, calls the device and writes. It sleeps in the kernel until a byte, a control or a
@@ -52,9 +53,9 @@ const CHUNK: usize = 1_024;
 /// # async fn example<D>(device: D) -> Result<(), Box<dyn std::error::Error>>
 /// # where D: vimc4_device::Device + Clone + Send + 'static {
 /// use vimc4_device::Line;
-/// use vimc4_host::{Clients, Clock, Runner, Tcp};
+/// use vimc4_host::{Clients, Clock, Handle, Tcp};
 ///
-/// let (mut runner, handle) = Runner::new(Line::ideal(device), Clock::Real);
+/// let (mut runner, handle) = Handle::pair(Line::ideal(device), Clock::Real);
 /// runner.attach(Box::new(Tcp::bind("127.0.0.1:4004".parse()?, Clients::Refuse)?));
 /// runner.run().await?;
 /// # drop(handle);
@@ -108,7 +109,7 @@ pub enum RunError {
 /// Where a time is awaited.
 pub(crate) type TimeReply = oneshot::Sender<Result<Time, ControlError>>;
 
-/// What a [`Handle`] asks for.
+/// What a [`Handle`](crate::Handle) asks for.
 pub(crate) type Job<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
 
 pub(crate) enum Destination {
@@ -168,10 +169,12 @@ enum Woken<D: Device> {
 }
 
 impl<D: Device + Clone + 'static> Runner<D> {
-    /// A device in the time of a clock, and the handle that controls it.
-    pub fn new(device: D, clock: Clock) -> (Runner<D>, Handle<D>) {
-        let (jobs, job_queue) = mpsc::unbounded_channel();
-        let (stop, stop_signal) = oneshot::channel();
+    pub(crate) fn new(
+        device: D,
+        clock: Clock,
+        jobs: mpsc::UnboundedReceiver<Job<D>>,
+        stop: oneshot::Receiver<()>,
+    ) -> Runner<D> {
         let baud = device.baud();
         let mut runner = Runner {
             device,
@@ -185,8 +188,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
             wants: Wants::default(),
             baud,
             ready: true,
-            jobs: job_queue,
-            stop: stop_signal,
+            jobs,
+            stop,
             journey: None,
             waiters: Vec::new(),
             failure: None,
@@ -198,7 +201,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             said: 0,
         };
         runner.watch_kinds();
-        (runner, Handle::new(jobs, stop))
+        runner
     }
 
     /// Keeps the device's flash memory in a file. `image` is what the file held when it was

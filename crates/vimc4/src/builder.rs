@@ -9,7 +9,7 @@ use tokio::sync::watch;
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
 use vimc4_device::Line;
 use vimc4_host::{
-    Clients, Clock, FlashFile, Handle, RunError, Runner, Serial, Sink, Tcp, Worker, unix_lines,
+    Clients, Clock, FlashFile, Handle, Runner, Serial, Sink, Tcp, Worker, unix_lines,
 };
 #[cfg(unix)]
 use vimc4_host::{Link, Pty};
@@ -82,8 +82,16 @@ impl From<PathBuf> for Terminal {
     }
 }
 
+impl Emulator {
+    /// Sets one up. Without anything said it is an IMC4 on the machine `bench` in real time,
+    /// reachable from within the process only.
+    pub fn builder() -> Builder {
+        Builder::new()
+    }
+}
+
 impl Builder {
-    pub(crate) fn new() -> Builder {
+    fn new() -> Builder {
         Builder {
             model: Profile::Named("imc4".to_owned()),
             machine: Profile::Named("bench".to_owned()),
@@ -248,9 +256,12 @@ impl Builder {
             let _ = over.send(Some(end.map_err(Arc::new)));
         });
         let control = Control::new(model, handle, record);
-        let emulator = Emulator::new(control, places, ended, worker);
+        #[cfg_attr(not(unix), expect(unused_mut, reason = "there are no links"))]
+        let mut emulator = Emulator::new(control, places, ended, worker);
         #[cfg(unix)]
-        let emulator = emulator.named(&pty, replace)?;
+        if let Terminal::Link(path) = &pty {
+            emulator.link_to(path, replace)?;
+        }
         Ok(emulator)
     }
 
@@ -285,7 +296,7 @@ impl Builder {
             Error::Flash { path: path.unwrap_or_default(), source }
         })?;
         let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
-        let (runner, handle) = Runner::new(line, self.time);
+        let (runner, handle) = Handle::pair(line, self.time);
         let handling = Handling::of(model);
         let mut runner = runner.with_lines(handling.ends, self.fresh_clients);
         if let Some((ends, right)) = handling.instead_of_line_feed {
@@ -317,8 +328,6 @@ impl Builder {
 }
 
 type Made = (Runner<Line<Controller>>, Handle<Line<Controller>>, Places);
-
-pub(crate) type End = Option<Result<(), Arc<RunError>>>;
 
 fn resolve(address: &str) -> Result<Vec<SocketAddr>, Error> {
     let failed = |source| Error::Address { address: address.to_owned(), source };

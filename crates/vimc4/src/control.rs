@@ -4,11 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, Family, Model, State};
+use vimc4_catalogue::{Controller, Details, Family, Model, State};
 use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Stamp, Time};
 use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink};
 
-use crate::View;
 use crate::record::{Command, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of
@@ -48,6 +47,9 @@ pub struct Control {
     /// Where the key was last turned to, so that erasing can turn it back.
     key_on_auto: Arc<AtomicBool>,
 }
+
+/// A picture of a controller: [`Emulator::view`](crate::Emulator::view).
+pub type View = vimc4_device::View<Details>;
 
 /// Everything that decides what an emulator will do: the state of its controller, machine and
 /// line at one instant. Taking one is cheap, and keeping many is too: programs and profiles

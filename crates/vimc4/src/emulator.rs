@@ -9,15 +9,11 @@ use std::time::Duration;
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
 use vimc4_device::{Condition, Event, Signal, Stamp, Time};
+use vimc4_host::{ControlError, MemoryPort, RunError, Worker, block_on};
 #[cfg(unix)]
-use vimc4_host::Link;
-use vimc4_host::{ControlError, MemoryPort, Worker, block_on};
+use vimc4_host::{Link, LinkError};
 
-#[cfg(unix)]
-use crate::Terminal;
-use crate::View;
-use crate::builder::{Builder, End};
-use crate::control::{Control, Snapshot};
+use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
 use crate::record::Command;
 
@@ -69,6 +65,9 @@ pub struct Emulator {
     worker: Worker,
 }
 
+/// How its task has ended, once it has.
+type End = Option<Result<(), Arc<RunError>>>;
+
 /// Where it can be reached.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Places {
@@ -79,12 +78,6 @@ pub(crate) struct Places {
 }
 
 impl Emulator {
-    /// Sets one up. Without anything said it is an IMC4 on the machine `bench` in real time,
-    /// reachable from within the process only.
-    pub fn builder() -> Builder {
-        Builder::new()
-    }
-
     pub(crate) fn new(
         control: Control,
         places: Places,
@@ -102,13 +95,13 @@ impl Emulator {
         }
     }
 
-    /// Gives the pseudo terminal its name.
+    /// Leads the link of this name to the pseudo terminal, if there is one.
     #[cfg(unix)]
-    pub(crate) fn named(mut self, terminal: &Terminal, replace: bool) -> Result<Emulator, Error> {
-        if let (Terminal::Link(path), Some(target)) = (terminal, &self.places.pty) {
+    pub(crate) fn link_to(&mut self, path: &Path, replace: bool) -> Result<(), LinkError> {
+        if let Some(target) = &self.places.pty {
             self.link = Some(Link::create(path, target, replace)?);
         }
-        Ok(self)
+        Ok(())
     }
 
     // --- where it is ---

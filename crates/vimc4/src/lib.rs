@@ -51,7 +51,7 @@ mod profiles;
 mod record;
 
 pub use builder::{Builder, Terminal};
-pub use control::{Button, Control, Snapshot};
+pub use control::{Button, Control, Snapshot, View};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
 pub use order::{Order, OrderError, Outcome, help};
@@ -71,9 +71,6 @@ pub use vimc4_host::{
 };
 #[cfg(unix)]
 pub use vimc4_host::{User, Users};
-
-/// A picture of a controller: [`Emulator::view`].
-pub type View = vimc4_device::View<Details>;
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.

@@ -9,8 +9,8 @@ use vimc4_catalogue::{Model, axis};
 use vimc4_device::{Condition, Signal, SignalKind};
 use vimc4_host::{ControlError, Effect};
 
-use crate::View;
 use crate::control::Control;
+use crate::control::View;
 use crate::error::Error;
 
 /// What can be ordered of a controller, a line each, as `help` prints it: what its model has not

@@ -320,7 +320,7 @@ impl<D: Device + Clone + Send + 'static> Running<D> {
             let runtime =
                 tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
             runtime.block_on(async {
-                let (runner, handle) = Runner::new(device, clock);
+                let (runner, handle) = Handle::pair(device, clock);
                 let (runner, extra) = set_up(runner);
                 sender.send((handle, extra)).unwrap();
                 runner.run().await
