@@ -1,0 +1,138 @@
+//! What a controller answers to who controls it.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+
+use thiserror::Error;
+use tokio::sync::oneshot;
+
+/// Why a controller did not do what it was told.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// It runs no longer.
+    #[error("the emulator has ended")]
+    Ended,
+    /// It has no such signal.
+    #[error("there is no {wanted} `{name}`; there are {known}")]
+    NoSuchSignal {
+        /// What kind of thing was asked for, such as `button`.
+        wanted: &'static str,
+        /// The name.
+        name: String,
+        /// The names that would be right.
+        known: String,
+    },
+    /// The signal does not take this value.
+    #[error("`{name}` cannot be `{value}`; it can be {possible}")]
+    NoSuchValue {
+        /// The signal.
+        name: String,
+        /// What it was to be.
+        value: String,
+        /// What would be right.
+        possible: String,
+    },
+    /// No input is connected to this bit.
+    #[error("nothing outside drives bit {bit} of port {port}; the inputs are {known}")]
+    NotAnInput {
+        /// The port.
+        port: u16,
+        /// The bit.
+        bit: u8,
+        /// The inputs there are.
+        known: String,
+    },
+    /// Its time cannot be moved.
+    #[error("time moves by itself with this clock; use the manual clock to move it")]
+    RunsByItself,
+    /// It cannot do that, being what it is or as it was set up; the words say what to do instead.
+    #[error("{0}")]
+    Unsupported(&'static str),
+    /// What was waited for has not happened in this time.
+    #[error("nothing within {0:?}; it may come later, or never")]
+    Late(Duration),
+    /// It comes to rest, or runs on without end, and the condition never holds.
+    #[error(
+        "this never happens unless something else does first; give the command or the order that \
+         leads there before"
+    )]
+    Never,
+}
+
+/// An answer that is on its way.
+#[derive(Debug)]
+#[must_use = "without waiting for the reply nobody learns whether it was done"]
+pub struct Reply<T>(oneshot::Receiver<Result<T, ControlError>>);
+
+impl<T> Reply<T> {
+    /// A reply that comes when somebody gives the answer. If nobody will, it says that the
+    /// emulator has ended.
+    pub fn promised() -> (oneshot::Sender<Result<T, ControlError>>, Reply<T>) {
+        let (answer, reply) = oneshot::channel();
+        (answer, Reply(reply))
+    }
+
+    /// Blocks this thread until the answer is there.
+    pub fn wait(self) -> Result<T, ControlError> {
+        block_on(self)
+    }
+
+    /// Blocks this thread until the answer is there, but no longer than so.
+    pub fn wait_within(self, limit: Duration) -> Result<T, ControlError> {
+        block_until(self, Instant::now().checked_add(limit))
+            .unwrap_or(Err(ControlError::Late(limit)))
+    }
+}
+
+impl<T> Future for Reply<T> {
+    type Output = Result<T, ControlError>;
+
+    fn poll(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Self::Output> {
+        Pin::new(&mut self.0).poll(cx).map(|reply| reply.unwrap_or(Err(ControlError::Ended)))
+    }
+}
+
+/// Waits for a future on this thread. The executors of tokio refuse to do so inside of tasks;
+/// this one does what it is told, so the blocking methods work everywhere.
+pub fn block_on<F: Future + Unpin>(mut future: F) -> F::Output {
+    loop {
+        // Without a deadline it does not give up.
+        if let Some(output) = block_until(&mut future, None) {
+            return output;
+        }
+    }
+}
+
+/// The same up to a moment.
+fn block_until<F: Future + Unpin>(future: F, deadline: Option<Instant>) -> Option<F::Output> {
+    struct Unpark(Thread);
+
+    impl Wake for Unpark {
+        fn wake(self: Arc<Self>) {
+            self.0.unpark();
+        }
+    }
+
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let mut cx = Context::from_waker(&waker);
+    // Inside of a task tokio would hold back what is ready after a hundred such waits, until the
+    // task comes to a pause. It will not: it is blocked here.
+    let mut future = tokio::task::unconstrained(future);
+    loop {
+        if let Poll::Ready(output) = Pin::new(&mut future).poll(&mut cx) {
+            return Some(output);
+        }
+        match deadline {
+            None => thread::park(),
+            Some(deadline) => match deadline.checked_duration_since(Instant::now()) {
+                Some(left) if !left.is_zero() => thread::park_timeout(left),
+                _ => return None,
+            },
+        }
+    }
+}
