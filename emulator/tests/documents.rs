@@ -634,7 +634,7 @@ fn the_tour_goes_as_shown() {
     writeln!(orders, "quit").unwrap();
     log.extend(told);
     // Times and places differ; what is said of the commands does not.
-    let explained = shown("README.md", "Meanwhile `serve` has told what it understood:");
+    let explained = shown("README.md", "Meanwhile `serve` has been showing what it understood:");
     for line in explained.iter().filter(|line| line.contains(" s  @")) {
         let line = line.split_once(" s  ").unwrap().1.trim_end_matches('…').trim_end();
         assert!(log.iter().any(|told| told.contains(line)), "{line}: {log:#?}");
