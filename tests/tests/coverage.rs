@@ -29,7 +29,7 @@ fn every_reply_of_every_command_has_a_session() {
                     // A malformed line is no command's.
                     let malformed = *reply == Reply::Syntax;
                     let mnemonic = if malformed { "?" } else { spec.mnemonic };
-                    if !record.answers.contains(&(mnemonic, kind(reply.code()))) {
+                    if !record.answers.contains(&(mnemonic.into(), kind(reply.code()))) {
                         missing.push(format!("{name}: {} never answered {reply}", spec.mnemonic));
                     }
                 }
@@ -153,7 +153,7 @@ static RECORDS: LazyLock<BTreeMap<&'static str, Record>> = LazyLock::new(|| {
     for Shown { model, record, .. } in &*SHOWN {
         let all = records.entry(*model).or_default();
         all.answers.extend(record.answers.iter().cloned());
-        all.lines.extend(&record.lines);
+        all.lines.extend(record.lines.iter().cloned());
         all.signals.extend(record.signals.iter().cloned());
     }
     records

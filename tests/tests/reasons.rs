@@ -79,7 +79,7 @@ fn table() -> Vec<Session> {
 /// The models and the codes that rows of the table explain.
 fn explained(table: &[Session]) -> BTreeSet<(&'static str, String)> {
     let shown = shown(table);
-    let codes = |model, errors: &BTreeSet<(&str, String, String)>| {
+    let codes = |model, errors: &BTreeSet<(_, String, String)>| {
         errors.iter().map(|(_, code, _)| (model, code.clone())).collect::<Vec<_>>()
     };
     shown.iter().flat_map(|shown| codes(shown.model, &shown.record.errors)).collect()

@@ -1,5 +1,6 @@
 //! Plays a session against a device, in the model's own time.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt::{self, Write as _};
 
@@ -29,14 +30,14 @@ pub enum Drive {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Record {
     /// Commands that were executed.
-    pub commands: BTreeSet<&'static str>,
+    pub commands: BTreeSet<Cow<'static, str>>,
     /// Commands that were answered: mnemonic and kind of the answer, as
     /// [`Family::kind_of`](vimc4_catalogue::Family::kind_of) names it.
-    pub answers: BTreeSet<(&'static str, String)>,
+    pub answers: BTreeSet<(Cow<'static, str>, String)>,
     /// Errors that were answered: mnemonic, kind as above, and why, as the controller says.
-    pub errors: BTreeSet<(&'static str, String, String)>,
+    pub errors: BTreeSet<(Cow<'static, str>, String, String)>,
     /// Lines of stored programs that were executed.
-    pub lines: BTreeSet<&'static str>,
+    pub lines: BTreeSet<Cow<'static, str>>,
     /// Signals that were set, by name.
     pub signals: BTreeSet<String>,
     /// Something moved.
@@ -309,7 +310,8 @@ impl<D: Device> Player<D> {
                 if self.family.refusal(&bytes).is_some() || why.is_some() {
                     let why = why.unwrap_or_default().into_string();
                     self.why.clone_from(&why);
-                    self.record.errors.extend(kind.clone().map(|kind| (mnemonic, kind, why)));
+                    let error = kind.clone().map(|kind| (mnemonic.clone(), kind, why));
+                    self.record.errors.extend(error);
                 }
                 self.record.answers.extend(kind.map(|kind| (mnemonic, kind)));
             }

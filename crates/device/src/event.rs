@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 use bytes::Bytes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{Grouped, Point, Segment};
 
@@ -12,7 +12,7 @@ use crate::{Grouped, Point, Segment};
 ///
 /// A stable, small word identifies each command and warning; texts for people are made on
 /// request by [`Device::explain`](crate::Device::explain).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Event {
@@ -20,7 +20,7 @@ pub enum Event {
     /// A command was taken from the line and is being executed.
     Command {
         /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
-        mnemonic: &'static str,
+        mnemonic: Cow<'static, str>,
         /// The line as it was received, without its end.
         bytes: Bytes,
     },
@@ -36,18 +36,18 @@ pub enum Event {
         /// Its number, from 1.
         line: u32,
         /// The stable mnemonic.
-        mnemonic: &'static str,
+        mnemonic: Cow<'static, str>,
     },
     // --- answer ---
     /// The device answered.
     Answer {
         /// The mnemonic of the command that is answered.
-        mnemonic: &'static str,
+        mnemonic: Cow<'static, str>,
         /// What it answered, whole.
         bytes: Bytes,
         /// Why it is an error, for people: which switch, value or person it was, and where. A
         /// lower-case fragment.
-        #[serde(skip_serializing_if = "Option::is_none")]
+        #[serde(default, skip_serializing_if = "Option::is_none")]
         why: Option<Box<str>>,
     },
     // --- segment ---
@@ -75,7 +75,7 @@ pub enum Event {
     /// The non-volatile memory changed.
     Flash {
         /// What changed, such as `program line`, `erased`, `defaults`.
-        what: &'static str,
+        what: Cow<'static, str>,
     },
     // --- line ---
     /// The line's speed changed.
@@ -107,7 +107,7 @@ impl Event {
 
 /// The course of one motion. A watcher that wants every step keeps the segment, enumerates it,
 /// and replaces or cuts it when told.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "motion", rename_all = "kebab-case")]
 pub enum Motion {
     /// A segment begins at the time of the event.
@@ -130,7 +130,7 @@ pub enum Motion {
 }
 
 /// Something that a person should know although nothing is wrong with the device.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "warning", rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Warning {
@@ -154,7 +154,7 @@ pub enum Warning {
         /// The axis, 0 for X.
         axis: u8,
         /// What the controller calls the axis.
-        name: &'static str,
+        name: Cow<'static, str>,
         /// Carriage minus counter has changed by this many steps.
         steps: i64,
         /// How far that is in µm, without a sign, on an axis that has a length.
@@ -169,7 +169,7 @@ pub enum Warning {
         /// The axis, 0 for X.
         axis: u8,
         /// What the controller calls the axis.
-        name: &'static str,
+        name: Cow<'static, str>,
     },
     /// A program ended with an error.
     ProgramError {
@@ -263,52 +263,4 @@ impl Kinds {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn warnings_say_what_happened_and_what_to_do() {
-        let lost =
-            |steps, um, overran| Warning::StepsLost { axis: 0, name: "X", steps, um, overran };
-        for (warning, text) in [
-            (
-                lost(-1_999, Some(24_988), false),
-                "the X carriage stood at its end while the counter went on: 1,999 steps (24.988 mm) \
-                 lost; a reference run makes the two agree again",
-            ),
-            (
-                lost(8, Some(100), true),
-                "the X carriage ran on when its motor was halted without a ramp: 8 steps (0.1 mm) \
-                 lost; a reference run makes the two agree again",
-            ),
-            (
-                lost(1_234_567, None, true),
-                "the X carriage ran on when its motor was halted without a ramp: 1,234,567 steps \
-                 lost; a reference run makes the two agree again",
-            ),
-            (
-                lost(-1, None, false),
-                "the X carriage stood at its end while the counter went on: 1 step lost; a \
-                 reference run makes the two agree again",
-            ),
-            (Warning::ReceiveOverflow { lost: 1 }, "the receive buffer was full, 1 byte was lost"),
-            (Warning::NobodyListens { lost: 2 }, "nobody has the line open, 2 bytes were lost"),
-            (Warning::NoEffect { what: "a turn".into() }, "no effect: a turn"),
-            (
-                Warning::FalseReference { axis: 2, name: "Z" },
-                "the reference of Z is false: STOP has stood in for its switch, and where it was \
-                 stopped counts as 0; a reference run to its end makes it true again",
-            ),
-            (
-                Warning::ProgramError {
-                    code: '2',
-                    line: 3,
-                    why: "limit switch X+ at step 9".into(),
-                },
-                "the program ended in line 3 with error 2: limit switch X+ at step 9",
-            ),
-        ] {
-            assert_eq!(warning.to_string(), text);
-        }
-    }
-}
+mod tests;

@@ -363,19 +363,20 @@ mod tests {
         let began = Time::from_millis(1_250);
         tell(Report::Event(
             began.into(),
-            Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A 5000,900") },
+            Event::Command { mnemonic: "@A".into(), bytes: Bytes::from_static(b"@0A 5000,900") },
         ));
         tell(Report::Event(
             (began + Duration::from_millis(5_555)).into(),
-            Event::Answer { mnemonic: "@A", bytes: Bytes::from_static(b"0"), why: None },
+            Event::Answer { mnemonic: "@A".into(), bytes: Bytes::from_static(b"0"), why: None },
         ));
         let (code, why) = (Bytes::from_static(b"2"), Some("limit switch X+ at step 24,001".into()));
-        let refused = Event::Answer { mnemonic: "@A", bytes: code, why };
+        let refused = Event::Answer { mnemonic: "@A".into(), bytes: code, why };
         tell(Report::Event(Time::from_secs(7).into(), refused.clone()));
-        let command = Event::Command { mnemonic: "@A", bytes: Bytes::from_static(b"@0A5") };
+        let command = Event::Command { mnemonic: "@A".into(), bytes: Bytes::from_static(b"@0A5") };
         tell(Report::Event(Time::from_secs(7).into(), command));
         tell(Report::Event(Time::from_secs(7).into(), refused));
-        let echo = Event::Answer { mnemonic: "!ON", bytes: Bytes::from_static(b"C"), why: None };
+        let echo =
+            Event::Answer { mnemonic: "!ON".into(), bytes: Bytes::from_static(b"C"), why: None };
         tell(Report::Event(Time::from_secs(7).into(), echo));
         tell(Report::Event(
             Time::from_secs(7).into(),

@@ -257,7 +257,10 @@ impl Controller {
 
     pub(crate) fn announce(&mut self, mnemonic: &'static str, text: &[u8]) {
         if self.wants(Kinds::COMMAND) {
-            self.emit(Event::Command { mnemonic, bytes: Bytes::copy_from_slice(text) });
+            self.emit(Event::Command {
+                mnemonic: mnemonic.into(),
+                bytes: Bytes::copy_from_slice(text),
+            });
         }
     }
 
@@ -269,7 +272,7 @@ impl Controller {
     pub(crate) fn answer_bytes(&mut self, mode: Mode, op: Op, bytes: Bytes) {
         if self.wants(Kinds::ANSWER) {
             let mnemonic = self.mnemonic(mode, op);
-            self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why: None });
+            self.emit(Event::Answer { mnemonic: mnemonic.into(), bytes: bytes.clone(), why: None });
         }
         self.send(bytes);
     }
@@ -302,7 +305,7 @@ impl Controller {
         if self.wants(Kinds::ANSWER) {
             let (mnemonic, why) = why(self);
             let why = Some(why.into());
-            self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why });
+            self.emit(Event::Answer { mnemonic: mnemonic.into(), bytes: bytes.clone(), why });
         }
         self.send(bytes);
     }
@@ -312,7 +315,11 @@ impl Controller {
         if reply == ControlReply::Done {
             let Answer(bytes) = Reply::Done.into();
             if self.wants(Kinds::ANSWER) {
-                self.emit(Event::Answer { mnemonic: control, bytes: bytes.clone(), why: None });
+                self.emit(Event::Answer {
+                    mnemonic: control.into(),
+                    bytes: bytes.clone(),
+                    why: None,
+                });
             }
             self.send(bytes);
         }
@@ -320,7 +327,7 @@ impl Controller {
 
     pub(crate) fn flash_changed(&mut self, what: &'static str) {
         if self.wants(Kinds::FLASH) {
-            self.emit(Event::Flash { what });
+            self.emit(Event::Flash { what: what.into() });
         }
     }
 

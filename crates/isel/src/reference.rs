@@ -232,7 +232,7 @@ impl Controller {
             && gear.reference != Reference::None
         {
             let axis = run.axis as u8;
-            self.emit(Event::Warning(Warning::FalseReference { axis, name }));
+            self.emit(Event::Warning(Warning::FalseReference { axis, name: name.into() }));
         }
     }
 

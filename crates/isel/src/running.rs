@@ -134,7 +134,7 @@ impl Controller {
         let Some(command) = command else { return self.end_run(Ok(())) };
         if self.wants(Kinds::COMMAND) {
             let mnemonic = self.mnemonic(Mode::Stored, command.op(Mode::Stored));
-            self.emit(Event::Line { line: line + 1, mnemonic });
+            self.emit(Event::Line { line: line + 1, mnemonic: mnemonic.into() });
         }
         if let Err(why) = self.check_line(&command) {
             return self.end_run(Err(why));

@@ -377,7 +377,11 @@ impl Controller {
                 let bytes = Bytes::from(text + "\r");
                 if self.wants(Kinds::ANSWER) {
                     let why = Some(self.in_words(why, raw).into());
-                    self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why });
+                    self.emit(Event::Answer {
+                        mnemonic: mnemonic.into(),
+                        bytes: bytes.clone(),
+                        why,
+                    });
                 }
                 self.send(bytes);
             }
@@ -401,7 +405,7 @@ impl Controller {
 
     fn answer(&mut self, mnemonic: &'static str, bytes: Bytes) {
         if self.wants(Kinds::ANSWER) {
-            self.emit(Event::Answer { mnemonic, bytes: bytes.clone(), why: None });
+            self.emit(Event::Answer { mnemonic: mnemonic.into(), bytes: bytes.clone(), why: None });
         }
         self.send(bytes);
     }

@@ -268,7 +268,7 @@ impl Controller {
     fn command_event(&mut self, command: &Result<Command, Status>, raw: &[u8]) {
         if self.wants(Kinds::COMMAND) {
             let bytes = Bytes::copy_from_slice(raw);
-            self.emit(Event::Command { mnemonic: mnemonic(command), bytes });
+            self.emit(Event::Command { mnemonic: mnemonic(command).into(), bytes });
         }
     }
 }

@@ -115,7 +115,7 @@ impl Machine {
             let way = u128::from(steps.unsigned_abs()) * u128::from(lead);
             u64::try_from((way + turn / 2) / turn).ok()
         });
-        Warning::StepsLost { axis: axis as u8, name, steps, um, overran }
+        Warning::StepsLost { axis: axis as u8, name: name.into(), steps, um, overran }
     }
 }
 

@@ -1,5 +1,6 @@
 //! What happened, for those who ask afterwards.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -20,7 +21,7 @@ pub struct Command {
     /// Its number, which its answer and all that comes of it carry too.
     pub number: Option<CommandNumber>,
     /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
-    pub mnemonic: &'static str,
+    pub mnemonic: Cow<'static, str>,
     /// The line as it was received, without its end.
     pub bytes: Bytes,
     /// What people call it: `relative move X +5,000 steps at 900 Hz`.
@@ -97,7 +98,7 @@ impl Memory {
             self.commands.pop_front();
             self.passed = self.passed.saturating_sub(1);
         }
-        let waits = |Awaited(name, _): &Awaited| name == command.mnemonic;
+        let waits = |Awaited(name, _): &Awaited| *name == command.mnemonic;
         for Awaited(_, answer) in self.awaited.extract_if(.., |awaited| waits(awaited)) {
             self.passed = self.commands.len() + 1;
             let _ = answer.send(Ok(command.clone()));
@@ -128,7 +129,7 @@ impl Sink for Recorder {
         let mut memory = self.0.lock();
         if let Event::Command { mnemonic, bytes } = event {
             // Explained at once: what `@0A100,900` means depends on the axes set at the time.
-            let text = explain(bytes);
+            let (mnemonic, text) = (mnemonic.clone(), explain(bytes));
             memory.add(Command {
                 at: stamp.at,
                 number: stamp.command,

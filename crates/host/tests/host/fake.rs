@@ -122,7 +122,7 @@ impl Fake {
             let line = std::mem::take(&mut self.state.line);
             self.event(
                 Kinds::COMMAND,
-                Event::Command { mnemonic: "fake", bytes: Bytes::from(line.clone()) },
+                Event::Command { mnemonic: "fake".into(), bytes: Bytes::from(line.clone()) },
             );
             let (verb, text) = line.split_first().map_or((b' ', &[] as &[u8]), |(v, t)| (*v, t));
             let number = || std::str::from_utf8(text).unwrap().parse::<u64>().unwrap();

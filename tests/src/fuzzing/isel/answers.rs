@@ -1,5 +1,7 @@
 //! What a controller may say, and when.
 
+use std::borrow::Cow;
+
 use vimc4_device::{Activity, Device, Event};
 use vimc4_isel::{ControlReply, Controller, LowerCase};
 use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
@@ -83,7 +85,7 @@ impl twins::Conversation<Controller> for Conversation {
 
     fn event(&mut self, event: &Event, reached: &mut Reached) {
         match event {
-            Event::Command { mnemonic, .. } => {
+            Event::Command { mnemonic: Cow::Borrowed(mnemonic), .. } => {
                 if let Some(pending) = self.pending {
                     unreachable!("{mnemonic} is executed, but {pending} is not answered");
                 }
@@ -92,16 +94,16 @@ impl twins::Conversation<Controller> for Conversation {
                 self.flashed = false;
                 reached.commands.insert((self.model, mnemonic));
             }
-            Event::Line { mnemonic, .. } => {
+            Event::Line { mnemonic: Cow::Borrowed(mnemonic), .. } => {
                 assert!(self.spec(mnemonic).is_some(), "no command {mnemonic}");
                 self.character = *mnemonic == "1";
                 reached.lines.insert((self.model, mnemonic));
             }
-            Event::Answer { mnemonic: "254" | "255", bytes, .. } => {
+            Event::Answer { mnemonic: Cow::Borrowed("254" | "255"), bytes, .. } => {
                 assert!(self.controls_answer && bytes == &b"0"[..], "a control byte is answered");
                 self.announced = Some(bytes.to_vec());
             }
-            Event::Answer { mnemonic, bytes, why } => {
+            Event::Answer { mnemonic: Cow::Borrowed(mnemonic), bytes, why } => {
                 let pending = self.pending.take();
                 // Known: a motion that START goes on with (a quirk) is answered like an `S`.
                 let resumed = pending.is_none() && *mnemonic == "@S" && self.start_resumes;

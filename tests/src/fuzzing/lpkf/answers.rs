@@ -1,5 +1,7 @@
 //! What a controller may say, and when.
 
+use std::borrow::Cow;
+
 use vimc4_device::Event;
 use vimc4_lpkf::language::{Answer, Dialect, Form, Status, forms};
 use vimc4_lpkf::{Controller, InitReply, StatusDigits};
@@ -60,7 +62,7 @@ impl twins::Conversation<Controller> for Conversation {
     fn event(&mut self, event: &Event, reached: &mut Reached) {
         assert!(self.announced.is_none(), "{event:?} before what was announced is sent");
         match event {
-            Event::Command { mnemonic, .. } => {
+            Event::Command { mnemonic: Cow::Borrowed(mnemonic), .. } => {
                 assert!(*mnemonic == "?" || self.form(mnemonic).is_some(), "no command {mnemonic}");
                 let before = self.latest.replace(Open { mnemonic, data: false });
                 if let Some(before) = before.filter(|open| self.takes_turns(open.mnemonic)) {
@@ -68,7 +70,7 @@ impl twins::Conversation<Controller> for Conversation {
                 }
                 reached.commands.insert((self.model, mnemonic));
             }
-            Event::Answer { mnemonic, bytes, why } => {
+            Event::Answer { mnemonic: Cow::Borrowed(mnemonic), bytes, why } => {
                 assert_eq!(why.is_some(), bytes.starts_with(b"E"), "an error says why");
                 self.check_answer(mnemonic, bytes, reached);
                 self.announced = Some(bytes.to_vec());

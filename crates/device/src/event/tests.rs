@@ -1,0 +1,225 @@
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use vimc4_motion::{Arc, ArcState, Chain, Helix, Line, Path, Profile, Ramp, Stretch};
+
+use super::*;
+use crate::{AXES, CommandNumber, Stamp, Time};
+
+#[test]
+fn warnings_say_what_happened_and_what_to_do() {
+    let lost =
+        |steps, um, overran| Warning::StepsLost { axis: 0, name: "X".into(), steps, um, overran };
+    for (warning, text) in [
+        (
+            lost(-1_999, Some(24_988), false),
+            "the X carriage stood at its end while the counter went on: 1,999 steps (24.988 mm) \
+             lost; a reference run makes the two agree again",
+        ),
+        (
+            lost(8, Some(100), true),
+            "the X carriage ran on when its motor was halted without a ramp: 8 steps (0.1 mm) \
+             lost; a reference run makes the two agree again",
+        ),
+        (
+            lost(1_234_567, None, true),
+            "the X carriage ran on when its motor was halted without a ramp: 1,234,567 steps \
+             lost; a reference run makes the two agree again",
+        ),
+        (
+            lost(-1, None, false),
+            "the X carriage stood at its end while the counter went on: 1 step lost; a \
+             reference run makes the two agree again",
+        ),
+        (Warning::ReceiveOverflow { lost: 1 }, "the receive buffer was full, 1 byte was lost"),
+        (Warning::NobodyListens { lost: 2 }, "nobody has the line open, 2 bytes were lost"),
+        (Warning::NoEffect { what: "a turn".into() }, "no effect: a turn"),
+        (
+            Warning::FalseReference { axis: 2, name: "Z".into() },
+            "the reference of Z is false: STOP has stood in for its switch, and where it was \
+             stopped counts as 0; a reference run to its end makes it true again",
+        ),
+        (
+            Warning::ProgramError { code: '2', line: 3, why: "limit switch X+ at step 9".into() },
+            "the program ended in line 3 with error 2: limit switch X+ at step 9",
+        ),
+    ] {
+        assert_eq!(warning.to_string(), text);
+    }
+}
+
+// --- what is written is read again ---
+
+fn texts() -> impl Strategy<Value = String> {
+    prop_oneof!["[ -~]{0,8}", any::<String>()]
+}
+
+fn words() -> impl Strategy<Value = Cow<'static, str>> {
+    prop_oneof![Just(Cow::Borrowed("@A")), texts().prop_map(Cow::Owned)]
+}
+
+fn bytes() -> impl Strategy<Value = Bytes> {
+    any::<Vec<u8>>().prop_map(Bytes::from)
+}
+
+fn boxed() -> impl Strategy<Value = Box<str>> {
+    texts().prop_map(String::into_boxed_str)
+}
+
+fn points() -> impl Strategy<Value = Point> {
+    any::<[i32; AXES]>().prop_map(|point| point.map(i64::from))
+}
+
+fn segments() -> impl Strategy<Value = Box<Segment>> {
+    let arc = || {
+        let place = || -1_000..=1_000_i64;
+        (0..3_usize, 1..3_usize, 1..=9_000_u64, place(), place()).prop_map(
+            |(first, next, steps, x, y)| {
+                let start = ArcState { x, y, d: 0, rx: 1, ry: -1 };
+                Arc::new(first, (first + next) % 3, steps, start)
+            },
+        )
+    };
+    let lines = || points().prop_map(|delta| Path::Line(Line::new(delta)));
+    let paths = prop_oneof![
+        lines(),
+        arc().prop_map(Path::Arc),
+        (arc(), -900..=900_i64).prop_map(|(arc, rise)| Path::Helix(Helix::new(arc, 5, rise))),
+        prop::collection::vec(lines(), 1..4).prop_map(|links| Path::Chain(Chain::new(links))),
+    ];
+    let ramp = (20..=2_000_u32, 1..=1_000_u32)
+        .prop_map(|(start_stop, acceleration)| Ramp { start_stop, acceleration });
+    let profiles = (any::<bool>(), 1..=10_000_u32, ramp, 0..=1_000_000_000_u64);
+    (paths, profiles).prop_map(|(path, (course, speed, ramp, braked))| {
+        let steps = path.length();
+        let profile = if course {
+            let stretch = Stretch { steps, length: steps.saturating_mul(6_250) };
+            Profile::trapezoid([stretch], u64::from(speed) * 10_000, 1_000_000_000)
+        } else {
+            Profile::new(steps, speed, ramp)
+        };
+        let profile = profile.brake(braked).unwrap_or(profile);
+        Box::new(Segment { path, profile })
+    })
+}
+
+fn warnings() -> impl Strategy<Value = Warning> {
+    let axis = || 0..6_u8;
+    prop_oneof![
+        any::<u64>().prop_map(|lost| Warning::ReceiveOverflow { lost }),
+        any::<u64>().prop_map(|lost| Warning::NobodyListens { lost }),
+        words().prop_map(|what| Warning::NoEffect { what }),
+        (axis(), words(), any::<i64>(), any::<Option<u64>>(), any::<bool>()).prop_map(
+            |(axis, name, steps, um, overran)| Warning::StepsLost {
+                axis,
+                name,
+                steps,
+                um,
+                overran
+            }
+        ),
+        (axis(), words()).prop_map(|(axis, name)| Warning::FalseReference { axis, name }),
+        (any::<char>(), any::<u32>(), boxed())
+            .prop_map(|(code, line, why)| Warning::ProgramError { code, line, why }),
+    ]
+}
+
+fn events() -> impl Strategy<Value = Event> {
+    let motions = prop_oneof![
+        (points(), segments()).prop_map(|(origin, segment)| Motion::Begins { origin, segment }),
+        segments().prop_map(|segment| Motion::Changes { segment }),
+        any::<u64>().prop_map(|steps| Motion::Ends { steps }),
+    ];
+    prop_oneof![
+        1 => (words(), bytes()).prop_map(|(mnemonic, bytes)| Event::Command { mnemonic, bytes }),
+        1 => (bytes(), words()).prop_map(|(bytes, why)| Event::Ignored { bytes, why }),
+        1 => (any::<u32>(), words()).prop_map(|(line, mnemonic)| Event::Line { line, mnemonic }),
+        1 => (words(), bytes(), prop::option::of(boxed()))
+            .prop_map(|(mnemonic, bytes, why)| Event::Answer { mnemonic, bytes, why }),
+        3 => motions.prop_map(Event::Motion),
+        1 => (0..6_u8, any::<bool>(), any::<bool>())
+            .prop_map(|(axis, positive, active)| Event::Switch { axis, positive, active }),
+        1 => (any::<u16>(), any::<u8>()).prop_map(|(port, value)| Event::Port { port, value }),
+        1 => words().prop_map(|what| Event::Flash { what }),
+        1 => any::<u32>().prop_map(|baud| Event::Baud { baud }),
+        3 => warnings().prop_map(Event::Warning),
+    ]
+}
+
+/// A number for each variant. A variant that is new must be told here, and then made above.
+fn variant(event: &Event) -> u32 {
+    match event {
+        Event::Command { .. } => 0,
+        Event::Ignored { .. } => 1,
+        Event::Line { .. } => 2,
+        Event::Answer { .. } => 3,
+        Event::Motion(Motion::Begins { .. }) => 4,
+        Event::Motion(Motion::Changes { .. }) => 5,
+        Event::Motion(Motion::Ends { .. }) => 6,
+        Event::Switch { .. } => 7,
+        Event::Port { .. } => 8,
+        Event::Flash { .. } => 9,
+        Event::Baud { .. } => 10,
+        Event::Warning(Warning::ReceiveOverflow { .. }) => 11,
+        Event::Warning(Warning::NobodyListens { .. }) => 12,
+        Event::Warning(Warning::NoEffect { .. }) => 13,
+        Event::Warning(Warning::StepsLost { .. }) => 14,
+        Event::Warning(Warning::FalseReference { .. }) => 15,
+        Event::Warning(Warning::ProgramError { .. }) => 16,
+    }
+}
+
+/// How many variants there are.
+const VARIANTS: u32 = 17;
+
+#[test]
+fn what_is_written_is_read_again() {
+    let seen = AtomicU32::new(0);
+    let number = any::<Option<std::num::NonZeroU64>>();
+    let stamps = (any::<u64>(), number).prop_map(|(nanos, number)| Stamp {
+        at: Time::from_nanos(nanos),
+        command: number.map(CommandNumber),
+    });
+    TestRunner::deterministic()
+        .run(&(stamps, events()), |written| {
+            seen.fetch_or(1 << variant(&written.1), Ordering::Relaxed);
+            let text = serde_json::to_string(&written).unwrap();
+            let read: (Stamp, Event) = serde_json::from_str(&text).unwrap();
+            prop_assert_eq!(&read, &written, "{}", text);
+            Ok(())
+        })
+        .unwrap();
+    assert_eq!(seen.into_inner(), (1 << VARIANTS) - 1, "a variant was never made");
+}
+
+/// Recordings last longer than programs: what has been written once must stay readable.
+#[test]
+fn the_written_form_stays_as_it_is() {
+    for (event, text) in [
+        (
+            Event::Command { mnemonic: "@A".into(), bytes: "@0A5,9".into() },
+            r#"{"event":"command","mnemonic":"@A","bytes":[64,48,65,53,44,57]}"#,
+        ),
+        (
+            Event::Answer { mnemonic: "@A".into(), bytes: "0".into(), why: None },
+            r#"{"event":"answer","mnemonic":"@A","bytes":[48]}"#,
+        ),
+        (
+            Event::Motion(Motion::Ends { steps: 5 }),
+            r#"{"event":"motion","motion":"ends","steps":5}"#,
+        ),
+        (
+            Event::Warning(Warning::NoEffect { what: "a turn".into() }),
+            r#"{"event":"warning","warning":"no-effect","what":"a turn"}"#,
+        ),
+    ] {
+        assert_eq!(serde_json::to_string(&event).unwrap(), text);
+        assert_eq!(serde_json::from_str::<Event>(text).unwrap(), event);
+    }
+    let stamp = Stamp { at: Time::from_millis(1), command: Some(CommandNumber::FIRST.next()) };
+    assert_eq!(serde_json::to_string(&stamp).unwrap(), r#"{"at":1000000,"command":2}"#);
+    let unasked = Stamp::from(Time::from_millis(1));
+    assert_eq!(serde_json::to_string(&unasked).unwrap(), r#"{"at":1000000}"#);
+    assert_eq!(serde_json::from_str::<Stamp>(r#"{"at":1000000}"#).unwrap(), unasked);
+}
