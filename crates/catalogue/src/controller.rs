@@ -149,6 +149,16 @@ impl Device for Controller {
     type State = State;
     type Details = Details;
 
+    fn perform(&mut self, at: Time) -> bool {
+        self.state.take();
+        of!(&mut self.inner, device => device.perform(at))
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        self.state.take();
+        of!(&mut self.inner, device => device.accept(input, at));
+    }
+
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.state.take();
         of!(&mut self.inner, device => device.handle(input, at));

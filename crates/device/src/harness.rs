@@ -169,15 +169,18 @@ impl<D: Device> Harness<D> {
 
     // --- how time passes ---
 
-    /// Lets happen what happens next, and says when that was: the next of what is planned, or
-    /// what the device does by itself. `None` if nothing does, or [never](Time::NEVER).
+    /// Lets happen the one thing that happens next, and says when that was: a single cause of what
+    /// the device does by itself, or else the next of what is planned. `None` if nothing does, or
+    /// [never](Time::NEVER).
     pub fn step(&mut self) -> Option<Time> {
-        let due = self.due().filter(|due| *due != Time::NEVER)?;
-        let planned = if self.planned() == Some(due) { self.plan.pop_front() } else { None };
-        match planned {
-            Some(TimedInput { at, input }) => self.handle(input.as_input(), at),
-            None => self.handle(Input::Wake, due),
+        let due = self.due().filter(|due| *due != Time::NEVER)?.max(self.now());
+        if !self.device.perform(due)
+            && self.planned().is_some_and(|at| at <= due)
+            && let Some(TimedInput { at, input }) = self.plan.pop_front()
+        {
+            self.device.accept(input.as_input(), at);
         }
+        self.collect();
         Some(self.now())
     }
 

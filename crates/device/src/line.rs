@@ -41,7 +41,6 @@ pub struct LineState<S> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Wires {
     paced: bool,
-    now: Time,
     to_device: Lane,
     from_device: Lane,
 }
@@ -101,12 +100,7 @@ impl<D: Device> Line<D> {
     }
 
     fn new(device: D, paced: bool) -> Line<D> {
-        let wires = Wires {
-            paced,
-            now: device.now(),
-            to_device: Lane::default(),
-            from_device: Lane::default(),
-        };
+        let wires = Wires { paced, to_device: Lane::default(), from_device: Lane::default() };
         Line { device, wires, ready: VecDeque::new(), state: OnceCell::new() }
     }
 
@@ -115,9 +109,8 @@ impl<D: Device> Line<D> {
         &self.device
     }
 
-    /// Hands an input to the device and collects what comes out.
-    fn pass(&mut self, input: Input<'_>, at: Time) {
-        self.device.handle(input, at);
+    /// Takes what has come out of the device: its bytes still have to cross a paced line.
+    fn collect(&mut self) {
         while let Some(output) = self.device.poll_output() {
             match output {
                 Output::Bytes(at, bytes) if self.wires.paced => {
@@ -128,10 +121,15 @@ impl<D: Device> Line<D> {
             }
         }
     }
+}
 
-    /// Performs the first cause that is due up to `at`: at equal times a byte that leaves, then
-    /// what the device does by itself, then a byte that arrives.
-    fn step(&mut self, at: Time) -> bool {
+impl<D: Device> Device for Line<D> {
+    type State = LineState<D::State>;
+    type Details = D::Details;
+
+    /// At equal times a byte that leaves, then what the device does by itself, then a byte that
+    /// arrives.
+    fn perform(&mut self, at: Time) -> bool {
         let leaves = self.wires.from_device.due().unwrap_or(Time::NEVER);
         let wakes = self.device.wake().unwrap_or(Time::NEVER);
         let arrives = self.wires.to_device.due().unwrap_or(Time::NEVER);
@@ -139,43 +137,39 @@ impl<D: Device> Line<D> {
         if first > at || first == Time::NEVER {
             return false;
         }
+        self.state.take();
         let baud = self.device.baud();
         if first == leaves {
+            self.device.accept(Input::Wake, first);
             if let Some(byte) = self.wires.from_device.pop(baud) {
                 self.ready.push_back(Output::Bytes(first, Bytes::copy_from_slice(&[byte])));
             }
         } else if first == wakes {
-            self.pass(Input::Wake, first);
+            self.device.perform(first);
         } else if let Some(byte) = self.wires.to_device.pop(baud) {
-            self.pass(Input::Bytes(&[byte]), first);
+            self.device.accept(Input::Bytes(&[byte]), first);
         }
+        self.collect();
         true
     }
-}
 
-impl<D: Device> Device for Line<D> {
-    type State = LineState<D::State>;
-    type Details = D::Details;
-
-    fn handle(&mut self, input: Input<'_>, at: Time) {
+    fn accept(&mut self, input: Input<'_>, at: Time) {
         self.state.take();
-        let at = at.max(self.wires.now);
-        while self.step(at) {}
-        self.wires.now = at;
         match input {
             Input::Bytes(bytes) if self.wires.paced => {
-                let baud = self.device.baud();
-                self.wires.to_device.push(bytes, at, baud);
-                self.pass(Input::Wake, at);
+                self.device.accept(Input::Wake, at);
+                let (now, baud) = (self.device.now(), self.device.baud());
+                self.wires.to_device.push(bytes, now, baud);
             }
             Input::Power(false) => {
                 // What the transmitter had not sent is gone; what is on its way to the device
                 // arrives, and finds nobody at home.
                 self.wires.from_device = Lane::default();
-                self.pass(input, at);
+                self.device.accept(input, at);
             }
-            input => self.pass(input, at),
+            input => self.device.accept(input, at),
         }
+        self.collect();
     }
 
     fn poll_output(&mut self) -> Option<Output> {
@@ -201,7 +195,7 @@ impl<D: Device> Device for Line<D> {
     }
 
     fn now(&self) -> Time {
-        self.wires.now
+        self.device.now()
     }
 
     fn wake(&self) -> Option<Time> {
@@ -276,6 +270,7 @@ impl<D: Device> Device for Line<D> {
             return None;
         }
         // The device looks as far as its own wake-up; a character may be due before that.
-        self.device.crossing(condition).filter(|at| self.wake().is_none_or(|wake| *at < wake))
+        let in_span = |at: &Time| *at == self.now() || self.wake().is_none_or(|wake| *at < wake);
+        self.device.crossing(condition).filter(in_span)
     }
 }

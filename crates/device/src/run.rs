@@ -15,14 +15,23 @@ pub const MAX_CAUSES: u32 = 1_000_000;
 ///
 /// # The contract
 ///
-/// * [`handle`](Device::handle) first performs every cause that is due up to and including
-///   `at`, in order of time (at equal times in a fixed order of the device's own), then the
-///   input. `at` never goes backwards; an earlier one counts as the latest.
+/// What a device does by itself, it does in *causes*: a motion ends, a wait is over, a line that has
+/// arrived is executed. Each is due at an instant and takes no time.
+///
+/// * [`handle`](Device::handle) performs every cause that is due up to and including `at`, then the
+///   input, then what the input leads to at this instant. `at` never goes backwards; an earlier
+///   one counts as the latest.
+/// * Causes are performed in order of time. At equal times what has been held up by the one before
+///   comes first (a line that waited for the end of a motion is executed before anything else ends
+///   at that instant), and then the device's own fixed order.
 /// * After every `handle`, [`poll_output`](Device::poll_output) is called until nothing more comes
 ///   out. [`wake`](Device::wake) then says when the device wants to be woken.
 /// * Outputs carry model time. A host that wakes the device late gets the same bytes with the
 ///   same times, only later.
 /// * A wake-up before the deadline changes nothing, and neither does watching.
+/// * [`perform`](Device::perform) is a single cause and [`accept`](Device::accept) the input alone.
+///   `handle` is nothing but these, so whoever calls them one by one gets the same, and can look at
+///   what is between two things that happen at one instant.
 ///
 /// This is the whole loop that runs one:
 ///
@@ -54,8 +63,20 @@ pub trait Device {
     /// What can be seen of it that only devices of its family have.
     type Details: Clone + PartialEq + Debug + Send + Serialize + DeserializeOwned + 'static;
 
-    /// Performs what is due up to `at`, then the input.
-    fn handle(&mut self, input: Input<'_>, at: Time);
+    /// Performs a single cause, the first that is due up to and including `at`, and says whether
+    /// there was one. The instant at which it was due becomes the present.
+    fn perform(&mut self, at: Time) -> bool;
+
+    /// Takes an input at `at`, which becomes the present, and leaves what it leads to as causes that
+    /// are due then. What is due up to `at` has been performed.
+    fn accept(&mut self, input: Input<'_>, at: Time);
+
+    /// Performs what is due up to `at`, then the input, then what is due because of it.
+    fn handle(&mut self, input: Input<'_>, at: Time) {
+        while self.perform(at) {}
+        self.accept(input, at);
+        while self.perform(at) {}
+    }
 
     /// The next output, in the order in which things happened.
     fn poll_output(&mut self) -> Option<Output>;
@@ -72,8 +93,8 @@ pub trait Device {
     /// The time up to which the device has run.
     fn now(&self) -> Time;
 
-    /// When the device wants to be woken if nothing else happens before; `None` if it waits for an
-    /// input.
+    /// When the next cause is due: when the device wants to be woken if nothing else happens
+    /// before. `None` if it waits for an input.
     fn wake(&self) -> Option<Time>;
 
     /// A picture of the device at `at`, which is not before [`now`](Device::now) and not after
@@ -128,9 +149,9 @@ pub trait Device {
     /// Whether the device does nothing by itself at its present time.
     fn is_idle(&self) -> bool;
 
-    /// The first instant in the time from [`now`](Device::now) up to, but not including, the
-    /// wake-up time at which the condition holds if no input comes. In this span no cause is
-    /// due, so one motion at most is running and the answer is computed, not searched for.
+    /// The first instant at which the condition holds if no input comes: [`now`](Device::now), or
+    /// between it and the wake-up time, which is not included. In this span no cause is due, so one
+    /// motion at most is running and the answer is computed, not searched for.
     fn crossing(&self, condition: &Condition) -> Option<Time>;
 
     /// The first instant from [`now`](Device::now) on at which the condition holds if no input

@@ -7,8 +7,8 @@ use std::time::Duration;
 use cart::Cart;
 use proptest::prelude::*;
 use vimc4_device::{
-    AXES, Condition, Device, Endless, Event, FlashChange, Foresight, Harness, Input, Kinds, Output,
-    Time, TimedInput, Warning,
+    AXES, Condition, Device, Endless, Event, FlashChange, Foresight, Harness, Input, Kinds, Line,
+    Output, Time, TimedInput, Warning,
 };
 
 fn at(position: i64) -> Condition {
@@ -75,13 +75,31 @@ fn a_step_is_what_happens_next() {
     cart.plan(ms(2), Input::Bytes(b"m5\r"));
     cart.plan(ms(7), Input::Signal(Cart::STOP, 1));
     cart.plan(ms(1), Input::Bytes(b"p\r"));
-    assert_eq!(cart.step(), Some(ms(1)));
-    assert_eq!(cart.step(), Some(ms(2)));
+    // What arrives, and what it leads to.
+    assert_eq!((cart.step(), cart.due()), (Some(ms(1)), Some(ms(1))));
+    assert_eq!(*cart.outputs(), []);
+    assert_eq!((cart.step(), cart.due()), (Some(ms(1)), Some(ms(2))));
+    assert_eq!((cart.step(), cart.step()), (Some(ms(2)), Some(ms(2))));
     assert_eq!((cart.due(), cart.planned()), (Some(ms(7)), Some(ms(7))));
     // What the device does by itself comes before what happens outside at the same time.
     assert_eq!(cart.step(), Some(ms(7)));
     assert_eq!(*cart.outputs(), [said(ms(1), "0"), said(ms(7), "0")]);
-    assert_eq!(cart.step(), None);
+    assert_eq!((cart.step(), cart.step()), (Some(ms(7)), None));
+}
+
+#[test]
+fn what_happens_at_one_instant_happens_one_after_the_other() {
+    let mut cart = Harness::new(Cart::default());
+    cart.send(b"m2\rp\rm0\rm3\rp\r");
+    let mut told = Vec::new();
+    while cart.step() == Some(ms(2)) {
+        told.push((cart.device().is_idle(), cart.take_bytes()));
+    }
+    // The end of the motion, where it is, a motion that begins and ends, the next one.
+    let heard: [(bool, &[u8]); 5] =
+        [(false, b"0"), (false, b"2"), (false, b""), (false, b"0"), (false, b"")];
+    assert_eq!(told, heard.map(|(idle, bytes)| (idle, bytes.to_vec())));
+    assert_eq!((cart.now(), cart.take_bytes()), (ms(5), b"0".to_vec()));
 }
 
 #[test]
@@ -220,8 +238,8 @@ impl Happening {
 
 proptest! {
     /// Planned ahead, or done one after the other; lines whole or byte by byte; time in one piece
-    /// or in many, or from cause to cause, or written down and played: the same comes out, and the
-    /// same cart is left.
+    /// or in many, or from cause to cause, or written down and played, at a paced line as well: the
+    /// same comes out, and the same cart is left.
     #[test]
     fn the_pieces_make_no_difference(
         happenings in happenings(),
@@ -262,6 +280,22 @@ proptest! {
         prop_assert_eq!(&whole, &planned);
         prop_assert_eq!(&whole, &stepped);
         prop_assert_eq!(&whole, &played);
+        for line in [Line::ideal(Cart::default()), Line::paced(Cart::default())] {
+            let mut whole = Harness::new(line.clone()).watching(Kinds::ALL);
+            let mut single = whole.clone();
+            let mut when = Time::ZERO;
+            for (micros, happening) in &happenings {
+                when = when + Duration::from_micros(*micros);
+                whole.run_to(when);
+                whole.input(happening.input());
+                single.plan(when, happening.input());
+            }
+            while single.step().is_some() {}
+            whole.run_to(end);
+            single.run_to(end);
+            prop_assert_eq!(whole.outputs(), single.outputs());
+            prop_assert_eq!(whole.device().state(), single.device().state());
+        }
     }
 
     /// To run until a condition holds is to run to the time for which it is forecast; not the

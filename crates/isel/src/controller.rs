@@ -1,12 +1,11 @@
 //! The controller as a device.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
 use vimc4_device::{
-    Condition, Device, Event, FlashChange, Input, Kinds, Output as Out, Signal, SignalId, Time,
-    View,
+    Condition, Device, Event, FlashChange, Input, Kinds, Outbox, Output as Out, Signal, SignalId,
+    Time, View,
 };
 use vimc4_isel_wire::{Addressed, Fault, Mode, Reply, control, parse};
 use vimc4_plant::{End, Machine, PlantSignal};
@@ -23,13 +22,6 @@ use crate::view::Details;
 pub struct Controller {
     pub(crate) state: State,
     pub(crate) out: Outbox,
-}
-
-/// What waits to be polled. It is drained after every input and no part of the state.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Outbox {
-    queue: VecDeque<Out>,
-    wanted: Kinds,
 }
 
 impl Controller {
@@ -67,43 +59,28 @@ impl Controller {
         (due != Time::NEVER).then_some(due)
     }
 
-    /// Performs every cause due up to `at`, in order of time.
-    fn catch_up(&mut self, at: Time) {
-        while let Some(due) = self.deadline().filter(|&due| due <= at) {
-            self.state.now = due;
-            match self.state.activity {
-                Activity::Moving(_) => self.segment_ended(),
-                Activity::Referencing(_) => self.reference_phase_ended(),
-                Activity::Waiting { what, .. } => self.wait_ended(what),
-                Activity::Idle | Activity::Echo => {}
-            }
-            self.take_waiting_lines();
-        }
-        self.state.now = at;
-    }
-
     // --- outputs ---
 
     pub(crate) fn wants(&self, kinds: Kinds) -> bool {
-        self.out.wanted.contain(kinds)
+        self.out.wants(kinds)
     }
 
     pub(crate) fn emit(&mut self, event: Event) {
-        self.out.queue.push_back(Out::Event(self.state.now.into(), event));
+        self.out.emit(self.state.now.into(), event);
     }
 
     pub(crate) fn send(&mut self, bytes: Bytes) {
-        self.out.queue.push_back(Out::Bytes(self.state.now, bytes));
+        self.out.send(self.state.now, bytes);
     }
 
     pub(crate) fn append_to_flash_image(&mut self, record: String) {
         let change = FlashChange::Append(record.into());
-        self.out.queue.push_back(Out::Flash(self.state.now, change));
+        self.out.store(self.state.now, change);
     }
 
     pub(crate) fn replace_flash_image(&mut self) {
         let change = FlashChange::Replace(self.state.flash.image().into());
-        self.out.queue.push_back(Out::Flash(self.state.now, change));
+        self.out.store(self.state.now, change);
     }
 }
 
@@ -111,9 +88,24 @@ impl Device for Controller {
     type State = State;
     type Details = Details;
 
-    fn handle(&mut self, input: Input<'_>, at: Time) {
-        let at = at.max(self.state.now);
-        self.catch_up(at);
+    fn perform(&mut self, at: Time) -> bool {
+        if self.has_waiting() {
+            self.take_waiting();
+            return true;
+        }
+        let Some(due) = self.deadline().filter(|due| *due <= at) else { return false };
+        self.state.now = due;
+        match self.state.activity {
+            Activity::Moving(_) => self.segment_ended(),
+            Activity::Referencing(_) => self.reference_phase_ended(),
+            Activity::Waiting { what, .. } => self.wait_ended(what),
+            Activity::Idle | Activity::Echo => {}
+        }
+        true
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        self.state.now = self.state.now.max(at);
         match input {
             Input::Bytes(bytes) => self.receive(bytes),
             Input::Signal(id, value) => {
@@ -124,15 +116,14 @@ impl Device for Controller {
             Input::Power(on) => self.power(on),
             Input::Wake => {}
         }
-        self.take_waiting_lines();
     }
 
     fn poll_output(&mut self) -> Option<Out> {
-        self.out.queue.pop_front()
+        self.out.poll()
     }
 
     fn watch(&mut self, kinds: Kinds) {
-        self.out.wanted = kinds;
+        self.out.watch(kinds);
     }
 
     fn state(&self) -> &State {
@@ -141,7 +132,7 @@ impl Device for Controller {
 
     fn restore(&mut self, state: State) {
         self.state = state;
-        self.out.queue.clear();
+        self.out.clear();
     }
 
     fn now(&self) -> Time {
@@ -149,7 +140,7 @@ impl Device for Controller {
     }
 
     fn wake(&self) -> Option<Time> {
-        self.deadline()
+        if self.has_waiting() { Some(self.state.now) } else { self.deadline() }
     }
 
     fn view(&self, at: Time) -> View<Details> {
@@ -212,7 +203,9 @@ impl Device for Controller {
     }
 
     fn is_idle(&self) -> bool {
-        !self.state.is_running() && matches!(self.state.activity, Activity::Idle | Activity::Echo)
+        !self.state.is_running()
+            && matches!(self.state.activity, Activity::Idle | Activity::Echo)
+            && !self.has_waiting()
     }
 
     fn crossing(&self, condition: &Condition) -> Option<Time> {

@@ -8,8 +8,8 @@ use crate::state::{Activity, Wait};
 use crate::why::By;
 
 impl Controller {
-    /// Takes bytes as they arrive. 253, 254 and 255 act at once, wherever they appear; the
-    /// others wait their turn (99 2.2.21).
+    /// Takes bytes as they arrive. 253, 254 and 255 act at once, wherever they appear, on what the
+    /// bytes before them have begun; the others wait in the receive buffer for their turn (99 2.2.21).
     pub(crate) fn receive(&mut self, bytes: &[u8]) {
         if !self.state.powered {
             return;
@@ -17,21 +17,18 @@ impl Controller {
         let mut lost = 0;
         for &byte in bytes {
             if let Some(control) = control(byte) {
+                self.take_all_waiting();
                 match control {
                     Control::Stop => self.stop(By::Line),
                     Control::Reset => self.software_reset(),
                     Control::Break => self.break_off(),
                 }
-                self.take_waiting_lines();
                 continue;
             }
-            if matches!(self.state.activity, Activity::Echo) {
-                self.send(bytes::Bytes::copy_from_slice(&[byte]));
-                continue;
+            if self.state.receiver.waiting.len() >= self.state.model.line.receive_buffer {
+                self.take_all_waiting();
             }
-            if self.is_listening() && self.state.receiver.waiting.is_empty() {
-                self.take(byte);
-            } else if self.state.receiver.waiting.len() < self.state.model.line.receive_buffer {
+            if self.state.receiver.waiting.len() < self.state.model.line.receive_buffer {
                 self.state.receiver.waiting.push_back(byte);
                 if matches!(self.state.activity, Activity::Waiting { what: Wait::Character, .. }) {
                     self.character_arrived();
@@ -45,16 +42,29 @@ impl Controller {
         }
     }
 
-    /// Executes what waits in the receive buffer, as far as the controller listens.
-    pub(crate) fn take_waiting_lines(&mut self) {
-        while self.is_listening() {
-            let Some(byte) = self.state.receiver.waiting.pop_front() else { break };
-            self.take(byte);
+    fn take_all_waiting(&mut self) {
+        while self.has_waiting() {
+            self.take_waiting();
         }
+    }
+
+    /// Whether something waits in the receive buffer whose turn it is.
+    pub(crate) fn has_waiting(&self) -> bool {
+        let takes = self.is_listening() || matches!(self.state.activity, Activity::Echo);
+        takes && !self.state.receiver.waiting.is_empty()
+    }
+
+    /// Takes what waits in the receive buffer, up to the end of a line, which is executed.
+    pub(crate) fn take_waiting(&mut self) {
         if matches!(self.state.activity, Activity::Echo) {
             let waiting: Vec<u8> = self.state.receiver.waiting.drain(..).collect();
-            if !waiting.is_empty() {
-                self.send(waiting.into());
+            return self.send(waiting.into());
+        }
+        while let Some(byte) = self.state.receiver.waiting.pop_front() {
+            match self.state.receiver.line.push(byte) {
+                None => {}
+                Some(Line::Text(text)) => return self.execute_line(&text),
+                Some(Line::TooLong) => return self.refuse_long_line(),
             }
         }
     }
@@ -62,14 +72,5 @@ impl Controller {
     /// Whether bytes are read as commands: nothing executes and no program runs.
     fn is_listening(&self) -> bool {
         matches!(self.state.activity, Activity::Idle) && !self.state.is_running()
-    }
-
-    /// Adds a byte to the line and executes the line when it is whole.
-    fn take(&mut self, byte: u8) {
-        match self.state.receiver.line.push(byte) {
-            None => {}
-            Some(Line::Text(text)) => self.execute_line(&text),
-            Some(Line::TooLong) => self.refuse_long_line(),
-        }
     }
 }

@@ -124,6 +124,23 @@ fn a_snapshot_is_small_and_continues_anywhere() {
 }
 
 #[test]
+fn what_waited_for_the_end_of_a_motion_happens_line_by_line() {
+    let mut imc = controller("imc4", "bench");
+    imc.send(b"@01\r@0A5000,10000\r@0n1\r@0P\r@0A5,900\r@0P\r");
+    assert_eq!(imc.take_bytes(), b"0");
+    let end = imc.step().unwrap();
+    assert_eq!(imc.take_bytes(), b"0");
+    let mut told = Vec::new();
+    while imc.due() == Some(end) {
+        assert!(!imc.device().is_idle());
+        imc.step();
+        told.push(String::from_utf8(imc.take_bytes()).unwrap());
+    }
+    assert_eq!(told, ["0", "0001388000000000000", ""]);
+    assert_eq!(imc.ask(b"").unwrap(), b"0000138D000000000000");
+}
+
+#[test]
 fn lines_of_a_program_count_from_1() {
     let wanted = Kinds::COMMAND.and(Kinds::WARNING);
     let mut imc = controller("imc-s8", "bench").watching(wanted);

@@ -1,11 +1,11 @@
 //! The controller as a device.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
 use vimc4_device::{
-    Activity, Condition, Device, Event, Input, Kinds, Output as Out, Signal, SignalId, Time, View,
+    Activity, Condition, Device, Event, Input, Kinds, Outbox, Output as Out, Signal, SignalId,
+    Time, View,
 };
 use vimc4_plant::{Machine, PlantSignal};
 
@@ -19,13 +19,6 @@ use crate::view::Details;
 pub struct Controller {
     pub(crate) state: State,
     pub(crate) out: Outbox,
-}
-
-/// What waits to be polled. It is drained after every input and no part of the state.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Outbox {
-    queue: VecDeque<Out>,
-    wanted: Kinds,
 }
 
 impl Controller {
@@ -47,22 +40,6 @@ impl Controller {
         causes.into_iter().flatten().min().filter(|due| *due != Time::NEVER)
     }
 
-    /// Performs every cause due up to `at`, in order of time.
-    fn catch_up(&mut self, at: Time) {
-        while let Some(due) = self.deadline().filter(|&due| due <= at) {
-            self.state.now = due.max(self.state.now);
-            if self.job_due() == Some(due) {
-                self.activity_ended();
-            } else if self.state.unit.due == Some(due) {
-                self.speed_reached();
-            } else {
-                self.ball_report_due();
-            }
-            self.go_on();
-        }
-        self.state.now = at;
-    }
-
     /// The mains switch. The carriages know what the counters forget.
     fn power(&mut self, on: bool) {
         if on == self.state.powered {
@@ -80,15 +57,15 @@ impl Controller {
     // --- outputs ---
 
     pub(crate) fn wants(&self, kinds: Kinds) -> bool {
-        self.out.wanted.contain(kinds)
+        self.out.wants(kinds)
     }
 
     pub(crate) fn emit(&mut self, event: Event) {
-        self.out.queue.push_back(Out::Event(self.state.now.into(), event));
+        self.out.emit(self.state.now.into(), event);
     }
 
     pub(crate) fn send(&mut self, bytes: Bytes) {
-        self.out.queue.push_back(Out::Bytes(self.state.now, bytes));
+        self.out.send(self.state.now, bytes);
     }
 }
 
@@ -96,9 +73,22 @@ impl Device for Controller {
     type State = State;
     type Details = Details;
 
-    fn handle(&mut self, input: Input<'_>, at: Time) {
-        let at = at.max(self.state.now);
-        self.catch_up(at);
+    fn perform(&mut self, at: Time) -> bool {
+        let Some(due) = self.deadline().filter(|due| *due <= at) else { return false };
+        self.state.now = due.max(self.state.now);
+        if self.job_due() == Some(due) {
+            self.activity_ended();
+        } else if self.state.unit.due == Some(due) {
+            self.speed_reached();
+        } else {
+            self.ball_report_due();
+        }
+        self.go_on();
+        true
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        self.state.now = self.state.now.max(at);
         match input {
             Input::Bytes(bytes) => self.receive(bytes),
             Input::Signal(id, value) => self.signal(id, value),
@@ -109,11 +99,11 @@ impl Device for Controller {
     }
 
     fn poll_output(&mut self) -> Option<Out> {
-        self.out.queue.pop_front()
+        self.out.poll()
     }
 
     fn watch(&mut self, kinds: Kinds) {
-        self.out.wanted = kinds;
+        self.out.watch(kinds);
     }
 
     fn state(&self) -> &State {
@@ -122,7 +112,7 @@ impl Device for Controller {
 
     fn restore(&mut self, state: State) {
         self.state = state;
-        self.out.queue.clear();
+        self.out.clear();
     }
 
     fn now(&self) -> Time {

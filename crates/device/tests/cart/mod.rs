@@ -1,11 +1,9 @@
 // A small device: a cart on a rail. The tests and the examples of the documentation drive it.
 
-use std::collections::VecDeque;
-
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity, AxisView, Condition, Device, Event, Fill, FlashChange, Input, Kinds, Output, Signal,
-    SignalId, SignalKind, SignalView, Time, View, WaitsFor, Warning,
+    Activity, AxisView, Condition, Device, Event, Fill, FlashChange, Input, Kinds, Outbox, Output,
+    Signal, SignalId, SignalKind, SignalView, Time, View, WaitsFor, Warning,
 };
 
 /// So long a step takes.
@@ -24,8 +22,7 @@ const STEP: u64 = 1_000_000;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Cart {
     state: State,
-    out: VecDeque<Output>,
-    wanted: Kinds,
+    out: Outbox,
 }
 
 /// Everything that decides what a cart will do.
@@ -71,13 +68,13 @@ impl Cart {
     }
 
     fn say(&mut self, bytes: &[u8]) {
-        self.out.push_back(Output::Bytes(self.state.now, bytes.to_vec().into()));
+        self.out.send(self.state.now, bytes.to_vec().into());
     }
 
     fn warn(&mut self, what: &'static str) {
-        if self.wanted.contain(Kinds::WARNING) {
+        if self.out.wants(Kinds::WARNING) {
             let warning = Warning::NoEffect { what: what.into() };
-            self.out.push_back(Output::Event(self.state.now.into(), Event::Warning(warning)));
+            self.out.emit(self.state.now.into(), Event::Warning(warning));
         }
     }
 
@@ -87,45 +84,37 @@ impl Cart {
         self.state.motion.take().is_some()
     }
 
-    fn catch_up(&mut self, at: Time) {
-        while let Some(due) = self.wake().filter(|due| *due <= at) {
-            self.state.now = due;
-            let shuttles = self.state.motion.as_ref().is_some_and(|motion| motion.shuttles);
-            self.halt();
-            if shuttles {
-                self.state.place = 1 - self.state.place;
-                self.begin(0, true);
-            } else {
-                self.say(b"0");
-                self.work();
-            }
-        }
-        self.state.now = self.state.now.max(at);
-    }
-
     fn begin(&mut self, steps: u64, shuttles: bool) {
         self.state.motion = Some(Motion { began: self.state.now, steps, shuttles });
     }
 
-    /// Does the lines that have arrived, up to one that takes time.
-    fn work(&mut self) {
-        while self.state.motion.is_none()
-            && let Some(end) = self.state.received.iter().position(|byte| *byte == b'\r')
-        {
-            let line: Vec<u8> = self.state.received.drain(..=end).collect();
-            let text = String::from_utf8_lossy(&line[..end]).into_owned();
-            match (text.get(..1), text.get(1..).and_then(|number| number.parse().ok())) {
-                (Some("m"), Some(steps)) => self.begin(steps, false),
-                (Some("b"), _) => self.begin(0, true),
-                (Some("p"), _) => self.say(self.state.place.to_string().as_bytes()),
-                (Some("f"), _) => {
-                    self.state.stored.extend_from_slice(&line[1..end]);
-                    let change = FlashChange::Append(line[1..end].to_vec().into());
-                    self.out.push_back(Output::Flash(self.state.now, change));
-                    self.say(b"0");
-                }
-                _ => self.warn("a line that means nothing"),
+    /// When its motion ends.
+    fn ends(&self) -> Option<Time> {
+        let motion = self.state.motion.as_ref()?;
+        let steps = if motion.shuttles { 1 } else { motion.steps };
+        Some(motion.began.after_nanos(steps.saturating_mul(STEP)))
+    }
+
+    /// The end of the first line that has arrived and can be done now.
+    fn ready(&self) -> Option<usize> {
+        let stands = self.state.motion.is_none();
+        self.state.received.iter().position(|byte| *byte == b'\r').filter(|_| stands)
+    }
+
+    fn do_line(&mut self, end: usize) {
+        let line: Vec<u8> = self.state.received.drain(..=end).collect();
+        let text = String::from_utf8_lossy(&line[..end]).into_owned();
+        match (text.get(..1), text.get(1..).and_then(|number| number.parse().ok())) {
+            (Some("m"), Some(steps)) => self.begin(steps, false),
+            (Some("b"), _) => self.begin(0, true),
+            (Some("p"), _) => self.say(self.state.place.to_string().as_bytes()),
+            (Some("f"), _) => {
+                self.state.stored.extend_from_slice(&line[1..end]);
+                let change = FlashChange::Append(line[1..end].to_vec().into());
+                self.out.store(self.state.now, change);
+                self.say(b"0");
             }
+            _ => self.warn("a line that means nothing"),
         }
     }
 }
@@ -134,8 +123,26 @@ impl Device for Cart {
     type State = State;
     type Details = ();
 
-    fn handle(&mut self, input: Input<'_>, at: Time) {
-        self.catch_up(at);
+    fn perform(&mut self, at: Time) -> bool {
+        if let Some(end) = self.ready() {
+            self.do_line(end);
+            return true;
+        }
+        let Some(due) = self.ends().filter(|due| *due <= at) else { return false };
+        self.state.now = due;
+        let shuttles = self.state.motion.as_ref().is_some_and(|motion| motion.shuttles);
+        self.halt();
+        if shuttles {
+            self.state.place = 1 - self.state.place;
+            self.begin(0, true);
+        } else {
+            self.say(b"0");
+        }
+        true
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        self.state.now = self.state.now.max(at);
         match input {
             Input::Bytes(bytes) if !self.state.off => self.state.received.extend_from_slice(bytes),
             Input::Signal(Cart::STOP, 1..) => {
@@ -150,15 +157,14 @@ impl Device for Cart {
             }
             Input::Bytes(_) | Input::Signal(..) | Input::Wake => {}
         }
-        self.work();
     }
 
     fn poll_output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.out.poll()
     }
 
     fn watch(&mut self, kinds: Kinds) {
-        self.wanted = kinds;
+        self.out.watch(kinds);
     }
 
     fn state(&self) -> &State {
@@ -175,9 +181,7 @@ impl Device for Cart {
     }
 
     fn wake(&self) -> Option<Time> {
-        let motion = self.state.motion.as_ref()?;
-        let steps = if motion.shuttles { 1 } else { motion.steps };
-        Some(motion.began.after_nanos(steps.saturating_mul(STEP)))
+        if self.ready().is_some() { Some(self.state.now) } else { self.ends() }
     }
 
     fn view(&self, at: Time) -> View<()> {
@@ -241,7 +245,7 @@ impl Device for Cart {
     }
 
     fn is_idle(&self) -> bool {
-        self.state.motion.is_none()
+        self.wake().is_none()
     }
 
     /// A cart is slow enough to be followed step by step.

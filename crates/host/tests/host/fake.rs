@@ -95,23 +95,6 @@ impl Fake {
         self.state.move_began.map(|(began, steps)| began.after_nanos(steps * MS))
     }
 
-    fn catch_up(&mut self, at: Time) {
-        while let Some(due) = self.wake().filter(|due| *due <= at) {
-            self.state.now = due;
-            if self.state.tick == Some(due) {
-                self.state.ticks += 1;
-                self.state.tick = Some(due.after_nanos(MS));
-            }
-            if self.move_ends() == Some(due) {
-                let (_, steps) = self.state.move_began.take().unwrap();
-                self.state.position += i64::try_from(steps).unwrap();
-                self.answer(b"0");
-            }
-            self.work();
-        }
-        self.state.now = self.state.now.max(at);
-    }
-
     fn work(&mut self) {
         while self.state.move_began.is_none() {
             let Some(byte) = self.state.waiting.pop_front() else { return };
@@ -175,8 +158,24 @@ impl Device for Fake {
     type State = State;
     type Details = ();
 
-    fn handle(&mut self, input: Input<'_>, at: Time) {
-        self.catch_up(at);
+    fn perform(&mut self, at: Time) -> bool {
+        let Some(due) = self.wake().filter(|due| *due <= at) else { return false };
+        self.state.now = due;
+        if self.state.tick == Some(due) {
+            self.state.ticks += 1;
+            self.state.tick = Some(due.after_nanos(MS));
+        }
+        if self.move_ends() == Some(due) {
+            let (_, steps) = self.state.move_began.take().unwrap();
+            self.state.position += i64::try_from(steps).unwrap();
+            self.answer(b"0");
+        }
+        self.work();
+        true
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        self.state.now = self.state.now.max(at);
         match input {
             Input::Bytes(bytes) if self.state.powered => {
                 self.state.waiting.extend(bytes);

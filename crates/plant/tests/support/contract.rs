@@ -1,7 +1,8 @@
 //! The contract of a device: watching changes nothing, extra wake-ups change nothing, splitting
-//! the input changes nothing, and a snapshot continues anywhere.
+//! the input changes nothing, performing single causes changes nothing, and a snapshot continues
+//! anywhere.
 
-use vimc4_device::{Device, FlashChange, Harness, Input, Kinds, Output, SignalId, Time};
+use vimc4_device::{Device, FlashChange, Harness, Input, Kinds, Line, Output, SignalId, Time};
 
 use super::{Random, said};
 
@@ -60,6 +61,12 @@ pub(crate) fn hold<D: Device + Clone>(blind: D, acts: &[(Time, Act)], random: &m
     assert!(flash(&watched).eq(flash(&plain)), "flash changes differ");
     assert!(watched.device().state() == plain.device().state(), "states differ");
 
+    // Cause by cause, and each can be looked at; at a paced line too.
+    cause_by_cause(&blind, acts, end, random);
+    if random.one_in(4) {
+        cause_by_cause(&Line::paced(blind.clone()), acts, end, random);
+    }
+
     // From a snapshot anywhere the rest is the same.
     let place = random.range(0, acts.len() as i64 - 1) as usize;
     let mut resumed = Harness::new(blind);
@@ -73,6 +80,39 @@ pub(crate) fn hold<D: Device + Clone>(blind: D, acts: &[(Time, Act)], random: &m
     let (resumed, plain) = (resumed.into_device(), plain.into_device());
     assert!(resumed.state() == plain.state(), "states differ after a snapshot");
     resumed
+}
+
+/// Lets these things happen to a device as a whole, and cause by cause with snapshots between them.
+fn cause_by_cause<D: Device + Clone>(
+    device: &D,
+    acts: &[(Time, Act)],
+    end: Time,
+    random: &mut Random,
+) {
+    let mut whole = Harness::new(device.clone()).watching(Kinds::ALL);
+    let mut single = whole.clone();
+    for (at, act) in acts {
+        whole.run_to(*at);
+        whole.input(act.input());
+        single.plan(*at, act.input());
+    }
+    whole.run_to(end);
+    while single.due().is_some_and(|due| due <= end) {
+        let (before, due) = (single.now(), single.due());
+        let now = single.step();
+        assert!(now >= Some(before) && now >= due, "{due:?} came at {now:?} after {before:?}");
+        if random.one_in(20) {
+            let state = single.device().state().clone();
+            assert_eq!(single.device().view(single.now()).at, single.now());
+            single.restore(state);
+        }
+    }
+    single.run_to(end);
+    assert!(single.outputs().len() == whole.outputs().len(), "more or less comes out");
+    for (one, other) in single.outputs().iter().zip(whole.outputs()) {
+        assert_eq!(one, other);
+    }
+    assert!(single.device().state() == whole.device().state(), "states differ");
 }
 
 /// What a device has written, and when.
