@@ -210,6 +210,7 @@ pub(crate) async fn start(
             .line_pacing(arguments.line_pacing)
             .fresh_clients(arguments.fresh_clients)
             .record(false)
+            .name(number.to_string())
             .sink(log.terminal(verbosity, prefix.clone()));
         if arguments.log.is_some() {
             builder = builder.sink(log.file(prefix));

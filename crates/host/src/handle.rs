@@ -8,7 +8,7 @@ use vimc4_device::{Condition, Device, Input, Signal, SignalKind, Time, View};
 
 use crate::clock::Clock;
 use crate::reply::{ControlError, Reply};
-use crate::report::{Deed, Effect, Sink, Source};
+use crate::report::{Deed, Effect, Sink, SinkId, Source};
 use crate::runner::{Destination, Job, Runner};
 use crate::transport::Transport;
 
@@ -44,7 +44,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         (runner, Handle { jobs, stop, who })
     }
 
-    /// The same handle for somebody of this name, who appears in the [news](crate::News::Input).
+    /// The same handle for somebody of this name, who appears in the [news](crate::News::Deed).
     #[must_use]
     pub fn by(&self, who: &str) -> Handle<D> {
         Handle { who: Arc::from(who), ..self.clone() }
@@ -154,10 +154,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
         &self,
         what: impl FnOnce(&D) -> Result<(Deed, Vec<Input<'static>>), ControlError> + Send + 'static,
     ) -> Reply<Effect> {
-        let by = Source::Controls(self.who.as_ref().to_owned());
+        let by = self.source();
         self.with(move |runner| {
             let (deed, inputs) = what(runner.device())?;
-            Ok(runner.act(by, deed, &inputs))
+            Ok(runner.act(&by, deed, &inputs))
         })
     }
 
@@ -195,9 +195,9 @@ impl<D: Device + Clone + 'static> Handle<D> {
     where
         D::State: Send,
     {
-        let by = Source::Controls(self.who.as_ref().to_owned());
+        let by = self.source();
         self.with(move |runner| {
-            runner.restore(by, state);
+            runner.restore(&by, state);
             Ok(())
         })
     }
@@ -211,11 +211,13 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// Lets a sink watch from now on.
-    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<()> {
-        self.with(move |runner| {
-            runner.watch(Box::new(sink));
-            Ok(())
-        })
+    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<SinkId> {
+        self.with(move |runner| Ok(runner.watch(Box::new(sink))))
+    }
+
+    /// Lets go of a sink. Says whether it was still there.
+    pub fn detach(&self, sink: SinkId) -> Reply<bool> {
+        self.with(move |runner| Ok(runner.detach(sink)))
     }
 
     /// Does anything with the controller, between two inputs and after all that was sent before.
@@ -231,9 +233,14 @@ impl<D: Device + Clone + 'static> Handle<D> {
         reply
     }
 
+    fn source(&self) -> Source {
+        Source::Controls(self.who.as_ref().to_owned())
+    }
+
     fn travel(&self, destination: Destination) -> Reply<Time> {
         let (sender, reply) = Reply::promised();
-        let _ = self.jobs.send(Box::new(move |runner| runner.set_out(destination, sender)));
+        let by = self.source();
+        let _ = self.jobs.send(Box::new(move |runner| runner.set_out(by, destination, sender)));
         reply
     }
 }

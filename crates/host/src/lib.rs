@@ -13,6 +13,7 @@ mod handle;
 mod line_feeds;
 mod reply;
 mod report;
+mod reports;
 mod runner;
 mod timer;
 mod traffic;
@@ -23,7 +24,8 @@ pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::Handle;
 pub use reply::{ControlError, Reply, block_on};
-pub use report::{Deed, Effect, News, Report, Sink, Source, Wants};
+pub use report::{Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
+pub use reports::{Reports, Tap};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity};
 pub use transport::{

@@ -1,36 +1,88 @@
 //! What can be watched from outside.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Event, Kinds, Stamp, Time};
+use vimc4_device::{CommandNumber, Event, Kinds, OwnedInput, Time};
 
-/// Something that happened in a running controller or on its line, with its model time.
-#[derive(Clone, Debug, PartialEq)]
+/// Something that went into a running controller, came out of it or happened on its line.
+///
+/// Each can be written down and read again. The [states](What::State) and [inputs](What::Input) of a
+/// controller, in their order, are a recording: a device that is put into the state and is given
+/// the inputs at their times does all the rest again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Which controller, by the [name](crate::Runner::named) that it has in this process.
+    pub controller: Arc<str>,
+    /// The model time. What goes in has the one time at which it was handled.
+    pub at: Time,
+    /// What.
+    pub what: What,
+}
+
+/// What a [`Report`] tells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum Report {
-    /// Bytes arrived on the line.
-    Received {
-        /// When.
-        at: Time,
-        /// Over which transport, by its label.
-        from: Arc<str>,
+pub enum What {
+    /// Something goes into the device. That time passes is told where somebody has ordered it,
+    /// when it has passed.
+    Input {
+        /// Who has done it.
+        by: Source,
         /// What.
-        bytes: Bytes,
+        input: OwnedInput,
+    },
+    /// The device is in this state: told once to who begins to watch what goes in, and whenever
+    /// somebody puts it back into an earlier one. Its time goes on from there.
+    State {
+        /// Who has put it into the state; `None` for who begins to watch.
+        by: Option<Source>,
+        /// The device's [state](vimc4_device::Device::State), as it is written down.
+        state: serde_json::Value,
     },
     /// Bytes left on the line.
     Sent {
-        /// When.
-        at: Time,
         /// What.
         bytes: Bytes,
     },
     /// Something happened inside the device.
-    Event(Stamp, Event),
+    Event {
+        /// The command that it belongs to, if there is one.
+        command: Option<CommandNumber>,
+        /// What.
+        event: Event,
+    },
     /// Somebody came or went, or bytes were lost on the way.
-    News(Time, News),
+    News(News),
+    /// This watcher was too slow: so many reports, of this and later times, are missing here.
+    Missed {
+        /// How many.
+        reports: u64,
+    },
+}
+
+impl Report {
+    /// The event of the device that it tells of.
+    #[must_use]
+    pub fn event(&self) -> Option<&Event> {
+        match &self.what {
+            What::Event { event, .. } => Some(event),
+            _ => None,
+        }
+    }
+
+    /// The news that it tells.
+    #[must_use]
+    pub fn news(&self) -> Option<&News> {
+        match &self.what {
+            What::News(news) => Some(news),
+            _ => None,
+        }
+    }
 }
 
 /// Who has done something.
@@ -124,7 +176,8 @@ pub enum Effect {
 }
 
 /// What happens at the transports of a line.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum News {
     /// A client opened the line.
@@ -166,7 +219,7 @@ pub enum News {
     },
     /// Somebody does something to the device that is no command. What comes of it follows. It is
     /// told where commands are wanted.
-    Input {
+    Deed {
         /// Who.
         by: Source,
         /// What.
@@ -179,7 +232,7 @@ pub enum News {
         /// What.
         deed: Deed,
         /// Why, as far as that is known.
-        why: Option<&'static str>,
+        why: Option<Cow<'static, str>>,
     },
     /// Several clients have the line open, and what comes from now on comes from this one.
     Speaks {
@@ -212,14 +265,14 @@ pub enum News {
         /// The transport, by its label.
         transport: Arc<str>,
         /// The client's parity: `odd`, `mark` or `space`.
-        parity: &'static str,
+        parity: Cow<'static, str>,
     },
     /// A client has switched one of its handshake lines.
     HostLine {
         /// The transport, by its label.
         transport: Arc<str>,
         /// The line: `DTR` or `RTS`.
-        line: &'static str,
+        line: Cow<'static, str>,
         /// Whether it is on now.
         on: bool,
     },
@@ -247,7 +300,7 @@ pub enum News {
         /// The transport, by its label.
         transport: Arc<str>,
         /// What ends a line, and how it is sent.
-        right: &'static str,
+        right: Cow<'static, str>,
     },
     /// A port is gone, most likely unplugged. It is served again when it is back.
     Gone {
@@ -261,6 +314,12 @@ pub enum News {
         /// The transport, by its label.
         transport: Arc<str>,
     },
+    /// So much has come while the power was off, and nobody heard it. It is told when the power
+    /// comes on, or when the controller ends.
+    PowerWasOff {
+        /// How many bytes.
+        bytes: u64,
+    },
     /// The flash file was not as the device would have left it, and is now.
     FlashMended {
         /// The file.
@@ -270,19 +329,39 @@ pub enum News {
     },
 }
 
-/// What a sink wants to see. What nobody wants is not made.
+/// What a sink wants to see, besides the news. What nobody wants is not made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wants {
     /// Kinds of events of the device.
     pub kinds: Kinds,
-    /// The bytes on the line.
-    pub bytes: bool,
+    /// What goes in, and the states from which that begins.
+    pub inputs: bool,
+    /// The bytes that leave on the line.
+    pub sent: bool,
+}
+
+impl Wants {
+    /// Everything.
+    pub const ALL: Wants = Wants { kinds: Kinds::ALL, inputs: true, sent: true };
+    /// All that is needed to do everything again, and nothing that comes of it.
+    pub const INPUTS: Wants = Wants { kinds: Kinds::NONE, inputs: true, sent: false };
+
+    /// What either wants.
+    #[must_use]
+    pub fn and(self, other: Wants) -> Wants {
+        Wants {
+            kinds: self.kinds.and(other.kinds),
+            inputs: self.inputs || other.inputs,
+            sent: self.sent || other.sent,
+        }
+    }
 }
 
 /// Watches a running controller.
 ///
 /// It is called by the task that runs the controller, between a command and its answer: it must
-/// neither block nor take long.
+/// neither block nor take long. [`Reports`](crate::Reports) are for those who want to take their
+/// time.
 pub trait Sink: Send {
     /// What it wants to see; asked once.
     fn wants(&self) -> Wants;
@@ -290,4 +369,14 @@ pub trait Sink: Send {
     /// Something happened. `explain` puts a command in the words people use, see
     /// [`Device::explain`](vimc4_device::Device::explain).
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String);
+
+    /// Whether it has seen enough; asked after each report. It is let go of then, as if somebody
+    /// had [detached](crate::Handle::detach) it.
+    fn has_enough(&self) -> bool {
+        false
+    }
 }
+
+/// A sink that watches, by which it can be [detached](crate::Handle::detach).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SinkId(pub(crate) u64);

@@ -14,14 +14,16 @@ use bytes::Bytes;
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
-use vimc4_device::{Condition, Device, Event, Foresight, Input, Kinds, Output, Time, Warning};
+use vimc4_device::{
+    Condition, Device, Event, Foresight, Input, Kinds, Output, Stamp, Time, Warning,
+};
 
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::half_line::HalfLine;
 use crate::line_feeds::LineFeeds;
 use crate::reply::ControlError;
-use crate::report::{Deed, Effect, News, Report, Sink, Source, Wants};
+use crate::report::{Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
 use crate::timer::Timer;
 use crate::transport::{Received, Sent, Transport};
 
@@ -72,14 +74,19 @@ pub struct Runner<D: Device> {
     /// The transport that is asked first, so that one client's flood leaves room for others.
     first: usize,
     flash: Option<FlashFile>,
-    sinks: Vec<(Wants, Box<dyn Sink>)>,
+    /// What it is called in reports.
+    name: Arc<str>,
+    sinks: Vec<Watching>,
+    /// The last number that a sink was given.
+    last_sink: u64,
     wants: Wants,
     baud: u32,
     /// Whether clients may send, as the handshake lines say.
     ready: bool,
     jobs: mpsc::UnboundedReceiver<Job<D>>,
     stop: oneshot::Receiver<()>,
-    journey: Option<(Time, TimeReply)>,
+    /// Where time is sent, by whom, and where that is awaited.
+    journey: Option<(Time, Source, TimeReply)>,
     waiters: Vec<Waiter>,
     failure: Option<RunError>,
     /// What happened before anybody watched.
@@ -92,6 +99,15 @@ pub struct Runner<D: Device> {
     speaker: Option<Source>,
     /// How often something was sent or stored.
     said: u64,
+    /// How many bytes have come since the power was taken away; `None` while it is on.
+    unpowered: Option<u64>,
+}
+
+/// A sink, and what it wants.
+struct Watching {
+    id: SinkId,
+    wants: Wants,
+    sink: Box<dyn Sink>,
 }
 
 /// Why a controller ended by itself.
@@ -176,6 +192,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         stop: oneshot::Receiver<()>,
     ) -> Runner<D> {
         let baud = device.baud();
+        let powered = device.view(device.now()).powered;
         let mut runner = Runner {
             device,
             clock,
@@ -184,7 +201,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
             transports: Vec::new(),
             first: 0,
             flash: None,
+            name: Arc::from(""),
             sinks: Vec::new(),
+            last_sink: 0,
             wants: Wants::default(),
             baud,
             ready: true,
@@ -199,6 +218,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             clients: Vec::new(),
             speaker: None,
             said: 0,
+            unpowered: (!powered).then_some(0),
         };
         runner.watch_kinds();
         runner
@@ -226,6 +246,13 @@ impl<D: Device + Clone + 'static> Runner<D> {
         Ok(self)
     }
 
+    /// Gives it a name, by which its reports are told from those of other controllers of the process.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Runner<D> {
+        self.name = Arc::from(name);
+        self
+    }
+
     /// Says what ends a line, so that a half line that a client has left can be told of when the
     /// next one comes. With `fresh` it is forgotten instead: the device gets whole lines only.
     #[must_use]
@@ -251,19 +278,42 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.transports.push(transport);
     }
 
-    /// Lets a sink watch.
-    pub fn watch(&mut self, sink: Box<dyn Sink>) {
-        self.sinks.push((sink.wants(), sink));
-        self.wants = Wants::default();
-        for (wants, _) in &self.sinks {
-            self.wants.kinds = self.wants.kinds.and(wants.kinds);
-            self.wants.bytes |= wants.bytes;
+    /// Lets a sink watch from now on.
+    pub fn watch(&mut self, mut sink: Box<dyn Sink>) -> SinkId {
+        let wants = sink.wants();
+        if wants.inputs {
+            let what = What::State { by: None, state: self.written_state() };
+            let report = Report { controller: Arc::clone(&self.name), at: self.device.now(), what };
+            sink.report(&report, &|command| self.device.explain(command));
         }
+        self.last_sink += 1;
+        let id = SinkId(self.last_sink);
+        self.sinks.push(Watching { id, wants, sink });
+        self.mind_wants();
+        id
+    }
+
+    /// Lets go of a sink. Returns whether it was still there.
+    pub fn detach(&mut self, id: SinkId) -> bool {
+        let before = self.sinks.len();
+        self.sinks.retain(|watching| watching.id != id);
+        self.mind_wants();
+        self.sinks.len() < before
+    }
+
+    fn mind_wants(&mut self) {
+        self.wants = self.sinks.iter().fold(Wants::default(), |all, of| all.and(of.wants));
         self.watch_kinds();
     }
 
     fn watch_kinds(&mut self) {
         self.device.watch(self.wants.kinds);
+    }
+
+    /// The state of the device as it is written down. Every state can be; if one should not, there
+    /// is nothing to be told of it.
+    fn written_state(&self) -> serde_json::Value {
+        serde_json::to_value(self.device.state()).unwrap_or_default()
     }
 
     /// The device.
@@ -277,7 +327,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         let mut timer = Timer::new().map_err(RunError::Timer)?;
         self.ticking = self.clock.rate().map(|rate| Ticking::start(rate, self.device.now()));
         for news in std::mem::take(&mut self.early) {
-            self.news(news);
+            self.news_at(self.device.now(), news);
         }
         // The device may have had something to say before the first input.
         self.drain();
@@ -285,6 +335,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let busy = self.move_time();
             self.dismiss_listeners();
             if let Some(failure) = self.failure.take() {
+                self.tell_unheard(self.device.now());
                 return Err(failure);
             }
             // In vain until there is a timer for it, but then the clock stands still anyway.
@@ -300,7 +351,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.catch_up();
                     job(&mut self);
                 }
-                Woken::Stop => return Ok(()),
+                Woken::Stop => {
+                    self.tell_unheard(self.present());
+                    return Ok(());
+                }
                 Woken::Time => self.jump(),
             }
         }
@@ -381,34 +435,32 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
     }
 
+    /// Takes in what a transport has to say. All that comes of it has one time.
     fn receive(&mut self, from: usize, received: Received, buffer: &[u8]) {
         match received {
             Received::Bytes(count) => {
+                let at = self.catch_up_to_present();
                 let bytes = buffer.get(..count).unwrap_or_default();
-                if self.wants.bytes {
-                    let at = self.present();
-                    let from = Arc::clone(self.transports[from].label());
-                    let bytes = Bytes::copy_from_slice(bytes);
-                    self.report(Kinds::NONE, true, || Report::Received { at, from, bytes });
-                }
-                self.mind_speaker(from);
-                self.take_line(from, bytes);
+                self.mind_speaker(from, at);
+                self.take_line(from, bytes, at);
                 if let Some(right) = self.feeds.wrong(bytes) {
                     let transport = Arc::clone(self.transports[from].label());
-                    self.news(News::LineFeed { transport, right });
+                    self.news_at(at, News::LineFeed { transport, right: right.into() });
                 }
+                self.disappoint();
             }
             Received::Finished => {}
             Received::News(news) => {
+                let at = self.catch_up_to_present();
                 let half = self.mind_clients(&news);
                 let coming = matches!(news, News::Opened { .. });
                 // Of who comes it is told what awaits him, of who goes what he has left.
                 if coming {
-                    half.into_iter().for_each(|half| self.news(half));
-                    self.news(news);
+                    half.into_iter().for_each(|half| self.news_at(at, half));
+                    self.news_at(at, news);
                 } else {
-                    self.news(news);
-                    half.into_iter().for_each(|half| self.news(half));
+                    self.news_at(at, news);
+                    half.into_iter().for_each(|half| self.news_at(at, half));
                 }
             }
         }
@@ -416,62 +468,62 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Passes on what has arrived, and says when it begins behind a half line of somebody else.
-    fn take_line(&mut self, from: usize, bytes: &[u8]) {
+    fn take_line(&mut self, from: usize, bytes: &[u8], at: Time) {
         if self.half.is_off() {
-            return self.bytes(from, bytes);
+            return self.bytes(from, bytes, at);
         }
         let by = (self.half.is_begun() || !self.half.is_whole(bytes)).then(|| self.source(from));
         if let Some(by) = &by
             && let Some(half) = self.half.spoils(by, &self.clients)
         {
             let transport = Arc::clone(self.transports[from].label());
-            self.news(News::HalfLine { transport, half, spoils: true });
+            self.news_at(at, News::HalfLine { transport, half, spoils: true });
         }
         let given = self.half.take(bytes, by);
         match given {
-            Cow::Borrowed(bytes) => self.bytes(from, bytes),
+            Cow::Borrowed(bytes) => self.bytes(from, bytes, at),
             Cow::Owned(bytes) if bytes.is_empty() => {}
-            Cow::Owned(bytes) => self.bytes(from, &bytes),
+            Cow::Owned(bytes) => self.bytes(from, &bytes, at),
         }
         // What somebody has written last may come in only when the next one is there, elsewhere.
         if let Some(Source::Client { transport, .. }) = self.clients.last()
             && let Some(half) = self.half.comes_late(&self.clients)
         {
             let transport = Arc::from(transport.as_str());
-            self.news(News::HalfLine { transport, half, spoils: false });
+            self.news_at(at, News::HalfLine { transport, half, spoils: false });
         }
     }
 
     /// Bytes reach the device. Of those that act at once it is said who has sent them.
-    fn bytes(&mut self, from: usize, bytes: &[u8]) {
-        let told = self.wants.kinds.contain(Kinds::COMMAND);
-        if !told || !bytes.iter().any(|byte| self.device.is_urgent(*byte)) {
-            return self.input(Input::Bytes(bytes));
-        }
-        let at = self.catch_up_to_present();
+    fn bytes(&mut self, from: usize, bytes: &[u8], at: Time) {
+        let urgent = self.wants.kinds.contain(Kinds::COMMAND)
+            && bytes.iter().any(|byte| self.device.is_urgent(*byte));
+        // Who has sent them takes some finding out.
+        let by = (self.wants.inputs || urgent).then(|| self.source(from));
+        let Some(by) = by.as_ref().filter(|_| urgent) else {
+            return self.input_at(Input::Bytes(bytes), at, by.as_ref());
+        };
         let mut rest = bytes;
         while let Some(place) = rest.iter().position(|byte| self.device.is_urgent(*byte)) {
             let (before, after) = rest.split_at(place);
             if !before.is_empty() {
-                self.input_at(Input::Bytes(before), at);
+                self.input_at(Input::Bytes(before), at, Some(by));
             }
             let (first, after) = after.split_at(1);
             let deed = Deed::Byte(first.first().copied().unwrap_or_default());
-            let by = self.source(from);
-            self.input_at(Input::Wake, at);
-            self.news_at(at, News::Input { by: by.clone(), deed: deed.clone() });
-            if !self.changes(&[Input::Bytes(first)], at) {
-                let off = !self.device.view(at).powered;
+            self.pass_time(at);
+            self.news_at(at, News::Deed { by: by.clone(), deed: deed.clone() });
+            if !self.changes(by, &[Input::Bytes(first)], at) {
+                let off = self.unpowered.is_some();
                 let why =
                     if off { "the power is off" } else { "there is nothing that it could end" };
-                self.news_at(at, News::NoEffect { by, deed, why: Some(why) });
+                self.news_at(at, News::NoEffect { by: by.clone(), deed, why: Some(why.into()) });
             }
             rest = after;
         }
         if !rest.is_empty() {
-            self.input_at(Input::Bytes(rest), at);
+            self.input_at(Input::Bytes(rest), at, Some(by));
         }
-        self.disappoint();
     }
 
     /// Who sends on a transport.
@@ -487,7 +539,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Says who speaks, where it could be somebody else.
-    fn mind_speaker(&mut self, from: usize) {
+    fn mind_speaker(&mut self, from: usize, at: Time) {
         let alone = self.clients.len() < 2 && self.speaker.is_none();
         if alone || self.sinks.is_empty() {
             return;
@@ -499,7 +551,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         if let Source::Client { client, .. } = &source {
             let transport = Arc::clone(self.transports[from].label());
             let client = client.clone().unwrap_or_else(|| "a client".to_owned());
-            self.news(News::Speaks { transport, client });
+            self.news_at(at, News::Speaks { transport, client });
         }
         self.speaker = Some(source);
     }
@@ -539,7 +591,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Lets time pass until the destination is reached, and then replies.
-    pub(crate) fn set_out(&mut self, destination: Destination, reply: TimeReply) {
+    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, reply: TimeReply) {
         let now = self.device.now();
         let by_itself = self.ticking.is_some();
         // Whoever asked may have stopped waiting for the answer.
@@ -547,7 +599,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             Destination::After(_) if by_itself => {
                 let _ = reply.send(Err(ControlError::RunsByItself));
             }
-            Destination::After(span) => self.journey = Some((now + span, reply)),
+            Destination::After(span) => self.journey = Some((now + span, by, reply)),
             Destination::Until(condition) if by_itself => {
                 if self.device.foresee(&condition, FORESIGHT) == Foresight::Never {
                     let _ = reply.send(Err(ControlError::Never));
@@ -557,26 +609,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 self.waiters.push(Waiter { condition, at, reply });
             }
             Destination::Until(condition) => match self.device.when(&condition) {
-                Some(at) => self.journey = Some((at, reply)),
+                Some(at) => self.journey = Some((at, by, reply)),
                 None => {
                     let _ = reply.send(Err(ControlError::Never));
                 }
             },
         }
-    }
-
-    /// Something happens to the device now.
-    pub fn input(&mut self, input: Input<'_>) {
-        self.inputs(&[input]);
-    }
-
-    /// Several things happen to the device at the same instant, in this order.
-    pub fn inputs(&mut self, inputs: &[Input<'_>]) {
-        let at = self.catch_up_to_present();
-        for input in inputs {
-            self.input_at(*input, at);
-        }
-        self.disappoint();
     }
 
     /// The time at which something happens now; what is due before has been done.
@@ -590,14 +628,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Somebody does something to the device, and learns whether anything has come of it.
-    pub(crate) fn act(&mut self, by: Source, deed: Deed, inputs: &[Input<'_>]) -> Effect {
+    pub(crate) fn act(&mut self, by: &Source, deed: Deed, inputs: &[Input<'_>]) -> Effect {
         let at = self.catch_up_to_present();
-        self.input_at(Input::Wake, at);
+        self.pass_time(at);
         let told = self.wants.kinds.contain(Kinds::COMMAND);
         if told {
-            self.news_at(at, News::Input { by: by.clone(), deed: deed.clone() });
+            self.news_at(at, News::Deed { by: by.clone(), deed: deed.clone() });
         }
-        let changed = self.changes(inputs, at);
+        let changed = self.changes(by, inputs, at);
         self.disappoint();
         if changed {
             return Effect::Something;
@@ -609,17 +647,18 @@ impl<D: Device + Clone + 'static> Runner<D> {
         // One thing that changes nothing was so before; of two the second has undone the first.
         let why = why.or((inputs.len() == 1).then_some("it was so already"));
         if told {
-            self.news_at(at, News::NoEffect { by, deed, why });
+            let by = by.clone();
+            self.news_at(at, News::NoEffect { by, deed, why: why.map(Cow::Borrowed) });
         }
         Effect::Nothing { why }
     }
 
     /// Something happens to the device, of which all that is due by then has been done. Returns
     /// whether the device is another one than before, or has said or stored something.
-    fn changes(&mut self, inputs: &[Input<'_>], at: Time) -> bool {
+    fn changes(&mut self, by: &Source, inputs: &[Input<'_>], at: Time) -> bool {
         let (before, said) = (self.device.state().clone(), self.said);
         for input in inputs {
-            self.input_at(*input, at);
+            self.input_at(*input, at, Some(by));
         }
         self.said != said || *self.device.state() != before
     }
@@ -634,7 +673,26 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
     }
 
-    fn input_at(&mut self, input: Input<'_>, at: Time) {
+    /// Something happens to the device. Who has done it has to be known if anybody wants to see
+    /// what goes in.
+    fn input_at(&mut self, input: Input<'_>, at: Time, by: Option<&Source>) {
+        if self.wants.inputs
+            && let Some(by) = by
+        {
+            let what = || What::Input { by: by.clone(), input: input.into() };
+            self.tell(at, |wants| wants.inputs, what);
+        }
+        match (input, &mut self.unpowered) {
+            (Input::Bytes(bytes), Some(unheard)) => {
+                *unheard += u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+            }
+            (Input::Power(true), _) => {
+                self.tell_unheard(at);
+                self.unpowered = None;
+            }
+            (Input::Power(false), None) => self.unpowered = Some(0),
+            _ => {}
+        }
         self.device.handle(input, at);
         self.drain();
         for waiter in &mut self.waiters {
@@ -642,23 +700,47 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
     }
 
-    /// Continues from an earlier state.
-    pub(crate) fn restore(&mut self, by: Source, state: D::State) {
-        if self.wants.kinds.contain(Kinds::COMMAND) {
-            self.news(News::Input { by, deed: Deed::Restore });
+    /// Nothing but time passes.
+    fn pass_time(&mut self, at: Time) {
+        self.input_at(Input::Wake, at, None);
+    }
+
+    /// Says how much has come in vain since the power was taken away.
+    fn tell_unheard(&mut self, at: Time) {
+        if let Some(unheard) = &mut self.unpowered
+            && *unheard > 0
+        {
+            let bytes = std::mem::take(unheard);
+            self.news_at(at, News::PowerWasOff { bytes });
         }
+    }
+
+    /// Continues from an earlier state.
+    pub(crate) fn restore(&mut self, by: &Source, state: D::State) {
+        let at = self.catch_up_to_present();
+        self.pass_time(at);
+        if self.wants.kinds.contain(Kinds::COMMAND) {
+            self.news_at(at, News::Deed { by: by.clone(), deed: Deed::Restore });
+        }
+        self.tell_unheard(at);
         let before = self.flash.is_some().then(|| self.device.flash_image());
         self.device.restore(state);
         self.watch_kinds();
+        let now = self.device.now();
+        self.unpowered = (!self.device.view(now).powered).then_some(0);
+        if self.wants.inputs {
+            let what = What::State { by: Some(by.clone()), state: self.written_state() };
+            self.tell(at, |wants| wants.inputs, || what);
+        }
         if let Some(rate) = self.clock.rate() {
-            self.ticking = Some(Ticking::start(rate, self.device.now()));
+            self.ticking = Some(Ticking::start(rate, now));
         }
         let after = self.device.flash_image();
         if before.is_some_and(|before| before != after) {
             self.store(&vimc4_device::FlashChange::Replace(Bytes::from(after)));
             self.secure();
         }
-        self.input_at(Input::Wake, self.device.now());
+        self.pass_time(now);
         self.disappoint();
     }
 
@@ -675,11 +757,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Lets time pass as far as the clock says. Returns whether more is to be done at once.
     fn move_time(&mut self) -> bool {
-        if let Some((target, _)) = self.journey {
+        if let Some((target, ..)) = self.journey {
             if !self.run_to(target) {
                 return true;
             }
-            if let Some((_, reply)) = self.journey.take() {
+            if let Some((_, by, reply)) = self.journey.take() {
+                self.input_at(Input::Wake, target, Some(&by));
                 let _ = reply.send(Ok(target));
             }
         }
@@ -741,7 +824,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     fn step(&mut self, at: Time) {
-        self.input_at(Input::Wake, at);
+        self.pass_time(at);
         let now = self.device.now();
         let (due, rest) = std::mem::take(&mut self.waiters)
             .into_iter()
@@ -788,9 +871,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.send_all(&mut leaving);
                     self.store(&change);
                 }
-                Output::Event(at, event) => {
+                Output::Event(Stamp { at, command }, event) => {
                     self.send_all(&mut leaving);
-                    self.report(event.kind(), false, || Report::Event(at, event));
+                    let kind = event.kind();
+                    let what = || What::Event { command, event };
+                    self.tell(at, |wants| wants.kinds.contain(kind), what);
                 }
             }
         }
@@ -854,43 +939,37 @@ impl<D: Device + Clone + 'static> Runner<D> {
             }
         }
         let lost = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
-        self.report(Kinds::NONE, true, || Report::Sent { at, bytes });
+        self.tell(at, |wants| wants.sent, || What::Sent { bytes });
         for news in losses {
-            self.news(news);
+            self.news_at(at, news);
         }
         if !heard {
-            let warning = Event::Warning(Warning::NobodyListens { lost });
-            self.report(Kinds::WARNING, false, || Report::Event(at.into(), warning));
+            let event = Event::Warning(Warning::NobodyListens { lost });
+            let what = || What::Event { command: None, event };
+            self.tell(at, |wants| wants.kinds.contain(Kinds::WARNING), what);
         }
-    }
-
-    fn news(&mut self, news: News) {
-        let at = self.present();
-        self.news_at(at, news);
     }
 
     fn news_at(&mut self, at: Time, news: News) {
-        let report = Report::News(at, news);
-        let Runner { sinks, device, .. } = self;
-        for (_, sink) in sinks {
-            sink.report(&report, &|command| device.explain(command));
-        }
+        self.tell(at, |_| true, || What::News(news));
     }
 
     /// Tells the sinks that want it.
-    fn report(&mut self, kinds: Kinds, bytes: bool, report: impl FnOnce() -> Report) {
-        let wanted = |wants: &Wants| {
-            if bytes { wants.bytes } else { wants.kinds.contain(kinds) }
-        };
-        if !wanted(&self.wants) {
+    fn tell(&mut self, at: Time, wanted: impl Fn(&Wants) -> bool, what: impl FnOnce() -> What) {
+        if self.sinks.is_empty() || !wanted(&self.wants) {
             return;
         }
-        let report = report();
+        let report = Report { controller: Arc::clone(&self.name), at, what: what() };
         let Runner { sinks, device, .. } = self;
-        for (wants, sink) in sinks {
-            if wanted(wants) {
-                sink.report(&report, &|command| device.explain(command));
-            }
+        let explain = |command: &[u8]| device.explain(command);
+        let mut enough = false;
+        for Watching { sink, .. } in sinks.iter_mut().filter(|of| wanted(&of.wants)) {
+            sink.report(&report, &explain);
+            enough |= sink.has_enough();
+        }
+        if enough {
+            self.sinks.retain(|of| !of.sink.has_enough());
+            self.mind_wants();
         }
     }
 }

@@ -1,12 +1,11 @@
 //! The conversation as people read it.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::time::{Duration, Instant};
 
 use vimc4_device::{Event, Kinds, Time, Warning, escape};
 
-use crate::report::{Deed, News, Report, Sink, Wants};
+use crate::report::{Deed, News, Report, Sink, Wants, What};
 
 /// A sink that writes lines of text:
 ///
@@ -20,7 +19,8 @@ pub struct Traffic<F> {
     write: F,
     verbosity: Verbosity,
     began: Option<Time>,
-    floods: BTreeMap<(&'static str, String), Flood>,
+    /// By kind and transport.
+    floods: Vec<Flood>,
     /// On which transport is spoken, as far as that is known.
     speaker: String,
     /// How long a warning stands for those of its kind.
@@ -28,8 +28,12 @@ pub struct Traffic<F> {
 }
 
 /// Warnings of one kind about one transport that come one after the other.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Flood {
+    /// Of which kind they are, in words.
+    kind: &'static str,
+    /// The transport.
+    about: String,
     /// When the last one was told, on the wall: the controller's time may stand still, or leap.
     told: Instant,
     /// How many were not since then.
@@ -57,7 +61,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             write,
             verbosity,
             began: None,
-            floods: BTreeMap::new(),
+            floods: Vec::new(),
             speaker: String::new(),
             respite: RESPITE,
         }
@@ -70,13 +74,20 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     }
 
     /// Tells a warning, unless one of its kind and about the same transport has just been told:
-    /// then it is counted.
-    fn warn(&mut self, at: Time, kind: &'static str, transport: &str, text: &str) {
+    /// then it is counted, and not even put into words.
+    fn warn(&mut self, at: Time, kind: &'static str, transport: &str, text: fmt::Arguments<'_>) {
         let now = Instant::now();
-        let key = (kind, transport.to_owned());
-        let Some(flood) = self.floods.get_mut(&key) else {
-            self.floods.insert(key, Flood { told: now, left_out: 0, settled: None });
-            return self.line(at, format_args!("{text}"));
+        let place = self
+            .floods
+            .binary_search_by(|flood| (flood.kind, &*flood.about).cmp(&(kind, transport)));
+        let flood = match place {
+            Ok(place) => &mut self.floods[place],
+            Err(place) => {
+                let about = transport.to_owned();
+                let flood = Flood { kind, about, told: now, left_out: 0, settled: None };
+                self.floods.insert(place, flood);
+                return self.line(at, text);
+            }
         };
         if now.duration_since(flood.told) < self.respite {
             flood.left_out += 1;
@@ -84,7 +95,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         }
         flood.told = now;
         match std::mem::take(&mut flood.left_out) {
-            0 => self.line(at, format_args!("{text}")),
+            0 => self.line(at, text),
             many => self.line(at, format_args!("{text} ({many} of the kind were left out before)")),
         }
     }
@@ -94,14 +105,15 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     fn settle(&mut self, at: Time, transport: &str) {
         let now = Instant::now();
         let mut lines = Vec::new();
-        for ((kind, about), flood) in &mut self.floods {
+        for flood in &mut self.floods {
+            let Flood { kind, about, .. } = &*flood;
             let concerns = about.is_empty() || about == transport;
             let rests = flood.settled.is_none_or(|told| now.duration_since(told) >= self.respite);
             if concerns && rests && flood.left_out > 0 {
-                flood.settled = Some(now);
-                let left_out = std::mem::take(&mut flood.left_out);
                 let about = if about.is_empty() { String::new() } else { format!("{about}: ") };
-                lines.push(format!("{about}{left_out} more were left out: {kind}"));
+                lines.push(format!("{about}{} more were left out: {kind}", flood.left_out));
+                flood.settled = Some(now);
+                flood.left_out = 0;
             }
         }
         for line in lines {
@@ -116,7 +128,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 self.line(at, format_args!("{}  {}", escape(bytes), explain(bytes)));
             }
             Event::Ignored { bytes, why } => {
-                self.line(at, format_args!("{}  {why}", excerpt(bytes)));
+                self.line(at, format_args!("{}  {why}", Excerpt(bytes)));
             }
             Event::Line { line, mnemonic } => {
                 self.line(at, format_args!("line {line}: {mnemonic}"));
@@ -139,8 +151,9 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             Event::Warning(Warning::NobodyListens { .. })
                 if self.verbosity == Verbosity::Warnings => {}
             Event::Warning(warning) => {
-                let (text, speaker) = (format!("warning: {warning}"), self.speaker.clone());
-                self.warn(at, kind_of(warning), &speaker, &text);
+                let speaker = std::mem::take(&mut self.speaker);
+                self.warn(at, kind_of(warning), &speaker, format_args!("warning: {warning}"));
+                self.speaker = speaker;
             }
             _ => {}
         }
@@ -155,12 +168,12 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             _ => {}
         }
         match news {
-            News::Input { .. } | News::NoEffect { .. } | News::Speaks { .. }
+            News::Deed { .. } | News::NoEffect { .. } | News::Speaks { .. }
                 if self.verbosity == Verbosity::Warnings => {}
-            News::Input { by, deed: Deed::Byte(byte) } => {
+            News::Deed { by, deed: Deed::Byte(byte) } => {
                 self.line(at, format_args!("{by}: {byte}  {}", explain(&[*byte])));
             }
-            News::Input { by, deed } => self.line(at, format_args!("{by}: {deed}")),
+            News::Deed { by, deed } => self.line(at, format_args!("{by}: {deed}")),
             News::NoEffect { why: Some(why), .. } => {
                 self.line(at, format_args!("        no effect: {why}"));
             }
@@ -192,25 +205,25 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "clients that were refused",
                 transport,
-                &format!("{transport}: refused {client}, because {holder} holds the line"),
+                format_args!("{transport}: refused {client}, because {holder} holds the line"),
             ),
             News::Unheard { transport, client } => self.warn(
                 at,
                 "observers that have sent something",
                 transport,
-                &format!("{transport}: {client} only observes, what it sends is ignored"),
+                format_args!("{transport}: {client} only observes, what it sends is ignored"),
             ),
             News::Lost { transport, bytes } => self.warn(
                 at,
                 "answers that were not read",
                 transport,
-                &format!("{transport}: {} lost, the client does not read", count(*bytes)),
+                format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
             News::WrongSpeed { transport, client, line } => self.warn(
                 at,
                 "changes of the speed",
                 transport,
-                &format!(
+                format_args!(
                     "{transport}: the client has set {client} baud, the controller has {line}; a \
                      real one would hear noise"
                 ),
@@ -219,7 +232,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "changes of the parity",
                 transport,
-                &format!(
+                format_args!(
                     "{transport}: the client has set {parity} parity, the controller has none; a \
                      real one would hear noise"
                 ),
@@ -228,7 +241,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "programs at one port",
                 transport,
-                &format!(
+                format_args!(
                     "{transport}: {programs} have it open at once and take the answers from each \
                      other; close all but one"
                 ),
@@ -237,33 +250,37 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "half lines",
                 transport,
-                &format!(
+                format_args!(
                     "{transport}: an earlier client left half a line, `{}`; the next command \
                      continues it, as on a real cable (--fresh-clients forgets it)",
-                    excerpt(half)
+                    Excerpt(half)
                 ),
             ),
             News::HalfLine { transport, half, spoils: true } => self.warn(
                 at,
                 "commands behind half lines",
                 transport,
-                &format!(
+                format_args!(
                     "{transport}: this command continues the half line `{}` that an earlier client \
                      left",
-                    excerpt(half)
+                    Excerpt(half)
                 ),
             ),
             News::LineFeed { transport, right } => self.warn(
                 at,
                 "clients that end their lines with LF alone",
                 transport,
-                &format!("{transport}: LF alone ends no command; {right}"),
+                format_args!("{transport}: LF alone ends no command; {right}"),
             ),
             News::Gone { transport, error } => self.line(
                 at,
                 format_args!("{transport}: is gone: {error}; it is opened again when it is back"),
             ),
             News::Back { transport } => self.line(at, format_args!("{transport}: is back")),
+            News::PowerWasOff { bytes } => self.line(
+                at,
+                format_args!("the power was off: {} lost, nobody heard what came", count(*bytes)),
+            ),
             News::FlashMended { file, what } => {
                 self.line(at, format_args!("flash file {file}: {what}"));
             }
@@ -281,14 +298,15 @@ impl<F: FnMut(String) + Send> Sink for Traffic<F> {
                 .and(Kinds::LINE)
                 .and(Kinds::WARNING),
         };
-        Wants { kinds, bytes: false }
+        Wants { kinds, ..Wants::default() }
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
-        match report {
-            Report::Event(stamp, event) => self.event(stamp.at, event, explain),
-            Report::News(at, news) => self.news(*at, news, explain),
-            Report::Received { .. } | Report::Sent { .. } => {}
+        let at = report.at;
+        match &report.what {
+            What::Event { event, .. } => self.event(at, event, explain),
+            What::News(news) => self.news(at, news, explain),
+            _ => {}
         }
     }
 }
@@ -317,10 +335,14 @@ fn count(bytes: u64) -> String {
 }
 
 /// No more of a line than a person reads.
-fn excerpt(bytes: &[u8]) -> String {
-    match bytes.get(..100) {
-        Some(beginning) => escape(beginning) + "…",
-        None => escape(bytes),
+struct Excerpt<'a>(&'a [u8]);
+
+impl fmt::Display for Excerpt<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.get(..100) {
+            Some(beginning) => write!(f, "{}…", escape(beginning)),
+            None => f.write_str(&escape(self.0)),
+        }
     }
 }
 
@@ -353,6 +375,15 @@ mod tests {
 
     use super::*;
 
+    fn happened(at: Time, event: Event) -> Report {
+        let what = What::Event { command: None, event };
+        Report { controller: "1".into(), at, what }
+    }
+
+    fn news(at: Time, news: News) -> Report {
+        Report { controller: "1".into(), at, what: What::News(news) }
+    }
+
     #[test]
     fn a_conversation_reads_as_people_speak() {
         let (sender, lines) = mpsc::channel();
@@ -361,27 +392,24 @@ mod tests {
         let explain = |_: &[u8]| "relative move X +5,000 steps at 900 Hz".to_owned();
         let mut tell = |report| traffic.report(&report, &explain);
         let began = Time::from_millis(1_250);
-        tell(Report::Event(
-            began.into(),
+        tell(happened(
+            began,
             Event::Command { mnemonic: "@A".into(), bytes: Bytes::from_static(b"@0A 5000,900") },
         ));
-        tell(Report::Event(
-            (began + Duration::from_millis(5_555)).into(),
+        tell(happened(
+            began + Duration::from_millis(5_555),
             Event::Answer { mnemonic: "@A".into(), bytes: Bytes::from_static(b"0"), why: None },
         ));
         let (code, why) = (Bytes::from_static(b"2"), Some("limit switch X+ at step 24,001".into()));
         let refused = Event::Answer { mnemonic: "@A".into(), bytes: code, why };
-        tell(Report::Event(Time::from_secs(7).into(), refused.clone()));
+        tell(happened(Time::from_secs(7), refused.clone()));
         let command = Event::Command { mnemonic: "@A".into(), bytes: Bytes::from_static(b"@0A5") };
-        tell(Report::Event(Time::from_secs(7).into(), command));
-        tell(Report::Event(Time::from_secs(7).into(), refused));
+        tell(happened(Time::from_secs(7), command));
+        tell(happened(Time::from_secs(7), refused));
         let echo =
             Event::Answer { mnemonic: "!ON".into(), bytes: Bytes::from_static(b"C"), why: None };
-        tell(Report::Event(Time::from_secs(7).into(), echo));
-        tell(Report::Event(
-            Time::from_secs(7).into(),
-            Event::Warning(Warning::NobodyListens { lost: 1 }),
-        ));
+        tell(happened(Time::from_secs(7), echo));
+        tell(happened(Time::from_secs(7), Event::Warning(Warning::NobodyListens { lost: 1 })));
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
             [
@@ -407,12 +435,12 @@ mod tests {
         for ms in 0..2_000 {
             let at = Time::from_millis(ms);
             let warning = Warning::NoEffect { what: "half a turn".into() };
-            traffic.report(&Report::Event(at.into(), Event::Warning(warning)), &explain);
+            traffic.report(&happened(at, Event::Warning(warning)), &explain);
         }
         let other = Warning::ReceiveOverflow { lost: 1 };
-        traffic.report(&Report::Event(Time::from_secs(3).into(), Event::Warning(other)), &explain);
+        traffic.report(&happened(Time::from_secs(3), Event::Warning(other)), &explain);
         let end = News::Closed { transport, client, observes: false, taken_by: None };
-        traffic.report(&Report::News(Time::from_secs(4), end), &explain);
+        traffic.report(&news(Time::from_secs(4), end), &explain);
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),
             [
@@ -436,26 +464,23 @@ mod tests {
         let at = Time::ZERO;
         for _ in 0..500 {
             for name in ["pty", "tcp"] {
-                tell(Report::News(at, News::Speaks { transport: label(name), client: client() }));
+                tell(news(at, News::Speaks { transport: label(name), client: client() }));
                 let what = format!("{name} says nothing").into();
-                tell(Report::Event(at.into(), Event::Warning(Warning::NoEffect { what })));
+                tell(happened(at, Event::Warning(Warning::NoEffect { what })));
                 let (client, line) = (300, 19_200);
-                tell(Report::News(at, News::WrongSpeed { transport: label(name), client, line }));
+                tell(news(at, News::WrongSpeed { transport: label(name), client, line }));
             }
         }
         // Who comes and goes gets no more lines by that.
         for _ in 0..500 {
             let (transport, taken_by) = (label("tcp"), None);
-            tell(Report::News(
-                at,
-                News::Closed { transport, client: client(), observes: false, taken_by },
-            ));
-            tell(Report::News(
+            tell(news(at, News::Closed { transport, client: client(), observes: false, taken_by }));
+            tell(news(
                 at,
                 News::Opened { transport: label("tcp"), client: client(), observes: false },
             ));
             let what = "more".into();
-            tell(Report::Event(at.into(), Event::Warning(Warning::NoEffect { what })));
+            tell(happened(at, Event::Warning(Warning::NoEffect { what })));
         }
         let told: Vec<_> = lines.try_iter().map(|line| line[17..].to_owned()).collect();
         let speed = "the client has set 300 baud, the controller has 19200; a real one would hear \

@@ -4,6 +4,7 @@ use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::sync::watch;
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
@@ -36,6 +37,7 @@ pub struct Builder {
     flash: Option<PathBuf>,
     line_pacing: bool,
     record: bool,
+    name: Option<String>,
     sinks: Vec<Box<dyn Sink>>,
     worker: Option<Worker>,
 }
@@ -105,6 +107,7 @@ impl Builder {
             flash: None,
             line_pacing: false,
             record: true,
+            name: None,
             sinks: Vec::new(),
             worker: None,
         }
@@ -196,6 +199,13 @@ impl Builder {
     /// nothing is said; what runs for days may do without.
     pub fn record(mut self, on: bool) -> Builder {
         self.record = on;
+        self
+    }
+
+    /// What it is called in the [reports](crate::Report) of it. Without a name it has a number, of
+    /// which no two emulators of a process have the same.
+    pub fn name(mut self, name: impl Into<String>) -> Builder {
+        self.name = Some(name.into());
         self
     }
 
@@ -298,7 +308,11 @@ impl Builder {
         let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
         let (runner, handle) = Handle::pair(line, self.time);
         let handling = Handling::of(model);
-        let mut runner = runner.with_lines(handling.ends, self.fresh_clients);
+        let name = self.name.unwrap_or_else(|| {
+            static STARTED: AtomicU64 = AtomicU64::new(1);
+            STARTED.fetch_add(1, Ordering::Relaxed).to_string()
+        });
+        let mut runner = runner.named(&name).with_lines(handling.ends, self.fresh_clients);
         if let Some((ends, right)) = handling.instead_of_line_feed {
             runner = runner.with_line_feeds(ends, right);
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Details, Family, Model, State};
 use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Stamp, Time};
-use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink};
+use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink, SinkId};
 
 use crate::record::{Command, Memory, Record};
 
@@ -209,9 +209,15 @@ impl Control {
         self.handle.with(move |_| Ok(record.map_or_else(T::default, |r| look(&mut r.lock()))))
     }
 
-    /// Lets a sink watch from now on.
-    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<()> {
+    /// Lets a sink watch from now on. [`Reports`](crate::Reports) are for those who want to take
+    /// their time.
+    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<SinkId> {
         self.handle.watch(sink)
+    }
+
+    /// Lets go of a sink. Says whether it was still there.
+    pub fn detach(&self, sink: SinkId) -> Reply<bool> {
+        self.handle.detach(sink)
     }
 
     // --- what happens to it ---

@@ -67,7 +67,7 @@ pub use vimc4_device::{
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, Deed, Effect, HostLines, MemoryPort, News, Rate, Reply, Report,
-    Sink, Source, Traffic, Verbosity, Wants, Worker,
+    Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(unix)]
 pub use vimc4_host::{User, Users};

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bytes::Bytes;
 use tokio::sync::oneshot;
 use vimc4_device::{CommandNumber, Event, Kinds, Stamp, Time};
-use vimc4_host::{ControlError, Report, Sink, Wants};
+use vimc4_host::{ControlError, Report, Sink, Wants, What};
 
 /// How many events, and how many commands, are remembered; the oldest are forgotten first.
 const MEMORY: usize = 100_000;
@@ -121,11 +121,12 @@ impl Drop for Recorder {
 
 impl Sink for Recorder {
     fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::ALL, bytes: false }
+        Wants { kinds: Kinds::ALL, ..Wants::default() }
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
-        let Report::Event(stamp, event) = report else { return };
+        let What::Event { command, event } = &report.what else { return };
+        let stamp = Stamp { at: report.at, command: *command };
         let mut memory = self.0.lock();
         if let Event::Command { mnemonic, bytes } = event {
             // Explained at once: what `@0A100,900` means depends on the axes set at the time.
@@ -141,6 +142,6 @@ impl Sink for Recorder {
         if memory.events.len() == MEMORY {
             memory.events.pop_front();
         }
-        memory.events.push_back((*stamp, event.clone()));
+        memory.events.push_back((stamp, event.clone()));
     }
 }

@@ -127,14 +127,14 @@ impl Counts {
 
 impl Sink for Counts {
     fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::ALL, bytes: false }
+        Wants { kinds: Kinds::ALL, ..Wants::default() }
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
-        match report {
-            Report::News(_, News::Closed { .. }) => self.closed.fetch_add(1, Ordering::SeqCst),
-            Report::News(_, News::Lost { .. }) => self.lost.fetch_add(1, Ordering::SeqCst),
-            Report::News(_, News::Shared { .. }) => self.shared.fetch_add(1, Ordering::SeqCst),
+        match report.news() {
+            Some(News::Closed { .. }) => self.closed.fetch_add(1, Ordering::SeqCst),
+            Some(News::Lost { .. }) => self.lost.fetch_add(1, Ordering::SeqCst),
+            Some(News::Shared { .. }) => self.shared.fetch_add(1, Ordering::SeqCst),
             _ => 0,
         };
     }

@@ -41,7 +41,8 @@ impl HostLines {
     /// The host has switched one of its lines, such as `RTS`, on or off.
     pub fn switched(&self, line: &'static str, on: bool) {
         // Once the controller has ended nobody wants to know.
-        let _ = self.news.send(News::HostLine { transport: Arc::clone(&self.label), line, on });
+        let (transport, line) = (Arc::clone(&self.label), line.into());
+        let _ = self.news.send(News::HostLine { transport, line, on });
     }
 }
 

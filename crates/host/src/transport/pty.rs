@@ -192,7 +192,8 @@ impl Pty {
             self.news.push_back(news);
         }
         if let Some(parity) = parity {
-            self.news.push_back(News::WrongParity { transport: transport(), parity });
+            self.news
+                .push_back(News::WrongParity { transport: transport(), parity: parity.into() });
         }
     }
 

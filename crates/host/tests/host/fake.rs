@@ -364,7 +364,7 @@ pub(crate) struct Diary(pub(crate) Arc<Mutex<Vec<Report>>>);
 
 impl Sink for Diary {
     fn wants(&self) -> Wants {
-        Wants { kinds: Kinds::ALL, bytes: true }
+        Wants::ALL
     }
 
     fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
@@ -378,8 +378,8 @@ impl Diary {
         let reports = self.0.lock().unwrap();
         reports
             .iter()
-            .map(|report| match report {
-                Report::Event(_, Event::Warning(Warning::NobodyListens { lost })) => *lost,
+            .map(|report| match report.event() {
+                Some(Event::Warning(Warning::NobodyListens { lost })) => *lost,
                 _ => 0,
             })
             .sum()

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vimc4_device::{Condition, Time};
 use vimc4_host::{
-    Clients, Clock, ControlError, Deed, Effect, Memory, MemoryPort, News, Report, Source, Tcp,
+    Clients, Clock, ControlError, Deed, Effect, Memory, MemoryPort, News, Source, Tcp, What,
 };
 
 use crate::fake::{Diary, Fake, Running};
@@ -14,10 +14,10 @@ use crate::fake::{Diary, Fake, Running};
 /// What was told of inputs, as who did it and what.
 fn inputs(diary: &Diary) -> Vec<(Time, String)> {
     let reports = diary.0.lock().unwrap();
-    let told = reports.iter().filter_map(|report| match report {
-        Report::News(at, News::Input { by, deed }) => Some((*at, format!("{by}: {deed}"))),
-        Report::News(at, News::NoEffect { by, deed, why }) => {
-            Some((*at, format!("{by}: {deed}: nothing: {why:?}")))
+    let told = reports.iter().filter_map(|report| match report.news() {
+        Some(News::Deed { by, deed }) => Some((report.at, format!("{by}: {deed}"))),
+        Some(News::NoEffect { by, deed, why }) => {
+            Some((report.at, format!("{by}: {deed}: nothing: {why:?}")))
         }
         _ => None,
     });
@@ -75,9 +75,9 @@ fn a_byte_that_is_urgent_is_told_where_it_was_in_the_stream() {
     let reports = diary.0.lock().unwrap();
     let order: Vec<_> = reports
         .iter()
-        .filter_map(|report| match report {
-            Report::Sent { bytes, .. } => Some(String::from_utf8_lossy(bytes).into_owned()),
-            Report::News(_, News::Input { deed, .. }) => Some(deed.to_string()),
+        .filter_map(|report| match &report.what {
+            What::Sent { bytes } => Some(String::from_utf8_lossy(bytes).into_owned()),
+            What::News(News::Deed { deed, .. }) => Some(deed.to_string()),
             _ => None,
         })
         .collect();
@@ -151,9 +151,10 @@ fn of_several_clients_it_is_said_who_speaks() {
         let client = TcpStream::connect(place).unwrap();
         client.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         let own = client.local_addr().unwrap().to_string();
-        diary.wait_for("a client", |report| {
-            matches!(report, Report::News(_, News::Opened { client, .. }) if *client == own)
-        });
+        diary.wait_for(
+            "a client",
+            |report| matches!(report.news(), Some(News::Opened { client, .. }) if *client == own),
+        );
         client
     });
     for (speaker, listener) in [(0, 1), (0, 1), (1, 0)] {
@@ -167,30 +168,19 @@ fn of_several_clients_it_is_said_who_speaks() {
     let by =
         Source::Client { transport: format!("tcp {}", places[1]), client: Some(own[1].clone()) };
     diary.wait_for("the stop", |report| {
-        *report
-            == Report::News(
-                report_time(report),
-                News::Input { by: by.clone(), deed: Deed::Byte(253) },
-            )
+        report.news() == Some(&News::Deed { by: by.clone(), deed: Deed::Byte(253) })
     });
     let reports = diary.0.lock().unwrap();
     let speakers: Vec<_> = reports
         .iter()
-        .filter_map(|report| match report {
-            Report::News(_, News::Speaks { client, .. }) => Some(client.clone()),
+        .filter_map(|report| match report.news() {
+            Some(News::Speaks { client, .. }) => Some(client.clone()),
             _ => None,
         })
         .collect();
     assert_eq!(speakers, own);
     drop(reports);
     running.end().unwrap();
-}
-
-fn report_time(report: &Report) -> Time {
-    match report {
-        Report::News(at, _) => *at,
-        _ => Time::ZERO,
-    }
 }
 
 #[test]

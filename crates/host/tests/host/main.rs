@@ -7,6 +7,7 @@ mod inputs;
 mod pacing;
 #[cfg(target_os = "linux")]
 mod pty;
+mod reports;
 #[cfg(unix)]
 mod serial;
 mod tcp;

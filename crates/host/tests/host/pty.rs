@@ -12,7 +12,7 @@ use rustix::termios::{
     ControlModes, InputModes, LocalModes, OptionalActions, SpecialCodeIndex, ioctl_tiocexcl,
     tcgetattr, tcsetattr,
 };
-use vimc4_host::{Clock, News, Pty, Report};
+use vimc4_host::{Clock, News, Pty, Report, What};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -86,8 +86,8 @@ fn who_comes_and_goes_unseen_is_told_of() {
         drop(open(&path));
         diary.wait_for_all("the visit", |reports| {
             let count = |fits: fn(&Report) -> bool| reports.iter().filter(|&r| fits(r)).count();
-            count(|report| matches!(report, Report::News(_, News::Opened { .. }))) == n
-                && count(|report| matches!(report, Report::News(_, News::Closed { .. }))) == n
+            count(|report| matches!(report.news(), Some(News::Opened { .. }))) == n
+                && count(|report| matches!(report.news(), Some(News::Closed { .. }))) == n
         });
     }
     running.end().unwrap();
@@ -119,10 +119,10 @@ fn settings_end_with_their_client() {
     tcsetattr(&first, OptionalActions::Now, &settings).unwrap();
     (&first).write_all(b"e\r").unwrap();
     diary.wait_for("a warning", |report| {
-        matches!(report, Report::News(_, News::WrongSpeed { client: 9_600, line: 19_200, .. }))
+        matches!(report.news(), Some(News::WrongSpeed { client: 9_600, line: 19_200, .. }))
     });
     drop(first);
-    diary.wait_for("the end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
     let second = open(&path);
     let settings = tcgetattr(&second).unwrap();
     assert_eq!(settings.output_speed(), 19_200);
@@ -148,12 +148,12 @@ fn a_parity_is_told_of_once_and_ends_with_its_client() {
             assert_eq!(ask(&client, "eone\r", 3), "one");
         }
         drop(client);
-        diary.wait_for("the end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+        diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
         let next = open(&path);
         assert!(!tcgetattr(&next).unwrap().control_modes.intersects(sticky | odd));
         assert_eq!(ask(&next, "etwo\r", 3), "two");
-        let told = |report: &Report| match report {
-            Report::News(_, News::WrongParity { parity, .. }) => Some(*parity),
+        let told = |report: &Report| match report.news() {
+            Some(News::WrongParity { parity, .. }) => Some(parity.clone()),
             _ => None,
         };
         assert_eq!(diary.all(told), [words]);
@@ -187,7 +187,7 @@ fn what_was_written_before_closing_arrives() {
     fs::write(&path, b"ehello\r").unwrap();
     diary.wait_for(
         "the command",
-        |report| matches!(report, Report::Sent { bytes, .. } if &bytes[..] == b"hello"),
+        |report| matches!(&report.what, What::Sent { bytes } if &bytes[..] == b"hello"),
     );
     running.end().unwrap();
 }
@@ -202,7 +202,7 @@ fn exclusive_use_ends_with_its_client() {
     assert_eq!(ask(&first, "eone\r", 3), "one");
     // Closing it is all the kernel does for a client that is killed.
     drop(first);
-    diary.wait_for("the end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    diary.wait_for("the end", |report| matches!(report.news(), Some(News::Closed { .. })));
     // Root may open an exclusive terminal anyway, so somebody else has to try.
     if rustix::process::geteuid().is_root() {
         fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o666)).unwrap();
@@ -233,10 +233,10 @@ fn a_killed_client_is_noticed() {
         .spawn()
         .unwrap();
     client.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
-    diary.wait_for("its coming", |report| matches!(report, Report::News(_, News::Opened { .. })));
+    diary.wait_for("its coming", |report| matches!(report.news(), Some(News::Opened { .. })));
     client.kill().unwrap();
     client.wait().unwrap();
-    diary.wait_for("its end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    diary.wait_for("its end", |report| matches!(report.news(), Some(News::Closed { .. })));
     running.end().unwrap();
 }
 
@@ -264,7 +264,7 @@ fn a_client_that_never_reads_stops_nobody() {
     for _ in 0..10 {
         lazy.write_all(b"s30000\r").unwrap();
     }
-    diary.wait_for("a loss", |report| matches!(report, Report::News(_, News::Lost { .. })));
+    diary.wait_for("a loss", |report| matches!(report.news(), Some(News::Lost { .. })));
     // It may begin to read at any time, and what is whole arrives whole.
     let kept = read(&lazy, 300_000, 300);
     assert!(kept.len() >= 60_000 && kept.len().is_multiple_of(30_000), "{}", kept.len());
@@ -276,7 +276,7 @@ fn a_client_that_never_reads_stops_nobody() {
     running.handle.now().wait().unwrap();
     drop(lazy);
     // What it has not read is flushed when its closing is noticed, a moment later.
-    diary.wait_for("its end", |report| matches!(report, Report::News(_, News::Closed { .. })));
+    diary.wait_for("its end", |report| matches!(report.news(), Some(News::Closed { .. })));
     let next = open(&path);
     assert_eq!(ask(&next, "ehello\r", 5), "hello");
     running.end().unwrap();

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use vimc4_host::{Clock, FlashFile, Memory, Received, Report, Sent, Transport};
+use vimc4_device::OwnedInput;
+use vimc4_host::{Clock, FlashFile, Memory, Received, Sent, Transport, What};
 
 use crate::fake::{Diary, Fake, Running};
 
@@ -53,7 +54,7 @@ fn what_leaves_while_nobody_listens_is_lost_with_an_event() {
     running.handle.now().wait().unwrap();
     assert_eq!(next.drain(), b"");
     let received = diary.0.lock().unwrap().iter().any(
-        |report| matches!(report, Report::Received { bytes, .. } if &bytes[..] == b"ehello\rw10\r"),
+        |report| matches!(&report.what, What::Input { input: OwnedInput::Bytes(bytes), .. } if &bytes[..] == b"ehello\rw10\r"),
     );
     assert!(received);
     running.end().unwrap();
