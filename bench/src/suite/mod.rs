@@ -2,6 +2,7 @@
 
 mod alarm;
 mod baseline;
+mod bench;
 mod cores;
 mod crowd;
 mod failure;
@@ -21,6 +22,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use bench::Bench;
 use cores::Cores;
 use failure::{Failure, Outcome};
 use groups::GROUPS;
@@ -41,23 +43,6 @@ struct Arguments {
     /// Put the report between the markers in docs/performance.md as well
     #[arg(long, conflicts_with = "names")]
     write: bool,
-}
-
-/// What every group needs.
-struct Bench {
-    /// Starts the emulator and the baselines.
-    launcher: Launcher,
-    /// Where servers and clients run.
-    cores: Cores,
-    /// Whether the runs are short.
-    quick: bool,
-}
-
-impl Bench {
-    /// The one for a full run, the other for a quick one.
-    fn either<T>(&self, full: T, quick: T) -> T {
-        if self.quick { quick } else { full }
-    }
 }
 
 /// Measures what the command line asks for.

@@ -22,12 +22,12 @@
 
 mod arc;
 mod bresenham;
-mod chain;
 mod course;
 mod fit;
 mod helix;
 mod line;
 mod path;
+mod point;
 mod profile;
 mod ramps;
 mod running;
@@ -38,12 +38,12 @@ mod trig;
 mod wide;
 
 pub use arc::{Arc, ArcState};
-pub use chain::Chain;
 pub use course::{Stretch, chord};
 pub use fit::{CircleFit, Turn};
 pub use helix::Helix;
 pub use line::Line;
-pub use path::{AXES, Path, PathSteps, Point};
+pub use path::{Chain, Path, PathSteps};
+pub use point::{AXES, Point};
 pub use profile::{Profile, ProfileTimes};
 pub use ramps::Ramp;
 pub use running::Running;

@@ -1,21 +1,8 @@
 //! What is to be said about a line.
 
-use serde::{Deserialize, Serialize};
-
+use crate::Severity;
 use crate::job;
 use crate::language::{self, Span};
-
-/// How bad it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// Something was assumed that nearly every file leaves open.
-    Note,
-    /// The job runs, perhaps not as it was meant.
-    Warning,
-    /// The line cannot be carried out.
-    Error,
-}
 
 /// A remark about a place in a job file.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -53,5 +53,7 @@ mod diagnostic;
 pub mod geometry;
 pub mod job;
 pub mod language;
+mod severity;
 
-pub use diagnostic::{Diagnostic, Problem, Severity};
+pub use diagnostic::{Diagnostic, Problem};
+pub use severity::Severity;

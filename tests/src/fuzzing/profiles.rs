@@ -6,7 +6,8 @@ use serde::Serialize;
 use vimc4_device::AXES;
 use vimc4_plant::{Machine, ProfileError};
 
-use super::{exercise, isel, lpkf};
+use super::exercise::exercise;
+use super::{isel, lpkf};
 
 /// A profile is refused with an error that points into its text, or it is written and read as
 /// the same, and a controller works with it.

@@ -9,8 +9,9 @@ use vimc4_device::{
     SignalKind, Time, View,
 };
 
+use super::Reached;
+use super::chance::Chance;
 use super::operations::{Operation, Operations, Setup};
-use super::{Chance, Reached};
 
 /// So many operations count; what follows does not.
 const OPERATIONS_MAX: usize = 400;

@@ -23,17 +23,11 @@ use cargo_metadata::{MetadataCommand, TargetKind};
 use krate::Crate;
 
 /// Crates that still have circles, and why.
-const TANGLED: [(&str, &str); 10] = [
-    ("vimc4-bench", "being untangled"),
+const TANGLED: [(&str, &str); 4] = [
     ("vimc4-catalogue", "being untangled"),
     ("vimc4-emulator", "being untangled"),
-    ("vimc4-host", "being untangled"),
     ("vimc4-isel", "being untangled"),
     ("vimc4-lpkf", "being untangled"),
-    ("vimc4-motion", "being untangled"),
-    ("vimc4-ncp", "being untangled"),
-    ("vimc4-tests", "being untangled"),
-    ("vimc4", "being untangled"),
 ];
 
 #[test]

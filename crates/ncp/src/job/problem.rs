@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 use vimc4_isel_wire::AxisSet;
 
-use crate::diagnostic::Severity;
+use crate::Severity;
 use crate::geometry::Reason;
 use crate::language::{Accessory, LETTERS, Value};
 

@@ -68,14 +68,6 @@ impl<'t> Job<'t> {
         job
     }
 
-    /// The work-piece zero that counts now.
-    #[must_use]
-    pub fn zero(&self) -> Zero {
-        let zero = self.interpreter().standing().zero;
-        let axes = self.target().axes;
-        Zero(std::array::from_fn(|axis| axes.has(axis).then_some(zero[axis])))
-    }
-
     /// A job that goes on with a line, on a controller whose counters are `here`. What is to be
     /// said about the lines before is not said again.
     ///

@@ -8,9 +8,9 @@ use super::interpreter::{Interpreter, Options};
 use super::problem::Problem;
 use super::target::Target;
 use super::zero::Zero;
-use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Curve, Delay, Steps, Straight};
 use crate::language::{self, Line, Lines, Span, TextLine, Units};
+use crate::{Diagnostic, Severity};
 
 /// How a job ended, and what was said about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -342,6 +342,14 @@ impl<'t> Job<'t> {
     #[must_use]
     pub fn counters(&self) -> Steps {
         self.reader.interpreter.counters()
+    }
+
+    /// The work-piece zero that counts now.
+    #[must_use]
+    pub fn zero(&self) -> Zero {
+        let zero = self.interpreter().standing().zero;
+        let axes = self.target().axes;
+        Zero(std::array::from_fn(|axis| axes.has(axis).then_some(zero[axis])))
     }
 
     /// The operator has found the work-piece zero: it is where the tool is.

@@ -10,7 +10,7 @@ use crate::fuzzing::motions::Motions;
 use crate::fuzzing::operations::Setup;
 use crate::fuzzing::{Reached, twins};
 
-use super::model_name;
+use super::setups::model_name;
 
 /// The byte that resets a controller.
 const RESET: u8 = 254;

@@ -3,10 +3,11 @@
 use vimc4_device::Device;
 use vimc4_isel::Controller;
 
+use crate::fuzzing::chance::Chance;
+use crate::fuzzing::exercise::exercise;
 use crate::fuzzing::operations::Setup;
-use crate::fuzzing::{Chance, exercise};
 
-use super::{inputs, model};
+use super::setups::{inputs, model};
 
 /// An image is refused, or it is read, written and read again as the same, and a controller
 /// works with it.

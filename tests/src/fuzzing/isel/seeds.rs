@@ -6,7 +6,7 @@ use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Op, Reply, table};
 use vimc4_plant::{End, PlantSignal};
 
 use crate::fuzzing::operations::{Operation, Setup};
-use crate::fuzzing::seeds::{Script, Seed};
+use crate::fuzzing::script::{Script, Seed};
 
 /// All of them.
 pub(in crate::fuzzing) fn seeds() -> Vec<Seed> {

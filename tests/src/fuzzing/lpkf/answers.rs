@@ -10,7 +10,7 @@ use crate::fuzzing::motions::Motions;
 use crate::fuzzing::operations::Setup;
 use crate::fuzzing::{Reached, twins};
 
-use super::model_name;
+use super::setups::model_name;
 
 /// What goes on with a command that was broken off: what it answers is that command's answer.
 const GOING_ON: [&str; 2] = ["!CS", "!RC"];

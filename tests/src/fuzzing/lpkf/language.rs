@@ -5,7 +5,7 @@ use vimc4_lpkf::language::{
     Status, parse,
 };
 
-use crate::fuzzing::Chance;
+use crate::fuzzing::chance::Chance;
 
 /// Bytes as they come over the line become commands that print as what is read as the same
 /// command, or statuses that the dialect has. A reader that is copied, or written down and read

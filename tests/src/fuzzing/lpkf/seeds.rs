@@ -3,15 +3,13 @@
 //! off and every way to go on.
 
 use vimc4_device::{AXES, Device};
-use vimc4_lpkf::Model;
 use vimc4_lpkf::language::{Dialect, Form, Kind, Op, forms};
+use vimc4_lpkf::{Controller, Model};
 use vimc4_plant::Machine;
 
 use crate::fuzzing::operations::{Operation, Setup};
-use crate::fuzzing::seeds::{Script, Seed};
+use crate::fuzzing::script::{Script, Seed};
 use crate::fuzzing::twins::Family;
-
-use super::Controller;
 
 /// All of them.
 pub(in crate::fuzzing) fn seeds() -> Vec<Seed> {

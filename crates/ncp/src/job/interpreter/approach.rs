@@ -4,7 +4,7 @@ use vimc4_isel_wire::{AxisSet, Plane};
 use vimc4_plant::Up;
 
 use super::sink::Sink;
-use super::{Interpreter, Pace};
+use super::state::{Interpreter, Pace};
 use crate::geometry::{Steps, StraightParameters};
 use crate::job::action::Action;
 use crate::job::place::Place;

@@ -4,7 +4,7 @@ use vimc4_isel_wire::{Dialect, Plane};
 use vimc4_motion::Turn;
 
 use super::sink::Sink;
-use super::{Interpreter, Pace, Refusal, State, sum};
+use super::state::{Interpreter, Pace, Refusal, State, sum};
 use crate::geometry::{Circle, Curve, CurveParameters, NoCircle, Scale, Steps, StraightParameters};
 use crate::job::action::Action;
 use crate::job::place::{Place, counters};

@@ -1,12 +1,10 @@
 //! Holes.
 
-use vimc4_plant::Up;
-
 use super::sink::Sink;
-use super::{Interpreter, Pace, Refusal, Told};
+use super::state::{Interpreter, Pace, Refusal, Told};
 use crate::job::action::{Action, Hole, place_at};
 use crate::job::drill::{Cycle, Definition};
-use crate::job::place::{Place, counters};
+use crate::job::place::counters;
 use crate::job::problem::Problem;
 use crate::language::{DrillWords, Frame, Span, Value, Word, Words};
 
@@ -157,38 +155,5 @@ impl Interpreter<'_> {
             sink.push(Action::Drill(Box::new(hole)));
         }
         Ok(())
-    }
-
-    /// The sign of what leads away from the work-piece.
-    fn up(&self) -> i64 {
-        if self.target.setup.up == Up::Positive { 1 } else { -1 }
-    }
-
-    /// Says after a hole that the tool goes across where it has come out of it: once at the
-    /// surface, and below it as long as it stays there, be the way level or slanting. From the
-    /// surface a way upwards leaves the work at once.
-    pub(super) fn warn_of_surface(
-        &mut self,
-        from: &Place,
-        to: &Place,
-        round: bool,
-        sink: &mut Sink<'_>,
-    ) {
-        const Z: usize = 2;
-        let up = self.up();
-        let state = &mut self.state;
-        let Some(depth) = state.in_work else { return };
-        let rise = up * to[Z].in_thousandths().saturating_sub(from[Z].in_thousandths());
-        let left = Value::thousandths(depth.in_thousandths().saturating_sub(rise));
-        let across = round || to[..Z] != from[..Z];
-        if across && depth > Value::ZERO {
-            sink.say(Problem::InsideWork(depth.max(left)));
-        } else if across && rise <= 0 && !std::mem::replace(&mut state.told_of_holes.surface, true)
-        {
-            sink.say(Problem::AtSurface);
-        }
-        // Who goes down from the surface has come to cut.
-        let stays = depth > Value::ZERO && left >= Value::ZERO;
-        state.in_work = (stays || !across && rise == 0).then_some(left);
     }
 }

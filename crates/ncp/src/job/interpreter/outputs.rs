@@ -4,7 +4,7 @@ use vimc4_motion::Turn;
 use vimc4_plant::Output;
 
 use super::sink::Sink;
-use super::{Interpreter, Refusal};
+use super::state::{Interpreter, Refusal};
 use crate::job::action::{Action, OutputChange};
 use crate::job::problem::Problem;
 use crate::language::{Accessory, Span, SpindleWords, Value};

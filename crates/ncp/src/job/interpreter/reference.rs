@@ -3,7 +3,7 @@
 use vimc4_isel_wire::AxisSet;
 
 use super::sink::Sink;
-use super::{Interpreter, Refusal, without};
+use super::state::{Interpreter, Refusal, without};
 use crate::job::action::Action;
 use crate::job::place::Place;
 use crate::job::problem::Problem;

@@ -3,7 +3,7 @@
 use vimc4_isel_wire::Dialect;
 
 use super::sink::Sink;
-use super::{Interpreter, Refusal};
+use super::state::{Interpreter, Refusal};
 use crate::job::action::Action;
 use crate::job::place::Cylinder;
 use crate::job::problem::Problem;

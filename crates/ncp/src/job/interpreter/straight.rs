@@ -1,7 +1,7 @@
 //! Straight movements and speeds.
 
 use super::sink::Sink;
-use super::{Interpreter, Pace, Refusal};
+use super::state::{Interpreter, Pace, Refusal};
 use crate::geometry::{Delay, Fitted, Steps, Straight, StraightParameters};
 use crate::job::place::{Place, Way, counters};
 use crate::job::problem::{Problem, SetBy, Why};
