@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use vimc4_catalogue::Handling;
+use vimc4_catalogue::{Family, Handling, Model};
 use vimc4_device::escape;
 
 use crate::completions;
@@ -64,11 +64,6 @@ const NAMED: usize = 5;
 
 /// The speed of most serial lines to a controller.
 const BAUD: u32 = 19_200;
-
-/// One controller of each family, and of isel's the kind that tells of configured axes only.
-const ISEL: &str = "imc4";
-const LPKF: &str = "smcu";
-const OLD: &str = "c142";
 
 /// What is known of a port before it is opened as a program would open it.
 #[derive(Default)]
@@ -357,13 +352,15 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         findings.fine("controller", "not asked: what never falls silent has no answers");
         return Ok(());
     }
-    let handling = |name| vimc4::model(name).map(|model| Handling::of(&model));
-    let (Ok(isel), Ok(lpkf), Ok(old)) = (handling(ISEL), handling(LPKF), handling(OLD)) else {
-        return Ok(());
+    let handlings = |family: Family| {
+        let models = family.models().into_iter().filter_map(Model::builtin);
+        models.map(|model| Handling::of(&model)).collect::<Vec<_>>()
     };
+    let families = Family::ALL.map(handlings);
     let mut speeds: Vec<Option<u32>> = vec![port.baud()];
     if port.baud().is_some() {
-        for speed in isel.speeds.iter().chain(lpkf.speeds).copied().map(Some) {
+        let all = families.iter().flatten().flat_map(|handling| handling.speeds);
+        for speed in all.copied().map(Some) {
             if !speeds.contains(&speed) {
                 speeds.push(speed);
             }
@@ -374,7 +371,7 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         if let (Some(speed), true) = (speed, number > 0) {
             port.set_baud(speed)?;
         }
-        let Some(found) = question(port, [&isel, &lpkf], &old, &mut said)? else { continue };
+        let Some(found) = question(port, &families, &mut said)? else { continue };
         describe(port, &found, findings)?;
         if let (Some(speed), true) = (speed, number > 0) {
             findings.trouble(
@@ -411,15 +408,15 @@ struct Found<'a> {
     refused: Option<String>,
 }
 
-/// Asks in the languages of both families. What came of it is added to `said` if it was nothing.
+/// Asks in the language of each family. What came of it is added to `said` if it was nothing.
 fn question<'a>(
     port: &mut Port,
-    families: [&'a Handling; 2],
-    old: &'a Handling,
+    families: &'a [Vec<Handling>],
     said: &mut Vec<u8>,
 ) -> Result<Option<Found<'a>>, PortError> {
-    let mut last = [Vec::new(), Vec::new()];
-    for (handling, last) in families.into_iter().zip(&mut last) {
+    let mut last = Vec::new();
+    for models in families {
+        let Some(handling) = models.first() else { continue };
         let mut refused = None;
         // Half a line that somebody has left spoils the first question.
         for _ in 0..2 {
@@ -429,15 +426,20 @@ fn question<'a>(
             }
             refused = handling.model().family().refusal(&answer);
             said.extend(&answer);
-            *last = answer;
+            last.push((handling.model().family(), answer));
         }
     }
-    // With no axis configured an old card answers `0`. So does what answers `0` to everything,
-    // also to the question that it cannot know.
-    let [answer, nonsense] = last;
-    let refuses = old.model().family().refusal(&nonsense).is_some();
-    let places = old.read_position(&answer).filter(|_| refuses);
-    Ok(places.map(|places| Found { handling: old, places, refused: None }))
+    // Some models of a family answer otherwise than the first: with no axis configured an old card
+    // answers `0`. So does what answers `0` to everything, also to a question that it cannot know.
+    let reads = |handling: &&'a Handling| {
+        let family = handling.model().family();
+        let (own, others): (Vec<_>, Vec<_>) = last.iter().partition(|(of, _)| *of == family);
+        let refuses = others.iter().any(|(_, answer)| family.refusal(answer).is_some());
+        let places = own.last().and_then(|(_, answer)| handling.read_position(answer));
+        Some((*handling, places.filter(|_| refuses)?))
+    };
+    let found = families.iter().flatten().find_map(|handling| reads(&handling));
+    Ok(found.map(|(handling, places)| Found { handling, places, refused: None }))
 }
 
 /// Says who answers.
@@ -452,7 +454,7 @@ fn describe(port: &mut Port, found: &Found<'_>, findings: &mut Findings) -> Resu
         &match places.len() {
             0 => format!("{who}; no axis is configured"),
             // Which they are it does not say.
-            few if handling.model().name() == OLD && few < all.len().min(3) => {
+            few if !handling.names_axes(few) => {
                 let places: Vec<String> = places.iter().map(i64::to_string).collect();
                 format!("{who}: the configured axes are at {}", places.join(", "))
             }

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use vimc4::isel::ProgramStatus;
 use vimc4::{Order, escape};
-use vimc4_catalogue::{Controller, Family, Handling, Machine};
+use vimc4_catalogue::{Controller, Handling, Machine};
 use vimc4_device::{Device, Signal, SignalId, Time, Warning};
 
 use crate::completions;
@@ -125,7 +125,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let machine = vimc4::machine(arguments.setup.machine())?;
     let handling = Handling::of(&model);
     source::no_g_code(&output::name(&arguments.file), &bytes)?;
-    if model.family() == Family::Isel && source::is_job(&bytes) {
+    if source::takes_jobs(&model) && source::is_job(&bytes) {
         let Arguments { file, setup, world, json, verbose, time, .. } = arguments;
         let job = JobArguments::new(file, setup);
         let job = job::Arguments::new(job, world, time, json, verbose);
@@ -138,8 +138,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let driver = Driver::new(controller, meter, arguments.loops);
     let report = Report::new(&arguments, &script);
-    let family = model.family();
-    let mut session = Session { family, handling, driver, report, stored: Vec::new() };
+    let mut session = Session { handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, time: arguments.time };
     let axes = arguments.axes.or(script.axes).unwrap_or(7);
@@ -287,7 +286,6 @@ fn timed_input(text: &str) -> Result<(String, Duration), String> {
 
 /// A run of one script.
 struct Session {
-    family: Family,
     handling: Handling,
     driver: Driver,
     report: Report,
@@ -458,7 +456,9 @@ impl Session {
     /// An error reply ends the run.
     fn check(&self, line: &Line, answer: Option<Answered>) -> Result<(), End> {
         let Some(answer) = answer else { return Ok(()) };
-        let Some(refusal) = self.family.refusal(&answer.bytes) else { return Ok(()) };
+        let Some(refusal) = self.handling.refusal(&line.bytes, &answer.bytes) else {
+            return Ok(());
+        };
         let refusal = answer.explain(refusal);
         let at = self.report.place(line);
         let early = match answer.early.as_slice() {

@@ -1,7 +1,6 @@
 //! `vimc4 send`: a job or a command list to a controller, virtual or real.
 
 mod beginning;
-mod identity;
 mod plot;
 mod rehearsal;
 mod wire;
@@ -12,15 +11,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use vimc4_catalogue::{Family, Handling, Machine, Model};
-use vimc4_device::Point;
+use vimc4_catalogue::{Handling, Machine, Model};
+use vimc4_device::{Erasing, Identity, Point};
 use vimc4_ncp::job::{Job, NoResumption, Zero};
 
 use crate::completions;
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
-use crate::job::operator::{Entered, Operator, Start};
+use crate::job::operator::{Entered, Operator};
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
 use crate::job::source::{self, JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
@@ -29,7 +28,6 @@ use crate::run::meter::units;
 use crate::run::report::seconds;
 use crate::run::script::{Kind, Line, Script};
 
-use identity::{Identity, identify};
 use rehearsal::{Rehearsal, rehearse};
 use wire::{Broken, Halted, Wire};
 
@@ -115,12 +113,14 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let name = job.name();
     let model = vimc4::model(job.setup.model())?;
     source::no_g_code(&name, &bytes)?;
-    if model.family() == Family::Lpkf {
+    let handling = Handling::of(&model);
+    if handling.takes_stream {
         not_for(job_options(arguments), &name, "plot file")?;
         let machine = vimc4::machine(job.setup.machine())?;
-        let work = plot::work(&name, &bytes, &text, &Handling::of(&model))?;
+        let work = plot::work(&name, &bytes, &text, &handling)?;
         let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
         let mut sending = Sending::open(arguments, &model, &machine, &text)?;
+        sending.what = What::Plot;
         sending.agree(&rehearsal, None)?;
         return sending.run(work, rehearsal);
     }
@@ -151,13 +151,15 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     }
     if let Some((mut list, what)) = list {
         if arguments.erase {
-            if !erases(&model) {
-                return Err(Failure::usage(format!(
-                    "the model {} has no command that erases; {AT_PANEL}",
-                    model.name()
-                )));
+            let without = |how| {
+                let model = model.name();
+                Failure::usage(format!("the model {model} has no command that erases{how}"))
+            };
+            match handling.erasing {
+                Erasing::Command(line) => list.insert(0, (0, format!("{line}\r").into_bytes())),
+                Erasing::Panel(how) => return Err(without(format!("; {how}"))),
+                Erasing::Nothing => return Err(without(String::new())),
             }
-            list.insert(0, (0, ERASE.to_vec()));
         }
         let work = Work::List(list.into_iter());
         let rehearsal = rehearsed(arguments, &work, &model, &machine, &text, Point::default())?;
@@ -280,14 +282,12 @@ fn rehearsed(
     Ok(rehearsal)
 }
 
-/// Erases the stored program.
-const ERASE: &[u8] = b"@0k\r";
-/// How it is erased where no command does.
-const AT_PANEL: &str = "turn the key to test, and press STOP and ON at the panel";
-
-/// Whether a model has a command that erases: all but the IMC4.
-fn erases(model: &Model) -> bool {
-    model.family() == Family::Isel && !identity::has_commands_of(model, "imc4")
+/// What a controller says of itself, for people: a clause.
+fn says(said: &str) -> String {
+    match said.is_empty() {
+        true => "it answers without naming itself".to_owned(),
+        false => format!("it says `{said}`"),
+    }
 }
 
 /// A word of a command line, as shells take it.
@@ -349,6 +349,7 @@ const REPEATED: &str = ": only reference runs that come to their end make it tru
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
     Job,
+    Plot,
     List,
     Stored,
 }
@@ -413,7 +414,7 @@ impl<'a> Sending<'a> {
     fn identify(&mut self) -> Result<(), Failure> {
         let port = self.link.name().to_owned();
         let model = self.model.name();
-        let asked = self.link.quiet().and_then(|()| identify(&mut self.link, &self.handling));
+        let asked = self.link.quiet().and_then(|()| self.link.identify());
         let is_virtual = asked.as_ref().is_ok_and(Identity::is_virtual);
         self.link.any_time = self.arguments.any_time || is_virtual;
         match asked {
@@ -434,12 +435,12 @@ impl<'a> Sending<'a> {
                 "the controller at {port} is {what} ({}), and the job is for the model {model}; \
                  nothing has moved: name its model with --model, or add --any-model to send the \
                  job nevertheless",
-                identity::says(&said)
+                says(&said)
             ))),
             Ok(Identity::Foreign { what, said }) => Err(Failure::usage(format!(
                 "what answers at {port} is {what} ({}), and the job is for the model {model}; \
                  nothing was sent: name its model with --model, and a file for it",
-                identity::says(&said)
+                says(&said)
             ))),
             Ok(Identity::Silent) => Err(self.broken(Broken::Silent)),
             Err(error) => Err(self.broken(error.into())),
@@ -471,7 +472,7 @@ impl<'a> Sending<'a> {
             self.listens = true;
             endings::interrupt(self.link.port(), self.handling.halt)?;
             let (keeps, woken) = (self.link.stop_key(), self.link.port().waker());
-            self.operator.listen(Start::of(&self.handling), keeps, woken);
+            self.operator.listen(self.handling.stop.map(|stop| stop.start), keeps, woken);
         }
         Ok(())
     }
@@ -513,7 +514,7 @@ impl<'a> Sending<'a> {
 
     /// Where the counters are.
     fn counters(&mut self) -> Result<Point, Failure> {
-        let answer = match self.link.ask(self.handling.position, None) {
+        let answer = match self.link.position() {
             Ok(answer) => answer,
             Err(error) => return Err(self.broken(error.into())),
         };
@@ -602,13 +603,18 @@ impl<'a> Sending<'a> {
             Ending::Refused { sent, answer, .. }
                 if self.what == What::Stored && sent == b"@0i\r" && answer == b"G" =>
             {
-                let how = match erases(self.model) {
-                    true => "add --erase, which sends @0k before, or erase it",
-                    false => AT_PANEL,
+                let how = match self.handling.erasing {
+                    Erasing::Command(line) => {
+                        format!(
+                            "; to erase it, add --erase, which sends {line} before, or erase it"
+                        )
+                    }
+                    Erasing::Panel(how) => format!("; to erase it, {how}"),
+                    Erasing::Nothing => String::new(),
                 };
                 return Err(Failure::midway(format!(
                     "the controller has a program stored already, and takes no other (it answered \
-                     G); nothing was stored; to erase it, {how}"
+                     G); nothing was stored{how}"
                 )));
             }
             Ending::Refused { line, sent, answer } => {
@@ -616,7 +622,7 @@ impl<'a> Sending<'a> {
                 let refusal = refusal(self.model.family(), &answer).replace("; ", ", ");
                 let sent = shown(&sent);
                 // An emergency stop.
-                self.counters_reset |= self.model.family() == Family::Isel && answer == b"9";
+                self.counters_reset |= self.model.family().resets_counters(&answer);
                 let place = self.place();
                 (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
@@ -631,7 +637,7 @@ impl<'a> Sending<'a> {
 
     /// How to go on with a job that has ended in a line.
     fn onward(&self, line: u32) -> Option<String> {
-        let is_job = self.what == What::Job && self.model.family() == Family::Isel;
+        let is_job = self.what == What::Job;
         let no_ref = self.arguments.job.reading.no_ref;
         // Such a job counts from the place where it began, which the counters do not tell.
         let is_lost = self.false_reference || self.counters_reset;
@@ -748,10 +754,10 @@ impl<'a> Sending<'a> {
             return ", and where the axes are is not known, for the counters may have been reset"
                 .to_owned();
         }
-        let answer = self.link.ask(self.handling.position, None).unwrap_or_default();
+        let answer = self.link.position().unwrap_or_default();
         let Some(places) = self.handling.read_position(&answer) else { return String::new() };
         // One that tells of configured axes only does not say which they are.
-        if matches!(places.len(), 0..3) && self.model.family() == Family::Isel {
+        if !self.handling.names_axes(places.len()) {
             return String::new();
         }
         let units = units(self.machine);
@@ -781,8 +787,9 @@ impl<'a> Sending<'a> {
             }
             Broken::Silent | Broken::Port(PortError::Gone(_)) => None,
         };
-        self.counters_reset |=
-            self.model.family() == Family::Isel && halted == Some(Halted::NoAnswer);
+        let stop = self.handling.stop.map(|stop| format!("{} was sent", stop.name));
+        let and_stop = stop.as_ref().map(|stop| format!(", and {stop}")).unwrap_or_default();
+        self.counters_reset |= stop.is_some() && halted == Some(Halted::NoAnswer);
         self.clear();
         let line = self.link.line();
         let name = self.arguments.job.name();
@@ -799,31 +806,31 @@ impl<'a> Sending<'a> {
             Broken::Port(PortError::Interrupted) => {
                 let place = self.place();
                 let after = halted;
-                let halted = match (self.model.family(), halted) {
-                    (Family::Isel, Some(Halted::Rests)) => {
-                        "253 was sent, and the motion has come to rest along its ramp"
+                let halted = match (stop, halted) {
+                    (Some(stop), Some(Halted::Rests)) => {
+                        format!("{stop}, and the motion has come to rest along its ramp")
                     }
-                    (Family::Isel, Some(Halted::NothingMoved)) => {
-                        "253 was sent, and nothing was moving"
+                    (Some(stop), Some(Halted::NothingMoved)) => {
+                        format!("{stop}, and nothing was moving")
                     }
-                    (Family::Isel, Some(Halted::NoAnswer) | None) => {
-                        "253 was sent, and there is no answer: it may still be moving, so use the \
+                    (Some(stop), Some(Halted::NoAnswer) | None) => format!(
+                        "{stop}, and there is no answer: it may still be moving, so use the \
                          emergency stop"
-                    }
-                    (Family::Lpkf, _) => self.handling.halting,
+                    ),
+                    (None, _) => self.handling.halting.to_owned(),
                 };
                 let halted = match (self.false_reference, &after) {
                     (true, Some(Halted::Rests)) => {
                         format!("the reference run has ended, and its reference is false{REPEATED}")
                     }
                     (true, _) => format!("{halted}; the reference of this run is false{REPEATED}"),
-                    (false, _) => halted.to_owned(),
+                    (false, _) => halted,
                 };
                 let message = format!("interrupted: {halted}{place}; {STILL_ON}{onward}");
                 Failure::at_line(message, &name, self.text, line)
             }
             Broken::Strange { sent, said } => {
-                let answered = identity::shown(&said);
+                let answered = vimc4_device::said(&said);
                 let answered = match answered.is_empty() {
                     true => vimc4_device::escape(&said),
                     false => answered,
@@ -834,7 +841,7 @@ impl<'a> Sending<'a> {
                 };
                 let message = format!(
                     "the controller answered `{answered}` {to}, which is no answer of the model {}; \
-                     the job has ended there, and 253 was sent, but what moves may still be moving: \
+                     the job has ended there{and_stop}, but what moves may still be moving: \
                      use the emergency stop if it does; {STILL_ON}{onward}",
                     self.model.name()
                 );
@@ -843,7 +850,7 @@ impl<'a> Sending<'a> {
             Broken::Early { sent, took, takes } => {
                 let message = format!(
                     "the controller says that {} is done after {:.1} s, and that motion takes {:.1} \
-                     s; the job has ended there, and 253 was sent: this is another controller, or \
+                     s; the job has ended there{and_stop}: this is another controller, or \
                      another speed of its line or its axes, or a virtual one in faster time, for \
                      which there is --any-time{onward}",
                     shown(&sent),

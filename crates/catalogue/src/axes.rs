@@ -1,5 +1,7 @@
 //! The names of axes.
 
+use crate::{Model, models};
+
 /// The number of the axis of that name, 0 for X, in capital or small letters. What isel calls Z
 /// and A is Z0 and Z1 to LPKF, and Z on an SMCU, which has no other.
 ///
@@ -10,13 +12,8 @@
 /// ```
 #[must_use]
 pub fn axis(name: &str) -> Option<u8> {
-    Some(match name.to_ascii_lowercase().as_str() {
-        "x" => 0,
-        "y" => 1,
-        "z" | "z0" => 2,
-        "a" | "z1" => 3,
-        "z2" => 4,
-        "z3" => 5,
-        _ => return None,
-    })
+    let place =
+        |model: Model| model.axis_names().iter().position(|axis| axis.eq_ignore_ascii_case(name));
+    let place = models().into_iter().filter_map(Model::builtin).find_map(place)?;
+    u8::try_from(place).ok()
 }

@@ -3,15 +3,12 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
 use vimc4_device::{
-    Activity, Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View,
+    Activity, Condition, Device, Input, Kinds, MemoryError, Output, Signal, SignalId, Time, View,
 };
-use vimc4_isel::FlashError;
 use vimc4_plant::Machine;
 
-use crate::{Family, Model};
+use crate::list::{Details, Inner, Model, State, both, of};
 
 /// A virtual controller with its machine.
 #[derive(Clone, Debug)]
@@ -21,53 +18,7 @@ pub struct Controller {
     state: OnceCell<State>,
 }
 
-#[derive(Clone, Debug)]
-enum Inner {
-    Isel(Box<vimc4_isel::Controller>),
-    Lpkf(Box<vimc4_lpkf::Controller>),
-}
-
-/// Everything that decides what a controller will do.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum State {
-    /// One of isel's.
-    Isel(Box<vimc4_isel::State>),
-    /// One of LPKF's.
-    Lpkf(Box<vimc4_lpkf::State>),
-}
-
-/// What can be seen of a controller that only its family has.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "family", rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Details {
-    /// Of one of isel's.
-    Isel(vimc4_isel::Details),
-    /// Of one of LPKF's.
-    Lpkf(vimc4_lpkf::Details),
-}
-
 impl Details {
-    /// Those of an isel controller, if it is one.
-    #[must_use]
-    pub fn isel(&self) -> Option<&vimc4_isel::Details> {
-        match self {
-            Details::Isel(details) => Some(details),
-            Details::Lpkf(_) => None,
-        }
-    }
-
-    /// Those of an LPKF controller, if it is one.
-    #[must_use]
-    pub fn lpkf(&self) -> Option<&vimc4_lpkf::Details> {
-        match self {
-            Details::Lpkf(details) => Some(details),
-            Details::Isel(_) => None,
-        }
-    }
-
     /// The stored program, if there is one.
     #[must_use]
     pub fn program(&self) -> Option<&vimc4_isel::ProgramView> {
@@ -87,39 +38,6 @@ impl Details {
     }
 }
 
-impl State {
-    /// The family of the controller that it is a state of.
-    #[must_use]
-    pub fn family(&self) -> Family {
-        match self {
-            State::Isel(_) => Family::Isel,
-            State::Lpkf(_) => Family::Lpkf,
-        }
-    }
-}
-
-/// Why an image is none of a model's memory.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum MemoryError {
-    /// This is wrong, in this line.
-    #[error(transparent)]
-    Line(#[from] FlashError),
-    /// The model forgets everything when it is switched off.
-    #[error("it holds something, and this model has no memory that lasts")]
-    None,
-}
-
-/// The same of whichever controller it is.
-macro_rules! of {
-    ($controller:expr, $inner:ident => $value:expr) => {
-        match $controller {
-            Inner::Isel($inner) => $value,
-            Inner::Lpkf($inner) => $value,
-        }
-    };
-}
-
 impl Controller {
     /// A controller that has just been switched on, with this image in its memory.
     ///
@@ -131,16 +49,7 @@ impl Controller {
         machine: Arc<Machine>,
         image: &[u8],
     ) -> Result<Controller, MemoryError> {
-        let inner = match model {
-            Model::Isel(model) => {
-                let model = Arc::clone(model);
-                Inner::Isel(Box::new(vimc4_isel::Controller::new(model, machine, image)?))
-            }
-            Model::Lpkf(_) if !image.is_empty() => return Err(MemoryError::None),
-            Model::Lpkf(model) => {
-                Inner::Lpkf(Box::new(vimc4_lpkf::Controller::new(Arc::clone(model), machine)))
-            }
-        };
+        let inner = of!(Model, model, model => Inner::from(model.switched_on(machine, image)?));
         Ok(Controller { inner, state: OnceCell::new() })
     }
 }
@@ -151,107 +60,95 @@ impl Device for Controller {
 
     fn perform(&mut self, at: Time) -> bool {
         self.state.take();
-        of!(&mut self.inner, device => device.perform(at))
+        of!(Inner, &mut self.inner, device => device.perform(at))
     }
 
     fn accept(&mut self, input: Input<'_>, at: Time) {
         self.state.take();
-        of!(&mut self.inner, device => device.accept(input, at));
+        of!(Inner, &mut self.inner, device => device.accept(input, at));
     }
 
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.state.take();
-        of!(&mut self.inner, device => device.handle(input, at));
+        of!(Inner, &mut self.inner, device => device.handle(input, at));
     }
 
     fn poll_output(&mut self) -> Option<Output> {
-        of!(&mut self.inner, device => device.poll_output())
+        of!(Inner, &mut self.inner, device => device.poll_output())
     }
 
     fn watch(&mut self, kinds: Kinds) {
-        of!(&mut self.inner, device => device.watch(kinds));
+        of!(Inner, &mut self.inner, device => device.watch(kinds));
     }
 
     fn state(&self) -> &State {
-        self.state.get_or_init(|| match &self.inner {
-            Inner::Isel(device) => State::Isel(Box::new(device.state().clone())),
-            Inner::Lpkf(device) => State::Lpkf(Box::new(device.state().clone())),
-        })
+        let state = || of!(Inner, &self.inner, device => State::from(device.state().clone()));
+        self.state.get_or_init(state)
     }
 
     /// The state of another family is none of this device's, and changes nothing.
     fn restore(&mut self, state: State) {
         self.state.take();
-        match (&mut self.inner, state) {
-            (Inner::Isel(device), State::Isel(state)) => device.restore(*state),
-            (Inner::Lpkf(device), State::Lpkf(state)) => device.restore(*state),
-            (Inner::Isel(_), State::Lpkf(_)) | (Inner::Lpkf(_), State::Isel(_)) => {}
-        }
+        both!(Inner, &mut self.inner, State, state, device, state => device.restore(*state));
     }
 
     fn now(&self) -> Time {
-        of!(&self.inner, device => device.now())
+        of!(Inner, &self.inner, device => device.now())
     }
 
     fn wake(&self) -> Option<Time> {
-        of!(&self.inner, device => device.wake())
+        of!(Inner, &self.inner, device => device.wake())
     }
 
     fn view(&self, at: Time) -> View<Details> {
-        match &self.inner {
-            Inner::Isel(device) => device.view(at).with(Details::Isel),
-            Inner::Lpkf(device) => device.view(at).with(Details::Lpkf),
-        }
+        of!(Inner, &self.inner, device => device.view(at).with(Details::from))
     }
 
     fn activity(&self) -> Activity {
-        of!(&self.inner, device => device.activity())
+        of!(Inner, &self.inner, device => device.activity())
     }
 
     fn details(&self) -> Details {
-        match &self.inner {
-            Inner::Isel(device) => Details::Isel(device.details()),
-            Inner::Lpkf(device) => Details::Lpkf(device.details()),
-        }
+        of!(Inner, &self.inner, device => Details::from(device.details()))
     }
 
     fn signals(&self) -> Vec<Signal> {
-        of!(&self.inner, device => device.signals())
+        of!(Inner, &self.inner, device => device.signals())
     }
 
     fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        of!(&self.inner, device => device.input_signal(port, bit))
+        of!(Inner, &self.inner, device => device.input_signal(port, bit))
     }
 
     fn baud(&self) -> u32 {
-        of!(&self.inner, device => device.baud())
+        of!(Inner, &self.inner, device => device.baud())
     }
 
     fn room(&self, handshake: bool) -> usize {
-        of!(&self.inner, device => device.room(handshake))
+        of!(Inner, &self.inner, device => device.room(handshake))
     }
 
     fn flash_image(&self) -> Vec<u8> {
-        of!(&self.inner, device => device.flash_image())
+        of!(Inner, &self.inner, device => device.flash_image())
     }
 
     fn explain(&self, command: &[u8]) -> String {
-        of!(&self.inner, device => device.explain(command))
+        of!(Inner, &self.inner, device => device.explain(command))
     }
 
     fn is_urgent(&self, byte: u8) -> bool {
-        of!(&self.inner, device => device.is_urgent(byte))
+        of!(Inner, &self.inner, device => device.is_urgent(byte))
     }
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
-        of!(&self.inner, device => device.why_without_effect(signal, value))
+        of!(Inner, &self.inner, device => device.why_without_effect(signal, value))
     }
 
     fn is_idle(&self) -> bool {
-        of!(&self.inner, device => device.is_idle())
+        of!(Inner, &self.inner, device => device.is_idle())
     }
 
     fn crossing(&self, condition: &Condition) -> Option<Time> {
-        of!(&self.inner, device => device.crossing(condition))
+        of!(Inner, &self.inner, device => device.crossing(condition))
     }
 }

@@ -2,52 +2,84 @@
 
 use std::fmt;
 
-/// Controllers that speak one language. What differs within a family is a value in a profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Family {
-    /// isel: commands that begin with `@`, and a memory for a program.
-    Isel,
-    /// LPKF: a stream of HPGL commands.
-    Lpkf,
-}
+use vimc4_device::{Effects, Model as _, Travel};
+
+use crate::list::{Family, by};
 
 impl Family {
-    /// All of them.
-    pub const ALL: [Family; 2] = [Family::Isel, Family::Lpkf];
-
     /// Its name as people type it.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Family::Isel => "isel",
-            Family::Lpkf => "lpkf",
-        }
+        by!(self, M => <M as vimc4_device::Model>::FAMILY)
     }
 
     /// Its name as its maker writes it.
     #[must_use]
     pub const fn maker(self) -> &'static str {
-        match self {
-            Family::Isel => "isel",
-            Family::Lpkf => "LPKF",
-        }
+        by!(self, M => <M as vimc4_device::Model>::MAKER)
     }
 
     /// The names of its built-in models.
     #[must_use]
     pub fn models(self) -> Vec<&'static str> {
-        match self {
-            Family::Isel => vimc4_isel::Model::names(),
-            Family::Lpkf => vimc4_lpkf::Model::names(),
-        }
+        by!(self, M => M::names())
     }
 
     /// The command sets that its profiles can name.
     pub(crate) const fn command_sets(self) -> &'static [&'static str] {
-        match self {
-            Family::Isel => &["imc4", "imc4-m", "imc-xx", "c142"],
-            Family::Lpkf => &["smcu", "motionsystem"],
-        }
+        by!(self, M => <M as vimc4_device::Model>::COMMAND_SETS)
+    }
+
+    /// Every value that each quirk of its profiles can have, as TOML writes it.
+    pub(crate) const fn quirks(self) -> &'static [(&'static str, &'static [&'static str])] {
+        by!(self, M => <M as vimc4_device::Model>::QUIRKS)
+    }
+
+    /// What sending these bytes to a controller that has just been switched on may do.
+    #[must_use]
+    pub fn effects_of(self, sent: &[u8]) -> Effects {
+        by!(self, M => M::effects_of(sent))
+    }
+
+    /// What setting the signal of that name may do.
+    #[must_use]
+    pub fn effects_of_signal(self, name: &str) -> Effects {
+        by!(self, M => M::effects_of_signal(name))
+    }
+
+    /// What a command does that lasts.
+    #[must_use]
+    pub fn travel_of(self, command: &[u8]) -> Travel {
+        by!(self, M => M::travel_of(command))
+    }
+
+    /// What kind of answer it is: `0`, `C`, `E0D`, as the tables of the commands name them.
+    #[must_use]
+    pub fn kind_of(self, answer: &[u8]) -> Option<String> {
+        by!(self, M => M::kind_of(answer))
+    }
+
+    /// Whether a command that has answered this has nothing more to answer.
+    #[must_use]
+    pub fn completes(self, answer: &[u8]) -> bool {
+        by!(self, M => M::completes(answer))
+    }
+
+    /// What is wrong, if the answer says that something is: `5: unknown or malformed command`.
+    #[must_use]
+    pub fn refusal(self, answer: &[u8]) -> Option<String> {
+        by!(self, M => M::refusal(answer))
+    }
+
+    /// Whether the counters may have been set to 0 where this was answered.
+    #[must_use]
+    pub fn resets_counters(self, answer: &[u8]) -> bool {
+        by!(self, M => M::resets_counters(answer))
+    }
+
+    /// Whether only controllers of this family answer so.
+    pub(crate) fn is_own_answer(self, answer: &[u8]) -> bool {
+        by!(self, M => M::is_own_answer(answer))
     }
 }
 

@@ -26,6 +26,7 @@ mod axes;
 mod controller;
 mod family;
 mod handling;
+mod list;
 mod model;
 
 use std::sync::Arc;
@@ -33,10 +34,10 @@ use std::sync::Arc;
 use thiserror::Error;
 
 pub use axes::axis;
-pub use controller::{Controller, Details, MemoryError, State};
-pub use family::Family;
-pub use handling::{Effects, Handling, Piece, Turn};
-pub use model::Model;
+pub use controller::Controller;
+pub use handling::Handling;
+pub use list::{Details, Family, Model, State};
+pub use vimc4_device::{Effects, MemoryError, Piece, Turn};
 pub use vimc4_plant::{Machine, ProfileError};
 
 /// What only isel's controllers show in their [`Details`].
@@ -141,7 +142,7 @@ pub fn kin(model: &Model) -> Vec<&'static str> {
 /// Every value that each quirk of a model's profile can have, as TOML writes it.
 #[must_use]
 pub fn quirks(model: &Model) -> &'static [(&'static str, &'static [&'static str])] {
-    model.quirks()
+    model.family().quirks()
 }
 
 fn unknown(what: &'static str, name: &str, known: Vec<&'static str>) -> Unknown {

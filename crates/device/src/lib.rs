@@ -9,9 +9,11 @@
 mod condition;
 mod event;
 mod grouped;
+mod handling;
 mod harness;
 mod input;
 mod line;
+mod model;
 mod outbox;
 mod output;
 mod run;
@@ -21,12 +23,17 @@ mod view;
 pub use condition::Condition;
 pub use event::{Event, Kinds, Motion, Warning};
 pub use grouped::Grouped;
+pub use handling::{
+    Effects, Erasing, Handling, Heard, Identity, Piece, Question, StartButton, Stop, Travel, Turn,
+    Until,
+};
 pub use harness::{Endless, Harness};
 pub use input::{Input, OwnedInput, Signal, SignalId, SignalKind, TimedInput};
 pub use line::{Line, LineState};
+pub use model::{MemoryError, Model};
 pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Device, Foresight, MAX_CAUSES};
-pub use text::escape;
+pub use text::{escape, said};
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Point, Segment, Time};

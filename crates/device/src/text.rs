@@ -24,3 +24,36 @@ pub fn escape(bytes: &[u8]) -> String {
     }
     text
 }
+
+/// So many characters are shown of what a controller says.
+const SHOWN: usize = 120;
+
+/// What a controller says, in one line no longer than people read, without the codes and line ends
+/// around it.
+///
+/// ```
+/// assert_eq!(vimc4_device::said(b"isel IMC4\r\nVersion 2.00\r\n0"), "isel IMC4 Version 2.00");
+/// assert_eq!(vimc4_device::said(b"S310,10696,100001\rC\r"), "S310,10696,100001");
+/// ```
+#[must_use]
+pub fn said(answer: &[u8]) -> String {
+    let text = answer.split(|byte| matches!(byte, b'\r' | b'\n'));
+    let lines = text.filter(|line| !line.is_empty() && *line != b"0" && *line != b"C");
+    let text = lines.map(escape).collect::<Vec<_>>().join(" ");
+    let text = text.trim_start_matches('0').trim();
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{} ...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_text_is_shown_in_part() {
+        let said = said(&[b'x'; 4_000]);
+        assert!(said.len() < 200 && said.ends_with(" ..."), "{said}");
+    }
+}

@@ -31,6 +31,15 @@ pub enum Control {
 }
 
 impl Control {
+    /// All of them.
+    pub const ALL: [Control; 3] = [Control::Stop, Control::Reset, Control::Break];
+
+    /// The byte that goes over the line.
+    #[must_use]
+    pub const fn byte(self) -> u8 {
+        self as u8
+    }
+
     /// What it does, for people.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
@@ -44,13 +53,8 @@ impl Control {
 
 /// The control byte this is, if it is one.
 #[must_use]
-pub const fn control(byte: u8) -> Option<Control> {
-    match byte {
-        253 => Some(Control::Stop),
-        254 => Some(Control::Reset),
-        255 => Some(Control::Break),
-        _ => None,
-    }
+pub fn control(byte: u8) -> Option<Control> {
+    Control::ALL.into_iter().find(|control| control.byte() == byte)
 }
 
 /// One line, complete.

@@ -96,20 +96,20 @@ impl Reply {
     pub const fn meaning(self) -> &'static str {
         match self {
             Self::Done => "done",
-            Self::Number => "number unreadable or out of range",
+            Self::Number => "a number that is unreadable or out of range",
             Self::LimitSwitch => "limit switch",
-            Self::Axis => "axis not configured or not allowed",
+            Self::Axis => "an axis that is not configured, or not possible",
             Self::NoAxes => "no axes configured",
             Self::Syntax => "unknown or malformed command",
             Self::MemoryFull => "program memory full",
             Self::Count => "wrong number of parameters",
             Self::NotStorable => "not a command that can be stored",
-            Self::Plant => "plant not ready",
-            Self::Speed => "speed out of range",
+            Self::Plant => "the plant is not ready",
+            Self::Speed => "a speed out of range",
             Self::Stopped => "stopped by the user",
             Self::DataField => "invalid data field",
-            Self::Cover => "cover open",
-            Self::Reference => "reference run needed",
+            Self::Cover => "the cover is open",
+            Self::Reference => "a reference run is needed",
         }
     }
 }

@@ -21,6 +21,7 @@ mod flash;
 mod forecast;
 mod halting;
 mod ignored;
+mod knowledge;
 mod model;
 mod moves;
 mod panel;

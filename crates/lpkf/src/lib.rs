@@ -20,6 +20,7 @@ mod execute;
 mod forecast;
 mod interface;
 mod job;
+mod knowledge;
 pub mod language;
 mod model;
 mod moves;

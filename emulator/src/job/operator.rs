@@ -5,8 +5,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use indicatif::ProgressBar;
-use vimc4_catalogue::{Family, Handling};
-use vimc4_device::escape;
+use vimc4_device::{StartButton, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Command, Line, TextLine, lines};
@@ -106,34 +105,11 @@ pub(crate) fn is_stop(typed: &str) -> bool {
     typed.trim().is_empty() || is_end(typed.trim())
 }
 
-/// What START at the panel does to a motion that was stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Start {
-    /// The controller goes on with it.
-    Resumes,
-    /// The controller does nothing, but it is seen here, if it is held for a moment.
-    IsSeen,
-    /// There is none.
-    None,
-}
-
-impl Start {
-    /// Of a controller that is handled so.
-    pub(crate) fn of(handling: &Handling) -> Start {
-        match (handling.model().family(), handling.start_resumes) {
-            (Family::Isel, true) => Start::Resumes,
-            (Family::Isel, false) => Start::IsSeen,
-            (Family::Lpkf, _) => Start::None,
-        }
-    }
-
-    /// What it does, for people.
-    fn says(self) -> Option<&'static str> {
-        match self {
-            Start::Resumes => Some("START at the panel goes on"),
-            Start::IsSeen => Some("START at the panel, held until it moves, goes on"),
-            Start::None => None,
-        }
+/// What START at the panel does to a motion that was stopped, for people.
+fn says(start: StartButton) -> &'static str {
+    match start {
+        StartButton::Resumes => "START at the panel goes on",
+        StartButton::IsSeen { .. } => "START at the panel, held until it moves, goes on",
     }
 }
 
@@ -161,13 +137,13 @@ impl<'t> Operator<'t> {
     /// if `keeps` says that it was for somebody else; `woken` is called when one can be heard.
     pub(crate) fn listen(
         &mut self,
-        start: Start,
+        start: Option<StartButton>,
         mut keeps: impl FnMut(&str) -> bool + Send + 'static,
         woken: impl Fn() + Send + 'static,
     ) {
-        self.has_start = start != Start::None;
+        self.has_start = start.is_some();
         if !io::stdin().is_terminal() {
-            self.resuming = start.says().unwrap_or("nobody is there to go on").to_owned();
+            self.resuming = start.map_or("nobody is there to go on", says).to_owned();
             return;
         }
         let (sender, typed) = channel();
@@ -188,7 +164,7 @@ impl<'t> Operator<'t> {
         };
         if thread::Builder::new().name("operator".to_owned()).spawn(reader).is_ok() {
             self.typed = Some(typed);
-            let start = start.says().map(|start| format!("; {start}, too")).unwrap_or_default();
+            let start = start.map(|start| format!("; {}, too", says(start))).unwrap_or_default();
             self.resuming = format!("Enter goes on, q ends the job{start}");
         }
     }

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use vimc4_catalogue::{Family, Handling};
-use vimc4_device::escape;
+use vimc4_device::{StartButton, Travel, escape};
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
@@ -255,7 +255,10 @@ fn send<L: Link>(
     let mut answer = link.command(bytes)?;
     attendant.answered(line, bytes, &answer);
     // Whatever it says, 0 is where the axis was stopped.
-    if is_reference_run(bytes) && (link.reference_is_false() || answer.starts_with(b"F")) {
+    let travel = link.handling().model().family().travel_of(bytes);
+    if matches!(travel, Travel::Reference(_))
+        && (link.reference_is_false() || answer.starts_with(b"F"))
+    {
         return Ok(Some(Ending::FalseReference { line }));
     }
     loop {
@@ -278,16 +281,22 @@ fn send<L: Link>(
                     answer = heard;
                     continue;
                 }
-                // Elsewhere START does nothing by itself: it is a bit for hosts (99 2.2.12).
-                !link.handling().start_resumes && start_is_pressed(&link.command(b"@0DS0\r")?)
+                match link.handling().stop.map(|stop| stop.start) {
+                    Some(StartButton::IsSeen { question, bit }) => {
+                        let shown = byte(&link.command(&line_of(question))?);
+                        shown.is_some_and(|shown| shown & 1 << bit != 0)
+                    }
+                    Some(StartButton::Resumes) | None => false,
+                }
             }
             Decision::Again => false,
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             _ => return Ok(Some(Ending::Ended { line })),
         };
-        if goes_on {
-            answer = link.command(b"@0S\r")?;
-            attendant.answered(line, b"@0S\r", &answer);
+        if let (true, Some(stop)) = (goes_on, link.handling().stop) {
+            let resume = line_of(stop.resume);
+            answer = link.command(&resume)?;
+            attendant.answered(line, &resume, &answer);
         }
     }
 }
@@ -332,21 +341,9 @@ fn hold<L: Link>(
     }
 }
 
-/// Whether a command is a reference run of an isel controller.
-pub(crate) fn is_reference_run(line: &[u8]) -> bool {
-    matches!(letter(line), Some(b'R' | b'r'))
-}
-
-/// The letter of a command for an isel controller.
-pub(crate) fn letter(line: &[u8]) -> Option<u8> {
-    let mut line = line.iter().copied().filter(|byte| *byte != b' ');
-    let is_command = line.next() == Some(b'@');
-    line.nth(1).filter(|_| is_command)
-}
-
-/// Whether bit 1 of the state that `DS0` shows is set.
-fn start_is_pressed(answer: &[u8]) -> bool {
-    byte(answer).is_some_and(|state| state & 2 != 0)
+/// A line as it is sent.
+fn line_of(text: &str) -> Vec<u8> {
+    format!("{text}\r").into_bytes()
 }
 
 /// The two digits behind a `0`.

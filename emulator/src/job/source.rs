@@ -126,7 +126,7 @@ impl Site {
     pub(crate) fn new(model: &str, machine: &str) -> Result<Site, Failure> {
         let model = vimc4::model(model)?;
         let machine = vimc4::machine(machine)?;
-        let Model::Isel(inner) = &model else {
+        let Some(inner) = model.isel() else {
             return Err(Failure::usage(format!(
                 "the {} does not speak isel's @-format; choose one of {}",
                 model.name(),
@@ -150,6 +150,11 @@ impl Site {
         let target = Target::new(controller, &machine);
         Ok(Site { model, machine, target })
     }
+}
+
+/// Whether job files are for this model: they become lines of isel's @-format.
+pub(crate) fn takes_jobs(model: &Model) -> bool {
+    model.isel().is_some()
 }
 
 /// No job has more bytes: ten million lines fit.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use vimc4_catalogue::Handling;
-use vimc4_device::{Device, Time, Warning};
+use vimc4_device::{Device, Heard, Time, Travel, Warning};
 
 use super::perform::Link;
 use super::unit::{RUN_UP, UNIT, passed, passes_later};
@@ -80,7 +80,8 @@ impl Virtual {
         if self.keeps_times {
             self.last = line.to_vec();
         }
-        self.driver.meter.references = line.starts_with(b"@0R");
+        let travel = self.handling.model().family().travel_of(line);
+        self.driver.meter.references = matches!(travel, Travel::Reference(_));
         self.driver.send(line);
     }
 }
@@ -93,7 +94,7 @@ impl Link for Virtual {
         let mut answer = Vec::new();
         loop {
             answer.extend(self.answer());
-            if self.handling.is_whole(line, &answer) {
+            if !matches!(self.handling.hear(line, &answer), Heard::Waits | Heard::Part) {
                 return Ok(answer);
             }
             // What is not for this controller gets no answer.

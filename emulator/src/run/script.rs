@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use vimc4_catalogue::{Family, Handling};
+use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
 use crate::failure::Failure;
@@ -98,7 +98,7 @@ impl Script {
     /// The script in a file, for a controller that is handled so.
     pub(crate) fn of(path: &Path, bytes: &[u8], handling: &Handling) -> Result<Script, Failure> {
         let name = output::name(path);
-        if handling.model().family() == Family::Lpkf && is_binary(bytes) {
+        if handling.takes_stream && is_binary(bytes) {
             let lmd =
                 path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lmd"));
             let what = match lmd {

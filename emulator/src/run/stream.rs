@@ -164,7 +164,7 @@ impl Session {
             self.told(command, at);
         }
         let slot = if feed.aside.is_some() { &mut feed.aside } else { &mut feed.running };
-        let completes = self.family.completes(answer);
+        let completes = self.handling.model().family().completes(answer);
         match slot {
             Some(command) => {
                 command.answer.bytes.extend_from_slice(answer);

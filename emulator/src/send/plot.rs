@@ -8,10 +8,6 @@ use crate::job::perform::{Piece, Work};
 use crate::run::report::ESCAPE;
 use crate::run::script::Script;
 
-/// What makes a controller say when a command is completed, and heed the stop at the machine;
-/// `IN` ends both.
-const READY: [&[u8]; 2] = [b"!CT1;", b"!ES1;"];
-
 /// The commands of a plot file as they are sent. Those that say whether commands are acknowledged,
 /// and whether the stop at the machine counts, are left out: both are needed here.
 pub(super) fn work(
@@ -26,8 +22,13 @@ pub(super) fn work(
             "{name} holds no command; a plot file has some such as PA1000,2000;"
         )));
     };
-    let ready = |line| READY.map(|bytes| Piece { line, bytes: bytes.to_vec(), is_command: true });
-    let mut pieces = Vec::from(ready(0));
+    // What makes a controller say when a command is completed, and heed the stop at the machine;
+    // `IN` ends both.
+    let ready = |line| {
+        let ready = handling.ready.iter().map(|ready| format!("{ready};").into_bytes());
+        ready.map(move |bytes| Piece { line, bytes, is_command: true })
+    };
+    let mut pieces: Vec<Piece> = ready(0).collect();
     let mut is_open = false;
     for piece in &script.lines {
         let line = piece.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default();

@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
-use vimc4_catalogue::{Family, Handling};
+use vimc4_catalogue::Handling;
+use vimc4_device::{Heard, Identity, Question, Travel, Until};
 
 use crate::job::operator::is_stop;
-use crate::job::perform::{Link, is_reference_run, letter};
+use crate::job::perform::Link;
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::port::{Port, PortError};
 
@@ -31,9 +32,6 @@ const LONGEST: usize = 4_096;
 const TALK: Duration = Duration::from_secs(6);
 /// A motion that ends so much earlier than in rehearsal, and in less than half the time, was none.
 const EARLY: Duration = Duration::from_millis(500);
-/// What ends a reference run: 255 leaves it without a reference, and where a controller does not heed
-/// that, 253 halts the axis.
-const END_OF_REFERENCE: &[u8] = &[255, 253];
 /// How often the bar moves.
 const TICK: Duration = Duration::from_millis(200);
 
@@ -49,8 +47,8 @@ pub(super) struct Wire {
     travelling: Arc<AtomicBool>,
     /// Whether time passes in which nothing moves and nothing is asked.
     dwelling: Arc<AtomicBool>,
-    /// Whether what is under way is a reference run of axes with switches, which 253 would stand in
-    /// for.
+    /// Whether what is under way is a reference run of axes with switches, which a stop would stand
+    /// in for.
     referencing: Arc<AtomicBool>,
     /// Whether such a run was stopped here.
     false_reference: Arc<AtomicBool>,
@@ -169,20 +167,20 @@ impl Wire {
         let (dwelling, referencing) = (Arc::clone(&self.dwelling), Arc::clone(&self.referencing));
         let false_reference = Arc::clone(&self.false_reference);
         let travelling = Arc::clone(&self.travelling);
-        let family = self.handling.model().family();
+        let stop = self.handling.stop;
         move |typed| {
             let stops = moving.load(Ordering::Relaxed)
                 && (is_stop(typed) || travelling.load(Ordering::Relaxed));
             let holds = !stops && dwelling.load(Ordering::Relaxed) && is_stop(typed);
-            match (&mut halt, family) {
-                (Some(halt), Family::Isel) if stops => match referencing.load(Ordering::Relaxed) {
+            match (&mut halt, stop) {
+                (Some(halt), Some(stop)) if stops => match referencing.load(Ordering::Relaxed) {
                     true => {
                         false_reference.store(true, Ordering::Relaxed);
-                        halt(END_OF_REFERENCE);
+                        halt(stop.reference);
                     }
-                    false => halt(&[253]),
+                    false => halt(stop.motion),
                 },
-                (_, Family::Lpkf) if stops => wanted.store(true, Ordering::Relaxed),
+                (_, None) if stops => wanted.store(true, Ordering::Relaxed),
                 _ if holds => wanted.store(true, Ordering::Relaxed),
                 _ => {}
             }
@@ -195,13 +193,9 @@ impl Wire {
         self.referencing.load(Ordering::Relaxed)
     }
 
-    /// The axes of a reference run, X in bit 0; none if it is something else.
-    fn axes_of_reference(sent: &[u8]) -> u8 {
-        let digits = sent.iter().skip_while(|byte| !matches!(byte, b'R' | b'r')).skip(1);
-        let number = digits.filter(|byte| byte.is_ascii_digit());
-        let number = number
-            .fold(0_u8, |number, digit| number.saturating_mul(10).saturating_add(digit - b'0'));
-        if is_reference_run(sent) { number } else { 0 }
+    /// What a command does that lasts.
+    fn travel_of(&self, sent: &[u8]) -> Travel {
+        self.handling.model().family().travel_of(sent)
     }
 
     /// The name of the port.
@@ -231,18 +225,24 @@ impl Wire {
         Ok(())
     }
 
-    /// Ends the line that a question for another controller has left begun, and lets its answer pass.
-    pub(super) fn end_line(&mut self) -> Result<(), PortError> {
-        self.port.send(b"\r")?;
-        self.quiet()
+    /// Asks the controller who it is.
+    pub(super) fn identify(&mut self) -> Result<Identity, PortError> {
+        let handling = self.handling.clone();
+        handling.identify(|question| self.ask(question))
+    }
+
+    /// Asks the controller where its axes are.
+    pub(super) fn position(&mut self) -> Result<Vec<u8>, PortError> {
+        self.port.send(format!("{}\r", self.handling.position).as_bytes())?;
+        self.answer_to(None)
     }
 
     /// Brakes what moves, and awaits the answer to what was under way.
     pub(super) fn halt(&mut self) -> Halted {
         let moved = self.moving.swap(false, Ordering::Relaxed);
-        let sent = match self.is_referencing() {
-            true => self.port.send(END_OF_REFERENCE),
-            false => self.port.send(self.handling.halt),
+        let sent = match self.handling.stop {
+            Some(stop) if self.is_referencing() => self.port.send(stop.reference),
+            _ => self.port.send(self.handling.halt),
         };
         if !moved {
             return Halted::NothingMoved;
@@ -251,7 +251,7 @@ impl Wire {
         let mut remarked = false;
         while sent.is_ok() && begun.elapsed() < HALTING {
             match self.port.next(Instant::now() + REMARK) {
-                Ok(Some((_, bytes))) if is_code(&bytes) => return Halted::Rests,
+                Ok(Some((_, bytes))) if self.rests(&bytes) => return Halted::Rests,
                 Err(PortError::Gone(_)) => break,
                 Ok(_) | Err(PortError::Interrupted) => {}
             }
@@ -260,6 +260,11 @@ impl Wire {
             }
         }
         Halted::NoAnswer
+    }
+
+    /// Whether it is at rest that says this when it is to stop.
+    fn rests(&self, said: &[u8]) -> bool {
+        self.handling.stop.is_some() && self.handling.hear(b"", said) == Heard::Whole
     }
 
     /// Says something beside the bar.
@@ -274,15 +279,18 @@ impl Wire {
         let _ = self.port.send(self.handling.halt);
     }
 
-    /// Asks something while nothing moves: what comes until `is_whole`, or up to a pause where that
-    /// is not known beforehand; nothing if nothing comes.
-    pub(super) fn ask(
-        &mut self,
-        question: &str,
-        is_whole: Option<fn(&[u8]) -> bool>,
-    ) -> Result<Vec<u8>, PortError> {
-        let end = if self.handling.model().family() == Family::Lpkf { ";" } else { "\r" };
-        self.port.send(format!("{question}{end}").as_bytes())?;
+    /// Asks something while nothing moves; nothing if nothing comes.
+    fn ask(&mut self, question: Question) -> Result<Vec<u8>, PortError> {
+        self.port.send(question.send)?;
+        match question.until {
+            Until::Pause => self.answer_to(None),
+            Until::Whole(is_whole) => self.answer_to(Some(is_whole)),
+            Until::Silence => self.quiet().map(|()| Vec::new()),
+        }
+    }
+
+    /// What comes until `is_whole`, or up to a pause where that is not known beforehand.
+    fn answer_to(&mut self, is_whole: Option<fn(&[u8]) -> bool>) -> Result<Vec<u8>, PortError> {
         let mut answer = Vec::new();
         let last = Instant::now() + FIRST;
         let end = last + TALK;
@@ -326,48 +334,37 @@ impl Wire {
         ));
     }
 
-    /// Whether it is where the axes are, of a model that tells of configured ones only.
-    fn says_places(&self, form: Form, answer: &[u8]) -> bool {
-        form == Form::Places && self.handling.read_position(answer).is_some()
-    }
-
     /// Awaits an answer to a line.
     fn answer(&mut self, sent: &[u8]) -> Result<Vec<u8>, Broken> {
-        let family = self.handling.model().family();
-        let form = Form::of(sent);
         let (begun, (_, takes)) = (Instant::now(), self.expected());
         let mut answer = Vec::new();
         let mut first = None;
         let mut remarked = false;
         loop {
-            if family == Family::Lpkf && self.handling.is_whole(sent, &answer) {
-                return Ok(answer);
-            }
-            let until = match (answer.is_empty(), self.bar.is_some()) {
-                (false, _) if family == Family::Isel => PAUSE,
-                (false, _) => TICK,
-                (true, true) => TICK,
-                (true, false) if self.answered => LATE,
-                (true, false) => FIRST,
+            let strange = |said| Broken::Strange { sent: sent.to_vec(), said };
+            let heard = self.handling.hear(sent, &answer);
+            let until = match heard {
+                Heard::Whole => return Ok(answer),
+                Heard::Strange => return Err(strange(answer)),
+                Heard::Part | Heard::Perhaps => PAUSE,
+                Heard::Waits if !answer.is_empty() || self.bar.is_some() => TICK,
+                Heard::Waits if self.answered => LATE,
+                Heard::Waits => FIRST,
             };
-            let is_over = match self.port.next(Instant::now() + until)? {
-                Some((_, bytes)) => {
+            match (self.port.next(Instant::now() + until)?, heard) {
+                (Some((_, bytes)), _) => {
                     first.get_or_insert_with(Instant::now);
                     answer.extend(bytes);
-                    // A stop may be confirmed by a 0 of its own.
-                    answer != b"F" && form.is_whole(&answer)
                 }
-                None => !answer.is_empty(),
-            };
-            if family == Family::Isel {
-                let takes = form.takes(&answer) || self.says_places(form, &answer);
-                if is_over && takes {
-                    return Ok(answer);
-                }
-                let talks = first.is_some_and(|first: Instant| first.elapsed() > TALK);
-                if is_over || talks || answer.len() > LONGEST {
-                    return Err(Broken::Strange { sent: sent.to_vec(), said: answer });
-                }
+                (None, Heard::Perhaps) => return Ok(answer),
+                (None, Heard::Part) => return Err(strange(answer)),
+                (None, _) => {}
+            }
+            // Answers that come in one piece are short.
+            let is_one = matches!(heard, Heard::Part | Heard::Perhaps);
+            let talks = first.is_some_and(|first: Instant| first.elapsed() > TALK);
+            if is_one && talks || answer.len() > LONGEST {
+                return Err(strange(answer));
             }
             let waited = begun.elapsed();
             if answer.is_empty() && !self.answered && waited >= FIRST {
@@ -390,21 +387,19 @@ impl Wire {
     fn believe(&mut self, sent: &[u8], answer: &[u8], took: Duration) -> Result<(), Broken> {
         let (_, takes) = self.expected();
         self.as_rehearsed &= self.rehearsed.get(self.done).is_some_and(|then| then == sent);
-        let letter = letter(sent);
-        let known = match letter {
+        let (known, axes) = match self.travel_of(sent) {
             // How long these take is known from their numbers alone.
-            Some(b'A' | b'a' | b'y' | b'w') => true,
+            Travel::Relative => (true, 0),
             // And these also depend on where the axes were.
-            Some(b'M' | b'm') => self.referenced,
-            _ => false,
+            Travel::Absolute => (self.referenced, 0),
+            // A run to a switch takes as long as the way to it, if that is known.
+            Travel::Reference(axes) => (self.referenced && axes & !self.known == 0, axes),
+            Travel::Question | Travel::None | Travel::Unknown => (false, 0),
         };
-        let axes = Wire::axes_of_reference(sent);
-        // A run to a switch takes as long as the way to it, if that is known.
-        let known = known || axes != 0 && self.referenced && axes & !self.known == 0;
         self.referenced |= axes != 0;
         self.known |= axes;
         let early = took + EARLY < takes && took * 2 < takes;
-        let checks = self.as_rehearsed && !self.any_time && known && answer == b"0";
+        let checks = self.as_rehearsed && !self.any_time && known && answer == self.handling.done;
         match checks && early {
             true => Err(Broken::Early { sent: sent.to_vec(), took, takes }),
             false => Ok(()),
@@ -416,25 +411,27 @@ impl Link for Wire {
     type Broken = Broken;
 
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Broken> {
-        let is_isel = self.handling.model().family() == Family::Isel;
-        if is_isel && let Some((_, said)) = self.port.next(Instant::now())? {
+        if !self.handling.volunteers
+            && let Some((_, said)) = self.port.next(Instant::now())?
+        {
             // More than one answer to the one before.
             return Err(Broken::Strange { sent: Vec::new(), said });
         }
-        // While an input is only looked at, what is typed answers a question.
-        let axes = Wire::axes_of_reference(line);
-        let has_switches = axes != 0 && axes & !self.with_switch == 0;
+        let travel = self.travel_of(line);
+        let has_switches =
+            matches!(travel, Travel::Reference(axes @ 1..) if axes & !self.with_switch == 0);
         self.referencing.store(has_switches, Ordering::Relaxed);
-        let moves = matches!(letter(line), Some(letter) if b"AaMmRrSsywF".contains(&letter));
-        self.travelling.store(moves || !is_isel, Ordering::Relaxed);
-        self.moving.store(Form::of(line) == Form::Code, Ordering::Relaxed);
+        let travels = !matches!(travel, Travel::Question | Travel::None);
+        self.travelling.store(travels, Ordering::Relaxed);
+        // While an input is only looked at, what is typed answers a question.
+        self.moving.store(travel != Travel::Question, Ordering::Relaxed);
         let begun = Instant::now();
         self.port.send(line)?;
         let answer = self.answer(line)?;
         self.answered = true;
         self.moving.store(false, Ordering::Relaxed);
         self.referencing.store(false, Ordering::Relaxed);
-        if is_isel && !self.false_reference.load(Ordering::Relaxed) {
+        if !self.false_reference.load(Ordering::Relaxed) {
             self.believe(line, &answer, begun.elapsed())?;
         }
         Ok(answer)
@@ -485,8 +482,7 @@ impl Link for Wire {
     fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Broken> {
         let heard = self.port.next(Instant::now() + longest)?;
         let said = heard.map(|(_, bytes)| bytes).unwrap_or_default();
-        let is_isel = self.handling.model().family() == Family::Isel;
-        match is_isel && !said.is_empty() && !is_code(&said) {
+        match !said.is_empty() && self.handling.hear(b"", &said) == Heard::Strange {
             true => Err(Broken::Strange { sent: Vec::new(), said }),
             false => Ok(said),
         }
@@ -499,104 +495,5 @@ impl Link for Wire {
 
     fn done(&mut self) {
         self.done += 1;
-    }
-}
-
-/// Whether that is what a command answers that ends: a code, or the two of a stop.
-fn is_code(answer: &[u8]) -> bool {
-    match answer {
-        b"F0" => true,
-        [code] => b"0123456789DFGHR".contains(code),
-        _ => false,
-    }
-}
-
-/// What the answer to a command looks like that is carried out; one that is not answers a code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
-    /// `0`.
-    Code,
-    /// `0` and two hexadecimal digits.
-    Byte,
-    /// `0` and six hexadecimal digits for each axis.
-    Places,
-    /// Lines of text, behind a `0` or before it.
-    Text,
-}
-
-impl Form {
-    fn of(line: &[u8]) -> Form {
-        match letter(line) {
-            Some(b'b' | b'D') => Form::Byte,
-            Some(b'P') => Form::Places,
-            Some(b'V' | b'H' | b'h' | b'U' | b'?') => Form::Text,
-            _ => Form::Code,
-        }
-    }
-
-    /// Whether it is known without waiting that nothing belongs to it any more.
-    fn is_whole(self, answer: &[u8]) -> bool {
-        match self {
-            Form::Code => true,
-            Form::Byte => answer.len() >= 3 || !answer.starts_with(b"0"),
-            Form::Places | Form::Text => false,
-        }
-    }
-
-    /// Whether it is one.
-    fn takes(self, answer: &[u8]) -> bool {
-        let is_hex = |digit: &u8| digit.is_ascii_digit() || (b'A'..=b'F').contains(digit);
-        let digits = answer.strip_prefix(b"0").filter(|digits| digits.iter().all(is_hex));
-        let done = match self {
-            Form::Code => answer == b"0",
-            Form::Byte => digits.is_some_and(|digits| digits.len() == 2),
-            Form::Places => digits.is_some_and(|digits| matches!(digits.len(), 18 | 24)),
-            Form::Text => {
-                answer.ends_with(b"\r\n0") || answer.starts_with(b"0") && answer.ends_with(b"\n")
-            }
-        };
-        done || answer != b"0" && is_code(answer)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn answers_have_the_form_of_their_command() {
-        let place = [b'0'; 19];
-        let takes = |line: &str, answer: &[u8]| Form::of(line.as_bytes()).takes(answer);
-        for (line, answer) in [
-            ("@0A5,900\r", &b"0"[..]),
-            ("@07\r", b"4"),
-            ("35,-1\r", b"0"),
-            ("p0,1,1\r", b"8"),
-            ("@0A5,900\r", b"F0"),
-            ("@0b0\r", b"01F"),
-            ("@ 0 D S0\r", b"000"),
-            ("@0b0\r", b"5"),
-            ("@0P\r", &place),
-            ("@0V\r", b"isel\r\n0"),
-            ("@0V\r", b"0isel\r\n"),
-        ] {
-            assert!(takes(line, answer), "{line} {}", answer.escape_ascii());
-        }
-        for (line, answer) in [
-            ("@0A5,900\r", &b"00"[..]),
-            ("@07\r", b"FooBar 3000\r\n0"),
-            ("@07\r", b"00000"),
-            ("@07\r", b"X"),
-            ("@07\r", b"E0D\r"),
-            ("@0b0\r", b"0"),
-            ("@0b0\r", b"01F0"),
-            ("@0b0\r", b"01f"),
-            ("@0P\r", b"0"),
-            ("@0V\r", b"0"),
-            ("@0V\r", b"isel"),
-        ] {
-            assert!(!takes(line, answer), "{line} {}", answer.escape_ascii());
-        }
-        assert_eq!(Form::of(b"o0,128,1,-1\r"), Form::Code);
     }
 }

@@ -1,0 +1,127 @@
+//! How a client handles a controller besides sending it commands, and what it knows of the
+//! language without speaking it.
+
+use std::ops::Deref;
+
+use vimc4_device::{Heard, Identity, Model as _, Piece, Point, Question, Turn};
+
+use crate::list::{Family, Model, of};
+
+/// What a client of a controller knows of its model. It reads as the
+/// [`Handling`](vimc4_device::Handling) of the model: what to send when a controller must stop,
+/// reset, erase or be found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Handling {
+    model: Model,
+    of: vimc4_device::Handling,
+}
+
+impl Deref for Handling {
+    type Target = vimc4_device::Handling;
+
+    fn deref(&self) -> &vimc4_device::Handling {
+        &self.of
+    }
+}
+
+impl Handling {
+    /// How this model is handled.
+    #[must_use]
+    pub fn of(model: &Model) -> Handling {
+        Handling { model: model.clone(), of: of!(Model, model, model => model.handling()) }
+    }
+
+    /// The model that is handled so.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The places in an answer to [`position`](vimc4_device::Handling::position), X first; `None`
+    /// if it is no such answer. A model that tells of configured axes only has fewer places, or
+    /// none, and does not say of which axes they are.
+    #[must_use]
+    pub fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {
+        of!(Model, &self.model, model => model.read_position(answer))
+    }
+
+    /// Whether so many places say of which axes they are.
+    #[must_use]
+    pub fn names_axes(&self, places: usize) -> bool {
+        of!(Model, &self.model, model => model.names_axes(places))
+    }
+
+    /// How far the answer to a command has come that was sent with its end, given that every
+    /// command is answered; to what somebody else has made it do, if nothing was sent.
+    #[must_use]
+    pub fn hear(&self, sent: &[u8], answer: &[u8]) -> Heard {
+        of!(Model, &self.model, model => model.hear(sent, answer))
+    }
+
+    /// The lines, each to be answered [`done`](vimc4_device::Handling::done), with which a
+    /// controller that has just been reset moves its axes by so many steps, the fastest of them at
+    /// `speed` Hz.
+    #[must_use]
+    pub fn moving(&self, by: Point, speed: u64) -> Vec<String> {
+        of!(Model, &self.model, model => model.moving(by, speed))
+    }
+
+    /// When a command is carried out that others wait before.
+    #[must_use]
+    pub fn turn(&self, command: &[u8]) -> Turn {
+        of!(Model, &self.model, model => model.turn(command))
+    }
+
+    /// The value of a profile with which a controller would know a command that this one does not.
+    #[must_use]
+    pub fn known_with(&self, command: &[u8]) -> Option<&'static str> {
+        of!(Model, &self.model, model => model.known_with(command))
+    }
+
+    /// What is wrong with a command, if the answer to it says that something is.
+    #[must_use]
+    pub fn refusal(&self, command: &[u8], answer: &[u8]) -> Option<String> {
+        of!(Model, &self.model, model => model.refusal_of(command, answer))
+    }
+
+    /// The pieces of a file, in order, if it is a stream of commands and not a list of lines.
+    #[must_use]
+    pub fn stream(&self, file: &[u8]) -> Option<Vec<Piece>> {
+        self.takes_stream.then(|| of!(Model, &self.model, model => model.stream(file)))
+    }
+
+    /// Asks a controller who it is. Asking moves nothing, and ends as soon as it is known to be of
+    /// another family.
+    ///
+    /// # Errors
+    ///
+    /// If `ask` fails, with its error.
+    pub fn identify<E>(
+        &self,
+        mut ask: impl FnMut(Question) -> Result<Vec<u8>, E>,
+    ) -> Result<Identity, E> {
+        let others = Family::ALL.into_iter().filter(|family| *family != self.model.family());
+        let mut ask = |question| {
+            let answer = ask(question).map_err(Ended::Failed)?;
+            match others.clone().find(|family| family.is_own_answer(&answer)) {
+                Some(family) => Err(Ended::Foreign(family, vimc4_device::said(&answer))),
+                None => Ok(answer),
+            }
+        };
+        match of!(Model, &self.model, model => model.identify(&mut ask)) {
+            Ok(identity) => Ok(identity),
+            Err(Ended::Foreign(family, said)) => {
+                Ok(Identity::Foreign { what: format!("an {family} controller"), said })
+            }
+            Err(Ended::Failed(error)) => Err(error),
+        }
+    }
+}
+
+/// Why a controller is asked no further.
+enum Ended<E> {
+    /// Asking fails.
+    Failed(E),
+    /// It is of another family, and what it has said.
+    Foreign(Family, String),
+}

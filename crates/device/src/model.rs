@@ -1,0 +1,154 @@
+//! What a family of controllers tells of itself to tools that do not speak its language.
+
+use std::error::Error;
+use std::fmt;
+
+use crate::{Effects, Handling, Heard, Identity, Piece, Point, Question, Travel, Turn};
+
+/// A model of controllers of one family: what every tool must know of it and of its family.
+///
+/// What holds for all models of the family takes no `self`. Where a method has a body, that is
+/// what holds for most families.
+pub trait Model: Sized {
+    /// The name of the family as people type it.
+    const FAMILY: &'static str;
+    /// Its name as its maker writes it.
+    const MAKER: &'static str;
+    /// The command sets that profiles can name. No other family has one of these names.
+    const COMMAND_SETS: &'static [&'static str];
+    /// Every value that each quirk of a profile can have, as TOML writes it.
+    const QUIRKS: &'static [(&'static str, &'static [&'static str])];
+
+    /// What sending these bytes to a controller that has just been switched on may do.
+    fn effects_of(sent: &[u8]) -> Effects;
+
+    /// What setting the signal of that name may do.
+    fn effects_of_signal(_name: &str) -> Effects {
+        Effects::default()
+    }
+
+    /// What a command does that lasts.
+    fn travel_of(command: &[u8]) -> Travel;
+
+    /// What kind of answer it is, as the tables of the commands name them.
+    fn kind_of(answer: &[u8]) -> Option<String>;
+
+    /// Whether a command that has answered this has nothing more to answer.
+    fn completes(answer: &[u8]) -> bool;
+
+    /// What is wrong, if the answer says that something is: the code and what it means.
+    fn refusal(answer: &[u8]) -> Option<String>;
+
+    /// Whether only controllers of this family answer so, whatever they were asked.
+    fn is_own_answer(_answer: &[u8]) -> bool {
+        false
+    }
+
+    /// Whether the counters may have been set to 0 where this was answered.
+    fn resets_counters(_answer: &[u8]) -> bool {
+        false
+    }
+
+    /// Its name.
+    fn name(&self) -> &str;
+
+    /// What it is, in one line.
+    fn title(&self) -> &str;
+
+    /// Bits per second of its line after power-on.
+    fn baud(&self) -> u32;
+
+    /// The axes that it can have, as it calls them, in the order in which points count them.
+    fn axis_names(&self) -> &'static [&'static str];
+
+    /// Whether its line has RTS and CTS, with which it tells the host to wait.
+    fn has_handshake_lines(&self) -> bool {
+        false
+    }
+
+    /// Why its panel cannot erase the memory, unless it can.
+    fn refuses_to_erase(&self) -> Option<&'static str>;
+
+    /// Whether its commands are the same.
+    fn has_commands_of(&self, other: &Self) -> bool;
+
+    /// How it is handled.
+    fn handling(&self) -> Handling;
+
+    /// The places in an answer to [`Handling::position`], X first; `None` if it is no such answer.
+    fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>>;
+
+    /// Whether so many places say of which axes they are. A model that tells of configured axes
+    /// only does not.
+    fn names_axes(&self, _places: usize) -> bool {
+        true
+    }
+
+    /// How far the answer to a command has come that was sent with its end; to what somebody
+    /// else has made it do, if nothing was sent.
+    fn hear(&self, sent: &[u8], answer: &[u8]) -> Heard;
+
+    /// The lines, each to be answered [`Handling::done`], with which a controller that has just
+    /// been reset moves its axes by so many steps, the fastest of them at `speed` Hz.
+    fn moving(&self, by: Point, speed: u64) -> Vec<String>;
+
+    /// When a command is carried out that others wait before.
+    fn turn(&self, _command: &[u8]) -> Turn {
+        Turn::InOrder
+    }
+
+    /// The value of a profile with which a controller would know a command that this one does not.
+    fn known_with(&self, _command: &[u8]) -> Option<&'static str> {
+        None
+    }
+
+    /// What is wrong with a command, if the answer to it says that something is.
+    fn refusal_of(&self, _command: &[u8], answer: &[u8]) -> Option<String> {
+        Self::refusal(answer)
+    }
+
+    /// The pieces of a stream of commands, in order. There are none where files are lists of lines.
+    fn stream(&self, _file: &[u8]) -> Vec<Piece> {
+        Vec::new()
+    }
+
+    /// Asks a controller who it is. Asking moves nothing.
+    ///
+    /// # Errors
+    ///
+    /// If `ask` fails, with its error.
+    fn identify<E>(
+        &self,
+        ask: &mut dyn FnMut(Question) -> Result<Vec<u8>, E>,
+    ) -> Result<Identity, E>;
+}
+
+/// Why an image is none of a model's memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MemoryError {
+    /// This line of it is wrong.
+    Line {
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong there, in one lower-case sentence.
+        message: String,
+    },
+    /// The model forgets everything when it is switched off.
+    NoMemory,
+}
+
+impl fmt::Display for MemoryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MemoryError::Line { line, message } => {
+                write!(f, "line {line} of the flash image: {message}")
+            }
+            MemoryError::NoMemory => {
+                f.write_str("it holds something, and this model has no memory that lasts")
+            }
+        }
+    }
+}
+
+impl Error for MemoryError {}

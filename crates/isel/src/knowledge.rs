@@ -1,0 +1,264 @@
+//! What tools must know of these controllers without speaking their language.
+//!
+//! Nothing in here has to do with how a controller works: it is a client's view of one.
+
+mod answers;
+mod effects;
+mod identity;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use vimc4_device::{
+    Effects, Erasing, Handling, Heard, Identity, MemoryError, Point, Question, StartButton, Stop,
+    Travel,
+};
+use vimc4_isel_wire::{Control, Mode, Op, Reply, spec};
+use vimc4_plant::Machine;
+
+use crate::{AXIS_NAMES, Controller, FlashError, Model};
+
+/// A control code ends what was begun, or is none of it.
+const ENDS: &[u8] = &[b'\r', Control::Stop.byte(), Control::Reset.byte(), Control::Break.byte()];
+const STOP: &[u8] = &[Control::Stop.byte()];
+const RESET: &[u8] = &[Control::Reset.byte()];
+const BREAK: &[u8] = &[Control::Break.byte()];
+/// 255 leaves a reference run without a reference, and where a controller does not heed that, 253
+/// halts the axis.
+const END_OF_REFERENCE: &[u8] = &[Control::Break.byte(), Control::Stop.byte()];
+
+/// A program and settings that differ from the factory's.
+const FILL: &[&str] = &[
+    "@07",
+    "@0i",
+    "040,400,40,400,0,400,0,400",
+    "9",
+    "@0Ij500",
+    "@0IJ20",
+    "@0Id700,700,700,700",
+    "@0IF3,3,3,3",
+    "@0IUthe owner's",
+    "@0IW",
+];
+
+impl Model {
+    /// A controller of this model on a machine, just switched on, with this image in its memory.
+    ///
+    /// # Errors
+    ///
+    /// If the image is not one of this model's.
+    pub fn switched_on(
+        self: &Arc<Self>,
+        machine: Arc<Machine>,
+        image: &[u8],
+    ) -> Result<Controller, MemoryError> {
+        let wrong = |FlashError { line, message }| MemoryError::Line { line, message };
+        Controller::new(Arc::clone(self), machine, image).map_err(wrong)
+    }
+
+    fn erasing(&self) -> Erasing {
+        let has_command = spec(self.command_set.dialect(), Mode::Direct, Op::Erase).is_some();
+        match (has_command, self.timing.panel_erase_ms) {
+            (true, _) => Erasing::Command("@0k"),
+            (false, Some(_)) => {
+                Erasing::Panel("turn the key to test, and press STOP and ON at the panel")
+            }
+            (false, None) => Erasing::Nothing,
+        }
+    }
+}
+
+impl vimc4_device::Model for Model {
+    const FAMILY: &'static str = "isel";
+    const MAKER: &'static str = "isel";
+    const COMMAND_SETS: &'static [&'static str] = &["imc4", "imc4-m", "imc-xx", "c142"];
+    const QUIRKS: &'static [(&'static str, &'static [&'static str])] = &[
+        ("version_handshake", &["\"first\"", "\"last\""]),
+        ("stop_reply", &["\"F\"", "\"F0\""]),
+        ("fractional_numbers", &["\"reject\"", "\"truncate\""]),
+        ("limit_latch", &["\"strict\"", "\"off\""]),
+        ("lost_steps", &["false", "true"]),
+        ("leave_switch", &["\"refuse\"", "\"away\""]),
+        ("loop_count", &["\"total\"", "\"extra\""]),
+        ("cond_branch_base", &["\"next\"", "\"own\""]),
+        ("cond_bit_base", &["0", "1"]),
+        ("start_resumes_dnc", &["false", "true"]),
+        ("unreferenced", &["\"2\"", "\"R\""]),
+        ("stop_button", &["\"held\"", "\"pressed\""]),
+        ("stop_in_reference", &["\"end\"", "\"switch\""]),
+        ("stop_in_move_until", &["\"keep\"", "\"forget\""]),
+        ("after_free", &["\"reference\"", "\"any\""]),
+        ("speed_3d", &["\"longest\"", "\"xyz\""]),
+        ("bit_values", &["\"any\"", "\"binary\""]),
+        ("stored_arcs", &["\"check\"", "\"accept\""]),
+        ("limit_bits", &["\"switch\"", "\"end\""]),
+        ("axis_codes", &["\"nested\"", "\"any\""]),
+        ("lower_case", &["\"after\"", "\"before\"", "\"before-and-error\""]),
+        ("position_axes", &["\"three\"", "\"configured\""]),
+        ("resting_speed", &["\"check\"", "\"zero\""]),
+        ("store_over", &["\"refuse\"", "\"replace\""]),
+        ("self_test_end", &["\"echo\"", "\"commands\""]),
+        ("reset_reply", &["\"none\"", "\"0\""]),
+        ("break_reply", &["\"none\"", "\"0\""]),
+    ];
+
+    fn effects_of(sent: &[u8]) -> Effects {
+        effects::of(sent)
+    }
+
+    fn effects_of_signal(name: &str) -> Effects {
+        effects::of_signal(name)
+    }
+
+    fn travel_of(command: &[u8]) -> Travel {
+        effects::travel_of(command)
+    }
+
+    /// A text reply ends with its code, every other begins with it.
+    fn kind_of(answer: &[u8]) -> Option<String> {
+        let code = if answer.ends_with(b"\r\n0") { b'0' } else { *answer.first()? };
+        Some(char::from(code).to_string())
+    }
+
+    fn completes(_answer: &[u8]) -> bool {
+        true
+    }
+
+    fn refusal(answer: &[u8]) -> Option<String> {
+        answers::refusal(answer)
+    }
+
+    /// After an emergency stop or a loss of power they count from 0.
+    fn resets_counters(answer: &[u8]) -> bool {
+        answer == [Reply::Plant.code()]
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn title(&self) -> &str {
+        &self.title
+    }
+
+    fn baud(&self) -> u32 {
+        self.line.baud
+    }
+
+    fn axis_names(&self) -> &'static [&'static str] {
+        &AXIS_NAMES
+    }
+
+    fn refuses_to_erase(&self) -> Option<&'static str> {
+        if self.timing.panel_erase_ms.is_some() {
+            return None;
+        }
+        Some(match self.erasing() {
+            Erasing::Command(_) => {
+                "the panel of this model does not erase; send the command @0k instead"
+            }
+            _ => "the panel of this model does not erase, and neither does a command",
+        })
+    }
+
+    fn has_commands_of(&self, other: &Model) -> bool {
+        self.command_set == other.command_set
+    }
+
+    fn handling(&self) -> Handling {
+        let start = match self.quirks.start_resumes_dnc {
+            true => StartButton::Resumes,
+            // It is a bit for hosts then (99 2.2.12).
+            false => StartButton::IsSeen { question: "@0DS0", bit: 1 },
+        };
+        Handling {
+            ends: ENDS,
+            instead_of_line_feed: Some((
+                ENDS,
+                "CR does: printf '@07\\r', or in socat crnl behind the address, as in \
+                 ./vimc4.pty,rawer,crnl",
+            )),
+            halt: STOP,
+            halting: "253 was sent, so that a motion brakes along its ramp: 254 or switching off \
+                      makes the controller forget the rest of it",
+            stop: Some(Stop {
+                motion: STOP,
+                reference: END_OF_REFERENCE,
+                name: "253",
+                resume: "@0S",
+                start,
+            }),
+            warning: "Ctrl-C halts a motion along its ramp and ends this.",
+            abandon: BREAK,
+            reset: RESET,
+            ready: &[],
+            homing: None,
+            boot: Duration::from_millis(self.timing.boot_ms),
+            running: Duration::ZERO,
+            position: "@0P",
+            names: &["@0V", "@0?", "@0U"],
+            done: b"0",
+            speeds: &[19_200, 9_600, 38_400],
+            erase: &["@0k", "@0IX", "@0IW"],
+            erasing: self.erasing(),
+            fill: FILL,
+            start: &["@07", "@0S"],
+            takes_stream: false,
+            volunteers: false,
+        }
+    }
+
+    fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {
+        answers::read_position(self, answer)
+    }
+
+    fn names_axes(&self, places: usize) -> bool {
+        places >= 3
+    }
+
+    fn hear(&self, sent: &[u8], answer: &[u8]) -> Heard {
+        answers::hear(self, sent, answer)
+    }
+
+    fn moving(&self, by: Point, speed: u64) -> Vec<String> {
+        let [x, y, z, a, ..] = by;
+        let mut lines = vec!["@07".to_owned()];
+        if a != 0 {
+            lines.push("@08".to_owned());
+        }
+        // With three axes the fourth way is the second of Z, and nothing.
+        lines.push(format!("@0A{x},{speed},{y},{speed},{z},{speed},{a},{speed}"));
+        lines
+    }
+
+    fn identify<E>(
+        &self,
+        ask: &mut dyn FnMut(Question) -> Result<Vec<u8>, E>,
+    ) -> Result<Identity, E> {
+        identity::identify(self, ask)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vimc4_device::Model as _;
+
+    use super::*;
+
+    #[test]
+    fn a_command_that_erases_is_named_where_there_is_one() {
+        for name in Model::names() {
+            let model = Model::builtin(name).unwrap();
+            let erasing = model.handling().erasing;
+            match name {
+                "imc4" => assert!(matches!(erasing, Erasing::Panel(_))),
+                "c142" => assert_eq!(erasing, Erasing::Nothing),
+                _ => assert_eq!(erasing, Erasing::Command("@0k"), "{name}"),
+            }
+            let why = model.refuses_to_erase();
+            assert_eq!(why.is_none(), name == "imc4", "{name}");
+            let sends = why.is_some_and(|why| why.contains("@0k"));
+            assert_eq!(sends, erasing == Erasing::Command("@0k"), "{name}");
+        }
+    }
+}
