@@ -18,13 +18,13 @@ const ALLOWED: [(&str, &[&str]); 17] = [
     ("vimc4-lpkf", &["vimc4-device", "vimc4-motion", "vimc4-plant"]),
     ("vimc4-ncp", &["vimc4-motion", "vimc4-isel-wire", "vimc4-plant"]),
     ("vimc4-catalogue", &["vimc4-device", "vimc4-isel", "vimc4-lpkf", "vimc4-plant"]),
-    ("vimc4-session", &["vimc4-device", "vimc4-motion"]),
-    ("vimc4-debug", &["vimc4-device", "vimc4-session"]),
-    ("vimc4-host", &["vimc4-device", "vimc4-lines", "vimc4-session"]),
+    ("vimc4-timeline", &["vimc4-device"]),
+    ("vimc4-debug", &["vimc4-device", "vimc4-timeline"]),
+    ("vimc4-host", &["vimc4-device", "vimc4-lines"]),
     (
         "vimc4",
         // The façade hands out types of the contract; the families it knows by the catalogue only.
-        &["vimc4-catalogue", "vimc4-device", "vimc4-host", "vimc4-session"],
+        &["vimc4-catalogue", "vimc4-device", "vimc4-host"],
     ),
     // Modem lines are the business of an operating system and of no controller.
     ("vimc4-lines", &[]),

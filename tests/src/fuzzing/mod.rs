@@ -7,6 +7,7 @@
 
 mod chance;
 mod exercise;
+mod histories;
 mod isel;
 mod lpkf;
 mod motions;
@@ -18,6 +19,7 @@ mod script;
 pub mod seeds;
 mod twins;
 
+pub use histories::history;
 pub use isel::{controller, flash, lexer, parser};
 pub use lpkf::{language, lpkf};
 pub use ncp::ncp;

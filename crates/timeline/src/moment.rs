@@ -1,0 +1,40 @@
+//! Where in a history something is.
+
+use serde::{Deserialize, Serialize};
+use vimc4_device::Time;
+
+/// A point of one branch, exact to the single cause: so many inputs of the branch have been given
+/// to the device, so many bytes of the next one, so many causes have been performed since, and it
+/// is so late.
+///
+/// Moments of a branch are ordered as they come one after the other. Two things that happen at
+/// one instant have two moments.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub struct Moment {
+    /// How many inputs of the branch have been given, whole.
+    pub inputs: u64,
+    /// How many bytes of the next input have been given, if that is bytes.
+    pub bytes: u64,
+    /// How many causes have been performed since the last input, or the last of these bytes.
+    pub causes: u64,
+    /// The model time.
+    pub at: Time,
+}
+
+/// The number of a branch of a history. The first is 0.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct BranchId(pub u32);
+
+/// A moment of one of the branches of a history.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Place {
+    /// The branch.
+    pub branch: BranchId,
+    /// The moment.
+    pub moment: Moment,
+}

@@ -1,0 +1,189 @@
+//! A history of a small device: a cart on a rail.
+
+#[path = "../../device/tests/cart/mod.rs"]
+mod cart;
+
+use cart::Cart;
+use vimc4_device::{Device, Input, Kinds, OwnedInput, SignalId, Time, TimedInput};
+use vimc4_timeline::{Act, BranchId, History, Limits, Moment, Place};
+
+fn ms(millis: u64) -> Time {
+    Time::from_millis(millis)
+}
+
+/// A cart that has been told to go five steps and then a hundred, after both.
+fn driven(limits: Limits) -> History<Cart> {
+    let mut history = History::within(Cart::default(), limits);
+    history.give(Input::Bytes(b"m5\r"));
+    history.run_to(ms(50));
+    history.give(Input::Bytes(b"m100\r"));
+    history.run_to(ms(200));
+    history.drain();
+    history
+}
+
+fn moment(inputs: u64, bytes: u64, causes: u64, at: u64) -> Moment {
+    Moment { inputs, bytes, causes, at: ms(at) }
+}
+
+fn trunk(moment: Moment) -> Place {
+    Place { branch: BranchId(0), moment }
+}
+
+#[test]
+fn moments_count_bytes_and_causes() {
+    let mut history = History::new(Cart::default());
+    history.give(Input::Bytes(b"m5\r"));
+    let mut moments = Vec::new();
+    while let Some(act) = history.step() {
+        moments.push((act, history.present().moment));
+    }
+    assert_eq!(
+        moments,
+        [
+            (Act::Byte(b'm'), moment(0, 1, 0, 0)),
+            (Act::Byte(b'5'), moment(0, 2, 0, 0)),
+            (Act::Byte(b'\r'), moment(1, 0, 0, 0)),
+            // The line is done, then the motion ends.
+            (Act::Cause, moment(1, 0, 1, 0)),
+            (Act::Cause, moment(1, 0, 2, 5)),
+        ]
+    );
+}
+
+#[test]
+fn a_step_back_undoes_a_step_and_the_time_after_it() {
+    let mut history = driven(Limits::default());
+    assert_eq!(history.present().moment, moment(2, 0, 2, 200));
+    let mut trail = Vec::new();
+    while history.back() {
+        trail.push(history.present().moment);
+    }
+    assert_eq!(
+        trail[..4],
+        [moment(2, 0, 2, 150), moment(2, 0, 1, 50), moment(2, 0, 0, 50), moment(1, 4, 0, 50)]
+    );
+    assert_eq!(trail.last(), Some(&Moment::default()));
+    assert!(history.outputs().is_empty());
+    // From there everything comes again.
+    let mut again = Vec::new();
+    while history.present().moment < moment(2, 0, 2, 150) && history.step().is_some() {
+        again.push(history.present().moment);
+    }
+    trail.reverse();
+    assert_eq!(again, trail[1..]);
+}
+
+#[test]
+fn an_input_in_the_past_begins_a_branch_and_leaves_the_rest() {
+    let mut history = driven(Limits::default());
+    let end = history.present();
+    history.go_to_time(ms(80));
+    let from = history.present();
+    history.give(Input::Signal(Cart::STOP, 1));
+    history.run_to(ms(90));
+    let branches: Vec<_> = history.branches().collect();
+    assert_eq!(branches.len(), 2);
+    assert_eq!((branches[0].end, branches[0].parted), (end.moment, None));
+    assert_eq!(branches[1].parted, Some(from));
+    assert_eq!((branches[1].id, branches[1].name.as_str()), (BranchId(1), "branch 1"));
+    assert_eq!((branches[1].first.at, branches[1].end.at), (ms(80), ms(90)));
+    let by = TimedInput { at: ms(80), input: OwnedInput::Signal(Cart::STOP, 1) };
+    assert_eq!(history.inputs(BranchId(1), 0).collect::<Vec<_>>(), [by]);
+
+    // Back over the parting, and to the ends of both.
+    assert!(history.rename(BranchId(1), "stopped"));
+    assert!(!history.rename(BranchId(2), "nothing"));
+    while history.present().branch == BranchId(1) {
+        assert!(history.back());
+    }
+    assert!(history.present().moment < from.moment, "the parting is present twice");
+    assert!(history.go_to_end(BranchId(0)));
+    assert_eq!(history.present(), end);
+    assert!(history.go_to_end(BranchId(1)));
+    assert_eq!(history.branches().nth(1).map(|branch| branch.name), Some("stopped".to_owned()));
+    history.go_to_time(ms(60));
+    assert_eq!(history.present().branch, BranchId(0));
+    assert_eq!(history.now(), ms(60));
+}
+
+#[test]
+fn an_input_at_the_end_begins_none() {
+    let mut history = driven(Limits::default());
+    history.give(Input::Bytes(b"p\r"));
+    history.give(Input::Bytes(b""));
+    history.give(Input::Wake);
+    history.run_to(ms(201));
+    assert_eq!(history.branches().count(), 1);
+    assert_eq!(history.inputs(BranchId(0), 0).count(), 3);
+}
+
+#[test]
+fn a_place_that_is_none_is_not_gone_to() {
+    let mut history = driven(Limits::default());
+    let here = history.present();
+    let state = history.device().state().clone();
+    for place in [
+        // Beyond the end; in the middle of what takes no time; later or earlier than it was.
+        trunk(moment(2, 0, 2, 201)),
+        trunk(moment(1, 0, 9, 20)),
+        trunk(moment(2, 0, 1, 160)),
+        trunk(moment(2, 0, 2, 140)),
+        Place { branch: BranchId(1), moment: Moment::default() },
+    ] {
+        assert!(!history.go_to(place), "{place:?}");
+        assert_eq!(history.present(), here);
+        assert_eq!(*history.device().state(), state);
+    }
+    // A time at which nothing happens is one.
+    assert!(history.go_to(trunk(moment(2, 0, 1, 120))));
+}
+
+#[test]
+fn what_is_looked_for_is_found_either_way() {
+    let mut history = driven(Limits { spacing: 3, snapshots: 8 });
+    let line_ends = |act| act == Act::Byte(b'\r');
+    assert!(history.find_last(|_, act, _| act.is_some_and(line_ends)));
+    assert_eq!(history.present().moment, moment(2, 0, 0, 50));
+    assert!(history.find_last(|_, act, _| act.is_some_and(line_ends)));
+    assert_eq!(history.present().moment, moment(1, 0, 0, 0));
+    assert!(!history.find_last(|_, act, _| act.is_some_and(line_ends)));
+    assert_eq!(history.present().moment, moment(1, 0, 0, 0));
+    assert!(history.find_last(|_, act, _| act.is_none()));
+    assert_eq!(history.present().moment, Moment::default());
+    // What it says is seen again.
+    assert!(history.find_next(ms(200), |_, _, outputs| !outputs.is_empty()));
+    assert_eq!(history.now(), ms(5));
+    assert!(!history.find_next(ms(149), |_, _, outputs| !outputs.is_empty()));
+    assert!(history.find_next(ms(150), |_, _, outputs| !outputs.is_empty()));
+    assert!(!history.find_next(ms(1_000), |_, _, _| true));
+}
+
+#[test]
+fn snapshots_thin_out_with_age() {
+    let mut history = History::within(Cart::default(), Limits { spacing: 10, snapshots: 16 });
+    for number in 0..2_000 {
+        history.give(Input::Bytes(b"m1\r"));
+        history.run_to(ms(2 * (number + 1)));
+    }
+    let usage = history.usage();
+    assert_eq!(usage.inputs, 2_000);
+    assert!((8..=16).contains(&usage.snapshots), "{usage:?}");
+    assert!(usage.input_bytes < 200_000, "{usage:?}");
+    assert!(usage.snapshot_bytes >= usage.snapshots * 16, "{usage:?}");
+    history.go_to_time(ms(3_001));
+    assert_eq!(history.device().view(ms(3_001)).axes[0].position, 1_501);
+}
+
+#[test]
+fn a_device_that_never_rests_is_bounded_by_a_time() {
+    let mut history = History::new(Cart::default());
+    history.watch(Kinds::ALL);
+    history.give(Input::Bytes(b"b\r"));
+    assert!(!history.find_next(ms(500), |_, _, _| false));
+    history.run_to(ms(500));
+    assert!(history.is_at_end());
+    history.give(Input::Signal(SignalId(9), 1));
+    assert_eq!(history.step(), Some(Act::Input));
+    assert_eq!(history.into_device().now(), ms(500));
+}
