@@ -1,20 +1,15 @@
 //! Whether a command may be executed. When several errors apply, the first of a fixed order
 //! answers; this module is that order, from top to bottom.
 
-use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Context, Frame, Op};
+use vimc4_isel_wire::{AxisSet, Bit, BitTest, Class, Command, Frame, Op};
 use vimc4_motion::Point;
 
-use crate::Controller;
+use crate::firmware::Firmware;
 use crate::model::{AfterFree, CommandSet, LeaveSwitch, LimitLatch, RestingSpeed, StoreOver};
 use crate::program::Validity;
 use crate::why::{Opened, Why};
 
-impl Controller {
-    /// How a line is read now.
-    pub(crate) fn context(&self, line: Option<u32>) -> Context<'_> {
-        self.state.model.context(self.state.axes, line)
-    }
-
+impl Firmware {
     /// Reads a direct command and checks it against the state, up to the point where only its
     /// execution can still fail. The grammar (`5`) has been checked before.
     pub(crate) fn admit(&self, frame: &Frame<'_>) -> Result<Command, Why> {
@@ -30,7 +25,7 @@ impl Controller {
         }
         frame.check_count(state.axes)?;
         self.check_data_field(frame.op())?;
-        let command = frame.decode(&self.context(None))?;
+        let command = frame.decode(&self.state.context(None))?;
         self.check_command(&command)?;
         Ok(command)
     }
@@ -77,7 +72,7 @@ impl Controller {
     /// `9` for a power stage that is off, `H` for a cover that is open.
     pub(crate) fn check_plant(&self) -> Result<(), Why> {
         if !self.state.motors_on() {
-            Err(Why::Stages(self.why_off()))
+            Err(Why::Stages(self.state.why_off()))
         } else if self.state.cover_forbids() {
             Err(Why::Cover(Opened::Already))
         } else {
@@ -193,16 +188,4 @@ impl Controller {
     pub(crate) fn starts_programs(&self) -> bool {
         self.state.model.command_set == CommandSet::ImcXx
     }
-}
-
-/// The axes with a way.
-pub(crate) fn moving_axes(low: &Point, high: &Point) -> AxisSet {
-    let bits =
-        (0..4).fold(
-            0,
-            |bits, axis| {
-                if low[axis] != 0 || high[axis] != 0 { bits | 1 << axis } else { bits }
-            },
-        );
-    AxisSet::from_bits(bits).unwrap_or(AxisSet::NONE)
 }

@@ -2,27 +2,21 @@
 
 use std::sync::Arc;
 
-use bytes::Bytes;
 use vimc4_device::{
-    Condition, Device, Event, FlashChange, Input, Kinds, Outbox, Output as Out, Signal, SignalId,
-    Time, View,
+    Condition, Device, Input, Kinds, Outbox, Output as Out, Signal, SignalId, Time, View,
 };
 use vimc4_isel_wire::{Addressed, Fault, Mode, Reply, control, parse};
-use vimc4_plant::{End, Machine, PlantSignal};
+use vimc4_plant::{Machine, PlantSignal};
 
-use crate::AXIS_NAMES;
+use crate::firmware::Firmware;
 use crate::flash::{Flash, FlashError};
 use crate::model::Model;
-use crate::ports::Wire;
-use crate::state::{Activity, State};
-use crate::view::Details;
+use crate::state::State;
+use crate::view::{Details, signals_of};
 
 /// A virtual isel controller with its machine.
 #[derive(Clone, Debug)]
-pub struct Controller {
-    pub(crate) state: State,
-    pub(crate) out: Outbox,
-}
+pub struct Controller(Firmware);
 
 impl Controller {
     /// A controller of a model on a machine, just switched on, with a flash memory read from
@@ -38,49 +32,13 @@ impl Controller {
     ) -> Result<Controller, FlashError> {
         let flash = Flash::read(flash_image, &model, &machine)?;
         let state = State::new(model, machine, flash);
-        Ok(Controller { state, out: Outbox::default() })
+        Ok(Controller(Firmware { state, out: Outbox::default() }))
     }
 
     /// The model.
     #[must_use]
     pub fn model(&self) -> &Model {
-        &self.state.model
-    }
-
-    /// The time of the soonest cause. Only one thing is ever under way, so there is one at
-    /// most.
-    pub(crate) fn deadline(&self) -> Option<Time> {
-        let due = match &self.state.activity {
-            Activity::Idle | Activity::Echo => return None,
-            Activity::Moving(moving) => moving.due(),
-            Activity::Referencing(run) => run.due(),
-            Activity::Waiting { until, .. } => (*until)?,
-        };
-        (due != Time::NEVER).then_some(due)
-    }
-
-    // --- outputs ---
-
-    pub(crate) fn wants(&self, kinds: Kinds) -> bool {
-        self.out.wants(kinds)
-    }
-
-    pub(crate) fn emit(&mut self, event: Event) {
-        self.out.emit(self.state.now.into(), event);
-    }
-
-    pub(crate) fn send(&mut self, bytes: Bytes) {
-        self.out.send(self.state.now, bytes);
-    }
-
-    pub(crate) fn append_to_flash_image(&mut self, record: String) {
-        let change = FlashChange::Append(record.into());
-        self.out.store(self.state.now, change);
-    }
-
-    pub(crate) fn replace_flash_image(&mut self) {
-        let change = FlashChange::Replace(self.state.flash.image().into());
-        self.out.store(self.state.now, change);
+        &self.0.state.model
     }
 }
 
@@ -89,101 +47,96 @@ impl Device for Controller {
     type Details = Details;
 
     fn perform(&mut self, at: Time) -> bool {
-        if self.has_waiting() {
-            self.take_waiting();
+        if self.0.state.has_waiting() {
+            self.0.take_waiting();
             return true;
         }
-        let Some(due) = self.deadline().filter(|due| *due <= at) else { return false };
-        self.state.now = due;
-        match self.state.activity {
-            Activity::Moving(_) => self.segment_ended(),
-            Activity::Referencing(_) => self.reference_phase_ended(),
-            Activity::Waiting { what, .. } => self.wait_ended(what),
-            Activity::Idle | Activity::Echo => {}
-        }
+        let Some(due) = self.0.state.deadline().filter(|due| *due <= at) else { return false };
+        self.0.state.now = due;
+        self.0.activity_ended();
         true
     }
 
     fn accept(&mut self, input: Input<'_>, at: Time) {
-        self.state.now = self.state.now.max(at);
+        self.0.state.now = self.0.state.now.max(at);
         match input {
-            Input::Bytes(bytes) => self.receive(bytes),
+            Input::Bytes(bytes) => self.0.receive(bytes),
             Input::Signal(id, value) => {
                 if let Some(signal) = PlantSignal::from_id(id) {
-                    self.signal(signal, value != 0);
+                    self.0.signal(signal, value != 0);
                 }
             }
-            Input::Power(on) => self.power(on),
+            Input::Power(on) => self.0.power(on),
             Input::Wake => {}
         }
     }
 
     fn poll_output(&mut self) -> Option<Out> {
-        self.out.poll()
+        self.0.out.poll()
     }
 
     fn watch(&mut self, kinds: Kinds) {
-        self.out.watch(kinds);
+        self.0.out.watch(kinds);
     }
 
     fn state(&self) -> &State {
-        &self.state
+        &self.0.state
     }
 
     fn restore(&mut self, state: State) {
-        self.state = state;
-        self.out.clear();
+        self.0.state = state;
+        self.0.out.clear();
     }
 
     fn now(&self) -> Time {
-        self.state.now
+        self.0.state.now
     }
 
     fn wake(&self) -> Option<Time> {
-        if self.has_waiting() { Some(self.state.now) } else { self.deadline() }
+        self.0.state.wake()
     }
 
     fn view(&self, at: Time) -> View<Details> {
-        self.picture(at)
+        self.0.picture(at)
     }
 
     fn activity(&self) -> vimc4_device::Activity {
-        self.doing()
+        self.0.doing()
     }
 
     fn details(&self) -> Details {
-        self.own_details()
+        self.0.own_details()
     }
 
     fn signals(&self) -> Vec<Signal> {
-        signals_of(&self.state.model)
+        signals_of(&self.0.state.model)
     }
 
     fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        let wire = self.state.model.ports.readable(port)?.get(usize::from(bit))?;
+        let wire = self.0.state.model.ports.readable(port)?.get(usize::from(bit))?;
         wire.signal().map(PlantSignal::id)
     }
 
     fn baud(&self) -> u32 {
-        self.state.baud
+        self.0.state.baud
     }
 
     fn flash_image(&self) -> Vec<u8> {
-        self.state.flash.image()
+        self.0.state.flash.image()
     }
 
     fn explain(&self, command: &[u8]) -> String {
-        let state = &self.state;
+        let state = &self.0.state;
         if let [byte] = command
             && let Some(control) = control(*byte)
         {
             return control.meaning().to_owned();
         }
-        let capital = self.capital(command);
+        let capital = self.0.capital(command);
         let command = capital.as_deref().unwrap_or(command);
         let mode = if command.first() == Some(&b'@') { Mode::Direct } else { Mode::Stored };
         match parse(command, state.model.command_set.dialect(), mode, state.device) {
-            Ok(Addressed::Frame(frame)) => match frame.decode(&self.context(None)) {
+            Ok(Addressed::Frame(frame)) => match frame.decode(&state.context(None)) {
                 Ok(command) => command.describe(state.axes),
                 Err(_) => frame.spec().title.to_owned(),
             },
@@ -199,37 +152,14 @@ impl Device for Controller {
     }
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
-        self.why_ignored(PlantSignal::from_id(signal)?, value != 0)
+        self.0.why_ignored(PlantSignal::from_id(signal)?, value != 0)
     }
 
     fn is_idle(&self) -> bool {
-        !self.state.is_running()
-            && matches!(self.state.activity, Activity::Idle | Activity::Echo)
-            && !self.has_waiting()
+        self.0.state.is_idle()
     }
 
     fn crossing(&self, condition: &Condition) -> Option<Time> {
-        self.forecast(condition)
+        self.0.forecast(condition)
     }
-}
-
-/// The plant's signals as a model shows them: its user inputs are called by the first port bit
-/// that shows them.
-fn signals_of(model: &Model) -> Vec<Signal> {
-    let mut signals: Vec<Signal> =
-        PlantSignal::PANEL.into_iter().map(|signal| signal.describe("")).collect();
-    for (axis, name) in AXIS_NAMES.iter().enumerate() {
-        let ends = [End::Negative, End::Positive].map(|end| PlantSignal::Limit(axis, end));
-        signals.extend(ends.map(|limit| limit.describe(&name.to_lowercase())));
-    }
-    for number in 0..16 {
-        let shown = model.ports.read.iter().find_map(|(port, wires)| {
-            let bit = wires.iter().position(|wire| *wire == Wire::Input(number))?;
-            Some(format!("{port}.{bit}"))
-        });
-        if let Some(name) = shown {
-            signals.push(PlantSignal::Input(number).describe(&name));
-        }
-    }
-    signals
 }

@@ -1,24 +1,18 @@
 //! When a condition will hold, computed from the running segment.
 
-use vimc4_device::{Condition, Device as _, Time};
+use vimc4_device::{Condition, Time};
 use vimc4_motion::Running;
 
-use crate::moves::wrap;
-use crate::{AXES, Controller};
+use crate::axes::AXES;
+use crate::axes::wrap;
+use crate::firmware::Firmware;
 
-impl Controller {
-    /// Where the carriage of an axis is now, in motion or not.
-    pub(crate) fn carriage_now(&self, axis: usize) -> i64 {
-        let standing = self.state.plant.carriage()[axis];
-        let offset = self.running().map_or(0, |running| running.offset(axis, self.state.now));
-        standing + self.state.carriage_sign(axis) * offset
-    }
-
+impl Firmware {
     /// The first instant before the next cause at which a condition holds.
     pub(crate) fn forecast(&self, condition: &Condition) -> Option<Time> {
         let now = self.state.now;
         match *condition {
-            Condition::Idle => self.is_idle().then_some(now),
+            Condition::Idle => self.state.is_idle().then_some(now),
             Condition::AxisAt { axis, position } => {
                 let axis = usize::from(axis);
                 let origin = *self.state.position.get(axis)?;
@@ -45,19 +39,19 @@ impl Controller {
                 })
                 .min(),
             Condition::PortBit { port, bit, level } => {
-                let holds = |controller: &Controller| {
+                let holds = |controller: &Firmware| {
                     controller.read_port(port) >> (bit & 7) & 1 == u8::from(level)
                 };
                 if holds(self) {
                     return Some(now);
                 }
                 // Between two causes only limit switches change by themselves.
-                let Running { segment, began } = self.running()?;
+                let Running { segment, began } = self.state.running()?;
                 let mut times: Vec<Time> = (0..AXES)
                     .flat_map(|axis| self.edge_offsets(axis).map(move |offset| (axis, offset)))
                     .filter_map(|(axis, offset)| segment.time_at(axis, offset))
                     .map(|nanos| began.after_nanos(nanos))
-                    .filter(|&at| at > now && self.wake().is_none_or(|wake| at < wake))
+                    .filter(|&at| at > now && self.state.wake().is_none_or(|wake| at < wake))
                     .collect();
                 times.sort_unstable();
                 times.into_iter().find(|&at| {
@@ -86,10 +80,10 @@ impl Controller {
         candidates: impl FnOnce() -> Vec<i64>,
     ) -> Option<Time> {
         let now = self.state.now;
-        let Some(running) = self.running() else {
+        let Some(running) = self.state.running() else {
             return holds(0).then_some(now);
         };
         let first = running.first_time(axis, now, holds, candidates());
-        first.filter(|&at| at == now || self.wake().is_none_or(|wake| at < wake))
+        first.filter(|&at| at == now || self.state.wake().is_none_or(|wake| at < wake))
     }
 }

@@ -2,11 +2,11 @@
 
 use vimc4_plant::PlantSignal;
 
-use crate::Controller;
+use crate::firmware::Firmware;
 use crate::program::Validity;
 use crate::why::{COVER_OPEN, Off, Why};
 
-impl Controller {
+impl Firmware {
     /// Why a signal that has just taken a level changed nothing, where there is more to say than
     /// that it had it already.
     pub(crate) fn why_ignored(&self, signal: PlantSignal, level: bool) -> Option<&'static str> {
@@ -22,7 +22,7 @@ impl Controller {
             PlantSignal::Stop => Some("nothing moves and no program runs"),
             PlantSignal::On if panel.emergency_stop => Some(Off::EmergencyStop.in_words()),
             PlantSignal::On if self.state.cover_forbids() => Some(COVER_OPEN),
-            PlantSignal::On if !self.state.motors_on() => Some(self.why_off().in_words()),
+            PlantSignal::On if !self.state.motors_on() => Some(self.state.why_off().in_words()),
             PlantSignal::On => Some("the stages are on already"),
             _ => None,
         }
@@ -32,15 +32,15 @@ impl Controller {
         if self.state.storing {
             return "a program is being stored";
         }
-        if !self.is_at_rest() {
+        if !self.state.is_at_rest() {
             return "the controller is busy";
         }
-        if self.is_stop_held() {
+        if self.state.is_stop_held() {
             return "STOP is pressed";
         }
         match self.check_plant() {
             Err(Why::Cover(_)) => COVER_OPEN,
-            Err(_) => self.why_off().in_words(),
+            Err(_) => self.state.why_off().in_words(),
             Ok(()) if self.state.remainder.is_some() => {
                 "only the host can resume a stopped motion, with S (start_resumes_dnc)"
             }

@@ -16,7 +16,8 @@ use vimc4_device::{
 use vimc4_isel_wire::{Control, Mode, Op, Reply, spec};
 use vimc4_plant::Machine;
 
-use crate::{AXIS_NAMES, Controller, FlashError, Model};
+use crate::axes::AXIS_NAMES;
+use crate::{Controller, FlashError, Model};
 
 /// A control code ends what was begun, or is none of it.
 const ENDS: &[u8] = &[b'\r', Control::Stop.byte(), Control::Reset.byte(), Control::Break.byte()];

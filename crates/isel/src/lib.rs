@@ -1,22 +1,34 @@
 //! The isel stepper controllers IMC4, IMC4-M and iMC-M/-MP/-S8, and the interface cards before them.
 //!
 //! A [`Controller`] is a [`Device`](vimc4_device::Device): bytes, signals and times go in,
-//! bytes, events and times come out. Inside, data flows one way, and so do these modules:
+//! bytes, events and times come out. Inside, data flows one way: a module uses only those that
+//! come before it here.
 //!
-//! * `receive` takes bytes from the line, acts on 253, 254 and 255, and collects lines;
-//! * `admission` decides whether a line may be executed, and which error wins if not;
-//! * `command` executes it;
-//! * `moves`, `reference`, `selftest` run the axes, `storing` and `running` the program;
-//! * `halting` is everything that ends a motion before its time;
-//! * `panel` reacts to buttons and switches, `ports` and `report` show the state;
-//! * `why` says for what reason something was refused or ended.
+//! * `axes`, `wiring`, `model`, `settings`, `program`, `flash`, `activity` and `state` are what there
+//!   is to know; `firmware` is the state with the box in which outputs wait;
+//! * `switches` and `ports` are what the controller sees and drives of the machine;
+//! * `why` is a reason, `words` says it to people, `answers` and `report` are for the host;
+//! * `moves` and `reference` run the axes, `halting` ends that before its time;
+//! * `admission` decides whether a command may be executed, and which error wins if not;
+//! * `storing`, `command` and `selftest` execute commands, `running` the stored program;
+//! * `dispatch` is the life of a command: what moves, halts or runs a program returns an `outcome`,
+//!   and what follows from it is decided there;
+//! * `receive` takes bytes from the line and acts on 253, 254 and 255, `panel` reacts to buttons,
+//!   switches and the supply;
+//! * `view`, `forecast` and `ignored` look on; `controller` is all of it as a device, and `knowledge`
+//!   what a client knows of one.
 //!
 //! A model of controller is data, see [`Model`].
 #![forbid(unsafe_code)]
 
+mod activity;
 mod admission;
+mod answers;
+mod axes;
 mod command;
 mod controller;
+mod dispatch;
+mod firmware;
 mod flash;
 mod forecast;
 mod halting;
@@ -24,6 +36,7 @@ mod ignored;
 mod knowledge;
 mod model;
 mod moves;
+mod outcome;
 mod panel;
 mod ports;
 mod program;
@@ -36,14 +49,10 @@ mod settings;
 mod state;
 mod storing;
 mod switches;
-mod switching;
 mod view;
 mod why;
-
-/// How many axes these controllers have: X, Y, Z, A.
-pub(crate) const AXES: usize = 4;
-/// What they are called.
-pub(crate) const AXIS_NAMES: [&str; AXES] = ["X", "Y", "Z", "A"];
+mod wiring;
+mod words;
 
 pub use controller::Controller;
 pub use flash::{Flash, FlashError};
@@ -54,9 +63,9 @@ pub use model::{
     StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs, Texts, Timing,
     Unreferenced,
 };
-pub use ports::{Output, Outputs, Ports, Wire};
 pub use program::{Program, StoredLine, Validity};
 pub use settings::Settings;
 pub use state::State;
 pub use view::{Details, Interpolation, LoopView, NoMotion, ProgramStatus, ProgramView};
 pub use vimc4_isel_wire::Plane;
+pub use wiring::{Output, Outputs, Ports, Wire};

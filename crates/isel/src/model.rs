@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions};
 use vimc4_plant::{Builtins, ProfileError, parse_profile};
 
-use crate::ports::{Ports, Wire};
+use crate::wiring::{Ports, Wire};
 
 /// The models that are built in, name and profile. The three iMC models share everything but
 /// their texts. The last has no manual.

@@ -1,35 +1,18 @@
 //! Moves: from a command to segments, and from segment to segment.
 
-use vimc4_device::{Event, Kinds, Motion, Point, Time};
-use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Mode, Pairs};
+use vimc4_device::{Event, Kinds, Motion, Point};
+use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
 use vimc4_plant::End;
 
-use crate::admission::moving_axes;
-use crate::model::{LowerCase, SpeedOf3d};
-use crate::state::{Activity, Ending, Job, Moving, Plan, PortCondition};
+use crate::activity::{Activity, Ending, Job, Moving, Plan, PortCondition};
+use crate::axes::{AXES, AXIS_NAMES, along, moving_axes, wrap};
+use crate::firmware::Firmware;
+use crate::model::SpeedOf3d;
+use crate::outcome::Outcome;
 use crate::why::{By, Why};
-use crate::{AXES, AXIS_NAMES, Controller};
 
-impl Moving {
-    /// When the segment ends, by itself or at a limit switch.
-    pub(crate) fn due(&self) -> Time {
-        let nanos = match self.hit {
-            Some((step, _)) if step <= self.segment.profile.steps() => {
-                self.segment.profile.time_of(step)
-            }
-            _ => self.segment.profile.duration(),
-        };
-        self.began.after_nanos(nanos)
-    }
-
-    /// How many steps have been made at `now`.
-    pub(crate) fn steps_at(&self, now: Time) -> u64 {
-        self.segment.profile.steps_at(now.nanos_since(self.began))
-    }
-}
-
-impl Controller {
+impl Firmware {
     // --- from a command to a plan ---
 
     /// Where a straight move takes each axis first; 0 for an axis that it does not move. An
@@ -130,20 +113,20 @@ impl Controller {
     // --- from segment to segment ---
 
     /// Begins a plan: its first segment, or its end if there is nothing to do.
-    pub(crate) fn begin_plan(&mut self, job: Job, plan: Plan) {
+    pub(crate) fn begin_plan(&mut self, job: Job, plan: Plan) -> Outcome {
         let met = plan.until.is_some_and(|condition| self.is_met(condition));
         if met || plan.parts.is_empty() {
-            self.finish(job, Ok(()));
-        } else if self.is_stop_held() && job != Job::SelfTest {
-            self.stopped(job, plan, By::ButtonHeld);
+            Outcome::Finished(job, Ok(()))
+        } else if self.state.is_stop_held() && job != Job::SelfTest {
+            Outcome::Stopped(job, plan, By::ButtonHeld)
         } else {
-            self.next_part(job, plan);
+            self.next_part(job, plan)
         }
     }
 
-    fn next_part(&mut self, job: Job, mut plan: Plan) {
+    fn next_part(&mut self, job: Job, mut plan: Plan) -> Outcome {
         let Some((path, speed)) = plan.parts.pop_front() else {
-            return self.finish(job, Ok(()));
+            return Outcome::Finished(job, Ok(()));
         };
         let hit = if self.state.test_mode { None } else { self.first_hit(&path, 0) };
         let profile = Profile::new(path.length(), speed, self.state.ramp);
@@ -158,11 +141,12 @@ impl Controller {
             plan,
             ending: Ending::Complete,
         }));
+        Outcome::Nothing
     }
 
     /// The running segment has come to its end, or to a limit switch.
-    pub(crate) fn segment_ended(&mut self) {
-        let Activity::Moving(moving) = self.take_activity() else { return };
+    pub(crate) fn segment_ended(&mut self) -> Outcome {
+        let Activity::Moving(moving) = self.take_activity() else { return Outcome::Nothing };
         let steps = moving.segment.profile.steps();
         if let Some((step, axis)) = moving.hit.filter(|(step, _)| *step <= steps) {
             let carriage = self.carriage_after(axis, &moving.segment.path.at(step));
@@ -178,12 +162,28 @@ impl Controller {
                 if left.length() > 0 {
                     plan.parts.push_front((left, speed));
                 }
-                self.stopped(job, plan, by);
+                Outcome::Stopped(job, plan, by)
             }
-            Ending::Break if job == Job::Program => self.end_run(Ok(())),
-            Ending::Event | Ending::Break => self.finish(job, Ok(())),
-            Ending::Cover(opened) => self.finish(job, Err(Why::Cover(opened))),
+            Ending::Break if job == Job::Program => Outcome::ProgramEnds(Ok(())),
+            Ending::Event | Ending::Break => Outcome::Finished(job, Ok(())),
+            Ending::Cover(opened) => Outcome::Finished(job, Err(Why::Cover(opened))),
         }
+    }
+
+    /// The carriage is on a limit switch: the motion halts at this step without a ramp. No
+    /// axis that moved knows any more where it is, and the error is kept until that is mended.
+    pub(crate) fn halt_on_switch(
+        &mut self,
+        moving: &Moving,
+        step: u64,
+        (axis, end): (usize, End),
+        by_hand: bool,
+    ) -> Outcome {
+        let axes = self.commit(&moving.segment, step, true);
+        self.state.unreference(axes);
+        self.state.latched = self.state.latched.union(axes);
+        let at = self.state.position[axis];
+        Outcome::Finished(moving.job, Err(Why::Switch { axis: axis as u8, end, at, by_hand }))
     }
 
     /// Makes `steps` steps of a segment final: counters and carriages move. Halted without a
@@ -244,52 +244,10 @@ impl Controller {
         u64::try_from(squares / per_step).unwrap_or(u64::MAX)
     }
 
-    /// A job is done, well or with an error.
-    pub(crate) fn finish(&mut self, job: Job, result: Result<(), Why>) {
-        self.state.activity = Activity::Idle;
-        match job {
-            Job::Command(op) => match result {
-                Ok(()) => self.done(Mode::Direct, op),
-                Err(why) => self.refuse(Mode::Direct, op, why),
-            },
-            Job::Answered(op) => {
-                if let Some(why) = result.err().filter(|_| self.tells_late_errors()) {
-                    self.refuse(Mode::Direct, op, why);
-                }
-            }
-            Job::Program => match result {
-                Ok(()) => self.line_ended(),
-                Err(why) => self.end_run(Err(why)),
-            },
-            Job::SelfTest => self.self_test_ended(),
-        }
-    }
-
-    /// What ends a motion early is told although it has been answered.
-    pub(crate) fn tells_late_errors(&self) -> bool {
-        self.state.model.quirks.lower_case == LowerCase::BeforeAndError
-    }
-
-    pub(crate) fn take_activity(&mut self) -> Activity {
-        std::mem::replace(&mut self.state.activity, Activity::Idle)
-    }
-
     pub(crate) fn motion_begins(&mut self, segment: &Segment) {
         if self.wants(Kinds::MOTION) {
             let segment = Box::new(segment.clone());
             self.emit(Event::Motion(Motion::Begins { origin: self.state.position, segment }));
         }
     }
-}
-
-/// A line of one axis.
-pub(crate) fn along(axis: usize, steps: i64) -> Line {
-    let mut delta = Point::default();
-    delta[axis] = steps;
-    Line::new(delta)
-}
-
-/// A position as the 24-bit counters hold it.
-pub(crate) fn wrap(position: i64) -> i64 {
-    (position << 40) >> 40
 }

@@ -5,13 +5,13 @@ use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::Op;
 use vimc4_plant::{End, PlantSignal};
 
-use crate::Controller;
-use crate::model::CommandSet;
-use crate::ports::Output;
-use crate::state::{Activity, Ending, Job, Wait};
+use crate::activity::{Activity, Ending, Job, Wait};
+use crate::firmware::Firmware;
+use crate::outcome::Outcome;
 use crate::why::{By, Off, Opened, Why};
+use crate::wiring::Output;
 
-impl Controller {
+impl Firmware {
     /// A signal of the plant takes a level.
     pub(crate) fn signal(&mut self, signal: PlantSignal, level: bool) {
         let driven = self.state.driven();
@@ -20,7 +20,7 @@ impl Controller {
         }
         // Supply and temperature take the power stages with them.
         self.outputs_changed(driven);
-        match (signal, level) {
+        let outcome = match (signal, level) {
             (PlantSignal::Stop, true) => self.stop_button(),
             (PlantSignal::Start, true) => self.start_button(),
             (PlantSignal::On, true) => self.on_button(),
@@ -30,94 +30,91 @@ impl Controller {
                     let positive = end == End::Positive;
                     self.emit(Event::Switch { axis: axis as u8, positive, active });
                 }
-                self.limits_changed();
+                self.limits_changed()
             }
-            _ => {}
-        }
+            _ => Outcome::Nothing,
+        };
+        self.follow(outcome);
         if self.state.cover_forbids() {
             let by_key = matches!(signal, PlantSignal::Key);
-            self.cover_opened(if by_key { Opened::Key } else { Opened::Now });
+            let outcome = self.cover_opened(if by_key { Opened::Key } else { Opened::Now });
+            self.follow(outcome);
         }
         if !self.state.motors_on() && self.is_moving() {
-            self.halt(Why::Stages(self.why_off()));
+            let outcome = self.halt(Why::Stages(self.state.why_off()));
+            self.follow(outcome);
         }
         self.inputs_changed();
     }
 
     /// STOP halts the motion or the program, and the spindle.
-    fn stop_button(&mut self) {
+    fn stop_button(&mut self) -> Outcome {
         self.drive(|outputs| outputs.set(Output::SPINDLE, false));
-        self.stop(By::Button);
+        self.stop(By::Button)
     }
 
     /// START runs a valid program, or goes on with one that was stopped. With a motion that was
     /// stopped in DNC mode the iMC-xx goes on as well (12 5, code F); on the older cards the host
     /// sees the button and sends `S` (99 2.2.12).
-    fn start_button(&mut self) {
-        let ready = self.is_at_rest() && !self.state.storing && !self.is_stop_held();
+    fn start_button(&mut self) -> Outcome {
+        let ready = self.state.is_at_rest() && !self.state.storing && !self.state.is_stop_held();
         if !ready || self.check_plant().is_err() {
-            return;
-        }
-        if self.state.run.is_some() {
-            self.resume(false);
-        } else if self.state.remainder.is_some() {
-            if self.state.model.quirks.start_resumes_dnc {
-                self.start_command(Job::Command(Op::Start));
-            }
+            Outcome::Nothing
+        } else if self.state.run.is_some() {
+            self.resume(false)
+        } else if self.state.remainder.is_none() {
+            self.begin_run(false)
+        } else if self.state.model.quirks.start_resumes_dnc {
+            self.start_command(Job::Command(Op::Start))
         } else {
-            self.begin_run(false);
+            Outcome::Nothing
         }
     }
 
     /// ON switches the power stage on. In the initial state, which an emergency stop leaves, it
     /// does more: with STOP held and the key on test it erases the program, with START held it
     /// begins the self-test (99 3.1, E1).
-    fn on_button(&mut self) {
+    fn on_button(&mut self) -> Outcome {
         let panel = *self.state.plant.panel();
         if panel.emergency_stop {
-            return;
+            return Outcome::Nothing;
         }
-        let initial = !self.state.relay && self.is_at_rest();
+        let initial = !self.state.relay && self.state.is_at_rest();
         let erases = initial && panel.stop && !panel.automatic;
         if let Some(ms) = self.state.model.timing.panel_erase_ms.filter(|_| erases) {
             self.state.run = None;
             self.state.storing = false;
             let until = self.state.now.after_nanos(ms.saturating_mul(1_000_000));
             self.state.activity = Activity::Waiting { what: Wait::PanelErase, until: Some(until) };
-            return;
+            return Outcome::Nothing;
         }
         if self.state.cover_forbids() {
-            return;
+            return Outcome::Nothing;
         }
         self.state.relay = true;
         self.drive(|outputs| outputs.set(Output::STAGE, true));
         if panel.start && initial && self.has_self_test() {
-            self.begin_self_test();
+            return self.begin_self_test();
         }
+        Outcome::Nothing
     }
 
     /// The emergency stop takes the power from the motors; what runs is answered with `9`, and
     /// the controller starts again without it.
-    fn emergency_stop(&mut self) {
-        self.halt(Why::Stages(Off::EmergencyStop));
+    fn emergency_stop(&mut self) -> Outcome {
+        let outcome = self.halt(Why::Stages(Off::EmergencyStop));
+        self.follow(outcome);
         self.open_relay();
         self.reset();
-    }
-
-    /// The safety relay opens: the power stages are off until ON.
-    pub(crate) fn open_relay(&mut self) {
-        let driven = self.state.driven();
-        self.state.relay = false;
-        self.state.outputs.set(Output::STAGE, false);
-        self.outputs_changed(driven);
+        Outcome::Nothing
     }
 
     /// The cover was opened with the key on automatic, or the key turned with it open.
-    fn cover_opened(&mut self, opened: Opened) {
+    fn cover_opened(&mut self, opened: Opened) -> Outcome {
         match &self.state.activity {
             Activity::Moving(_) => self.brake(Ending::Cover(opened)),
             Activity::Referencing(_) => self.halt(Why::Cover(opened)),
-            _ => {}
+            _ => Outcome::Nothing,
         }
     }
 
@@ -127,7 +124,7 @@ impl Controller {
             return;
         }
         if !on {
-            self.abandon_motion();
+            self.halt_motors();
         }
         let outputs = self.state.driven();
         self.state.powered = on;
@@ -135,46 +132,32 @@ impl Controller {
         self.state.relay = on && !self.state.plant.panel().emergency_stop;
         self.reset();
         if !on {
-            self.state.outputs = crate::Outputs::default();
+            self.state.outputs = crate::wiring::Outputs::default();
             self.state.activity = Activity::Idle;
             self.outputs_changed(outputs);
         } else if let Activity::Waiting { what, .. } = &mut self.state.activity {
             *what = Wait::PowerUp;
         } else {
-            self.powered_up();
-        }
-    }
-
-    /// The controller has been switched on: START, still held, begins the self-test (99 2.2.20).
-    pub(crate) fn powered_up(&mut self) {
-        let start = self.state.plant.panel().start;
-        if start && self.has_self_test() && self.check_plant().is_ok() {
-            self.begin_self_test();
+            let outcome = self.powered_up();
+            self.follow(outcome);
         }
     }
 
     /// Any input may have changed: what waits for one looks again.
-    pub(crate) fn inputs_changed(&mut self) {
+    fn inputs_changed(&mut self) {
         if let Activity::Moving(moving) = &self.state.activity
             && let Some(condition) = moving.plan.until
             && moving.ending == Ending::Complete
             && self.is_met(condition)
         {
-            self.brake(Ending::Event);
+            let outcome = self.brake(Ending::Event);
+            self.follow(outcome);
         }
-        self.program_inputs_changed();
-    }
-
-    /// Nothing executes and no program runs.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        matches!(self.state.activity, Activity::Idle) && !self.state.is_running()
+        let outcome = self.program_inputs_changed();
+        self.follow(outcome);
     }
 
     fn is_moving(&self) -> bool {
         matches!(self.state.activity, Activity::Moving(_) | Activity::Referencing(_))
-    }
-
-    fn has_self_test(&self) -> bool {
-        self.state.model.command_set != CommandSet::ImcXx
     }
 }

@@ -3,11 +3,12 @@
 use vimc4_device::{Event, Kinds, Warning};
 use vimc4_isel_wire::{Control, Line, control};
 
-use crate::Controller;
-use crate::state::{Activity, Wait};
+use crate::activity::{Activity, Wait};
+use crate::firmware::Firmware;
+use crate::outcome::Outcome;
 use crate::why::By;
 
-impl Controller {
+impl Firmware {
     /// Takes bytes as they arrive. 253, 254 and 255 act at once, wherever they appear, on what the
     /// bytes before them have begun; the others wait in the receive buffer for their turn (99 2.2.21).
     pub(crate) fn receive(&mut self, bytes: &[u8]) {
@@ -18,11 +19,15 @@ impl Controller {
         for &byte in bytes {
             if let Some(control) = control(byte) {
                 self.take_all_waiting();
-                match control {
+                let outcome = match control {
                     Control::Stop => self.stop(By::Line),
-                    Control::Reset => self.software_reset(),
                     Control::Break => self.break_off(),
-                }
+                    Control::Reset => {
+                        self.software_reset();
+                        Outcome::Nothing
+                    }
+                };
+                self.follow(outcome);
                 continue;
             }
             if self.state.receiver.waiting.len() >= self.state.model.line.receive_buffer {
@@ -31,7 +36,8 @@ impl Controller {
             if self.state.receiver.waiting.len() < self.state.model.line.receive_buffer {
                 self.state.receiver.waiting.push_back(byte);
                 if matches!(self.state.activity, Activity::Waiting { what: Wait::Character, .. }) {
-                    self.character_arrived();
+                    let outcome = self.character_arrived();
+                    self.follow(outcome);
                 }
             } else {
                 lost += 1;
@@ -43,15 +49,9 @@ impl Controller {
     }
 
     fn take_all_waiting(&mut self) {
-        while self.has_waiting() {
+        while self.state.has_waiting() {
             self.take_waiting();
         }
-    }
-
-    /// Whether something waits in the receive buffer whose turn it is.
-    pub(crate) fn has_waiting(&self) -> bool {
-        let takes = self.is_listening() || matches!(self.state.activity, Activity::Echo);
-        takes && !self.state.receiver.waiting.is_empty()
     }
 
     /// Takes what waits in the receive buffer, up to the end of a line, which is executed.
@@ -67,10 +67,5 @@ impl Controller {
                 Some(Line::TooLong) => return self.refuse_long_line(),
             }
         }
-    }
-
-    /// Whether bytes are read as commands: nothing executes and no program runs.
-    fn is_listening(&self) -> bool {
-        matches!(self.state.activity, Activity::Idle) && !self.state.is_running()
     }
 }

@@ -6,15 +6,16 @@
 
 use std::collections::VecDeque;
 
-use vimc4_device::{Event, Kinds, Time, Warning};
+use vimc4_device::{Event, Kinds, Warning};
 use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference};
 
-use crate::moves::along;
-use crate::state::{Activity, Job, Phase, Referencing};
+use crate::activity::{Activity, Job, Phase, Referencing};
+use crate::axes::{AXES, AXIS_NAMES, along};
+use crate::firmware::Firmware;
+use crate::outcome::Outcome;
 use crate::why::{By, Why};
-use crate::{AXES, AXIS_NAMES, Controller};
 
 /// The order in which axes look for their reference points (99 2.2.2).
 const ORDER: [usize; AXES] = [2, 1, 0, 3];
@@ -22,30 +23,17 @@ const ORDER: [usize; AXES] = [2, 1, 0, 3];
 /// So many steps stand for "on and on": half a year at the highest speed.
 const ON_AND_ON: i64 = 1 << 40;
 
-impl Referencing {
-    /// The step at which the present phase ends.
-    fn last_step(&self) -> u64 {
-        let whole = self.segment.profile.steps();
-        whole.min(self.goal.unwrap_or(whole)).min(self.wrong.unwrap_or(whole))
-    }
-
-    /// When the present phase ends.
-    pub(crate) fn due(&self) -> Time {
-        self.began.after_nanos(self.segment.profile.time_of(self.last_step()))
-    }
-}
-
-impl Controller {
+impl Firmware {
     /// Begins a reference run. In test mode nothing moves and the current point becomes the
     /// reference point (99 2.2.15).
-    pub(crate) fn begin_reference(&mut self, job: Job, axes: AxisSet) {
+    pub(crate) fn begin_reference(&mut self, job: Job, axes: AxisSet) -> Outcome {
         if self.state.test_mode {
             self.simulate_reference(axes);
-            return self.finish(job, Ok(()));
+            return Outcome::Finished(job, Ok(()));
         }
         self.state.three_d = false;
         let axes = ORDER.into_iter().filter(|&axis| axes.has(axis)).map(|axis| axis as u8);
-        self.reference_next(job, axes.collect());
+        self.reference_next(job, axes.collect())
     }
 
     /// What a reference run leaves, without moving (12 2.2.20).
@@ -54,24 +42,34 @@ impl Controller {
         axes.iter().for_each(|axis| self.set_reference_point(axis));
     }
 
-    /// Begins to drive an axis out of whichever limit switch it stands on (12 2.2.9).
-    pub(crate) fn begin_free(&mut self, job: Job, axes: AxisSet) {
-        let Some(axis) = axes.iter().next() else { return self.finish(job, Ok(())) };
-        if self.active_limit(axis).is_none() {
-            return self.finish(job, Ok(()));
-        }
-        self.begin_phase(job, false, VecDeque::new(), axis, Phase::StepOut);
+    /// The current point of an axis becomes its reference point.
+    pub(crate) fn set_reference_point(&mut self, axis: usize) {
+        self.state.position[axis] = 0;
+        self.state.zero[axis] = 0;
+        let axis = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+        self.state.referenced = self.state.referenced.union(axis);
+        self.state.latched = self.state.latched.without(axis);
+        self.state.freed = self.state.freed.without(axis);
     }
 
-    fn reference_next(&mut self, job: Job, mut next: VecDeque<u8>) {
-        let Some(axis) = next.pop_front() else { return self.finish(job, Ok(())) };
+    /// Begins to drive an axis out of whichever limit switch it stands on (12 2.2.9).
+    pub(crate) fn begin_free(&mut self, job: Job, axes: AxisSet) -> Outcome {
+        let Some(axis) = axes.iter().next() else { return Outcome::Finished(job, Ok(())) };
+        if self.active_limit(axis).is_none() {
+            return Outcome::Finished(job, Ok(()));
+        }
+        self.begin_phase(job, false, VecDeque::new(), axis, Phase::StepOut)
+    }
+
+    fn reference_next(&mut self, job: Job, mut next: VecDeque<u8>) -> Outcome {
+        let Some(axis) = next.pop_front() else { return Outcome::Finished(job, Ok(())) };
         let axis = usize::from(axis);
-        self.unreference(AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE));
+        self.state.unreference(AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE));
         let on_switch = self.limit_active(axis, self.reference_end(axis));
         let begin_outside =
             on_switch && self.state.plant.machine().axis(axis).reference != Reference::Home;
         let phase = if begin_outside { Phase::StepOut } else { Phase::Approach };
-        self.begin_phase(job, true, next, axis, phase);
+        self.begin_phase(job, true, next, axis, phase)
     }
 
     /// The end at which an axis looks for its reference switch; `IR` makes it the other.
@@ -90,7 +88,7 @@ impl Controller {
         next: VecDeque<u8>,
         axis: usize,
         phase: Phase,
-    ) {
+    ) -> Outcome {
         let home = whole && self.state.plant.machine().axis(axis).reference == Reference::Home;
         let carriage = self.state.plant.carriage()[axis];
         let end = self.switch_to_leave(axis, whole);
@@ -123,6 +121,7 @@ impl Controller {
         }
         self.motion_begins(&run.segment);
         self.state.activity = Activity::Referencing(Box::new(run));
+        Outcome::Nothing
     }
 
     /// The end whose switch a phase is about.
@@ -165,61 +164,61 @@ impl Controller {
     }
 
     /// The present phase has come to its end.
-    pub(crate) fn reference_phase_ended(&mut self) {
-        let Activity::Referencing(run) = self.take_activity() else { return };
+    pub(crate) fn reference_phase_ended(&mut self) -> Outcome {
+        let Activity::Referencing(run) = self.take_activity() else { return Outcome::Nothing };
         let step = run.last_step();
         self.commit(&run.segment, step, false);
         if run.wrong == Some(step) && run.goal != Some(step) {
             return self.wrong_switch(&run);
         }
-        self.phase_reached(*run);
+        self.phase_reached(*run)
     }
 
-    fn wrong_switch(&mut self, run: &Referencing) {
+    fn wrong_switch(&mut self, run: &Referencing) -> Outcome {
         let axis = AxisSet::from_bits(1 << run.axis).unwrap_or(AxisSet::NONE);
-        self.unreference(axis);
+        self.state.unreference(axis);
         self.state.latched = self.state.latched.union(axis);
         let both = [End::Negative, End::Positive].map(|end| self.limit_active(run.axis, end));
         let end = self.active_limit(run.axis).filter(|_| both != [true; 2]);
         let (axis, referencing) = (run.axis as u8, run.whole);
-        self.finish(run.job, Err(Why::WrongSwitch { axis, end, referencing }));
+        Outcome::Finished(run.job, Err(Why::WrongSwitch { axis, end, referencing }))
     }
 
     /// A phase is done; the counters are where it ended.
-    fn phase_reached(&mut self, run: Referencing) {
+    fn phase_reached(&mut self, run: Referencing) -> Outcome {
         let Referencing { job, whole, next, axis, phase, .. } = run;
         if !whole {
             let axes = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
-            self.unreference(axes);
+            self.state.unreference(axes);
             self.state.latched = self.state.latched.without(axes);
             self.state.freed = self.state.freed.union(axes);
-            return self.finish(job, Ok(()));
+            return Outcome::Finished(job, Ok(()));
         }
         let home = self.state.plant.machine().axis(axis).reference == Reference::Home;
         match phase {
             Phase::Approach if !home && self.limit_active(axis, self.reference_end(axis)) => {
-                self.begin_phase(job, whole, next, axis, Phase::StepOut);
+                self.begin_phase(job, whole, next, axis, Phase::StepOut)
             }
             Phase::Approach | Phase::StepOut => {
-                self.begin_phase(job, whole, next, axis, Phase::Free);
+                self.begin_phase(job, whole, next, axis, Phase::Free)
             }
             Phase::Free => {
                 self.set_reference_point(axis);
-                self.reference_next(job, next);
+                self.reference_next(job, next)
             }
         }
     }
 
     /// STOP stands in for the reference switch: the present phase ends here (99 2.2.2).
-    pub(crate) fn stand_in_for_switch(&mut self) {
-        let Activity::Referencing(run) = self.take_activity() else { return };
+    pub(crate) fn stand_in_for_switch(&mut self) -> Outcome {
+        let Activity::Referencing(run) = self.take_activity() else { return Outcome::Nothing };
         if run.phase == Phase::Free {
             self.state.activity = Activity::Referencing(run);
-            return;
+            return Outcome::Nothing;
         }
         self.commit_reference(&run);
         self.warn_of_false_reference(&run);
-        self.phase_reached(*run);
+        self.phase_reached(*run)
     }
 
     /// Says that an axis has a switch which STOP has stood in for. Where there is none, or a machine
@@ -238,13 +237,13 @@ impl Controller {
 
     /// STOP ends the reference run of a program (99 3.2.2): the axis stays without a reference
     /// point, and those after it are not driven. The program halts, and goes on after this line.
-    pub(crate) fn end_reference_of_program(&mut self, by: By) {
-        let Activity::Referencing(run) = self.take_activity() else { return };
+    pub(crate) fn end_reference_of_program(&mut self, by: By) -> Outcome {
+        let Activity::Referencing(run) = self.take_activity() else { return Outcome::Nothing };
         self.commit_reference(&run);
         if let Some(run) = &mut self.state.run {
             run.line += 1;
         }
-        self.pause(by);
+        Outcome::ProgramHalts(by)
     }
 
     /// Makes the steps up to now final.
@@ -254,11 +253,11 @@ impl Controller {
     }
 
     /// A limit switch was pressed or released by hand during a reference run.
-    pub(crate) fn reference_switches_changed(&mut self, mut run: Box<Referencing>) {
+    pub(crate) fn reference_switches_changed(&mut self, mut run: Box<Referencing>) -> Outcome {
         let axis = run.axis;
         if run.whole && self.state.plant.machine().axis(axis).reference == Reference::Home {
             self.state.activity = Activity::Referencing(run);
-            return;
+            return Outcome::Nothing;
         }
         let nanos = self.state.now.nanos_since(run.began);
         let step = run.segment.profile.steps_at(nanos);
@@ -273,13 +272,14 @@ impl Controller {
         };
         if reached {
             self.commit(&run.segment, step, false);
-            self.phase_reached(*run);
+            self.phase_reached(*run)
         } else if active(ahead) {
             self.commit(&run.segment, step, false);
-            self.wrong_switch(&run);
+            self.wrong_switch(&run)
         } else {
             self.watch_switches(&mut run, step);
             self.state.activity = Activity::Referencing(run);
+            Outcome::Nothing
         }
     }
 }

@@ -1,20 +1,20 @@
-//! What the controller says of itself: positions, ports, diagnosis, texts; and the outputs.
+//! What the controller says of itself: positions, ports, diagnosis, texts.
 
 use std::fmt::Write as _;
 
-use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{AxisSet, Dialect, Reply};
 use vimc4_plant::End;
 
-use crate::command::Answer;
+use crate::answers::Answer;
+use crate::axes::AXIS_NAMES;
+use crate::firmware::Firmware;
 use crate::model::{Place, PositionAxes};
-use crate::ports::{Output, Outputs, Wire};
-use crate::{AXIS_NAMES, Controller};
+use crate::wiring::{Output, Wire};
 
 /// The axes whose positions are told whether they are configured or not.
 const XYZ: AxisSet = AxisSet::X.union(AxisSet::Y).union(AxisSet::Z);
 
-impl Controller {
+impl Firmware {
     /// `P`: `0` and six hexadecimal digits for each axis; four axes where A is configured,
     /// else three, however many are. Older cards leave out those that are not.
     pub(crate) fn position_report(&self) -> Answer {
@@ -134,83 +134,6 @@ impl Controller {
     }
 
     // --- ports ---
-
-    /// The value of a readable port.
-    pub(crate) fn read_port(&self, port: u16) -> u8 {
-        self.state.model.ports.readable(port).map_or(0, |wires| self.value_of(wires))
-    }
-
-    /// The value of a port as its outputs drive it.
-    pub(crate) fn driven_value(&self, port: u16) -> u8 {
-        let wires = self.state.model.ports.writable(port);
-        wires.map_or(0, |wires| self.state.driven().value_of(wires))
-    }
-
-    fn value_of(&self, wires: &[Wire]) -> u8 {
-        let bits = wires.iter().enumerate();
-        bits.fold(0, |value, (bit, wire)| value | u8::from(self.level(*wire)) << bit)
-    }
-
-    /// The level of a wire: 1 where the thing it is named for is so.
-    fn level(&self, wire: Wire) -> bool {
-        let state = &self.state;
-        let panel = state.plant.panel();
-        let end = |number: u8| if number == 0 { End::Negative } else { End::Positive };
-        match wire {
-            Wire::Reserved => false,
-            Wire::Stop => panel.stop,
-            Wire::Start => panel.start,
-            Wire::On => panel.on,
-            Wire::EmergencyStop => panel.emergency_stop,
-            Wire::EmergencyCircuit => !panel.emergency_stop,
-            Wire::Cover => panel.cover_closed,
-            Wire::CoverAutomatic => panel.cover_closed && panel.automatic,
-            Wire::CoverSetup => panel.cover_closed || !panel.automatic,
-            Wire::Key => panel.automatic,
-            Wire::PowerOk => panel.power_ok,
-            Wire::Overtemperature => panel.overtemperature,
-            Wire::Probe => panel.probe,
-            Wire::Motors => state.motors_on(),
-            Wire::Input(number) => {
-                state.plant.input(number) || panel.probe && state.model.ports.probe == Some(wire)
-            }
-            Wire::SwitchLevel(axis, number) => {
-                let axis = usize::from(axis);
-                let carriage = self.carriage_now(axis);
-                state.plant.switch_level_at(axis, end(number), carriage)
-            }
-            Wire::Limit(axis, number) => {
-                let axis = usize::from(axis);
-                self.limit_active_at(axis, end(number), self.carriage_now(axis))
-            }
-            Wire::Configured(axis) => state.axes.has(usize::from(axis)),
-            Wire::Rotary(axis) => state.settings.rotary.has(usize::from(axis)),
-            Wire::Output(output) => state.driven().get(output),
-            Wire::Inverted(output) => !state.driven().get(output),
-        }
-    }
-
-    /// Changes outputs, and tells which ports that changed.
-    pub(crate) fn drive(&mut self, change: impl FnOnce(&mut Outputs)) {
-        let before = self.state.driven();
-        change(&mut self.state.outputs);
-        self.outputs_changed(before);
-    }
-
-    /// Tells which output ports differ from what was driven before.
-    pub(crate) fn outputs_changed(&mut self, before: Outputs) {
-        let after = self.state.driven();
-        if before == after || !self.wants(Kinds::PORT) {
-            return;
-        }
-        let model = std::sync::Arc::clone(&self.state.model);
-        for (port, wires) in &model.ports.write {
-            let value = after.value_of(wires);
-            if value != before.value_of(wires) {
-                self.emit(Event::Port { port: *port, value });
-            }
-        }
-    }
 }
 
 /// Text lines, then the handshake.

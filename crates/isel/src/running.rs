@@ -5,39 +5,41 @@
 //! its next poll would have been.
 
 use bytes::Bytes;
-use vimc4_device::{Event, Kinds, Warning};
-use vimc4_isel_wire::{Bit, BitTest, Command, Mode, Op, PortMap as _, PortTest};
+use vimc4_device::{Event, Kinds, Time, Warning};
+use vimc4_isel_wire::{Command, Mode, Op, PortTest};
 
-use crate::Controller;
-use crate::command::Answer;
+use crate::activity::{Activity, Ending, Job, PortCondition, Wait};
+use crate::answers::Answer;
+use crate::firmware::Firmware;
 use crate::model::LoopCount;
+use crate::outcome::Outcome;
 use crate::program::Validity;
-use crate::state::{Activity, Ending, Job, OpenLoop, PortCondition, Run, Wait};
+use crate::state::{OpenLoop, Run};
 use crate::why::{Breaker, By, Opened, Why};
 
 const NANOS_PER_TENTH: u64 = 100_000_000;
 
-impl Controller {
+impl Firmware {
     // --- start, pause, end ---
 
     /// `S`: goes on with a stopped motion, or with the program.
-    pub(crate) fn start_command(&mut self, job: Job) {
+    pub(crate) fn start_command(&mut self, job: Job) -> Outcome {
         let answers = matches!(job, Job::Command(_));
         if let Some(plan) = self.state.remainder.take() {
-            self.begin_plan(job, plan);
+            self.begin_plan(job, plan)
         } else if self.state.run.is_some() {
-            self.resume(answers);
+            self.resume(answers)
         } else {
-            self.begin_run(answers);
+            self.begin_run(answers)
         }
     }
 
     /// Runs the program from its beginning, with the axes and reference speeds that were
     /// stored with it.
-    pub(crate) fn begin_run(&mut self, by_command: bool) {
-        let Some(program) = &self.state.flash.program else { return };
+    pub(crate) fn begin_run(&mut self, by_command: bool) -> Outcome {
+        let Some(program) = &self.state.flash.program else { return Outcome::Nothing };
         if program.validity != Validity::Valid {
-            return;
+            return Outcome::Nothing;
         }
         let (axes, speeds) = (program.axes, program.speeds);
         self.state.axes = axes;
@@ -54,25 +56,26 @@ impl Controller {
             paused: false,
         });
         self.signal_error(false);
-        self.watch_program_inputs();
-        self.next_line();
+        match self.watch_program_inputs() {
+            Outcome::Nothing => self.next_line(),
+            ended => ended,
+        }
     }
 
     /// Goes on with a program that was stopped. If a command of the host had begun it or gone on
     /// with it, that command is taken up again, by whomever (12 5, code F): the host learns of its
     /// end, as it does with a stopped motion.
-    pub(crate) fn resume(&mut self, by_command: bool) {
-        let Some(run) = &mut self.state.run else { return };
+    pub(crate) fn resume(&mut self, by_command: bool) -> Outcome {
+        let Some(run) = &mut self.state.run else { return Outcome::Nothing };
         run.paused = false;
         run.by_command |= by_command;
         let remainder = run.remainder.take();
-        self.watch_program_inputs();
-        if !self.state.is_running() {
-            return;
-        }
-        match remainder {
-            Some(plan) => self.begin_plan(Job::Program, plan),
-            None => self.next_line(),
+        match (self.watch_program_inputs(), remainder) {
+            (Outcome::Nothing, Some(plan)) if self.state.is_running() => {
+                self.begin_plan(Job::Program, plan)
+            }
+            (Outcome::Nothing, _) => self.next_line(),
+            (ended, _) => ended,
         }
     }
 
@@ -122,24 +125,24 @@ impl Controller {
     // --- line by line ---
 
     /// Executes the line that comes next, now.
-    fn next_line(&mut self) {
+    pub(crate) fn next_line(&mut self) -> Outcome {
         let now = self.state.now;
-        let Some(run) = &mut self.state.run else { return };
+        let Some(run) = &mut self.state.run else { return Outcome::Nothing };
         if let Some(by) = run.stopping {
-            return self.pause(by);
+            return Outcome::ProgramHalts(by);
         }
         run.began = now;
         let line = run.line;
         let command = self.state.flash.program.as_ref().and_then(|p| p.command(line)).cloned();
-        let Some(command) = command else { return self.end_run(Ok(())) };
+        let Some(command) = command else { return Outcome::ProgramEnds(Ok(())) };
         if self.wants(Kinds::COMMAND) {
             let mnemonic = self.mnemonic(Mode::Stored, command.op(Mode::Stored));
             self.emit(Event::Line { line: line + 1, mnemonic: mnemonic.into() });
         }
         if let Err(why) = self.check_line(&command) {
-            return self.end_run(Err(why));
+            return Outcome::ProgramEnds(Err(why));
         }
-        self.execute_program_line(line, command);
+        self.execute_program_line(line, command)
     }
 
     /// What a direct command would have been refused for.
@@ -160,7 +163,7 @@ impl Controller {
         self.check_command(command)
     }
 
-    fn execute_program_line(&mut self, line: u32, command: Command) {
+    fn execute_program_line(&mut self, line: u32, command: Command) -> Outcome {
         match command {
             Command::RelativeMove(_)
             | Command::AbsoluteMove(_)
@@ -169,12 +172,12 @@ impl Controller {
                 let mut plan = self.plan_of(&command);
                 let until = self.state.run.as_mut().and_then(|run| run.until.take());
                 plan.until = until.map(PortCondition::Bit);
-                self.begin_plan(Job::Program, plan);
+                self.begin_plan(Job::Program, plan)
             }
             Command::Reference(axes) => self.begin_reference(Job::Program, axes),
             Command::Delay { tenths } => {
                 let until = self.state.now.after_nanos(u64::from(tenths) * NANOS_PER_TENTH);
-                self.wait(Wait::Delay, Some(until));
+                self.wait(Wait::Delay, Some(until))
             }
             Command::Loop { count, offset } => self.repeat(line, count, offset),
             Command::Branch { offset: 0 } => self.wait(Wait::Forever, None),
@@ -188,42 +191,42 @@ impl Controller {
                 }
             }
             Command::AwaitSync { .. } => {
-                self.wait(Wait::Character, None);
-                self.character_arrived();
+                let _ = self.wait(Wait::Character, None);
+                self.character_arrived()
             }
             Command::SendSync(character) => {
                 self.send(Bytes::copy_from_slice(&[character]));
-                self.line_ended();
+                self.line_ended()
             }
             Command::Until(test) => {
                 if let Some(run) = &mut self.state.run {
                     run.until = Some(test);
                 }
-                self.line_ended();
+                self.line_ended()
             }
             other => {
                 self.apply(&other);
-                self.line_ended();
+                self.line_ended()
             }
         }
     }
 
     /// The present line is done; the one after it comes next.
-    pub(crate) fn line_ended(&mut self) {
+    pub(crate) fn line_ended(&mut self) -> Outcome {
         let line = self.state.run.as_ref().map_or(0, |run| run.line);
-        self.go_to(line + 1);
+        self.go_to(line + 1)
     }
 
     /// Jumps by an offset from `line`. A target outside the data field ends the program with
     /// `G`; the end mark itself is inside.
-    fn jump(&mut self, line: u32, offset: i64) {
+    fn jump(&mut self, line: u32, offset: i64) -> Outcome {
         let end = self.state.flash.program.as_ref().map_or(0, |program| program.len());
         match u32::try_from(i64::from(line) + offset).ok().filter(|target| *target <= end) {
             Some(target) => self.go_to(target),
             None => {
                 let to = i64::from(line) + offset;
                 let why = Why::Jump { to, other_base: self.other_base_leads_to(line, to, end) };
-                self.end_run(Err(why));
+                Outcome::ProgramEnds(Err(why))
             }
         }
     }
@@ -239,25 +242,21 @@ impl Controller {
     }
 
     /// The line `target` comes next, as soon as the present one has taken its time.
-    fn go_to(&mut self, target: u32) {
+    fn go_to(&mut self, target: u32) -> Outcome {
         let line_nanos = self.state.model.timing.line_us.saturating_mul(1_000);
-        let Some(run) = &mut self.state.run else { return };
+        let Some(run) = &mut self.state.run else { return Outcome::Nothing };
         run.line = target;
         let due = run.began.after_nanos(line_nanos);
-        if due <= self.state.now {
-            self.next_line();
-        } else {
-            self.wait(Wait::Line, Some(due));
-        }
+        if due <= self.state.now { self.next_line() } else { self.wait(Wait::Line, Some(due)) }
     }
 
-    fn repeat(&mut self, line: u32, count: u16, offset: i32) {
+    fn repeat(&mut self, line: u32, count: u16, offset: i32) -> Outcome {
         let depth = self.state.model.limits.loop_depth;
         let extra = match self.state.model.quirks.loop_count {
             LoopCount::Total => u32::from(count) - 1,
             LoopCount::Extra => u32::from(count),
         };
-        let Some(run) = &mut self.state.run else { return };
+        let Some(run) = &mut self.state.run else { return Outcome::Nothing };
         // Loops inside this one that a branch has left are over.
         let first = i64::from(line) + i64::from(offset);
         run.loops.retain(|open| !(first..i64::from(line)).contains(&i64::from(open.line)));
@@ -277,10 +276,12 @@ impl Controller {
         }
         match open {
             Some(place) => run.loops[place].left = left - 1,
-            None if run.loops.len() == depth => return self.end_run(Err(Why::LoopDepth)),
+            None if run.loops.len() == depth => {
+                return Outcome::ProgramEnds(Err(Why::LoopDepth));
+            }
             None => run.loops.push(OpenLoop { line, left: left - 1 }),
         }
-        self.jump(line, i64::from(offset));
+        self.jump(line, i64::from(offset))
     }
 
     /// The way of a conditional branch, counted from its own line.
@@ -290,34 +291,21 @@ impl Controller {
 
     // --- waiting ---
 
-    fn wait(&mut self, what: Wait, until: Option<vimc4_device::Time>) {
+    fn wait(&mut self, what: Wait, until: Option<Time>) -> Outcome {
         self.state.activity = Activity::Waiting { what, until };
-    }
-
-    /// The time of a wait is over.
-    pub(crate) fn wait_ended(&mut self, what: Wait) {
-        self.state.activity = Activity::Idle;
-        match what {
-            Wait::Boot => {}
-            Wait::PowerUp => self.powered_up(),
-            Wait::Erase => {
-                self.erase_program();
-                self.done(Mode::Direct, Op::Erase);
-            }
-            Wait::PanelErase => self.erase_program(),
-            Wait::Delay => self.line_ended(),
-            Wait::Line | Wait::Port | Wait::Character | Wait::Forever => self.next_line(),
-        }
+        Outcome::Nothing
     }
 
     /// A character arrived for the line that waits for one: the oldest from 33 to 126 counts,
     /// others are dropped.
-    pub(crate) fn character_arrived(&mut self) {
-        let Some(line) = self.state.run.as_ref().map(|run| run.line) else { return };
+    pub(crate) fn character_arrived(&mut self) -> Outcome {
+        let Some(line) = self.state.run.as_ref().map(|run| run.line) else {
+            return Outcome::Nothing;
+        };
         let program = self.state.flash.program.as_ref();
         let Some(&Command::AwaitSync { character, offset }) = program.and_then(|p| p.command(line))
         else {
-            return;
+            return Outcome::Nothing;
         };
         while let Some(byte) = self.state.receiver.waiting.pop_front() {
             if (33..=126).contains(&byte) {
@@ -327,19 +315,21 @@ impl Controller {
                 };
             }
         }
+        Outcome::Nothing
     }
 
     /// Inputs of a running program changed.
-    pub(crate) fn program_inputs_changed(&mut self) {
-        self.watch_program_inputs();
+    pub(crate) fn program_inputs_changed(&mut self) -> Outcome {
+        let ended = self.watch_program_inputs();
         self.poll_waiting_branch();
+        ended
     }
 
     /// `IA`, `IH`, `IN`: inputs that end a running program when they differ from what they
     /// should be (12 4.2.11 to 4.2.14).
-    fn watch_program_inputs(&mut self) {
+    fn watch_program_inputs(&mut self) -> Outcome {
         if !self.state.is_running() {
-            return;
+            return Outcome::Nothing;
         }
         let settings = &self.state.settings;
         let differs = |test: PortTest| {
@@ -348,24 +338,26 @@ impl Controller {
         let (emergency, cover, abort) =
             (differs(settings.emergency), differs(settings.cover), differs(settings.abort));
         if emergency {
-            self.halt(Why::EmergencyInput);
+            self.halt_motors();
+            self.end_run(Err(Why::EmergencyInput));
             self.open_relay();
         } else if cover {
             let opened = Opened::Input;
-            self.end_program_motion(Ending::Cover(opened), Err(Why::Cover(opened)));
+            return self.end_program_motion(Ending::Cover(opened), Err(Why::Cover(opened)));
         } else if abort {
-            self.end_program_motion(Ending::Break, Ok(()));
+            return self.end_program_motion(Ending::Break, Ok(()));
         }
+        Outcome::Nothing
     }
 
     /// Ends the program, along the ramp if it moves.
-    fn end_program_motion(&mut self, ending: Ending, result: Result<(), Why>) {
+    fn end_program_motion(&mut self, ending: Ending, result: Result<(), Why>) -> Outcome {
         match &self.state.activity {
             Activity::Moving(_) => self.brake(ending),
             Activity::Referencing(_) => {
-                self.halt(result.err().unwrap_or(Why::ReferenceBroken(Breaker::Input)));
+                self.halt(result.err().unwrap_or(Why::ReferenceBroken(Breaker::Input)))
             }
-            _ => self.end_run(result),
+            _ => Outcome::ProgramEnds(result),
         }
     }
 
@@ -385,26 +377,6 @@ impl Controller {
             true => None,
             false => Some(run.began.after_nanos(looks.saturating_mul(line_nanos))),
         };
-        self.wait(Wait::Port, until);
-    }
-
-    // --- conditions ---
-
-    /// Whether a condition on a port holds.
-    pub(crate) fn is_met(&self, condition: PortCondition) -> bool {
-        match condition {
-            PortCondition::Mask(PortTest { port, mask, value }) => {
-                self.read_port(port) & mask == value & mask
-            }
-            PortCondition::Bit(BitTest { port, bit, value }) => {
-                let now = self.read_port(port);
-                match bit {
-                    Bit::One(bit) if !self.state.model.ports.is_logical(port) => {
-                        now >> bit & 1 == value & 1
-                    }
-                    _ => now == value,
-                }
-            }
-        }
+        self.state.activity = Activity::Waiting { what: Wait::Port, until };
     }
 }

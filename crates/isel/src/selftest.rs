@@ -3,18 +3,20 @@
 
 use vimc4_motion::Path;
 
-use crate::model::SelfTestEnd;
-use crate::moves::along;
-use crate::state::{Activity, Job, Plan};
-use crate::{AXES, Controller};
+use crate::activity::{Activity, Job, Plan};
+use crate::axes::AXES;
+use crate::axes::along;
+use crate::firmware::Firmware;
+use crate::model::{CommandSet, SelfTestEnd};
+use crate::outcome::Outcome;
 
 /// How far each axis moves out and back: one turn of a motor in half-steps.
 const STEPS: i64 = 400;
 
-impl Controller {
+impl Firmware {
     /// Begins the self-test. It moves the axes whether they are configured or not, for when it is
     /// begun at the panel none is.
-    pub(crate) fn begin_self_test(&mut self) {
+    pub(crate) fn begin_self_test(&mut self) -> Outcome {
         self.send(self.version_text().into());
         let mut parts = std::collections::VecDeque::new();
         for axis in 0..AXES {
@@ -22,7 +24,7 @@ impl Controller {
                 parts.push_back((Path::Line(along(axis, way)), self.state.speeds[axis]));
             }
         }
-        self.begin_plan(Job::SelfTest, Plan { parts, until: None });
+        self.begin_plan(Job::SelfTest, Plan { parts, until: None })
     }
 
     /// The axes have moved: the characters, then what comes after them.
@@ -34,5 +36,18 @@ impl Controller {
             SelfTestEnd::Echo => Activity::Echo,
             SelfTestEnd::Commands => Activity::Idle,
         };
+    }
+
+    /// The controller has been switched on: START, still held, begins the self-test (99 2.2.20).
+    pub(crate) fn powered_up(&mut self) -> Outcome {
+        let start = self.state.plant.panel().start;
+        if start && self.has_self_test() && self.check_plant().is_ok() {
+            return self.begin_self_test();
+        }
+        Outcome::Nothing
+    }
+
+    pub(crate) fn has_self_test(&self) -> bool {
+        self.state.model.command_set != CommandSet::ImcXx
     }
 }

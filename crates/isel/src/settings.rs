@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{AxisSet, PortTest, Text32};
 use vimc4_plant::Machine;
 
-use crate::Model;
+use crate::model::Model;
 
 /// What the `I` commands set. Commands act on it at once; on the iMC-xx it can be kept in the
 /// flash memory (12 4.2).

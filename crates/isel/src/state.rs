@@ -4,16 +4,17 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Point, Segment, Time};
-use vimc4_isel_wire::{AxisSet, BitTest, Direction, LineBuffer, Op, Plane, PortTest};
-use vimc4_motion::{Path, Ramp};
+use vimc4_device::{Point, Time};
+use vimc4_isel_wire::{AxisSet, BitTest, Context, Direction, LineBuffer, Plane};
+use vimc4_motion::{Ramp, Running};
 use vimc4_plant::{Machine, Plant};
 
+use crate::activity::{Activity, Plan, Wait};
 use crate::flash::Flash;
-use crate::model::Model;
-use crate::ports::{Output, Outputs};
+use crate::model::{Model, StopButton};
 use crate::settings::Settings;
-use crate::why::{By, Opened};
+use crate::why::{By, Off};
+use crate::wiring::{Output, Outputs};
 
 /// The version of the state's layout, for states that are kept.
 pub(crate) const VERSION: u32 = 1;
@@ -66,154 +67,6 @@ pub(crate) struct Receiver {
     pub(crate) waiting: VecDeque<u8>,
     /// The line that is being received.
     pub(crate) line: LineBuffer,
-}
-
-/// What the controller is doing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Activity {
-    /// It waits for a command, or runs a program whose next line is due.
-    Idle,
-    /// A motion runs.
-    Moving(Box<Moving>),
-    /// A reference run, or an axis that leaves its switch.
-    Referencing(Box<Referencing>),
-    /// Nothing moves until a time.
-    Waiting {
-        /// What it waits for.
-        what: Wait,
-        /// Until when; `None` for as long as no input changes.
-        until: Option<Time>,
-    },
-    /// The self-test has ended in its echo.
-    Echo,
-}
-
-/// What the controller can wait for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Wait {
-    /// The reset to be over.
-    Boot,
-    /// The controller to be ready after it was switched on.
-    PowerUp,
-    /// The flash memory to be erased by command.
-    Erase,
-    /// The flash memory to be erased by the panel.
-    PanelErase,
-    /// The delay of a program's line to be over.
-    Delay,
-    /// The least time of a program's line to be over.
-    Line,
-    /// A port of a program's conditional branch to change.
-    Port,
-    /// A character for a program's line.
-    Character,
-    /// Nothing: a line of a program branches to itself.
-    Forever,
-}
-
-/// Who wants to know how a motion ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Job {
-    /// The host: it gets an answer.
-    Command(Op),
-    /// The host, which had its answer before the motion began: at most an error is told it.
-    Answered(Op),
-    /// The program: it goes on.
-    Program,
-    /// The self-test: it goes on.
-    SelfTest,
-}
-
-/// Motions that are still to come, one after the other, each with its own ramp.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Plan {
-    /// Path and speed in Hz.
-    pub(crate) parts: VecDeque<(Path, u32)>,
-    /// The condition that ends them early.
-    pub(crate) until: Option<PortCondition>,
-}
-
-/// A condition on a port.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum PortCondition {
-    /// Of the command `Z`.
-    Mask(PortTest),
-    /// Of the program's command `6`.
-    Bit(BitTest),
-}
-
-/// A running motion: a segment and its start, never a position and a last update.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Moving {
-    pub(crate) job: Job,
-    pub(crate) segment: Segment,
-    pub(crate) began: Time,
-    /// The step at which the carriage runs onto a limit switch, and the axis.
-    pub(crate) hit: Option<(u64, usize)>,
-    /// The speed of the segment, for what is left of it.
-    pub(crate) speed: u32,
-    /// What comes after this segment.
-    pub(crate) plan: Plan,
-    /// What happens at the end of the segment instead of going on.
-    pub(crate) ending: Ending,
-}
-
-/// What happens at the end of a segment, the softest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Ending {
-    /// The next one begins, or the command is done.
-    Complete,
-    /// The motion was stopped: what is left is kept.
-    Stop(By),
-    /// The condition of the motion was met: what is left is forgotten.
-    Event,
-    /// The motion was broken off: what is left is forgotten.
-    Break,
-    /// The cover was opened: what is left is forgotten.
-    Cover(Opened),
-}
-
-impl Ending {
-    /// Whether it overrules another one. Of two that are alike, who came first has done it.
-    pub(crate) fn is_harder_than(self, other: Ending) -> bool {
-        let hardness = |ending| match ending {
-            Ending::Complete => 0,
-            Ending::Stop(_) => 1,
-            Ending::Event => 2,
-            Ending::Break => 3,
-            Ending::Cover(_) => 4,
-        };
-        hardness(self) > hardness(other)
-    }
-}
-
-/// Axes that look for their reference points, or one that leaves its switch.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Referencing {
-    pub(crate) job: Job,
-    /// Whether this is a reference run; otherwise an axis just leaves its switch.
-    pub(crate) whole: bool,
-    /// The axes still to come after the present one, in order.
-    pub(crate) next: VecDeque<u8>,
-    pub(crate) axis: usize,
-    pub(crate) phase: Phase,
-    pub(crate) segment: Segment,
-    pub(crate) began: Time,
-    /// The step at which the phase ends, if the way leads there.
-    pub(crate) goal: Option<u64>,
-    /// The step at which the carriage runs onto the wrong switch.
-    pub(crate) wrong: Option<u64>,
-}
-
-/// The phases of a reference run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Phase {
-    /// Towards the switch at the reference speed.
-    Approach,
-    /// Out of the switch at the start-stop frequency.
-    StepOut,
-    /// The free steps, at the reference speed.
-    Free,
 }
 
 /// A running or stopped program.
@@ -368,5 +221,89 @@ impl State {
     pub(crate) fn carriage_sign(&self, axis: usize) -> i64 {
         let inverted = self.plant.machine().axis(axis).inverted;
         if inverted == self.settings.directions.has(axis) { 1 } else { -1 }
+    }
+
+    /// Why the motors have no current now.
+    pub(crate) fn why_off(&self) -> Off {
+        let panel = self.plant.panel();
+        match self.relay {
+            _ if panel.emergency_stop => Off::EmergencyStop,
+            _ if !panel.power_ok => Off::Supply,
+            _ if panel.overtemperature => Off::Heat,
+            false => Off::Relay,
+            true => Off::Switched,
+        }
+    }
+
+    /// How a line is read now.
+    pub(crate) fn context(&self, line: Option<u32>) -> Context<'_> {
+        self.model.context(self.axes, line)
+    }
+
+    /// The axes no longer know where they are.
+    pub(crate) fn unreference(&mut self, axes: AxisSet) {
+        self.referenced = self.referenced.without(axes);
+    }
+
+    /// Any new motion drops what is left of an older one.
+    pub(crate) fn forget_stopped_motion(&mut self) {
+        self.remainder = None;
+        self.run = None;
+    }
+
+    /// Nothing executes and no program runs.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        matches!(self.activity, Activity::Idle) && !self.is_running()
+    }
+
+    /// The running segment.
+    pub(crate) fn running(&self) -> Option<Running<'_>> {
+        let (segment, began) = match &self.activity {
+            Activity::Moving(moving) => (&moving.segment, moving.began),
+            Activity::Referencing(run) => (&run.segment, run.began),
+            _ => return None,
+        };
+        Some(Running { segment, began })
+    }
+
+    /// Where the carriage of an axis is now, in motion or not.
+    pub(crate) fn carriage_now(&self, axis: usize) -> i64 {
+        let standing = self.plant.carriage()[axis];
+        let offset = self.running().map_or(0, |running| running.offset(axis, self.now));
+        standing + self.carriage_sign(axis) * offset
+    }
+
+    /// STOP is held, and no move makes a step as long as it is.
+    pub(crate) fn is_stop_held(&self) -> bool {
+        self.model.quirks.stop_button == StopButton::Held && self.plant.panel().stop
+    }
+
+    /// The time of the soonest cause. Only one thing is ever under way, so there is one at
+    /// most.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        let due = match &self.activity {
+            Activity::Idle | Activity::Echo => return None,
+            Activity::Moving(moving) => moving.due(),
+            Activity::Referencing(run) => run.due(),
+            Activity::Waiting { until, .. } => (*until)?,
+        };
+        (due != Time::NEVER).then_some(due)
+    }
+
+    /// When the next cause is due.
+    pub(crate) fn wake(&self) -> Option<Time> {
+        if self.has_waiting() { Some(self.now) } else { self.deadline() }
+    }
+
+    /// Whether something waits in the receive buffer whose turn it is.
+    pub(crate) fn has_waiting(&self) -> bool {
+        let takes = self.is_at_rest() || matches!(self.activity, Activity::Echo);
+        takes && !self.receiver.waiting.is_empty()
+    }
+
+    /// Nothing happens by itself.
+    pub(crate) fn is_idle(&self) -> bool {
+        let rests = matches!(self.activity, Activity::Idle | Activity::Echo);
+        rests && !self.is_running() && !self.has_waiting()
     }
 }

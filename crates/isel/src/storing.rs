@@ -1,13 +1,13 @@
 //! Storing a CNC data field, line by line.
 
-use vimc4_isel_wire::{Command, Mode, Op, table};
+use vimc4_isel_wire::{Command, Mode, Op};
 
-use crate::Controller;
+use crate::firmware::Firmware;
 use crate::flash::{INVALID_LINE, end_line, line_line};
 use crate::program::{Program, StoredLine, Validity, parse_stored};
 use crate::why::Why;
 
-impl Controller {
+impl Firmware {
     /// `i`: what follows is stored.
     pub(crate) fn begin_storing(&mut self) {
         self.state.flash.program = Some(Program::begin(self.state.axes, self.state.speeds));
@@ -83,11 +83,6 @@ impl Controller {
     /// Whether a text could be stored as the next line, and what it takes.
     fn storable(&self, text: &[u8]) -> Result<(Command, u32), (Option<Op>, Why)> {
         let line = self.state.flash.program.as_ref().map(Program::len);
-        parse_stored(text, &self.state.model, &self.context(line))
-    }
-
-    pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
-        let specs = table(self.state.model.command_set.dialect(), mode);
-        specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+        parse_stored(text, &self.state.model, &self.state.context(line))
     }
 }

@@ -4,11 +4,12 @@ use vimc4_device::Point;
 use vimc4_motion::Path;
 use vimc4_plant::End;
 
+use crate::axes::AXES;
+use crate::firmware::Firmware;
 use crate::model::LimitBits;
 use crate::state::State;
-use crate::{AXES, Controller};
 
-impl Controller {
+impl Firmware {
     /// Whether the limit switch of an end is active with the carriage at a place: the switch
     /// that stands for this end is enabled and has its active level (12 4.2.6, 4.2.7). A switch
     /// that the machine does not have has no level; only a hand can press it.

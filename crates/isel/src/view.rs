@@ -2,18 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity as Doing, AxisView, Cause, Device as _, Fill, PortView, Signal, SignalView, Time,
-    TimerView, View, WaitsFor,
+    Activity as Doing, AxisView, Cause, Fill, PortView, Signal, SignalView, Time, TimerView, View,
+    WaitsFor,
 };
 use vimc4_isel_wire::{Command, Plane};
-use vimc4_motion::Running;
-use vimc4_plant::PlantSignal;
+use vimc4_plant::{End, PlantSignal};
 
-use crate::moves::wrap;
+use crate::activity::Activity;
+use crate::activity::{Job, Phase, Wait};
+use crate::axes::AXES;
+use crate::axes::{AXIS_NAMES, wrap};
+use crate::firmware::Firmware;
+use crate::model::Model;
 use crate::program::Validity;
-use crate::state::{Activity, Job, Phase, Wait};
 use crate::why::{Off, Why};
-use crate::{AXES, AXIS_NAMES, Controller};
+use crate::wiring::Wire;
 
 /// What only isel's controllers have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -113,21 +116,11 @@ pub struct LoopView {
     pub left: u32,
 }
 
-impl Controller {
-    /// The running segment.
-    pub(crate) fn running(&self) -> Option<Running<'_>> {
-        let (segment, began) = match &self.state.activity {
-            Activity::Moving(moving) => (&moving.segment, moving.began),
-            Activity::Referencing(run) => (&run.segment, run.began),
-            _ => return None,
-        };
-        Some(Running { segment, began })
-    }
-
+impl Firmware {
     pub(crate) fn picture(&self, at: Time) -> View<Details> {
         let state = &self.state;
         let at = at.max(state.now);
-        let running = self.running();
+        let running = self.state.running();
         let axes = (0..AXES).map(|axis| {
             let offset = running.map_or(0, |running| running.offset(axis, at));
             AxisView {
@@ -143,7 +136,7 @@ impl Controller {
         });
         let ports = state.model.ports.read.keys().map(|&port| (port, true));
         let ports = ports.chain(state.model.ports.write.keys().map(|&port| (port, false)));
-        let timer = self.deadline().map(|due| TimerView { cause: Cause::Activity, due });
+        let timer = self.state.deadline().map(|due| TimerView { cause: Cause::Activity, due });
         View {
             at,
             model: state.model.name.clone(),
@@ -157,7 +150,10 @@ impl Controller {
                 size: state.model.line.receive_buffer,
             },
             axes: axes.collect(),
-            signals: self.signals().into_iter().map(|signal| self.signal_view(signal)).collect(),
+            signals: signals_of(&state.model)
+                .into_iter()
+                .map(|signal| self.signal_view(signal))
+                .collect(),
             ports: ports
                 .map(|(port, input)| PortView {
                     port,
@@ -244,7 +240,7 @@ impl Controller {
 
     /// What it waits for, unless something is due.
     fn awaited(&self) -> Option<WaitsFor> {
-        if self.deadline().is_some() {
+        if self.state.deadline().is_some() {
             return None;
         }
         Some(match self.doing() {
@@ -253,19 +249,21 @@ impl Controller {
             Doing::Idle => WaitsFor::Command,
             Doing::Storing => WaitsFor::ProgramLine,
             Doing::ProgramStopped => WaitsFor::Start,
-            Doing::ProgramWaitsForPort | Doing::ProgramWaitsForCharacter => match self.branch() {
-                Some(Command::BranchIf { test, .. }) => WaitsFor::Port { port: test.port },
-                Some(Command::AwaitSync { character, .. }) => {
-                    WaitsFor::Character { code: *character }
+            Doing::ProgramWaitsForPort | Doing::ProgramWaitsForCharacter => {
+                match self.line_of_program() {
+                    Some(Command::BranchIf { test, .. }) => WaitsFor::Port { port: test.port },
+                    Some(Command::AwaitSync { character, .. }) => {
+                        WaitsFor::Character { code: *character }
+                    }
+                    _ => WaitsFor::Ending,
                 }
-                _ => WaitsFor::Ending,
-            },
+            }
             _ => WaitsFor::Ending,
         })
     }
 
     /// The line of the program that is being executed.
-    fn branch(&self) -> Option<&Command> {
+    fn line_of_program(&self) -> Option<&Command> {
         self.state.flash.program.as_ref()?.command(self.state.run.as_ref()?.line)
     }
 
@@ -288,4 +286,25 @@ impl Controller {
             }),
         })
     }
+}
+
+/// The plant's signals as a model shows them: its user inputs are called by the first port bit
+/// that shows them.
+pub(crate) fn signals_of(model: &Model) -> Vec<Signal> {
+    let mut signals: Vec<Signal> =
+        PlantSignal::PANEL.into_iter().map(|signal| signal.describe("")).collect();
+    for (axis, name) in AXIS_NAMES.iter().enumerate() {
+        let ends = [End::Negative, End::Positive].map(|end| PlantSignal::Limit(axis, end));
+        signals.extend(ends.map(|limit| limit.describe(&name.to_lowercase())));
+    }
+    for number in 0..16 {
+        let shown = model.ports.read.iter().find_map(|(port, wires)| {
+            let bit = wires.iter().position(|wire| *wire == Wire::Input(number))?;
+            Some(format!("{port}.{bit}"))
+        });
+        if let Some(name) = shown {
+            signals.push(PlantSignal::Input(number).describe(&name));
+        }
+    }
+    signals
 }

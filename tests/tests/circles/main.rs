@@ -23,10 +23,9 @@ use cargo_metadata::{MetadataCommand, TargetKind};
 use krate::Crate;
 
 /// Crates that still have circles, and why.
-const TANGLED: [(&str, &str); 4] = [
+const TANGLED: [(&str, &str); 3] = [
     ("vimc4-catalogue", "being untangled"),
     ("vimc4-emulator", "being untangled"),
-    ("vimc4-isel", "being untangled"),
     ("vimc4-lpkf", "being untangled"),
 ];
 

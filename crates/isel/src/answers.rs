@@ -1,0 +1,117 @@
+//! What the controller answers.
+
+use bytes::Bytes;
+use vimc4_device::{Event, Kinds};
+use vimc4_isel_wire::{Mode, Op, Reply, table};
+
+use crate::firmware::Firmware;
+use crate::model::{ControlReply, LowerCase, StopReply};
+use crate::why::{By, Why};
+
+/// The bytes of an answer.
+pub(crate) struct Answer(pub(crate) Bytes);
+
+impl From<Reply> for Answer {
+    fn from(reply: Reply) -> Answer {
+        const CODES: &[u8] = b"0123456789DFGHR";
+        let place = CODES.iter().position(|&code| code == reply.code()).unwrap_or(0);
+        Answer(Bytes::from_static(&CODES[place..=place]))
+    }
+}
+
+impl From<Vec<u8>> for Answer {
+    fn from(bytes: Vec<u8>) -> Answer {
+        Answer(bytes.into())
+    }
+}
+
+impl Firmware {
+    pub(crate) fn announce(&mut self, mnemonic: &'static str, text: &[u8]) {
+        if self.wants(Kinds::COMMAND) {
+            self.emit(Event::Command {
+                mnemonic: mnemonic.into(),
+                bytes: Bytes::copy_from_slice(text),
+            });
+        }
+    }
+
+    /// `0`: a command has been executed.
+    pub(crate) fn done(&mut self, mode: Mode, op: Op) {
+        self.answer_bytes(mode, op, Answer::from(Reply::Done).0);
+    }
+
+    pub(crate) fn answer_bytes(&mut self, mode: Mode, op: Op, bytes: Bytes) {
+        if self.wants(Kinds::ANSWER) {
+            let mnemonic = self.mnemonic(mode, op);
+            self.emit(Event::Answer { mnemonic: mnemonic.into(), bytes: bytes.clone(), why: None });
+        }
+        self.send(bytes);
+    }
+
+    /// A command is refused, or ends before its time.
+    pub(crate) fn refuse(&mut self, mode: Mode, op: Op, why: Why) {
+        let Answer(bytes) = why.reply().into();
+        self.answer_why(bytes, |c| (c.mnemonic(mode, op), c.in_words(why, None)));
+    }
+
+    /// The same because of what a line says.
+    pub(crate) fn refuse_line(
+        &mut self,
+        mnemonic: &'static str,
+        why: Why,
+        line: &[u8],
+        mode: Mode,
+    ) {
+        let Answer(bytes) = why.reply().into();
+        self.answer_why(bytes, |c| (mnemonic, c.in_words(why, Some((line, mode)))));
+    }
+
+    /// An answer with its mnemonic and its reason, which is put into words only if somebody wants
+    /// to have them.
+    pub(crate) fn answer_why(
+        &mut self,
+        bytes: Bytes,
+        why: impl FnOnce(&Self) -> (&'static str, String),
+    ) {
+        if self.wants(Kinds::ANSWER) {
+            let (mnemonic, why) = why(self);
+            let why = Some(why.into());
+            self.emit(Event::Answer { mnemonic: mnemonic.into(), bytes: bytes.clone(), why });
+        }
+        self.send(bytes);
+    }
+
+    /// The answer of this model to a control byte that ends no command.
+    pub(crate) fn answer_control(&mut self, control: &'static str, reply: ControlReply) {
+        if reply == ControlReply::Done {
+            let Answer(bytes) = Reply::Done.into();
+            if self.wants(Kinds::ANSWER) {
+                self.emit(Event::Answer {
+                    mnemonic: control.into(),
+                    bytes: bytes.clone(),
+                    why: None,
+                });
+            }
+            self.send(bytes);
+        }
+    }
+
+    pub(crate) fn answer_stopped(&mut self, op: Op, by: By) {
+        let Answer(bytes) = match self.state.model.quirks.stop_reply {
+            StopReply::F => Reply::Stopped.into(),
+            StopReply::F0 => vec![Reply::Stopped.code(), Reply::Done.code()].into(),
+        };
+        let why = Why::Stopped(by);
+        self.answer_why(bytes, |c| (c.mnemonic(Mode::Direct, op), c.in_words(why, None)));
+    }
+
+    /// What ends a motion early is told although it has been answered.
+    pub(crate) fn tells_late_errors(&self) -> bool {
+        self.state.model.quirks.lower_case == LowerCase::BeforeAndError
+    }
+
+    pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
+        let specs = table(self.state.model.command_set.dialect(), mode);
+        specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+    }
+}

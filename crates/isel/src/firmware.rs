@@ -1,0 +1,54 @@
+//! What every part of the firmware works on: the state, and what leaves.
+
+use bytes::Bytes;
+use vimc4_device::{Event, FlashChange, Kinds, Outbox, Warning};
+
+use crate::activity::Activity;
+use crate::state::State;
+
+/// The firmware of a controller. The other modules are its parts.
+#[derive(Clone, Debug)]
+pub(crate) struct Firmware {
+    pub(crate) state: State,
+    pub(crate) out: Outbox,
+}
+
+impl Firmware {
+    pub(crate) fn wants(&self, kinds: Kinds) -> bool {
+        self.out.wants(kinds)
+    }
+
+    pub(crate) fn emit(&mut self, event: Event) {
+        self.out.emit(self.state.now.into(), event);
+    }
+
+    pub(crate) fn send(&mut self, bytes: Bytes) {
+        self.out.send(self.state.now, bytes);
+    }
+
+    pub(crate) fn append_to_flash_image(&mut self, record: String) {
+        let change = FlashChange::Append(record.into());
+        self.out.store(self.state.now, change);
+    }
+
+    pub(crate) fn replace_flash_image(&mut self) {
+        let change = FlashChange::Replace(self.state.flash.image().into());
+        self.out.store(self.state.now, change);
+    }
+
+    pub(crate) fn flash_changed(&mut self, what: &'static str) {
+        if self.wants(Kinds::FLASH) {
+            self.emit(Event::Flash { what: what.into() });
+        }
+    }
+
+    pub(crate) fn warn_no_effect(&mut self, what: &'static str) {
+        if self.wants(Kinds::WARNING) {
+            self.emit(Event::Warning(Warning::NoEffect { what: what.into() }));
+        }
+    }
+
+    pub(crate) fn take_activity(&mut self) -> Activity {
+        std::mem::replace(&mut self.state.activity, Activity::Idle)
+    }
+}

@@ -1,0 +1,422 @@
+//! Why an answer is an error, in words: which switch, value or person it was, and in brackets the value
+//! of the profile with which it would have been otherwise. They are made only where somebody
+//! watches.
+
+use vimc4_device::Grouped;
+use vimc4_isel_wire::{
+    Addressed, AxisSet, Context, Dialect, Fault, Fractions, Frame, LINE_MAX, Mode, Op, PortTest,
+    Text32, WrongAxes, WrongNumber, parse,
+};
+use vimc4_plant::End;
+
+use crate::axes::AXIS_NAMES;
+use crate::firmware::Firmware;
+use crate::model::CommandSet;
+use crate::program::Validity;
+use crate::why::{Breaker, By, COVER_OPEN, Off, Opened, Why};
+use crate::wiring::{Output, Wire};
+
+impl Firmware {
+    /// A reason in words: a lower-case fragment. `line` is the line that is refused, if it is one.
+    pub(crate) fn in_words(&self, why: Why, line: Option<(&[u8], Mode)>) -> String {
+        let state = &self.state;
+        let switch = |axis: u8, end: End| {
+            let sign = if end == End::Negative { '-' } else { '+' };
+            format!("limit switch {}{sign}", AXIS_NAMES[usize::from(axis)])
+        };
+        match why {
+            Why::Line(fault) => match line {
+                Some((text, mode)) => self.fault_in_words(fault, text, mode),
+                None => fault.reply().meaning().to_owned(),
+            },
+            Why::TooLong => format!("a line of more than {LINE_MAX} characters"),
+            Why::NoDiagnosis(code) => {
+                format!("this model has no diagnosis {} (diagnosis)", code.escape_ascii())
+            }
+            Why::NoAxes => format!("no axes are set: {} sets X, Y and Z", self.sent("7")),
+            Why::Plane(missing) => {
+                format!("the plane of circles needs {missing}, only {} set", are(state.axes))
+            }
+            Why::NoPlane => {
+                format!(
+                    "a circle needs two of X, Y and Z, only {} set (stored_arcs)",
+                    are(state.axes)
+                )
+            }
+            Why::AtRest => "speed 0 Hz for an axis that moves".to_owned(),
+            Why::Stages(Off::Switched) => {
+                format!("{}{}", Off::Switched.in_words(), self.stage_command())
+            }
+            Why::Stages(off) => off.in_words().to_owned(),
+            Why::Spindle => {
+                format!(
+                    "the spindle needs the stages, which are off: press ON{}",
+                    self.stage_command()
+                )
+            }
+            Why::StagesBehindCover => {
+                "the stages cannot be switched on with the cover open and the key on automatic"
+                    .to_owned()
+            }
+            Why::EmergencyInput => {
+                format!("emergency stop input: {}", self.input_in_words(state.settings.emergency))
+            }
+            Why::Cover(opened) => match opened {
+                Opened::Already => COVER_OPEN.to_owned(),
+                Opened::Now => "the cover was opened with the key on automatic".to_owned(),
+                Opened::Key => "the key was turned to automatic with the cover open".to_owned(),
+                Opened::Input => {
+                    format!("cover input: {}", self.input_in_words(state.settings.cover))
+                }
+            },
+            Why::Latched(axes) => {
+                let run = self.reference_run(axes);
+                format!(
+                    "{axes} ran onto a limit switch and {} for {run} (limit_latch)",
+                    waits(axes)
+                )
+            }
+            Why::OnSwitch { axis, end, away } => {
+                let quirk = if away { " (leave_switch)" } else { "" };
+                format!("{} stands on {}{quirk}", AXIS_NAMES[usize::from(axis)], switch(axis, end))
+            }
+            Why::Switch { axis, end, at, by_hand } => {
+                let pressed = if by_hand { " pressed" } else { "" };
+                format!("{}{pressed} at step {}", switch(axis, end), Grouped(at))
+            }
+            Why::WrongSwitch { axis, end, referencing } => {
+                let name = AXIS_NAMES[usize::from(axis)];
+                match (end, referencing) {
+                    (None, _) => format!("both limit switches of {name} are active"),
+                    (Some(end), true) => {
+                        format!("the reference run of {name} met {}", switch(axis, end))
+                    }
+                    (Some(end), false) => {
+                        format!("{name} met {} on its way off the other", switch(axis, end))
+                    }
+                }
+            }
+            Why::ReferenceBroken(breaker) => match breaker {
+                Breaker::Line => "the reference run was broken off by 255 from the line".to_owned(),
+                Breaker::Input => format!(
+                    "the reference run was broken off by the abort input: {}",
+                    self.input_in_words(state.settings.abort)
+                ),
+            },
+            Why::NoReference(axes, _) => {
+                let find = if axes.has(3) && axes != AxisSet::A { "find" } else { "finds" };
+                let run = self.reference_run(axes);
+                format!("{axes} {} no reference point: {run} {find} it", has(axes))
+            }
+            Why::Freed(axes) => {
+                let run = self.reference_run(axes);
+                format!(
+                    "{axes} left the limit switch by F and {} for {run} (after_free)",
+                    waits(axes)
+                )
+            }
+            Why::ProgramStored => {
+                let eraser = match state.model.command_set {
+                    CommandSet::Imc4 => "the panel".to_owned(),
+                    _ => self.sent("k"),
+                };
+                format!("a program is stored already: {eraser} erases it (store_over)")
+            }
+            Why::NothingToStart => self.nothing_to_start().to_owned(),
+            Why::Jump { to, other_base } => {
+                let lines = state.flash.program.as_ref().map_or(0, |program| program.len());
+                let quirk = if other_base { " (cond_branch_base)" } else { "" };
+                format!("a jump to line {}, but the last line is {lines}{quirk}", to + 1)
+            }
+            Why::LoopDepth => {
+                format!(
+                    "loops are nested more than {} deep (loop_depth)",
+                    state.model.limits.loop_depth
+                )
+            }
+            Why::MemoryFull(bytes) => {
+                let (bytes, size) = (Grouped(bytes.into()), Grouped(state.model.flash.size.into()));
+                format!("the program would take {bytes} bytes, the memory has {size} (flash.size)")
+            }
+            Why::Stopped(by) => match by {
+                By::Line => format!("stopped by 253 from the line: {} goes on", self.sent("S")),
+                By::Button => format!("stopped by STOP at the panel: {} goes on", self.sent("S")),
+                By::ButtonHeld => format!(
+                    "STOP is held at the panel: release it, {} goes on (stop_button)",
+                    self.sent("S")
+                ),
+            },
+        }
+    }
+
+    /// A reason that ends the stored program: with the line, from 0, that it came to.
+    pub(crate) fn in_words_of_program(&self, why: Why, line: u32) -> String {
+        let program = self.state.flash.program.as_ref();
+        let text = program.and_then(|program| program.lines.get(line as usize));
+        let text = text
+            .map_or_else(|| "the end".to_owned(), |line| format!("`{}`", line.text.escape_ascii()));
+        format!("line {} of the program, {text}: {}", line + 1, self.in_words(why, None))
+    }
+
+    /// How the host switches the stages on, if a port does nothing else.
+    fn stage_command(&self) -> String {
+        let ports = &self.state.model.ports.write;
+        let value = |wires: &Vec<Wire>| match wires.as_slice() {
+            [Wire::Output(Output::STAGE)] => Some(1),
+            [Wire::Inverted(Output::STAGE)] => Some(0),
+            _ => None,
+        };
+        let command = ports.iter().find_map(|(port, wires)| Some((port, value(wires)?)));
+        let command = command.map(|(port, value)| self.sent(&format!("B{port},{value}")));
+        command.map(|command| format!(" or send {command}")).unwrap_or_default()
+    }
+
+    /// A command as it is sent, with the number that this controller has.
+    fn sent(&self, command: &str) -> String {
+        format!("@{}{command}", self.state.device)
+    }
+
+    /// The commands that drive axes to their reference points: A only alone.
+    fn reference_run(&self, axes: AxisSet) -> String {
+        let alone = |axes: AxisSet| self.sent(&format!("R{}", axes.bits()));
+        match (axes.has(3), axes.without(AxisSet::A)) {
+            (true, AxisSet::NONE) => alone(AxisSet::A),
+            (true, others) => format!("{} and {}", alone(others), alone(AxisSet::A)),
+            (false, others) => alone(others),
+        }
+    }
+
+    fn input_in_words(&self, PortTest { port, mask, value }: PortTest) -> String {
+        let reads = self.read_port(port);
+        format!("port {port} reads {reads}; with mask {mask} it should be {}", value & mask)
+    }
+
+    /// Why there is nothing to go on with, and no program that `S` could begin.
+    pub(crate) fn nothing_to_start(&self) -> &'static str {
+        let program = self.state.flash.program.as_ref().map(|program| program.validity);
+        match program {
+            None => "no motion was stopped, and no program is stored",
+            Some(Validity::Incomplete) => "no motion was stopped, and the program has no end",
+            Some(Validity::Invalid) => {
+                "no motion was stopped, and a line of the program was refused when it was stored"
+            }
+            Some(Validity::Valid) => {
+                "no motion was stopped; the program is begun with START (command_set)"
+            }
+        }
+    }
+
+    /// What is wrong with a line, with what would be right.
+    fn fault_in_words(&self, fault: Fault, text: &[u8], mode: Mode) -> String {
+        let stored = self.state.flash.program.as_ref().map(|program| program.len());
+        let context = self.state.context(stored.filter(|_| mode == Mode::Stored));
+        let dialect = self.state.model.command_set.dialect();
+        let Ok(Addressed::Frame(frame)) = parse(text, dialect, mode, self.state.device) else {
+            return no_command_in_words(fault, text, dialect, mode, self.state.device);
+        };
+        let field = fault.field().unwrap_or(0);
+        let sent = frame.field(field).unwrap_or_default();
+        let words = match fault {
+            Fault::Count { right, or } => {
+                let takes = match (right, or) {
+                    (0, 0) => "no numbers".to_owned(),
+                    (1, 1) => "1 number".to_owned(),
+                    _ if right == or => format!("{right} numbers"),
+                    _ => format!("{right} or {or} numbers"),
+                };
+                let axes = if depends_on_axes(frame.op()) {
+                    format!(" with {}", self.state.axes)
+                } else {
+                    String::new()
+                };
+                let came = match frame.field_count() {
+                    0 => "none".to_owned(),
+                    count => count.to_string(),
+                };
+                format!("{}{axes} takes {takes}, {came} came", frame.spec().title)
+            }
+            Fault::CountWithoutAxes => format!("{} without axes", frame.spec().title),
+            Fault::Text => format!("the text has more than {} characters", Text32::MAX),
+            Fault::Speed { low, high, .. } => {
+                let speed = frame.number(field, context.fractions).unwrap_or_default();
+                let (low, high) = (Grouped(low.into()), Grouped(high.into()));
+                format!("speed {} Hz: {low} to {high} Hz are right", Grouped(speed))
+            }
+            Fault::Number { wrong, .. } => number_in_words(wrong, sent, &frame, &context),
+            Fault::Axes { wrong, .. } => {
+                let sent = sent.escape_ascii();
+                match wrong {
+                    WrongAxes::NoConfiguration if context.any_axes => {
+                        format!("{sent} is no set of axes: 1 to 8 are right")
+                    }
+                    WrongAxes::NoConfiguration => {
+                        format!(
+                            "{sent} is no set of axes: 1 (X), 3 (X+Y), 7 (X+Y+Z) and 8 (A) are right"
+                        )
+                    }
+                    WrongAxes::NoSet => {
+                        format!(
+                            "{sent} is no set of axes here: 1 to 7 (X, Y, Z) or 8 (A) are right"
+                        )
+                    }
+                    WrongAxes::NotConfigured(missing) => {
+                        format!("{missing} {} not set, only {}", is(missing), are(self.state.axes))
+                    }
+                    WrongAxes::NotSingle => format!("{sent} is more than one axis"),
+                }
+            }
+            Fault::NoAddress | Fault::NoCommand | Fault::NotStorable => {
+                fault.reply().meaning().to_owned()
+            }
+        };
+        match self.decisive_value(fault, &frame, &context) {
+            Some(value) => format!("{words} ({value})"),
+            None => words,
+        }
+    }
+
+    /// The value of the profile with another value of which this would not have been wrong.
+    fn decisive_value(
+        &self,
+        fault: Fault,
+        frame: &Frame<'_>,
+        context: &Context<'_>,
+    ) -> Option<&'static str> {
+        // What is wrong at the same place is wrong all the same.
+        let mends = |context: Context<'_>| match frame.decode(&context) {
+            Ok(_) => true,
+            Err(other) => (other.reply(), other.field()) != (fault.reply(), fault.field()),
+        };
+        let with = |change: Change| {
+            let mut other = context.clone();
+            change(&mut other);
+            mends(other)
+        };
+        let values: [(&str, Change); 5] = [
+            ("fractional_numbers", |c| c.fractions = Fractions::Truncate),
+            ("bit_values", |c| c.any_bit_value = true),
+            ("axis_codes", |c| c.any_axes = true),
+            ("resting_speed", |c| c.zero_at_rest = true),
+            ("cond_bit_base", |c| c.bit_base_one = !c.bit_base_one),
+        ];
+        if let Some((name, _)) = values.into_iter().find(|(_, change)| with(*change)) {
+            return Some(name);
+        }
+        let Fault::Speed { low, high, .. } = fault else { return None };
+        if (low..=high) != context.speeds {
+            return None;
+        }
+        let speed = frame.number(fault.field()?, context.fractions)?;
+        Some(if speed < i64::from(low) { "speed_min" } else { "speed_max" })
+    }
+}
+
+/// What another value of the profile changes for a line.
+type Change = fn(&mut Context<'_>);
+
+fn number_in_words(
+    wrong: WrongNumber,
+    sent: &[u8],
+    frame: &Frame<'_>,
+    context: &Context<'_>,
+) -> String {
+    let as_sent = sent.escape_ascii();
+    match wrong {
+        WrongNumber::Unreadable if sent.is_empty() => {
+            "a number is missing between the commas".to_owned()
+        }
+        WrongNumber::Unreadable => format!("{as_sent}: not a number"),
+        WrongNumber::Fraction => format!("{as_sent}: this model takes no fractions"),
+        WrongNumber::Outside { low, high } if high - low == 1 => {
+            format!("{as_sent}: {low} or {high} would be right")
+        }
+        WrongNumber::Outside { low, high } if low == high => {
+            format!("{as_sent}: only {low} would be right")
+        }
+        WrongNumber::Outside { low, high } => {
+            format!("{as_sent}: {} to {} would be right", Grouped(low), Grouped(high))
+        }
+        WrongNumber::NoSign { zero: true } => format!("{as_sent}: -1, 0 or 1 would be right"),
+        WrongNumber::NoSign { zero: false } => format!("{as_sent}: -1 or 1 would be right"),
+        WrongNumber::NoBit => {
+            format!("{as_sent}: a bit from 0 to 7, or 128 for the whole byte, would be right")
+        }
+        WrongNumber::NotReadable => format!("{as_sent}: this model has no such port to read"),
+        WrongNumber::NotWritable => {
+            let port = frame.number(0, context.fractions).and_then(|port| u16::try_from(port).ok());
+            match port.filter(|port| context.ports.writes(*port, 0)) {
+                None => format!("{as_sent}: this model has no such port to write"),
+                Some(port) if !context.ports.writes(port, 2) => {
+                    format!("{as_sent}: port {port} takes 0 and 1")
+                }
+                Some(port) => format!("{as_sent}: port {port} does not take this value"),
+            }
+        }
+        WrongNumber::BeforeProgram => {
+            format!("{as_sent}: a jump to before the first line of the program")
+        }
+        WrongNumber::LoopAhead => {
+            format!("{as_sent}: a loop leads back, -1 or less would be right")
+        }
+        WrongNumber::HelixWithoutArc => {
+            format!("{as_sent}: the third axis moves only along steps of the circle, which are 0")
+        }
+    }
+}
+
+/// Why a text does not even begin like a command.
+fn no_command_in_words(
+    fault: Fault,
+    text: &[u8],
+    dialect: Dialect,
+    mode: Mode,
+    device: u8,
+) -> String {
+    let shown = text.trim_ascii().escape_ascii();
+    let is_direct = text.trim_ascii_start().starts_with(b"@");
+    let elsewhere = Dialect::ALL.into_iter().filter(|other| *other != dialect);
+    let is_known = |mode| {
+        let known = |dialect| matches!(parse(text, dialect, mode, device), Ok(Addressed::Frame(_)));
+        elsewhere.clone().any(known)
+    };
+    match fault {
+        Fault::NotStorable if is_direct => {
+            format!("{shown}: a direct command while a program is being stored")
+        }
+        _ if is_known(mode) => format!("{shown}: other models have this command (command_set)"),
+        Fault::NotStorable => format!("{shown}: no command that can be stored begins like this"),
+        Fault::NoAddress if parse(text, dialect, Mode::Stored, device).is_ok() => {
+            format!(
+                "{shown}: a line of a program, but none is being stored: @{device}i begins that"
+            )
+        }
+        Fault::NoAddress => {
+            format!(
+                "{shown}: a command begins with @ and the number of the controller, as in @{device}P"
+            )
+        }
+        _ => format!("{shown}: no command begins like this"),
+    }
+}
+
+/// Whether the number of fields is a matter of the axes.
+fn depends_on_axes(op: Op) -> bool {
+    matches!(op, Op::RelativeMove | Op::AbsoluteMove | Op::ReferenceSpeeds | Op::MoveUntil)
+}
+
+fn waits(axes: AxisSet) -> &'static str {
+    if axes.count() == 1 { "waits" } else { "wait" }
+}
+
+fn is(axes: AxisSet) -> &'static str {
+    if axes.count() == 1 { "is" } else { "are" }
+}
+
+fn has(axes: AxisSet) -> &'static str {
+    if axes.count() == 1 { "has" } else { "have" }
+}
+
+/// `X is`, `X+Y are`.
+fn are(axes: AxisSet) -> String {
+    format!("{axes} {}", is(axes))
+}
