@@ -33,7 +33,7 @@ pub use line::{Line, LineState};
 pub use model::{MemoryError, Model};
 pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
-pub use run::{Device, Foresight, MAX_CAUSES};
+pub use run::{Device, Forecast, Foresight, MAX_CAUSES};
 pub use text::{escape, said};
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Point, Segment, Time};

@@ -172,8 +172,32 @@ pub trait Device {
     where
         Self: Clone,
     {
-        let mut future = self.clone();
+        Forecast::new(self, condition.clone()).look(causes)
+    }
+}
+
+/// A look into the future that can be interrupted: it follows a copy of a device from cause to cause
+/// until a condition holds.
+#[derive(Clone, Debug)]
+pub struct Forecast<D> {
+    future: D,
+    condition: Condition,
+}
+
+impl<D: Device> Forecast<D> {
+    /// When the condition will hold, from the device's present on, if no input comes.
+    pub fn new(device: &D, condition: Condition) -> Forecast<D>
+    where
+        D: Clone,
+    {
+        let mut future = device.clone();
         future.watch(Kinds::NONE);
+        Forecast { future, condition }
+    }
+
+    /// Follows the copy for no more than so many causes, from where it has come to.
+    pub fn look(&mut self, causes: u32) -> Foresight {
+        let Forecast { future, condition } = self;
         for _ in 0..causes {
             if let Some(at) = future.crossing(condition) {
                 return Foresight::At(at);

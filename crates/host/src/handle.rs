@@ -7,6 +7,7 @@ use tokio::sync::{mpsc, oneshot};
 use vimc4_device::{Condition, Device, Input, Signal, SignalKind, Time, View};
 
 use crate::clock::Clock;
+use crate::journey::Journey;
 use crate::reply::{ControlError, Reply};
 use crate::report::{Deed, Effect, Sink, SinkId, Source};
 use crate::runner::{Destination, Job, Runner};
@@ -23,14 +24,24 @@ const LATCHING: [&str; 1] = ["estop"];
 #[derive(Debug)]
 pub struct Handle<D: Device> {
     jobs: mpsc::UnboundedSender<Job<D>>,
+    /// Has the controller look at what is wished of its journeys.
+    nudge: mpsc::UnboundedSender<()>,
     stop: Arc<Mutex<Option<oneshot::Sender<()>>>>,
+    /// Whether time moves by itself.
+    by_itself: bool,
     /// Who has it.
     who: Arc<str>,
 }
 
 impl<D: Device> Clone for Handle<D> {
     fn clone(&self) -> Self {
-        Handle { jobs: self.jobs.clone(), stop: Arc::clone(&self.stop), who: Arc::clone(&self.who) }
+        Handle {
+            jobs: self.jobs.clone(),
+            nudge: self.nudge.clone(),
+            stop: Arc::clone(&self.stop),
+            by_itself: self.by_itself,
+            who: Arc::clone(&self.who),
+        }
     }
 }
 
@@ -39,9 +50,11 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn pair(device: D, clock: Clock) -> (Runner<D>, Handle<D>) {
         let (jobs, job_queue) = mpsc::unbounded_channel();
         let (stop, stop_signal) = oneshot::channel();
-        let runner = Runner::new(device, clock, job_queue, stop_signal);
+        let (nudge, nudges) = mpsc::unbounded_channel();
+        let by_itself = clock.rate().is_some();
+        let runner = Runner::new(device, clock, job_queue, nudges, stop_signal);
         let (stop, who) = (Arc::new(Mutex::new(Some(stop))), Arc::from("the library"));
-        (runner, Handle { jobs, stop, who })
+        (runner, Handle { jobs, nudge, stop, by_itself, who })
     }
 
     /// The same handle for somebody of this name, who appears in the [news](crate::News::Deed).
@@ -162,13 +175,13 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// Moves time forward. Only clocks that do not run by themselves can be moved.
-    pub fn advance(&self, span: Duration) -> Reply<Time> {
+    pub fn advance(&self, span: Duration) -> Journey {
         self.travel(Destination::After(span))
     }
 
     /// Moves time forward to the first instant at which the condition holds, or waits for that
     /// instant if the clock runs by itself.
-    pub fn run_until(&self, condition: Condition) -> Reply<Time> {
+    pub fn run_until(&self, condition: Condition) -> Journey {
         self.travel(Destination::Until(condition))
     }
 
@@ -237,11 +250,11 @@ impl<D: Device + Clone + 'static> Handle<D> {
         Source::Controls(self.who.as_ref().to_owned())
     }
 
-    fn travel(&self, destination: Destination) -> Reply<Time> {
-        let (sender, reply) = Reply::promised();
+    fn travel(&self, destination: Destination) -> Journey {
+        let (ticket, journey) = Journey::begin(self.by_itself, self.nudge.clone());
         let by = self.source();
-        let _ = self.jobs.send(Box::new(move |runner| runner.set_out(by, destination, sender)));
-        reply
+        let _ = self.jobs.send(Box::new(move |runner| runner.set_out(by, destination, ticket)));
+        journey
     }
 }
 

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 use tokio::sync::oneshot;
+use vimc4_device::Time;
 
 /// Why a controller did not do what it was told.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -53,6 +54,12 @@ pub enum ControlError {
     /// It cannot do that, being what it is or as it was set up; the words say what to do instead.
     #[error("{0}")]
     Unsupported(&'static str),
+    /// Time was on its way, and somebody has given that up.
+    #[error("given up at {at}; what would have happened later has not")]
+    Cancelled {
+        /// The controller's time then.
+        at: Time,
+    },
     /// What was waited for has not happened in this time.
     #[error("nothing within {0:?}; it may come later, or never")]
     Late(Duration),

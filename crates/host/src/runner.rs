@@ -15,12 +15,14 @@ use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
 use vimc4_device::{
-    Condition, Device, Event, Foresight, Input, Kinds, Output, Stamp, Time, Warning,
+    Condition, Device, Event, Forecast, Foresight, Input, Kinds, MAX_CAUSES, Output, Stamp, Time,
+    Warning,
 };
 
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::half_line::HalfLine;
+use crate::journey::{Progress, Ticket, Wish};
 use crate::line_feeds::LineFeeds;
 use crate::reply::ControlError;
 use crate::report::{Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
@@ -85,8 +87,9 @@ pub struct Runner<D: Device> {
     ready: bool,
     jobs: mpsc::UnboundedReceiver<Job<D>>,
     stop: oneshot::Receiver<()>,
-    /// Where time is sent, by whom, and where that is awaited.
-    journey: Option<(Time, Source, TimeReply)>,
+    /// Wakes the task when something is wished of a journey.
+    nudges: mpsc::UnboundedReceiver<()>,
+    journey: Option<Travel<D>>,
     waiters: Vec<Waiter>,
     failure: Option<RunError>,
     /// What happened before anybody watched.
@@ -122,9 +125,6 @@ pub enum RunError {
     Timer(io::Error),
 }
 
-/// Where a time is awaited.
-pub(crate) type TimeReply = oneshot::Sender<Result<Time, ControlError>>;
-
 /// What a [`Handle`](crate::Handle) asks for.
 pub(crate) type Job<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
 
@@ -138,7 +138,56 @@ struct Waiter {
     condition: Condition,
     /// When it will hold, if it does before the device's next deadline.
     at: Option<Time>,
-    reply: TimeReply,
+    ticket: Ticket,
+}
+
+/// Time is on its way.
+struct Travel<D> {
+    by: Source,
+    ticket: Ticket,
+    began: Time,
+    /// Until this holds; `None` if it goes to a time.
+    until: Option<Condition>,
+    /// When that will be, as far as it has been looked.
+    forecast: Option<Box<Forecast<D>>>,
+    /// How many causes may still be looked ahead.
+    causes: u32,
+    /// Where it goes, if that is known.
+    to: Option<Time>,
+    paused: bool,
+}
+
+impl<D: Device + Clone> Travel<D> {
+    /// Time stands still; what happens in the meantime may change when a condition will hold.
+    fn pause(&mut self) {
+        self.paused = true;
+        if self.until.is_some() {
+            (self.forecast, self.to, self.causes) = (None, None, MAX_CAUSES);
+        }
+    }
+
+    /// Looks ahead for a few milliseconds at most, where it is not known yet where it goes.
+    fn foresee(&mut self, device: &D) -> Foresight {
+        let (None, Some(condition)) = (self.to, &self.until) else {
+            return self.to.map_or(Foresight::Never, Foresight::At);
+        };
+        let forecast =
+            self.forecast.get_or_insert_with(|| Box::new(Forecast::new(device, condition.clone())));
+        let began = Instant::now();
+        while self.causes > 0 && began.elapsed() < BATCH_TIME {
+            let causes = self.causes.min(FORESIGHT);
+            self.causes -= causes;
+            match forecast.look(causes) {
+                Foresight::Open => {}
+                Foresight::Never => return Foresight::Never,
+                Foresight::At(at) => {
+                    (self.forecast, self.to) = (None, Some(at));
+                    return Foresight::At(at);
+                }
+            }
+        }
+        if self.causes == 0 { Foresight::Never } else { Foresight::Open }
+    }
 }
 
 /// What leaves the device at one time, so that it costs one write.
@@ -180,6 +229,8 @@ enum Woken<D: Device> {
     Line,
     Job(Job<D>),
     Stop,
+    /// Something is wished of a journey.
+    Nudge,
     /// Time has passed, or there is more to do.
     Time,
 }
@@ -189,6 +240,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         device: D,
         clock: Clock,
         jobs: mpsc::UnboundedReceiver<Job<D>>,
+        nudges: mpsc::UnboundedReceiver<()>,
         stop: oneshot::Receiver<()>,
     ) -> Runner<D> {
         let baud = device.baud();
@@ -208,6 +260,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             baud,
             ready: true,
             jobs,
+            nudges,
             stop,
             journey: None,
             waiters: Vec::new(),
@@ -355,6 +408,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.tell_unheard(self.present());
                     return Ok(());
                 }
+                Woken::Nudge => self.give_up_waiting(),
                 Woken::Time => self.jump(),
             }
         }
@@ -370,9 +424,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
             for transport in &mut self.transports {
                 transport.poll_send(cx);
             }
+            // The handle that has the sender may be gone; then nothing will be wished any more.
+            if let Poll::Ready(Some(())) = self.nudges.poll_recv(cx) {
+                return Poll::Ready(Woken::Nudge);
+            }
             // A journey through time and its catching up are not disturbed: what arrives in
-            // between arrives when they have ended.
-            if self.journey.is_none() && self.behind.is_none() {
+            // between arrives when they have ended, or in a pause.
+            let travels = self.journey.as_ref().is_some_and(|travel| !travel.paused);
+            if !travels && self.behind.is_none() {
                 if self.poll_line(cx).is_ready() {
                     return Poll::Ready(Woken::Line);
                 }
@@ -591,30 +650,35 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Lets time pass until the destination is reached, and then replies.
-    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, reply: TimeReply) {
+    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
         let now = self.device.now();
-        let by_itself = self.ticking.is_some();
-        // Whoever asked may have stopped waiting for the answer.
-        match destination {
-            Destination::After(_) if by_itself => {
-                let _ = reply.send(Err(ControlError::RunsByItself));
-            }
-            Destination::After(span) => self.journey = Some((now + span, by, reply)),
-            Destination::Until(condition) if by_itself => {
-                if self.device.foresee(&condition, FORESIGHT) == Foresight::Never {
-                    let _ = reply.send(Err(ControlError::Never));
-                    return;
-                }
-                let at = self.device.crossing(&condition);
-                self.waiters.push(Waiter { condition, at, reply });
-            }
-            Destination::Until(condition) => match self.device.when(&condition) {
-                Some(at) => self.journey = Some((at, by, reply)),
-                None => {
-                    let _ = reply.send(Err(ControlError::Never));
-                }
-            },
+        ticket.tell(Progress { now, ..Progress::default() });
+        if self.journey.is_some() {
+            return ticket.end(Err(ControlError::Unsupported(
+                "time is on its way already, and paused; resume or cancel that journey first",
+            )));
         }
+        let (until, to) = match destination {
+            Destination::After(span) => (None, Some(now + span)),
+            Destination::Until(condition) => (Some(condition), None),
+        };
+        if self.ticking.is_none() {
+            let (forecast, causes, paused) = (None, MAX_CAUSES, false);
+            let began = now;
+            let travel = Travel { by, ticket, began, until, forecast, causes, to, paused };
+            self.journey = Some(travel);
+            return;
+        }
+        let Some(condition) = until else {
+            return ticket.end(Err(ControlError::RunsByItself));
+        };
+        if self.device.foresee(&condition, FORESIGHT) == Foresight::Never {
+            return ticket.end(Err(ControlError::Never));
+        }
+        let at = self.device.crossing(&condition);
+        self.waiters.push(Waiter { condition, at, ticket });
+        // It may have been given up before it began.
+        self.give_up_waiting();
     }
 
     /// The time at which something happens now; what is due before has been done.
@@ -669,7 +733,15 @@ impl<D: Device + Clone + 'static> Runner<D> {
             return;
         }
         for waiter in self.waiters.extract_if(.., |waiter| waiter.at.is_none()) {
-            let _ = waiter.reply.send(Err(ControlError::Never));
+            waiter.ticket.end(Err(ControlError::Never));
+        }
+    }
+
+    /// Lets go of those who do not want to wait any more.
+    fn give_up_waiting(&mut self) {
+        let at = self.device.now();
+        for waiter in self.waiters.extract_if(.., |waiter| waiter.ticket.wish() == Wish::Cancel) {
+            waiter.ticket.end(Err(ControlError::Cancelled { at }));
         }
     }
 
@@ -723,6 +795,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
             self.news_at(at, News::Deed { by: by.clone(), deed: Deed::Restore });
         }
         self.tell_unheard(at);
+        if let Some(travel) = self.journey.take() {
+            // It is paused, and its destination belongs to another time.
+            travel.ticket.end(Err(ControlError::Cancelled { at }));
+        }
         let before = self.flash.is_some().then(|| self.device.flash_image());
         self.device.restore(state);
         self.watch_kinds();
@@ -757,20 +833,44 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     /// Lets time pass as far as the clock says. Returns whether more is to be done at once.
     fn move_time(&mut self) -> bool {
-        if let Some((target, ..)) = self.journey {
-            if !self.run_to(target) {
-                return true;
+        if let Some(mut travel) = self.journey.take() {
+            let Some(end) = self.travel(&mut travel) else {
+                let busy = !travel.paused;
+                self.journey = Some(travel);
+                return busy;
+            };
+            let Travel { by, ticket, began, .. } = travel;
+            let now = self.device.now();
+            if end.is_ok() || now > began {
+                self.input_at(Input::Wake, now, Some(&by));
             }
-            if let Some((_, by, reply)) = self.journey.take() {
-                self.input_at(Input::Wake, target, Some(&by));
-                let _ = reply.send(Ok(target));
-            }
+            ticket.end(end);
         }
         if let Some(ticking) = self.ticking {
             // A device that has nothing to do yet need not be told that time passes.
             return self.is_due(ticking.now()) && self.catch_up();
         }
         self.clock == Clock::Instant && self.next_deadline().is_some()
+    }
+
+    /// Goes on with a journey for a few milliseconds at most. Returns how it ends, if it does.
+    fn travel(&mut self, travel: &mut Travel<D>) -> Option<Result<Time, ControlError>> {
+        travel.paused = false;
+        match travel.ticket.wish() {
+            Wish::Cancel => {
+                return Some(Err(ControlError::Cancelled { at: self.device.now() }));
+            }
+            Wish::Pause => travel.pause(),
+            Wish::Go => match travel.foresee(&self.device) {
+                Foresight::Never => return Some(Err(ControlError::Never)),
+                Foresight::Open => {}
+                Foresight::At(to) if self.run_to(to) => return Some(Ok(to)),
+                Foresight::At(_) => {}
+            },
+        }
+        let (now, to, paused) = (self.device.now(), travel.to, travel.paused);
+        travel.ticket.tell(Progress { now, to, paused });
+        None
     }
 
     /// The clock is `Instant` and nothing is readable: time jumps.
@@ -831,7 +931,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             .partition::<Vec<_>, _>(|waiter| waiter.at.is_some_and(|at| at <= now));
         self.waiters = rest;
         for waiter in due {
-            let _ = waiter.reply.send(Ok(now));
+            waiter.ticket.end(Ok(now));
         }
         self.disappoint();
     }

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Details, Family, Model, State};
 use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Stamp, Time};
-use vimc4_host::{ControlError, Effect, Handle, HostLines, MemoryPort, Modem, Reply, Sink, SinkId};
+use vimc4_host::{
+    ControlError, Effect, Handle, HostLines, Journey, MemoryPort, Modem, Reply, Sink, SinkId,
+};
 
 use crate::record::{Command, Memory, Record};
 
@@ -140,17 +142,17 @@ impl Control {
     }
 
     /// Moves time forward, with the clocks that do not run by themselves.
-    pub fn advance(&self, span: Duration) -> Reply<Time> {
+    pub fn advance(&self, span: Duration) -> Journey {
         self.handle.advance(span)
     }
 
     /// Lets time pass until the controller does nothing any more.
-    pub fn run_until_idle(&self) -> Reply<Time> {
+    pub fn run_until_idle(&self) -> Journey {
         self.run_until(Condition::Idle)
     }
 
     /// Lets time pass up to the first instant at which the condition holds.
-    pub fn run_until(&self, condition: Condition) -> Reply<Time> {
+    pub fn run_until(&self, condition: Condition) -> Journey {
         self.handle.run_until(condition)
     }
 

@@ -66,8 +66,9 @@ pub use vimc4_device::{
     PortView, Signal, SignalKind, SignalView, Stamp, Time, TimerView, WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
-    Clients, Clock, ControlError, Deed, Effect, HostLines, MemoryPort, News, Rate, Reply, Report,
-    Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants, What, Worker,
+    Clients, Clock, ControlError, Deed, Effect, HostLines, Journey, MemoryPort, News, Progress,
+    Rate, Reply, Report, Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants, What,
+    Worker,
 };
 #[cfg(unix)]
 pub use vimc4_host::{User, Users};

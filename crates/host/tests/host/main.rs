@@ -4,6 +4,7 @@
 mod clocks;
 mod fake;
 mod inputs;
+mod journeys;
 mod pacing;
 #[cfg(target_os = "linux")]
 mod pty;

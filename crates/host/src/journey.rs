@@ -1,0 +1,161 @@
+//! Time on its way to somewhere.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use tokio::sync::{mpsc, oneshot, watch};
+use vimc4_device::Time;
+
+use crate::reply::{ControlError, Reply};
+
+/// Time that has been sent somewhere, by [`advance`](crate::Handle::advance) or
+/// [`run_until`](crate::Handle::run_until): the reply says when it has arrived.
+///
+/// A long way, such as a program of an hour in manual time, can be watched while it is gone, paused
+/// and resumed, and given up. While it is paused time stands still, and the controller can be
+/// looked at, asked and operated as at any other moment. Who drops a journey does not end it.
+#[derive(Debug)]
+#[must_use = "without waiting for the journey nobody learns whether time has arrived"]
+pub struct Journey {
+    reply: Reply<Time>,
+    wish: Arc<Mutex<Wish>>,
+    /// Has the controller look at the wish.
+    nudge: mpsc::UnboundedSender<()>,
+    progress: watch::Receiver<Progress>,
+    by_itself: bool,
+}
+
+/// How far a [`Journey`] has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// The controller's time.
+    pub now: Time,
+    /// Where time goes; `None` as long as that is not known: the condition is being forecast.
+    pub to: Option<Time>,
+    /// It is paused.
+    pub paused: bool,
+}
+
+/// What is wished of a journey.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wish {
+    Go,
+    Pause,
+    Cancel,
+}
+
+/// The controller's side of a journey.
+#[derive(Debug)]
+pub(crate) struct Ticket {
+    reply: oneshot::Sender<Result<Time, ControlError>>,
+    wish: Arc<Mutex<Wish>>,
+    progress: watch::Sender<Progress>,
+}
+
+impl Journey {
+    /// A journey in a time that goes by itself, or that does not. `nudge` has the controller look at
+    /// what is wished of it.
+    pub(crate) fn begin(by_itself: bool, nudge: mpsc::UnboundedSender<()>) -> (Ticket, Journey) {
+        let (answer, reply) = Reply::promised();
+        let (tell, progress) = watch::channel(Progress::default());
+        let wish = Arc::new(Mutex::new(Wish::Go));
+        let ticket = Ticket { reply: answer, wish: Arc::clone(&wish), progress: tell };
+        (ticket, Journey { reply, wish, nudge, progress, by_itself })
+    }
+
+    /// Holds it up, after a few milliseconds at most.
+    ///
+    /// # Errors
+    ///
+    /// If time moves by itself: nobody can hold that up.
+    pub fn pause(&self) -> Result<(), ControlError> {
+        self.unless_by_itself(Wish::Pause)
+    }
+
+    /// Goes on after a pause. If something has happened in it, a condition is forecast anew.
+    ///
+    /// # Errors
+    ///
+    /// If time moves by itself, so that it has not been paused.
+    pub fn resume(&self) -> Result<(), ControlError> {
+        self.unless_by_itself(Wish::Go)
+    }
+
+    /// Gives it up, after a few milliseconds at most. The reply is
+    /// [`ControlError::Cancelled`] then, unless time has arrived before.
+    pub fn cancel(&self) {
+        self.wish(Wish::Cancel);
+    }
+
+    /// How far it had come last.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        *self.progress.borrow()
+    }
+
+    /// How far it has come, when it has come further than was last told; `None` when it is over.
+    pub async fn next_progress(&mut self) -> Option<Progress> {
+        self.progress.changed().await.ok()?;
+        Some(*self.progress.borrow_and_update())
+    }
+
+    /// Blocks this thread until it is over.
+    pub fn wait(self) -> Result<Time, ControlError> {
+        self.reply.wait()
+    }
+
+    /// Blocks this thread until it is over, but no longer than so. It is not given up by that.
+    pub fn wait_within(self, limit: Duration) -> Result<Time, ControlError> {
+        self.reply.wait_within(limit)
+    }
+
+    fn unless_by_itself(&self, wish: Wish) -> Result<(), ControlError> {
+        if self.by_itself {
+            return Err(ControlError::RunsByItself);
+        }
+        self.wish(wish);
+        Ok(())
+    }
+
+    fn wish(&self, wish: Wish) {
+        let mut wished = lock(&self.wish);
+        // What is given up is not taken up again.
+        if *wished != Wish::Cancel {
+            *wished = wish;
+        }
+        // If nobody hears it, there is no journey any more.
+        let _ = self.nudge.send(());
+    }
+}
+
+impl Future for Journey {
+    type Output = Result<Time, ControlError>;
+
+    fn poll(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Self::Output> {
+        Pin::new(&mut self.reply).poll(cx)
+    }
+}
+
+impl Ticket {
+    pub(crate) fn wish(&self) -> Wish {
+        *lock(&self.wish)
+    }
+
+    pub(crate) fn tell(&self, progress: Progress) {
+        self.progress.send_if_modified(|told| std::mem::replace(told, progress) != progress);
+    }
+
+    /// It is over.
+    pub(crate) fn end(self, end: Result<Time, ControlError>) {
+        // Whoever asked may have stopped waiting for the answer.
+        let _ = self.reply.send(end);
+    }
+}
+
+/// A wish is whole at any time, so a panic elsewhere is no reason to stop.
+fn lock(wish: &Mutex<Wish>) -> MutexGuard<'_, Wish> {
+    wish.lock().unwrap_or_else(PoisonError::into_inner)
+}

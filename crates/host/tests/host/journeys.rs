@@ -1,0 +1,137 @@
+//! Time on its way can be watched, held up and given up.
+
+use std::io::Write;
+use std::time::Duration;
+
+use vimc4_device::{Condition, OwnedInput, Time};
+use vimc4_host::{Clock, ControlError, Journey, Progress, What, block_on};
+
+use crate::fake::{Diary, Fake, Running};
+
+/// Much longer than any test: the fake ticks a thousand times a second.
+const FAR: Duration = Duration::from_secs(1_000_000_000);
+
+/// Waits until it has come so far.
+fn come_to(journey: &mut Journey, so_far: impl Fn(Progress) -> bool) -> Progress {
+    let mut progress = journey.progress();
+    while !so_far(progress) {
+        progress = block_on(Box::pin(journey.next_progress())).unwrap();
+    }
+    progress
+}
+
+fn at(position: i64) -> Condition {
+    Condition::AxisAt { axis: 0, position }
+}
+
+#[test]
+fn a_long_way_is_paused_and_gone_on_with() {
+    for clock in [Clock::Manual, Clock::Instant] {
+        let diary = Diary::default();
+        let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+        let handle = &running.handle;
+        handle.watch(diary.clone()).wait().unwrap();
+
+        port.write_all(b"l\rl\r").unwrap();
+        let mut journey = handle.by("a person").advance(FAR);
+        let began = come_to(&mut journey, |progress| progress.to.is_some());
+        come_to(&mut journey, |progress| progress.now > began.now);
+        journey.pause().unwrap();
+        let held = come_to(&mut journey, |progress| progress.paused);
+        // Time stands still, and everything else works.
+        assert_eq!(handle.now().wait(), Ok(held.now));
+        port.write_all(b"t\r").unwrap();
+        handle.press("start").wait().unwrap();
+        assert_eq!(handle.now().wait(), Ok(held.now));
+        assert_eq!(String::from_utf8(port.drain()).unwrap(), format!("00{}.", held.now.as_nanos()));
+        let other = handle.advance(Duration::from_secs(1)).wait();
+        assert!(matches!(other, Err(ControlError::Unsupported(_))), "{other:?}");
+
+        journey.resume().unwrap();
+        come_to(&mut journey, |progress| !progress.paused && progress.now > held.now);
+        journey.cancel();
+        // What is given up is not taken up again.
+        journey.resume().unwrap();
+        let Err(ControlError::Cancelled { at }) = journey.wait() else {
+            panic!("it was given up");
+        };
+        assert!(at > held.now);
+        // As far as time has come, who has sent it there is told.
+        let told = diary.all(|report| match &report.what {
+            What::Input { by, input: OwnedInput::Wake } => Some((report.at, by.to_string())),
+            _ => None,
+        });
+        assert_eq!(told, [(at, "a person".to_owned())]);
+        if clock == Clock::Manual {
+            assert_eq!(handle.now().wait(), Ok(at));
+        }
+        running.end().unwrap();
+    }
+}
+
+#[test]
+fn a_forecast_is_given_up_and_time_has_not_moved() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    port.write_all(b"l\r").unwrap();
+    let mut journey = running.handle.run_until(at(5));
+    come_to(&mut journey, |progress| progress.to.is_none());
+    journey.cancel();
+    let end = journey.wait();
+    // On a computer that forgets the test for a while it has been seen to be in vain by itself.
+    let given_up = Err(ControlError::Cancelled { at: Time::ZERO });
+    assert!(end == given_up || end == Err(ControlError::Never), "{end:?}");
+    // It can be given up before it begins.
+    let (go, wait) = std::sync::mpsc::channel();
+    let held = running.handle.with(move |_| {
+        wait.recv().unwrap();
+        Ok(())
+    });
+    let journey = running.handle.run_until(at(5));
+    journey.cancel();
+    go.send(()).unwrap();
+    held.wait().unwrap();
+    assert_eq!(journey.wait(), given_up);
+    assert_eq!(running.handle.now().wait(), Ok(Time::ZERO));
+    // One that is not given up comes to the same end as ever.
+    assert_eq!(running.handle.run_until(at(5)).wait(), Err(ControlError::Never));
+    assert_eq!(running.handle.now().wait(), Ok(Time::ZERO));
+    running.end().unwrap();
+}
+
+#[test]
+fn what_happens_in_a_pause_is_heeded() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    let handle = &running.handle;
+    let rest = handle.state().wait().unwrap();
+    port.write_all(b"l\rw3600000\r").unwrap();
+    let mut journey = handle.advance(FAR);
+    journey.pause().unwrap();
+    come_to(&mut journey, |progress| progress.paused);
+    let now = handle.now().wait().unwrap();
+    // Where it goes belongs to another time.
+    handle.restore(rest).wait().unwrap();
+    assert_eq!(journey.wait(), Err(ControlError::Cancelled { at: now }));
+
+    // A condition is forecast anew after a pause.
+    port.write_all(b"l\rw3600000\r").unwrap();
+    let journey = handle.run_until(at(30_000));
+    journey.pause().unwrap();
+    journey.resume().unwrap();
+    assert_eq!(journey.wait(), Ok(Time::from_secs(30)));
+    running.end().unwrap();
+}
+
+#[test]
+fn time_that_moves_by_itself_cannot_be_held_up_but_need_not_be_waited_for() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    port.write_all(b"w3600000\r").unwrap();
+    let journey = running.handle.run_until(at(3_000_000));
+    assert_eq!(journey.pause(), Err(ControlError::RunsByItself));
+    assert_eq!(journey.resume(), Err(ControlError::RunsByItself));
+    let other = running.handle.run_until(at(20));
+    journey.cancel();
+    let end = journey.wait();
+    assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
+    assert!(other.wait().is_ok());
+    running.end().unwrap();
+}
