@@ -9,7 +9,7 @@ use vimc4_device::{Condition, Device, Event, Harness, Input, Kinds, Output, Stam
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::builtin("imc4").ok_or("there is no model imc4")?;
     let machine = Machine::builtin("mill").ok_or("there is no machine mill")?;
     let controller = Controller::new(model, machine, b"")?;
