@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vimc4::Family;
-use vimc4_conform::format::{Session, topics};
+use vimc4_conform::fixtures::topics;
+use vimc4_conform::format::Session;
 use vimc4_conform::source::{Evidence, with_manual};
 use vimc4_lpkf::language::{Dialect, Status, forms};
 

@@ -16,44 +16,6 @@ use crate::source::{Source, with_manual};
 const GROUPS: [(&str, &[&str]); 2] =
     [("classic", &["imc4", "imc4-m"]), ("imc-xx", &["imc-m", "imc-mp", "imc-s8"])];
 
-/// The topics of a family, which are the folders below `fixtures/sessions` and its name, in the
-/// order of the behaviour document, and their headings there.
-#[must_use]
-pub const fn topics(family: Family) -> &'static [(&'static str, &'static str)] {
-    match family {
-        Family::Isel => &[
-            ("line", "The line"),
-            ("errors", "Errors, and which one wins"),
-            ("axes", "Axes, reference, zero"),
-            ("straight", "Straight lines"),
-            ("time", "Ramps and time"),
-            ("circles", "Circles and helices"),
-            ("stop", "Stop, break, reset, limit switches"),
-            ("ports", "Ports and diagnosis"),
-            ("program", "Data field and program"),
-            ("settings", "Settings of the iMC-xx"),
-            ("panel", "Panel and plant"),
-            ("old", "Older and sister cards"),
-        ],
-        Family::Lpkf => &[
-            ("line", "The line and its grammar"),
-            ("answers", "Answers"),
-            ("settings", "Settings"),
-            ("straight", "Straight lines"),
-            ("arcs", "Arcs"),
-            ("vectors", "Following vectors"),
-            ("head", "The head"),
-            ("reference", "Reference runs and hard clip limits"),
-            ("limits", "Windows, ranges, limit switches"),
-            ("stop", "Stop, and what goes on after it"),
-            ("ports", "Ports, spindle, phase current"),
-            ("channel", "The second channel"),
-            ("interface", "The trackball"),
-            ("status", "Status messages"),
-        ],
-    }
-}
-
 /// One behaviour: what is sent, what happens, what must come.
 #[derive(Clone, Debug)]
 pub struct Session {

@@ -1,0 +1,13 @@
+//! A family with one model, a cart on a rail. What is here a module is a crate elsewhere: it has a
+//! `Model`, a `Controller`, a `State` and `Details`.
+
+#[path = "../../../../device/tests/cart/mod.rs"]
+mod controller;
+mod knowledge;
+mod model;
+
+pub(crate) use controller::{Cart as Controller, State};
+pub(crate) use model::Model;
+
+/// A cart shows nothing that others do not.
+pub(crate) type Details = ();
