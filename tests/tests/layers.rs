@@ -6,55 +6,67 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use cargo_metadata::camino::{Utf8Path, Utf8PathBuf};
-use cargo_metadata::{DepKindInfo, DependencyKind, MetadataCommand, Package, PackageId};
+use cargo_metadata::{DepKindInfo, DependencyKind, MetadataCommand, Package, PackageId, Target};
 
-/// What each room of the house may use of the others.
-const ALLOWED: [(&str, &[&str]); 17] = [
+/// What each room of the house may use of the others: downwards only. Rooms that are not built yet
+/// have their place.
+const ALLOWED: [(&str, &[&str]); 20] = [
+    // Those that know no clock, socket, thread or file.
     ("vimc4-motion", &[]),
     ("vimc4-isel-wire", &[]),
     ("vimc4-device", &["vimc4-motion"]),
     ("vimc4-plant", &["vimc4-device", "vimc4-motion"]),
     ("vimc4-isel", &["vimc4-device", "vimc4-isel-wire", "vimc4-motion", "vimc4-plant"]),
     ("vimc4-lpkf", &["vimc4-device", "vimc4-motion", "vimc4-plant"]),
-    ("vimc4-ncp", &["vimc4-motion", "vimc4-isel-wire", "vimc4-plant"]),
+    ("vimc4-ncp", &["vimc4-isel-wire", "vimc4-motion", "vimc4-plant"]),
     ("vimc4-catalogue", &["vimc4-device", "vimc4-isel", "vimc4-lpkf", "vimc4-plant"]),
     ("vimc4-timeline", &["vimc4-device"]),
-    ("vimc4-debug", &["vimc4-device", "vimc4-timeline"]),
+    ("vimc4-debug", &["vimc4-catalogue", "vimc4-device", "vimc4-timeline"]),
+    ("vimc4-picture", &["vimc4-device", "vimc4-motion"]),
+    ("vimc4-conform", &["vimc4-catalogue", "vimc4-device"]),
+    // Those outside. One call of the host to Linux is unsafe code, which has one room.
     ("vimc4-host", &["vimc4-device", "vimc4-lines"]),
+    // Modem lines are the business of an operating system and of no controller.
+    ("vimc4-lines", &[]),
     (
         "vimc4",
         // The façade hands out types of the contract; the families it knows by the catalogue only.
-        &["vimc4-catalogue", "vimc4-device", "vimc4-host"],
+        &["vimc4-catalogue", "vimc4-device", "vimc4-host", "vimc4-timeline"],
     ),
-    // Modem lines are the business of an operating system and of no controller.
-    ("vimc4-lines", &[]),
+    ("vimc4-api", &["vimc4", "vimc4-debug"]),
+    ("vimc4-capi", &["vimc4"]),
     ("vimc4-python", &["vimc4"]),
-    ("vimc4-conform", &["vimc4-catalogue", "vimc4-device"]),
-    (
-        "vimc4-emulator",
-        &[
-            "vimc4",
-            "vimc4-catalogue",
-            "vimc4-conform",
-            "vimc4-debug",
-            "vimc4-device",
-            "vimc4-lines",
-            "vimc4-motion",
-            "vimc4-ncp",
-        ],
-    ),
     // Host software knows nothing of virtual controllers; only its tests do.
     ("example-driver", &[]),
+    // A family is known by the catalogue.
+    ("vimc4-emulator", EVERYTHING_BUT_FAMILIES),
+];
+
+/// What the command may use.
+const EVERYTHING_BUT_FAMILIES: &[&str] = &[
+    "vimc4",
+    "vimc4-api",
+    "vimc4-catalogue",
+    "vimc4-conform",
+    "vimc4-debug",
+    "vimc4-device",
+    "vimc4-lines",
+    "vimc4-motion",
+    "vimc4-ncp",
+    "vimc4-picture",
+    "vimc4-timeline",
 ];
 
 /// Those that look at the house as a whole may use all.
 const WHOLE: [&str; 2] = ["vimc4-tests", "vimc4-bench"];
 
 /// Where clocks, sockets, threads of an executor and serial ports may live.
-const OUTER: [&str; 8] = [
+const OUTER: [&str; 10] = [
     "vimc4-host",
     "vimc4-lines",
     "vimc4",
+    "vimc4-api",
+    "vimc4-capi",
     "vimc4-python",
     "vimc4-emulator",
     "vimc4-tests",
@@ -62,9 +74,29 @@ const OUTER: [&str; 8] = [
     "example-driver",
 ];
 
-/// Crates that are about the outer world.
-const WORLDLY: [&str; 8] =
-    ["tokio", "tokio-serial", "serialport", "socket2", "rustix", "nix", "mio", "libc"];
+/// All that the inner rooms may be built from besides each other, down to the last: crates that
+/// compute, and reach for nothing outside of themselves.
+const PURE: [&str; 19] = [
+    "bytes",
+    "equivalent",
+    "hashbrown",
+    "indexmap",
+    "itoa",
+    "libm",
+    "memchr",
+    "nom",
+    "serde",
+    "serde_core",
+    "serde_json",
+    "serde_spanned",
+    "thiserror",
+    "toml",
+    "toml_datetime",
+    "toml_parser",
+    "toml_writer",
+    "winnow",
+    "zmij",
+];
 
 #[test]
 fn every_crate_uses_only_what_it_may() {
@@ -110,6 +142,9 @@ fn no_inner_room_leads_to_the_world() {
         let node = resolved.nodes.iter().find(|node| node.id == *id).expect("a chosen package");
         let built = |kind: &DepKindInfo| kind.kind == DependencyKind::Normal;
         let built = node.deps.iter().filter(move |used| used.dep_kinds.iter().any(built));
+        // What derives code runs in the compiler.
+        let built =
+            built.filter(|used| !metadata[&used.pkg].targets.iter().any(Target::is_proc_macro));
         built.map(|used| used.pkg.clone()).collect::<Vec<_>>()
     };
     let mut wrong = Vec::new();
@@ -126,16 +161,33 @@ fn no_inner_room_leads_to_the_world() {
             }));
             reached.insert(id, way);
         }
-        let worldly =
-            reached.iter().filter(|(id, _)| WORLDLY.contains(&metadata[id].name.as_str()));
-        wrong.extend(worldly.map(|(_, way)| way.clone()));
+        let ours = metadata.workspace_packages();
+        let foreign = reached.iter().filter(|(id, _)| {
+            let name = metadata[id].name.as_str();
+            !PURE.contains(&name) && !ours.iter().any(|own| own.name == name)
+        });
+        wrong.extend(foreign.map(|(_, way)| way.clone()));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What of the standard library is about the outer world.
-const WORLD: [&str; 6] =
-    ["std::env", "std::fs", "std::net", "std::os", "std::process", "std::thread"];
+/// What of the standard library is about the outer world, or differs from one run to the next.
+const WORLD: [&str; 14] = [
+    "std::env",
+    "std::fs",
+    "std::io",
+    "std::net",
+    "std::os",
+    "std::process",
+    "std::thread",
+    "Instant",
+    "SystemTime",
+    "HashMap",
+    "HashSet",
+    "print!(",
+    "println!(",
+    "dbg!(",
+];
 
 #[test]
 fn no_inner_room_touches_files_sockets_or_threads() {
@@ -150,7 +202,9 @@ fn no_inner_room_touches_files_sockets_or_threads() {
         };
         for (path, text) in sources(&source).into_iter().filter(|(path, _)| is_built(path)) {
             for (line, number) in text.lines().zip(1..) {
-                if line.contains("use std::{") || WORLD.iter().any(|world| line.contains(world)) {
+                let is_said = line.trim_start().starts_with("//");
+                let world = || WORLD.iter().any(|world| line.contains(world));
+                if !is_said && (line.contains("use std::{") || world()) {
                     wrong.push(format!("{path}, line {number}: {}", line.trim()));
                 }
             }
