@@ -26,7 +26,9 @@ impl From<Vec<u8>> for Answer {
 }
 
 impl Firmware {
+    /// A command has been taken from the line.
     pub(crate) fn announce(&mut self, mnemonic: &'static str, text: &[u8]) {
+        self.state.number_command();
         if self.wants(Kinds::COMMAND) {
             self.emit(Event::Command {
                 mnemonic: mnemonic.into(),

@@ -134,7 +134,7 @@ impl Firmware {
     pub(crate) fn follow(&mut self, mut outcome: Outcome) {
         loop {
             outcome = match outcome {
-                Outcome::Nothing => return,
+                Outcome::Nothing => return self.state.command_ended(),
                 Outcome::Finished(job, result) => self.finished(job, result),
                 Outcome::Stopped(job, plan, by) => self.stopped(job, plan, by),
                 Outcome::ProgramHalts(by) => {

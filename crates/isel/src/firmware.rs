@@ -1,7 +1,7 @@
 //! What every part of the firmware works on: the state, and what leaves.
 
 use bytes::Bytes;
-use vimc4_device::{Event, FlashChange, Kinds, Outbox, Warning};
+use vimc4_device::{Event, FlashChange, Kinds, Outbox, Stamp, Warning};
 
 use crate::activity::Activity;
 use crate::state::State;
@@ -18,8 +18,18 @@ impl Firmware {
         self.out.wants(kinds)
     }
 
+    /// Tells of something that belongs to the command that is executed or under way.
     pub(crate) fn emit(&mut self, event: Event) {
-        self.out.emit(self.state.now.into(), event);
+        let stamp = Stamp { at: self.state.now, command: self.state.command };
+        self.out.emit(stamp, event);
+    }
+
+    /// Does what belongs to no command, whatever is under way: a button, a switch or the line has
+    /// led to it.
+    pub(crate) fn for_no_command(&mut self, act: impl FnOnce(&mut Firmware)) {
+        let command = self.state.command.take();
+        act(self);
+        self.state.command = command;
     }
 
     pub(crate) fn send(&mut self, bytes: Bytes) {

@@ -19,7 +19,7 @@ impl Firmware {
             return;
         }
         // Supply and temperature take the power stages with them.
-        self.outputs_changed(driven);
+        self.for_no_command(|firmware| firmware.outputs_changed(driven));
         let outcome = match (signal, level) {
             (PlantSignal::Stop, true) => self.stop_button(),
             (PlantSignal::Start, true) => self.start_button(),
@@ -28,7 +28,8 @@ impl Firmware {
             (PlantSignal::Limit(axis, end), active) => {
                 if self.wants(Kinds::SWITCH) {
                     let positive = end == End::Positive;
-                    self.emit(Event::Switch { axis: axis as u8, positive, active });
+                    let event = Event::Switch { axis: axis as u8, positive, active };
+                    self.for_no_command(|firmware| firmware.emit(event));
                 }
                 self.limits_changed()
             }
@@ -49,7 +50,9 @@ impl Firmware {
 
     /// STOP halts the motion or the program, and the spindle.
     fn stop_button(&mut self) -> Outcome {
-        self.drive(|outputs| outputs.set(Output::SPINDLE, false));
+        self.for_no_command(|firmware| {
+            firmware.drive(|outputs| outputs.set(Output::SPINDLE, false));
+        });
         self.stop(By::Button)
     }
 
@@ -92,7 +95,7 @@ impl Firmware {
             return Outcome::Nothing;
         }
         self.state.relay = true;
-        self.drive(|outputs| outputs.set(Output::STAGE, true));
+        self.for_no_command(|firmware| firmware.drive(|outputs| outputs.set(Output::STAGE, true)));
         if panel.start && initial && self.has_self_test() {
             return self.begin_self_test();
         }

@@ -44,7 +44,8 @@ impl Firmware {
             }
         }
         if lost > 0 && self.wants(Kinds::WARNING) {
-            self.emit(Event::Warning(Warning::ReceiveOverflow { lost }));
+            let warning = Event::Warning(Warning::ReceiveOverflow { lost });
+            self.for_no_command(|firmware| firmware.emit(warning));
         }
     }
 
@@ -62,10 +63,11 @@ impl Firmware {
         }
         while let Some(byte) = self.state.receiver.waiting.pop_front() {
             match self.state.receiver.line.push(byte) {
-                None => {}
-                Some(Line::Text(text)) => return self.execute_line(&text),
-                Some(Line::TooLong) => return self.refuse_long_line(),
+                None => continue,
+                Some(Line::Text(text)) => self.execute_line(&text),
+                Some(Line::TooLong) => self.refuse_long_line(),
             }
+            return self.state.command_ended();
         }
     }
 }

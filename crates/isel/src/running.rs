@@ -340,7 +340,7 @@ impl Firmware {
         if emergency {
             self.halt_motors();
             self.end_run(Err(Why::EmergencyInput));
-            self.open_relay();
+            self.for_no_command(Firmware::open_relay);
         } else if cover {
             let opened = Opened::Input;
             return self.end_program_motion(Ending::Cover(opened), Err(Why::Cover(opened)));

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Point, Time};
+use vimc4_device::{CommandNumber, Point, Time};
 use vimc4_isel_wire::{AxisSet, BitTest, Context, Direction, LineBuffer, Plane};
 use vimc4_motion::{Ramp, Running};
 use vimc4_plant::{Machine, Plant};
@@ -58,6 +58,11 @@ pub struct State {
     pub(crate) storing: bool,
     pub(crate) activity: Activity,
     pub(crate) run: Option<Run>,
+    /// The last command that was taken from the line.
+    pub(crate) last_command: Option<CommandNumber>,
+    /// The command that is executed, or that what is under way belongs to; none where a button or a
+    /// reset has begun it, or gone on with it.
+    pub(crate) command: Option<CommandNumber>,
 }
 
 /// The line, seen from inside.
@@ -131,6 +136,8 @@ impl State {
             storing: false,
             activity: Activity::Idle,
             run: None,
+            last_command: None,
+            command: None,
             model,
         };
         state.reset();
@@ -158,6 +165,7 @@ impl State {
         self.device = 0;
         self.storing = false;
         self.run = None;
+        self.command = None;
         self.initialise();
         self.outputs = Outputs::default();
         self.outputs.set(Output::STAGE, self.relay);
@@ -243,6 +251,20 @@ impl State {
     /// The axes no longer know where they are.
     pub(crate) fn unreference(&mut self, axes: AxisSet) {
         self.referenced = self.referenced.without(axes);
+    }
+
+    /// A command has been taken from the line: what happens now belongs to it.
+    pub(crate) fn number_command(&mut self) {
+        let next = self.last_command.map_or(CommandNumber::FIRST, CommandNumber::next);
+        self.last_command = Some(next);
+        self.command = self.last_command;
+    }
+
+    /// If nothing is under way any more, what happens next belongs to no command.
+    pub(crate) fn command_ended(&mut self) {
+        if self.is_at_rest() || matches!(self.activity, Activity::Echo) {
+            self.command = None;
+        }
     }
 
     /// Any new motion drops what is left of an older one.

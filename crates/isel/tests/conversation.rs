@@ -4,7 +4,9 @@
 
 use std::time::Duration;
 
-use vimc4_device::{Condition, Device, Event, Harness, Input, Kinds, Output, Time, Warning};
+use vimc4_device::{
+    Condition, Device, Event, Harness, Input, Kinds, Motion, Output, Time, Warning,
+};
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};
 
@@ -138,6 +140,70 @@ fn what_waited_for_the_end_of_a_motion_happens_line_by_line() {
     }
     assert_eq!(told, ["0", "0001388000000000000", ""]);
     assert_eq!(imc.ask(b"").unwrap(), b"0000138D000000000000");
+}
+
+#[test]
+fn what_happens_has_the_number_of_its_command() {
+    let mut imc = controller("imc-s8", "bench").watching(Kinds::ALL);
+    imc.send(b"@01\r@0B0,1\r@0i\r0500,1000\rp0,2,1\r9\r@0S\r");
+    imc.run_to(Time::from_millis(100));
+    imc.input(Input::Signal(PlantSignal::Stop.id(), 1));
+    imc.input(Input::Signal(PlantSignal::Stop.id(), 0));
+    imc.run_to_rest().unwrap();
+    imc.input(Input::Signal(PlantSignal::Start.id(), 1));
+    imc.run_to_rest().unwrap();
+    imc.send(b"@0P\r");
+    let mut told = Vec::new();
+    for output in imc.drain() {
+        let Output::Event(stamp, event) = output else { continue };
+        let what = match event {
+            Event::Command { mnemonic, .. } => format!("command {mnemonic}"),
+            Event::Answer { bytes, .. } => format!("answer {}", bytes.escape_ascii()),
+            Event::Line { line, .. } => format!("line {line}"),
+            Event::Port { port, value } => format!("port {port} {value}"),
+            Event::Flash { what } => what.to_string(),
+            Event::Motion(Motion::Begins { .. }) => "begins".to_owned(),
+            Event::Motion(Motion::Changes { .. }) => "brakes".to_owned(),
+            Event::Motion(Motion::Ends { .. }) => "ends".to_owned(),
+            _ => continue,
+        };
+        let number = stamp.command.map_or_else(|| "-".to_owned(), |number| number.to_string());
+        told.push(format!("{number} {what}"));
+    }
+    let expected = [
+        "1 command @axes",
+        "1 answer 0",
+        "2 command @B",
+        "2 port 0 1",
+        "2 answer 0",
+        "3 command @i",
+        "3 program begun",
+        "3 answer 0",
+        "4 command 0",
+        "4 program line",
+        "4 answer 0",
+        "5 command p",
+        "5 program line",
+        "5 answer 0",
+        "6 command 9",
+        "6 program valid",
+        "6 answer 0",
+        "7 command @S",
+        "7 line 1",
+        "7 begins",
+        "7 brakes",
+        "7 ends",
+        "7 answer F",
+        // START goes on with it, and the host, which has had an answer, hears of the end.
+        "- begins",
+        "- ends",
+        "- line 2",
+        "- port 0 5",
+        "- answer 0",
+        "8 command @P",
+        "8 answer 00001F4000000000000",
+    ];
+    assert_eq!(told, expected);
 }
 
 #[test]

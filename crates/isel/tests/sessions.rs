@@ -8,9 +8,11 @@ mod support;
 
 use support::contract::{Act, hold};
 use support::{Random, try_all};
-use vimc4_device::{Device, SignalId, Time};
-use vimc4_isel::{Controller, Model};
-use vimc4_plant::Machine;
+use vimc4_device::{
+    CommandNumber, Device, Event, Harness, Kinds, Motion, Output, SignalId, Stamp, Time, Warning,
+};
+use vimc4_isel::{Controller, LowerCase, Model};
+use vimc4_plant::{Machine, PlantSignal};
 
 const LINES: &[&str] = &[
     "@01",
@@ -142,6 +144,74 @@ fn try_session(seed: u64) {
     let bench = Machine::builtin("bench").expect("built in");
     let reread = Controller::new(model, bench, &image).expect("its own image");
     assert_eq!(reread.flash_image(), image);
+}
+
+/// Every answer belongs to one command that came before it, and none is answered twice, except where
+/// a motion that was answered before it began is told to have ended early; what belongs to no command
+/// is of control codes, or of what START has begun or gone on with.
+fn try_numbers(seed: u64) {
+    let mut random = Random(seed);
+    let controller = begin(&mut random);
+    let late = controller.model().quirks.lower_case == LowerCase::BeforeAndError;
+    let acts = session(&mut random, &controller);
+    let mut harness = Harness::new(controller).watching(Kinds::ALL);
+    for (at, act) in &acts {
+        harness.plan(*at, act.input());
+    }
+    let end = acts.last().map_or(Time::ZERO, |(at, _)| at.after_nanos(30_000_000_000));
+    harness.run_to(end);
+
+    let is_start = |act: &Act| matches!(act, Act::Signal(id, 1) if *id == PlantSignal::Start.id());
+    let started = acts.iter().find(|(_, act)| is_start(act)).map(|(at, _)| *at);
+    // The number that comes next, whether each so far is answered, and whose motion runs.
+    let (mut next, mut answered, mut moving) = (CommandNumber::FIRST, Vec::new(), None);
+    for output in harness.outputs() {
+        let Output::Event(Stamp { at, command }, event) = output else { continue };
+        let place = command.map(|number| number.0.get() as usize - 1);
+        match event {
+            Event::Command { mnemonic, .. } => {
+                assert_eq!(*command, Some(next), "{event:?}");
+                next = next.next();
+                answered.push((mnemonic, 0));
+            }
+            Event::Answer { mnemonic, why, .. } => match place {
+                Some(place) => {
+                    let (_, times) = &mut answered[place];
+                    *times += 1;
+                    let may_be_second = late && why.is_some();
+                    assert!(*times == 1 || may_be_second, "{event:?} at {at}");
+                }
+                None => {
+                    let by_button = started.is_some_and(|started| started <= *at);
+                    assert!(matches!(&**mnemonic, "254" | "255") || by_button, "{event:?} at {at}");
+                }
+            },
+            Event::Motion(Motion::Begins { .. }) => moving = Some(*command),
+            Event::Motion(_) => assert_eq!(moving, Some(*command), "{event:?} at {at}"),
+            Event::Ignored { .. }
+            | Event::Switch { .. }
+            | Event::Warning(Warning::ReceiveOverflow { .. }) => assert_eq!(*command, None),
+            _ => {}
+        }
+        assert!(place.is_none_or(|place| place < answered.len()), "{event:?} came too early");
+    }
+    // Whoever is not answered is still at it, or was interrupted.
+    let interrupts = |act: &Act| match act {
+        Act::Bytes(bytes) => bytes.contains(&254),
+        Act::Signal(..) => false,
+        Act::Power(_) => true,
+    };
+    if !acts.iter().any(|(_, act)| interrupts(act)) && harness.device().is_idle() {
+        // The self-test says what it says.
+        let is_silent = |(mnemonic, times): &&(_, u32)| *times == 0 && *mnemonic != "@?";
+        let silent: Vec<_> = answered.iter().filter(is_silent).collect();
+        assert!(silent.is_empty(), "{silent:?} have no answer");
+    }
+}
+
+#[test]
+fn every_answer_belongs_to_one_command() {
+    try_all(2_000, try_numbers);
 }
 
 #[test]

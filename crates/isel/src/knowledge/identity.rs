@@ -1,6 +1,6 @@
 //! Who the controller at a port is.
 
-use vimc4_device::{Identity, Model as _, Question, Until, said};
+use vimc4_device::{Identity, Question, Until, said};
 
 use crate::Model;
 
@@ -45,13 +45,13 @@ fn of_version(model: &Model, answer: &[u8]) -> Identity {
 
 /// Whether a model is the built-in one of that name; one from a file must only have its commands.
 fn is_like(model: &Model, name: &str) -> bool {
-    let is_builtin = Model::names().contains(&model.name());
-    if is_builtin { model.name() == name } else { has_commands_of(model, name) }
+    let is_builtin = Model::names().contains(&model.name.as_str());
+    if is_builtin { model.name == name } else { has_commands_of(model, name) }
 }
 
 /// Whether a model has the commands of the built-in one of that name.
 fn has_commands_of(model: &Model, name: &str) -> bool {
-    Model::builtin(name).is_some_and(|named| model.has_commands_of(&named))
+    Model::builtin(name).is_some_and(|named| model.command_set == named.command_set)
 }
 
 /// What the answer to `U` says: only the later family has a text of its owner.

@@ -15,7 +15,7 @@ pub(crate) enum Act {
 }
 
 impl Act {
-    fn input(&self) -> Input<'_> {
+    pub(crate) fn input(&self) -> Input<'_> {
         match self {
             Act::Bytes(bytes) => Input::Bytes(bytes),
             Act::Signal(id, value) => Input::Signal(*id, *value),
