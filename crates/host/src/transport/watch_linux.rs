@@ -7,9 +7,11 @@
 //! that counts as closed, or is about to send to one that counts as open, drains the queue first,
 //! so that the answer to a client's first byte is never sent to nobody.
 //!
-//! inotify merges equal events that follow each other unread, so two quick opens may be counted
-//! as one. Where the count contradicts what is seen, the open files of all processes that we
-//! may look at decide.
+//! inotify merges equal events that follow each other unread, so that two quick opens would be
+//! counted as one. But who watches the folder too is told of each opening twice, in turns: once of
+//! the folder and once of the terminal, and no two equal events follow each other. Only when two
+//! processors do it at the very same time they still may. Where the count contradicts what is seen,
+//! the open files of all processes that we may look at decide.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -89,6 +91,10 @@ impl Watch {
         let number = {
             let mut terminals = watcher.terminals();
             let flags = WatchFlags::OPEN | WatchFlags::CLOSE;
+            if let Some(folder) = path.parent() {
+                // It keeps the events apart, and nothing else depends on it.
+                let _ = inotify::add_watch(&watcher.inotify, folder, flags);
+            }
             let number = inotify::add_watch(&watcher.inotify, path, flags)?;
             let file = rustix::fs::fstat(&kept)?;
             let identity = (file.st_dev, file.st_ino);

@@ -256,6 +256,38 @@ fn two_openings_are_one_line_until_both_are_closed() {
 }
 
 #[test]
+fn one_of_two_handles_that_is_closed_is_no_client_that_leaves() {
+    let (running, path) = serve(Clock::Manual);
+    for _ in 0..20 {
+        let diary = Diary::default();
+        let id = running.handle.watch(diary.clone()).wait().unwrap();
+        let told = |report: &Report| match report.news() {
+            Some(News::Opened { .. }) => Some("opened"),
+            Some(News::Closed { .. }) => Some("closed"),
+            _ => None,
+        };
+        // As programs do that look whether a port is there, or that use one handle to write.
+        let first = open(&path);
+        let second = open(&path);
+        (&second).write_all(b"ekept\r").unwrap();
+        running.handle.now().wait().unwrap();
+        drop(first);
+        // What it has not read yet is not thrown away.
+        assert_eq!(read(&second, 4, 5_000), b"kept");
+        assert_eq!(ask(&second, "eabc\r", 3), "abc");
+        let third = open(&path);
+        drop(second);
+        assert_eq!(ask(&third, "edef\r", 3), "def");
+        drop(third);
+        diary.wait_for("its end", |report| matches!(report.news(), Some(News::Closed { .. })));
+        running.handle.now().wait().unwrap();
+        assert_eq!(diary.all(told), ["opened", "closed"]);
+        assert_eq!(running.handle.detach(id).wait(), Ok(true));
+    }
+    running.end().unwrap();
+}
+
+#[test]
 fn a_client_that_never_reads_stops_nobody() {
     let diary = Diary::default();
     let (running, path) = serve(Clock::Real);
