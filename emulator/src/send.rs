@@ -46,7 +46,8 @@ The controller is asked first who it is, and a job for another model is refused.
 to a real machine the travel is shown, and somebody has to agree.
 
 Enter, and any other line, stops a motion along its ramp; then Enter goes on with it, as does START
-at the panel, and q ends the job; a plot halts behind the command that runs. At a HALT, s goes on
+at the panel, and q ends the job; a plot halts behind the command that runs. In a wait it holds what
+comes next. At a HALT, s goes on
 line by line. What is typed before a question is no answer to it. An error reply, and what is no
 answer of such a controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where nobody is
 at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it rests; Ctrl-C again does
@@ -403,9 +404,6 @@ impl<'a> Sending<'a> {
             false_reference: false,
             counters_reset: false,
         };
-        let axes = 0..model.axis_names().len();
-        let with_switch = axes.filter(|axis| machine.has_reference(*axis));
-        sending.link.with_switch = with_switch.fold(0, |set, axis| set | 1 << axis);
         sending.identify()?;
         Ok(sending)
     }
@@ -471,8 +469,8 @@ impl<'a> Sending<'a> {
         if !self.listens {
             self.listens = true;
             endings::interrupt(self.link.port(), self.handling.halt)?;
-            let (keeps, woken) = (self.link.stop_key(), self.link.port().waker());
-            self.operator.listen(self.handling.stop.map(|stop| stop.start), keeps, woken);
+            let (stop, woken) = (self.link.stop_key(), self.link.port().waker());
+            self.operator.listen(self.handling.stop.map(|stop| stop.start), stop, woken);
         }
         Ok(())
     }
@@ -546,9 +544,9 @@ impl<'a> Sending<'a> {
         }
         match self.ended(ending)? {
             Ending::Ended { line } | Ending::Unattended { line } => {
+                let place = self.place();
                 let onward = self.onward(line).map(|onward| format!("\n{onward}"));
                 let onward = onward.unwrap_or_default();
-                let place = self.place();
                 let _ = writeln!(
                     io::stdout(),
                     "{name}: ended in line {line}{place}; {STILL_ON}{onward}"
@@ -621,8 +619,7 @@ impl<'a> Sending<'a> {
                 // What a semicolon parts from it would be the remedy.
                 let refusal = refusal(self.model.family(), &answer).replace("; ", ", ");
                 let sent = shown(&sent);
-                // An emergency stop.
-                self.counters_reset |= self.model.family().resets_counters(&answer);
+                self.counters_reset |= self.link.has_forgotten(&answer);
                 let place = self.place();
                 (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
@@ -754,8 +751,11 @@ impl<'a> Sending<'a> {
             return ", and where the axes are is not known, for the counters may have been reset"
                 .to_owned();
         }
-        let answer = self.link.position().unwrap_or_default();
-        let Some(places) = self.handling.read_position(&answer) else { return String::new() };
+        let Some((places, stayed)) = self.link.places() else { return String::new() };
+        if !stayed {
+            self.counters_reset = true;
+            return self.place();
+        }
         // One that tells of configured axes only does not say which they are.
         if !self.handling.names_axes(places.len()) {
             return String::new();
@@ -785,6 +785,7 @@ impl<'a> Sending<'a> {
                 self.link.brake();
                 None
             }
+            Broken::Restless => Some(Halted::NoAnswer),
             Broken::Silent | Broken::Port(PortError::Gone(_)) => None,
         };
         let stop = self.handling.stop.map(|stop| format!("{} was sent", stop.name));
@@ -793,6 +794,10 @@ impl<'a> Sending<'a> {
         self.clear();
         let line = self.link.line();
         let name = self.arguments.job.name();
+        let place = match broken {
+            Broken::Port(PortError::Interrupted) | Broken::Restless => self.place(),
+            _ => String::new(),
+        };
         let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
         if !matches!(broken, Broken::Silent) {
             self.tell_onward(line);
@@ -803,8 +808,7 @@ impl<'a> Sending<'a> {
                  and the speed of the line",
                 self.link.name()
             )),
-            Broken::Port(PortError::Interrupted) => {
-                let place = self.place();
+            Broken::Port(PortError::Interrupted) | Broken::Restless => {
                 let after = halted;
                 let halted = match (stop, halted) {
                     (Some(stop), Some(Halted::Rests)) => {
@@ -826,7 +830,11 @@ impl<'a> Sending<'a> {
                     (true, _) => format!("{halted}; the reference of this run is false{REPEATED}"),
                     (false, _) => halted,
                 };
-                let message = format!("interrupted: {halted}{place}; {STILL_ON}{onward}");
+                let ended = match broken {
+                    Broken::Restless => "ended",
+                    _ => "interrupted",
+                };
+                let message = format!("{ended}: {halted}{place}; {STILL_ON}{onward}");
                 Failure::at_line(message, &name, self.text, line)
             }
             Broken::Strange { sent, said } => {

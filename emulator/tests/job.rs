@@ -1335,6 +1335,8 @@ fn what_is_typed_before_a_question_or_is_blank_is_no_answer() {
     until("it waits", || sent(&emulator).iter().any(|sent| sent == "@0R7"));
     thread::sleep(Duration::from_millis(300));
     writeln!(typist.terminal, "s").unwrap();
+    // Both at once: the second comes before the next question.
+    typist.types("line 3: held; Enter goes on, q ends the job", "\ns");
     typist.types("line 4: HALT", " ");
     typist.types("line 4: HALT", "");
     let (_, err) = typist.ends(0);
@@ -1614,4 +1616,191 @@ fn a_turning_axis_without_a_switch_is_not_turned_back() {
     let (_, err) = ends(&folder, &[&send[..], &["--from", "4", "--zero", ",,,0"]].concat(), 0);
     assert!(err.contains("The job goes on with line 4"), "{err}");
     assert_eq!(emulator.position().unwrap()[3], turned);
+}
+
+#[test]
+fn a_line_typed_after_start_at_the_panel_stops() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X30000\nMOVEABS X0\n");
+    for model in ["imc-s8", "imc-m"] {
+        let (emulator, port) = listening(model, "bench", Clock::Real);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port, "--model", model]);
+        let x = || emulator.position().unwrap()[0];
+        until("it moves", || x() > 100);
+        emulator.press(Button::Stop).unwrap();
+        typist.hears("line 4: stopped; Enter goes on, q ends the job; START at the panel goes on");
+        for typed in ["", "what now"] {
+            until_it_rests(x);
+            let before = x();
+            emulator.press(Button::Start).unwrap();
+            until("START goes on", || x() > before + 50);
+            writeln!(typist.terminal, "{typed}").unwrap();
+            typist.hears("START at the panel had let it go on");
+            typist.hears("line 4: stopped");
+            let stopped = x();
+            thread::sleep(Duration::from_millis(300));
+            assert_eq!(x(), stopped, "it rests");
+        }
+        // Enter at rest goes on; no `S` has come to an axis that moved.
+        writeln!(typist.terminal).unwrap();
+        until("Enter goes on", || x() > 2_000);
+        assert_eq!(sent(&emulator).iter().filter(|sent| *sent == "@0S").count(), 1);
+        // And who ends the job after START leaves no axis moving.
+        emulator.press(Button::Stop).unwrap();
+        typist.hears("stopped");
+        until_it_rests(x);
+        let before = x();
+        emulator.press(Button::Start).unwrap();
+        until("START goes on", || x() != before);
+        writeln!(typist.terminal, "q").unwrap();
+        let (out, err) = typist.ends(3);
+        let stopped = x();
+        assert!(out.contains(&format!("at X {:.3} mm", stopped as f64 * 0.0125)), "{out}{err}");
+        thread::sleep(Duration::from_millis(300));
+        assert_eq!(x(), stopped, "it rests");
+    }
+}
+
+#[test]
+fn ctrl_c_after_start_at_the_panel_waits_until_it_rests() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X30000\nMOVEABS X0\n");
+    let (emulator, port) = listening("imc-s8", "bench", Clock::Real);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port, "--model", "imc-s8"]);
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 100);
+    emulator.press(Button::Stop).unwrap();
+    typist.hears("line 4: stopped");
+    until_it_rests(x);
+    let before = x();
+    emulator.press(Button::Start).unwrap();
+    until("START goes on", || x() > before + 50);
+    kill_process(Pid::from_child(&typist.child), Signal::INT).unwrap();
+    let (_, err) = typist.ends(1);
+    assert!(err.contains("the motion has come to rest along its ramp, at X "), "{err}");
+    let stopped = x();
+    thread::sleep(Duration::from_millis(300));
+    assert_eq!(x(), stopped, "it rests");
+}
+
+#[test]
+fn what_is_typed_in_a_wait_holds_what_moves_next_whatever_it_is() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nWAIT 1500\nMOVEABS X1000\n");
+    for typed in ["halt!", "foo bar", "MOVEREL Y5"] {
+        let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+        until("it waits", || sent(&emulator).iter().any(|sent| sent == "@0P"));
+        thread::sleep(Duration::from_millis(200));
+        writeln!(typist.terminal, "{typed}").unwrap();
+        typist.types("line 3: held; Enter goes on, q ends the job", "q");
+        typist.ends(3);
+        assert_eq!(emulator.position().unwrap()[..2], [0, 0]);
+    }
+}
+
+#[test]
+fn a_line_typed_when_a_piece_is_about_to_end_stops_before_the_next() {
+    // Every move is nothing but ramps, and one that brakes already ends with 0.
+    let moves: String = (1..200).map(|n| format!("MOVEABS X{}\n", n * 100)).collect();
+    let folder = Folder::with(format!("IMF_PBL\nREF XYZ\nVEL 50000\n{moves}"));
+    for wait in 0..6 {
+        let (emulator, port) = listening("imc4", "bench", Clock::Real);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+        let x = || emulator.position().unwrap()[0];
+        until("it moves", || x() > 20);
+        thread::sleep(Duration::from_millis(wait * 7));
+        writeln!(typist.terminal).unwrap();
+        // Stopped in a move, or held between two.
+        typist.hears("; Enter goes on, q ends the job");
+        let stopped = x();
+        thread::sleep(Duration::from_millis(200));
+        assert_eq!(x(), stopped, "it rests");
+        writeln!(typist.terminal, "q").unwrap();
+        typist.ends(3);
+    }
+}
+
+#[test]
+fn a_reference_run_without_end_is_ended_without_a_reference() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nHALT\nMOVEABS X1000\n");
+    let (emulator, port) = listening("imc4", "mill", Clock::Real);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port, "--machine", "mill"]);
+    typist.types("line 3: HALT", "REF A");
+    until("A turns", || emulator.position().unwrap()[3] != 0);
+    writeln!(typist.terminal, "that will do").unwrap();
+    let (_, err) = typist.ends(1);
+    assert!(err.contains("the reference run was stopped, so its reference is false"), "{err}");
+    assert!(!err.contains(" at X ") && !err.contains("A 0.000"), "{err}");
+}
+
+#[test]
+fn where_the_axes_are_is_not_known_once_the_controller_has_forgotten_it() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\nHALT\nWAIT 60000\nMOVEABS X0\n");
+    let power = |emulator: &Emulator| {
+        emulator.power(false).unwrap();
+        emulator.power(true).unwrap();
+    };
+    let stop = |emulator: &Emulator| {
+        emulator.hold(Button::EmergencyStop).unwrap();
+        emulator.release(Button::EmergencyStop).unwrap();
+        emulator.press(Button::On).unwrap();
+    };
+    let unknown = "where the axes are is not known, for the counters may have been reset";
+    for (model, machine) in [("imc4", "mill"), ("imc-s8", "traverse"), ("imc4", "traverse")] {
+        let send = ["job.ncp", "--model", model, "--machine", machine, "--to"];
+        for (event, answers) in [
+            (&power as &dyn Fn(&Emulator), &["q"][..]),
+            (&power, &["REF X", "q"]),
+            (&power, &["MOVEREL X500"]),
+            (&stop, &["q"]),
+            (&stop, &["MOVEREL X500"]),
+        ] {
+            let (emulator, port) = listening(model, machine, Clock::Instant);
+            let mut typist = Typist::new(&folder, &[&send[..], &[&port]].concat());
+            typist.hears("line 4: HALT");
+            until("it rests", || sent(&emulator).iter().any(|sent| sent == "@0P"));
+            thread::sleep(Duration::from_millis(300));
+            event(&emulator);
+            for typed in answers {
+                writeln!(typist.terminal, "{typed}").unwrap();
+            }
+            let code = if answers.contains(&"q") && answers.len() == 1 { 3 } else { 1 };
+            let (out, err) = typist.ends(code);
+            let said = out + &err;
+            assert!(said.contains(unknown) && !said.contains(" at X "), "{model} {said}");
+        }
+        // In a wait, and with Ctrl-C.
+        let (emulator, port) = listening(model, machine, Clock::Instant);
+        let mut typist = Typist::new(&folder, &[&send[..], &[&port]].concat());
+        typist.types("line 4: HALT", "");
+        until("it waits", || sent(&emulator).iter().filter(|sent| *sent == "@0P").count() > 0);
+        thread::sleep(Duration::from_millis(500));
+        power(&emulator);
+        kill_process(Pid::from_child(&typist.child), Signal::INT).unwrap();
+        let (_, err) = typist.ends(1);
+        assert!(err.contains(unknown) && !err.contains(" at X "), "{model} {err}");
+    }
+    // Where nothing has happened the place is told.
+    let (_emulator, port) = listening("imc4", "mill", Clock::Instant);
+    let send = ["job.ncp", "--machine", "mill", "--to", &port];
+    let mut typist = Typist::new(&folder, &send);
+    typist.types("line 4: HALT", "MOVEREL X500");
+    typist.types("line 4: HALT", "q");
+    let (out, err) = typist.ends(3);
+    assert!(out.contains("ended in line 4, at X 1.500 mm, Y 0.000 mm"), "{out}{err}");
+}
+
+#[test]
+fn where_a_stopped_motion_was_is_not_known_after_an_emergency_stop() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X30000\n");
+    let (emulator, port) = listening("imc4", "mill", Clock::Real);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--machine", "mill", "--to", &port]);
+    until("it moves", || sent(&emulator).iter().any(|sent| sent.starts_with("@0A")));
+    until("it moves", || emulator.position().unwrap()[0] > 100);
+    writeln!(typist.terminal).unwrap();
+    typist.hears("line 4: stopped");
+    until("it rests", || sent(&emulator).iter().any(|sent| sent == "@0P"));
+    thread::sleep(Duration::from_millis(300));
+    emulator.hold(Button::EmergencyStop).unwrap();
+    writeln!(typist.terminal, "q").unwrap();
+    let (out, err) = typist.ends(3);
+    assert!(out.contains("where the axes are is not known"), "{out}{err}");
 }

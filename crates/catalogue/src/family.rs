@@ -77,6 +77,13 @@ impl Family {
         by!(self, M => M::resets_counters(answer))
     }
 
+    /// Whether a controller that has moved its axes answers so only where it has forgotten, without
+    /// power or in an emergency stop, what it was told before.
+    #[must_use]
+    pub fn has_forgotten(self, answer: &[u8]) -> bool {
+        by!(self, M => M::has_forgotten(answer))
+    }
+
     /// Whether only controllers of this family answer so.
     pub(crate) fn is_own_answer(self, answer: &[u8]) -> bool {
         by!(self, M => M::is_own_answer(answer))

@@ -49,6 +49,12 @@ pub trait Model: Sized {
         false
     }
 
+    /// Whether a controller that has moved its axes answers so only where it has forgotten, without
+    /// power or in an emergency stop, what it was told before.
+    fn has_forgotten(_answer: &[u8]) -> bool {
+        false
+    }
+
     /// Its name.
     fn name(&self) -> &str;
 

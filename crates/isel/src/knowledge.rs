@@ -134,6 +134,11 @@ impl vimc4_device::Model for Model {
         answer == [Reply::Plant.code()]
     }
 
+    /// It has no axes any more, or no reference.
+    fn has_forgotten(answer: &[u8]) -> bool {
+        [Reply::NoAxes, Reply::Reference].iter().any(|reply| answer == [reply.code()])
+    }
+
     fn name(&self) -> &str {
         &self.name
     }

@@ -1,6 +1,8 @@
 //! The person who stands by, at a terminal or not at all.
 
 use std::io::{self, BufRead, IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
@@ -23,6 +25,8 @@ pub(crate) struct Operator<'t> {
     /// Every command is told.
     pub(crate) verbose: bool,
     typed: Option<Receiver<String>>,
+    /// Whether what is typed now is an answer.
+    asking: Arc<AtomicBool>,
     /// Time stands still while somebody thinks.
     at_leisure: bool,
     /// What else is shown.
@@ -99,12 +103,6 @@ fn is_end(word: &str) -> bool {
     ["q", "quit", "stop"].iter().any(|end| word.eq_ignore_ascii_case(end))
 }
 
-/// Whether a line that somebody types while nothing moves, and nothing is asked, is to hold what moves
-/// next: whoever hits Enter, or wants the end, wants that first.
-pub(crate) fn is_stop(typed: &str) -> bool {
-    typed.trim().is_empty() || is_end(typed.trim())
-}
-
 /// What START at the panel does to a motion that was stopped, for people.
 fn says(start: StartButton) -> &'static str {
     match start {
@@ -122,6 +120,7 @@ impl<'t> Operator<'t> {
             skip_waits,
             verbose,
             typed: None,
+            asking: Arc::default(),
             at_leisure: false,
             bar: None,
             asked: None,
@@ -133,12 +132,13 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// Somebody at the terminal, if there is one, and at the panel. A line typed is not heard here
-    /// if `keeps` says that it was for somebody else; `woken` is called when one can be heard.
+    /// Somebody at the terminal, if there is one, and at the panel. A line that is typed while nothing
+    /// is asked is no answer, and stops the job: `stop` is called. `woken` is called when an answer can
+    /// be heard.
     pub(crate) fn listen(
         &mut self,
         start: Option<StartButton>,
-        mut keeps: impl FnMut(&str) -> bool + Send + 'static,
+        mut stop: impl FnMut() + Send + 'static,
         woken: impl Fn() + Send + 'static,
     ) {
         self.has_start = start.is_some();
@@ -147,10 +147,12 @@ impl<'t> Operator<'t> {
             return;
         }
         let (sender, typed) = channel();
+        let asking = Arc::clone(&self.asking);
         let reader = move || {
             for line in io::stdin().lock().lines() {
                 let Ok(line) = line else { break };
-                if keeps(&line) {
+                if !asking.load(Ordering::SeqCst) {
+                    stop();
                     continue;
                 }
                 if sender.send(line).is_err() {
@@ -204,8 +206,16 @@ impl<'t> Operator<'t> {
                 };
                 self.tell(&format!("{what} was typed before this was asked, and does not count"));
             }
+            self.asking.store(true, Ordering::SeqCst);
             self.tell(&text(self));
         }
+    }
+
+    /// What is typed is an answer as long as something is asked.
+    fn decided(&self, decision: Decision) -> Decision {
+        let asks = matches!(decision, Decision::NotYet | Decision::Again);
+        self.asking.store(asks, Ordering::SeqCst);
+        decision
     }
 
     /// What it means that nothing was typed: somebody thinks, or nobody is there, and nobody will be.
@@ -248,8 +258,10 @@ impl<'t> Operator<'t> {
         if self.yes {
             return true;
         }
+        self.asking.store(true, Ordering::SeqCst);
         self.tell("Type yes to begin:");
         let typed = self.typed.as_ref().and_then(|typed| typed.recv().ok());
+        self.asking.store(false, Ordering::SeqCst);
         typed.is_some_and(|typed| typed.trim() == "yes")
     }
 
@@ -298,8 +310,9 @@ impl<'t> Operator<'t> {
     }
 }
 
-impl Attendant for Operator<'_> {
-    fn ask(&mut self, line: u32, question: Question) -> Decision {
+/// What is asked, and what that decides.
+impl Operator<'_> {
+    fn on_ask(&mut self, line: u32, question: Question) -> Decision {
         self.say(line, Asked::Question(question), |operator| operator.question(line, question));
         if self.yes {
             return Decision::GoOn;
@@ -328,7 +341,7 @@ impl Attendant for Operator<'_> {
         }
     }
 
-    fn wait(&mut self, line: u32, test: InputTest) -> Decision {
+    fn on_wait(&mut self, line: u32, test: InputTest) -> Decision {
         if self.skip_waits {
             return Decision::Skip;
         }
@@ -354,7 +367,7 @@ impl Attendant for Operator<'_> {
         }
     }
 
-    fn stopped(&mut self, line: u32) -> Decision {
+    fn on_stopped(&mut self, line: u32) -> Decision {
         self.say(line, Asked::Stopped, |operator| {
             format!("line {line}: stopped; {}", operator.resuming)
         });
@@ -370,7 +383,7 @@ impl Attendant for Operator<'_> {
         }
     }
 
-    fn held(&mut self, line: u32) -> Decision {
+    fn on_held(&mut self, line: u32) -> Decision {
         self.say(line, Asked::Held, |_| {
             format!("line {line}: held; Enter goes on, q ends the job")
         });
@@ -385,7 +398,7 @@ impl Attendant for Operator<'_> {
         }
     }
 
-    fn step(&mut self, line: u32) -> Decision {
+    fn on_step(&mut self, line: u32) -> Decision {
         // What stands before the first line is its beginning too.
         if !self.by_line || self.begun == Some(line) {
             return Decision::GoOn;
@@ -408,6 +421,39 @@ impl Attendant for Operator<'_> {
         }
         self.begun = Some(line);
         Decision::GoOn
+    }
+}
+
+impl Attendant for Operator<'_> {
+    fn ask(&mut self, line: u32, question: Question) -> Decision {
+        let decision = self.on_ask(line, question);
+        self.decided(decision)
+    }
+
+    fn wait(&mut self, line: u32, test: InputTest) -> Decision {
+        let decision = self.on_wait(line, test);
+        self.decided(decision)
+    }
+
+    fn stopped(&mut self, line: u32) -> Decision {
+        let decision = self.on_stopped(line);
+        self.decided(decision)
+    }
+
+    fn held(&mut self, line: u32) -> Decision {
+        let decision = self.on_held(line);
+        self.decided(decision)
+    }
+
+    fn step(&mut self, line: u32) -> Decision {
+        let decision = self.on_step(line);
+        self.decided(decision)
+    }
+
+    fn leaves(&mut self) -> bool {
+        self.asking.store(false, Ordering::SeqCst);
+        self.asked = None;
+        self.typed.as_ref().is_some_and(|typed| typed.try_iter().count() > 0)
     }
 
     fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]) {

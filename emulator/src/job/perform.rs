@@ -45,6 +45,22 @@ pub(crate) trait Link {
         false
     }
 
+    /// Somebody wants one.
+    fn want_halt(&mut self) {}
+
+    /// Makes sure that a motion that was stopped rests: START at the panel may have let it go on,
+    /// and then it is stopped again. What the motion has answered meanwhile; nothing if it has
+    /// rested all the time.
+    fn settle(&mut self) -> Result<Vec<u8>, Self::Broken> {
+        Ok(Vec::new())
+    }
+
+    /// Nothing moves while somebody is waited for; what may happen to the machine meanwhile is seen
+    /// by where it was before. Whether that has taken time, in which somebody may have decided.
+    fn rests(&mut self) -> Result<bool, Self::Broken> {
+        Ok(false)
+    }
+
     /// Whether the reference run that was just answered was stopped, so that its reference is false;
     /// asking forgets it.
     fn reference_is_false(&mut self) -> bool {
@@ -72,6 +88,12 @@ pub(crate) trait Attendant {
     /// Somebody wants a halt while nothing moves: it comes before what moves next.
     fn held(&mut self, _line: u32) -> Decision {
         Decision::GoOn
+    }
+
+    /// Nothing is asked any more, for it has been settled elsewhere. Whether somebody has typed
+    /// something meanwhile.
+    fn leaves(&mut self) -> bool {
+        false
     }
 
     /// A line is about to begin; where somebody goes line by line, it waits for them.
@@ -197,6 +219,11 @@ pub(crate) fn perform<L: Link>(
     let mut before = 0;
     let mut why = String::new();
     while let Some((line, task)) = work.next(&mut why) {
+        // What was typed while nothing was asked comes before what is next.
+        let done = if before == 0 { line } else { before };
+        if let Some(ending) = hold(done, link, attendant, |attendant| attendant.held(done))? {
+            return Ok(ending);
+        }
         link.begins(line);
         if std::mem::replace(&mut before, line) != line
             && let Some(ending) = step(line, link, attendant)?
@@ -208,7 +235,7 @@ pub(crate) fn perform<L: Link>(
             Task::Plot(piece) => plot(&piece, link, attendant)?,
             Task::Dwell(time) => {
                 link.wait(time)?;
-                hold(line, link, attendant, |attendant| attendant.held(line))?
+                None
             }
             Task::Await(test) => await_input(line, test, link, attendant)?,
             Task::Ask(question) => ask(line, question, work, link, attendant)?,
@@ -235,12 +262,20 @@ fn step<L: Link>(
 ) -> Result<Option<Ending>, L::Broken> {
     loop {
         match attendant.step(line) {
-            Decision::NotYet => drop(link.rest(LONG)?),
+            Decision::NotYet => rest(link)?,
             Decision::Again => {}
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             Decision::GoOn => return Ok(None),
             _ => return Ok(Some(Ending::Ended { line })),
         }
+    }
+}
+
+/// Waits for somebody.
+fn rest<L: Link>(link: &mut L) -> Result<(), L::Broken> {
+    match link.rests()? {
+        true => Ok(()),
+        false => link.rest(LONG).map(drop),
     }
 }
 
@@ -271,26 +306,40 @@ fn send<L: Link>(
                 return Ok(Some(Ending::Refused { line, sent, answer }));
             }
         }
-        let goes_on = match attendant.stopped(line) {
-            Decision::GoOn => true,
+        // What was typed while it moved has stopped it.
+        link.wants_halt();
+        let decision = attendant.stopped(line);
+        let heard = match decision {
             Decision::NotYet => {
-                let heard = link.rest(LOOK)?;
-                if !heard.is_empty() {
-                    // START at the panel goes on with it, and this is how that ended.
-                    attendant.answered(line, b"", &heard);
-                    answer = heard;
-                    continue;
-                }
-                match link.handling().stop.map(|stop| stop.start) {
-                    Some(StartButton::IsSeen { question, bit }) => {
-                        let shown = byte(&link.command(&line_of(question))?);
-                        shown.is_some_and(|shown| shown & 1 << bit != 0)
-                    }
-                    Some(StartButton::Resumes) | None => false,
-                }
+                link.rests()?;
+                link.rest(LOOK)?
             }
-            Decision::Again => false,
+            // Whatever is typed stops what START has let go on, and only what rests goes on.
+            _ => link.settle()?,
+        };
+        if !heard.is_empty() {
+            attendant.answered(line, b"", &heard);
+        }
+        let goes_on = match decision {
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
+            Decision::GoOn | Decision::NotYet | Decision::Again if !heard.is_empty() => {
+                // This is how what START has let go on has ended.
+                let was_typed = attendant.leaves() || decision != Decision::NotYet;
+                if was_typed {
+                    link.want_halt();
+                }
+                answer = heard;
+                continue;
+            }
+            Decision::GoOn => true,
+            Decision::NotYet => match link.handling().stop.map(|stop| stop.start) {
+                Some(StartButton::IsSeen { question, bit }) => {
+                    let shown = byte(&link.command(&line_of(question))?);
+                    shown.is_some_and(|shown| shown & 1 << bit != 0)
+                }
+                Some(StartButton::Resumes) | None => false,
+            },
+            Decision::Again => false,
             _ => return Ok(Some(Ending::Ended { line })),
         };
         if let (true, Some(stop)) = (goes_on, link.handling().stop) {
@@ -333,7 +382,7 @@ fn hold<L: Link>(
     loop {
         match decide(attendant) {
             Decision::GoOn => return Ok(None),
-            Decision::NotYet => drop(link.rest(LONG)?),
+            Decision::NotYet => rest(link)?,
             Decision::Again => {}
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             _ => return Ok(Some(Ending::Ended { line })),
@@ -365,10 +414,16 @@ fn await_input<L: Link>(
             return Ok(Some(Ending::Refused { line, sent: question, answer }));
         };
         if test.is_met_by(read) {
+            if attendant.leaves() {
+                link.want_halt();
+            }
             return Ok(None);
         }
         match attendant.wait(line, test) {
-            Decision::NotYet => drop(link.rest(LOOK)?),
+            Decision::NotYet => {
+                link.rests()?;
+                drop(link.rest(LOOK)?);
+            }
             Decision::Again => {}
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             Decision::GoOn | Decision::Skip => return Ok(None),
@@ -390,7 +445,7 @@ fn ask<L: Link>(
         let Work::Job(job) = work else { return Ok(None) };
         match decision {
             Decision::NotYet => {
-                drop(link.rest(LONG)?);
+                rest(link)?;
                 continue;
             }
             Decision::GoOn if question == Question::Teach => job.take_zero(),

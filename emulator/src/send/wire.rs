@@ -10,7 +10,6 @@ use indicatif::ProgressBar;
 use vimc4_catalogue::Handling;
 use vimc4_device::{Heard, Identity, Question, Travel, Until};
 
-use crate::job::operator::is_stop;
 use crate::job::perform::Link;
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::port::{Port, PortError};
@@ -32,6 +31,8 @@ const LONGEST: usize = 4_096;
 const TALK: Duration = Duration::from_secs(6);
 /// A motion that ends so much earlier than in rehearsal, and in less than half the time, was none.
 const EARLY: Duration = Duration::from_millis(500);
+/// In a wait so long somebody may switch the controller off and on.
+const LONG_WAIT: Duration = Duration::from_secs(1);
 /// How often the bar moves.
 const TICK: Duration = Duration::from_millis(200);
 
@@ -43,17 +44,20 @@ pub(super) struct Wire {
     moving: Arc<AtomicBool>,
     /// Whether somebody wants a halt that nothing on the line can bring about.
     halt: Arc<AtomicBool>,
-    /// Whether that answer ends a motion.
-    travelling: Arc<AtomicBool>,
-    /// Whether time passes in which nothing moves and nothing is asked.
-    dwelling: Arc<AtomicBool>,
-    /// Whether what is under way is a reference run of axes with switches, which a stop would stand
-    /// in for.
+    /// Whether a motion was stopped, which START at the panel may let go on.
+    paused: bool,
+    /// Where the axes were before the first motion.
+    began: Option<Vec<i64>>,
+    /// Where they rest, if that was asked for since something was sent that may change it.
+    rested: Option<Vec<i64>>,
+    /// Whether it was asked for.
+    noted: bool,
+    /// Whether something has moved.
+    moved: bool,
+    /// Whether what is under way is a reference run, of which a stop would stand in for the switch.
     referencing: Arc<AtomicBool>,
     /// Whether such a run was stopped here.
     false_reference: Arc<AtomicBool>,
-    /// The axes that have a reference switch, X in bit 0.
-    pub(super) with_switch: u8,
     /// The axes that have made reference runs since it began.
     known: u8,
     /// When each thing was done in rehearsal, in ms.
@@ -90,6 +94,8 @@ pub(super) enum Broken {
         took: Duration,
         takes: Duration,
     },
+    /// Nothing tells whether a motion rests.
+    Restless,
     Port(PortError),
 }
 
@@ -118,11 +124,13 @@ impl Wire {
             handling,
             moving: Arc::default(),
             halt: Arc::default(),
-            travelling: Arc::default(),
-            dwelling: Arc::default(),
+            paused: false,
+            began: None,
+            rested: None,
+            noted: false,
+            moved: false,
             referencing: Arc::default(),
             false_reference: Arc::default(),
-            with_switch: 0,
             known: 0,
             times: Vec::new(),
             rehearsed: Vec::new(),
@@ -158,33 +166,28 @@ impl Wire {
         &self.port
     }
 
-    /// What is done with a line that somebody types: while something moves, any line is the stop key,
-    /// for nobody types then without wanting something. While nothing moves and nothing is asked,
-    /// Enter and what asks for the end hold what comes next. Says whether it was so.
-    pub(super) fn stop_key(&self) -> impl FnMut(&str) -> bool + Send + 'static {
+    /// What is done when somebody types a line and nothing is asked: nobody types then without wanting
+    /// something, so it is the stop key. It holds what comes next too, for what moves may be about to
+    /// end, or to begin.
+    pub(super) fn stop_key(&self) -> impl FnMut() + Send + 'static {
         let mut halt = self.port.sideways();
         let (moving, wanted) = (Arc::clone(&self.moving), Arc::clone(&self.halt));
-        let (dwelling, referencing) = (Arc::clone(&self.dwelling), Arc::clone(&self.referencing));
+        let referencing = Arc::clone(&self.referencing);
         let false_reference = Arc::clone(&self.false_reference);
-        let travelling = Arc::clone(&self.travelling);
         let stop = self.handling.stop;
-        move |typed| {
-            let stops = moving.load(Ordering::Relaxed)
-                && (is_stop(typed) || travelling.load(Ordering::Relaxed));
-            let holds = !stops && dwelling.load(Ordering::Relaxed) && is_stop(typed);
-            match (&mut halt, stop) {
-                (Some(halt), Some(stop)) if stops => match referencing.load(Ordering::Relaxed) {
-                    true => {
-                        false_reference.store(true, Ordering::Relaxed);
-                        halt(stop.reference);
-                    }
-                    false => halt(stop.motion),
-                },
-                (_, None) if stops => wanted.store(true, Ordering::Relaxed),
-                _ if holds => wanted.store(true, Ordering::Relaxed),
-                _ => {}
+        move || {
+            wanted.store(true, Ordering::SeqCst);
+            let (Some(halt), Some(stop)) = (&mut halt, stop) else { return };
+            if !moving.load(Ordering::SeqCst) {
+                return;
             }
-            stops || holds
+            match referencing.load(Ordering::SeqCst) {
+                true => {
+                    false_reference.store(true, Ordering::SeqCst);
+                    halt(stop.reference);
+                }
+                false => halt(stop.motion),
+            }
         }
     }
 
@@ -240,6 +243,9 @@ impl Wire {
     /// Brakes what moves, and awaits the answer to what was under way.
     pub(super) fn halt(&mut self) -> Halted {
         let moved = self.moving.swap(false, Ordering::Relaxed);
+        if self.paused {
+            return self.halt_paused();
+        }
         let sent = match self.handling.stop {
             Some(stop) if self.is_referencing() => self.port.send(stop.reference),
             _ => self.port.send(self.handling.halt),
@@ -251,7 +257,7 @@ impl Wire {
         let mut remarked = false;
         while sent.is_ok() && begun.elapsed() < HALTING {
             match self.port.next(Instant::now() + REMARK) {
-                Ok(Some((_, bytes))) if self.rests(&bytes) => return Halted::Rests,
+                Ok(Some((_, bytes))) if self.is_code(&bytes) => return Halted::Rests,
                 Err(PortError::Gone(_)) => break,
                 Ok(_) | Err(PortError::Interrupted) => {}
             }
@@ -262,9 +268,87 @@ impl Wire {
         Halted::NoAnswer
     }
 
-    /// Whether it is at rest that says this when it is to stop.
-    fn rests(&self, said: &[u8]) -> bool {
+    /// Whether that is all that a motion answers when it ends or is stopped.
+    fn is_code(&self, said: &[u8]) -> bool {
         self.handling.stop.is_some() && self.handling.hear(b"", said) == Heard::Whole
+    }
+
+    /// Brakes what START at the panel may have let go on, and awaits that it rests.
+    fn halt_paused(&mut self) -> Halted {
+        loop {
+            match self.settled() {
+                Ok(said) if said.is_empty() => return Halted::NothingMoved,
+                Ok(said) if self.is_code(&said) => return Halted::Rests,
+                Err(Broken::Port(PortError::Interrupted)) => {}
+                Ok(_) | Err(_) => return Halted::NoAnswer,
+            }
+        }
+    }
+
+    /// Brakes, and asks where the axes are, which is answered at rest only: what was answered before
+    /// that.
+    fn settled(&mut self) -> Result<Vec<u8>, Broken> {
+        self.port.send(self.handling.halt)?;
+        self.port.send(format!("{}\r", self.handling.position).as_bytes())?;
+        let begun = Instant::now();
+        let mut said = Vec::new();
+        let mut remarked = false;
+        let mut silent = begun + PAUSE;
+        loop {
+            match self.port.next(silent)? {
+                Some((_, bytes)) => {
+                    said.extend(bytes);
+                    silent = Instant::now() + PAUSE;
+                }
+                // Somebody has typed something, which has time.
+                None if Instant::now() < silent => {}
+                None => {
+                    silent = Instant::now() + PAUSE;
+                    if let (before, Some(places)) = self.without_places(&said) {
+                        let before = before.to_vec();
+                        (self.rested, self.noted) = (Some(places), true);
+                        return Ok(before);
+                    }
+                }
+            }
+            if begun.elapsed() > HALTING || said.len() > LONGEST {
+                return Err(Broken::Restless);
+            }
+            if begun.elapsed() >= REMARK && !std::mem::replace(&mut remarked, true) {
+                self.tell("stopped: waiting until it rests");
+            }
+        }
+    }
+
+    /// What was said before the answers that tell where the axes are, and the last of these.
+    fn without_places<'a>(&self, said: &'a [u8]) -> (&'a [u8], Option<Vec<i64>>) {
+        if self.is_code(said) {
+            return (said, None);
+        }
+        let mut splits = (0..said.len()).filter_map(|at| {
+            let (before, told) = said.split_at(at);
+            let places = self.handling.read_position(told)?;
+            let (before, _) = self.without_places(before);
+            (before.is_empty() || self.is_code(before)).then_some((before, Some(places)))
+        });
+        splits.next().unwrap_or((said, None))
+    }
+
+    /// Where the axes are, if the controller tells, and whether that is where they were when they came
+    /// to rest: a controller that has lost its power, or met an emergency stop, counts anew, and tells
+    /// of fewer axes.
+    pub(super) fn places(&mut self) -> Option<(Vec<i64>, bool)> {
+        let answer = self.position().unwrap_or_default();
+        let places = self.handling.read_position(&answer)?;
+        let stayed = self.rested.as_ref().is_none_or(|rested| *rested == places);
+        let told = self.began.as_ref().is_none_or(|began| places.len() >= began.len());
+        Some((places, stayed && told))
+    }
+
+    /// Whether an answer says that the controller has forgotten what it was told.
+    pub(super) fn has_forgotten(&self, answer: &[u8]) -> bool {
+        let family = self.handling.model().family();
+        family.resets_counters(answer) || self.moved && family.has_forgotten(answer)
     }
 
     /// Says something beside the bar.
@@ -295,8 +379,13 @@ impl Wire {
         let last = Instant::now() + FIRST;
         let end = last + TALK;
         let mut until = last;
-        while let Some((_, bytes)) = self.port.next(until)? {
-            answer.extend(bytes);
+        loop {
+            match self.port.next(until)? {
+                Some((_, bytes)) => answer.extend(bytes),
+                None if Instant::now() >= until => break,
+                // Somebody has typed something, which has time.
+                None => continue,
+            }
             self.answered = true;
             if answer.len() > LONGEST || Instant::now() > end {
                 let why = "it says more than any answer, and no end of it is in sight";
@@ -351,11 +440,14 @@ impl Wire {
                 Heard::Waits if self.answered => LATE,
                 Heard::Waits => FIRST,
             };
-            match (self.port.next(Instant::now() + until)?, heard) {
+            let until = Instant::now() + until;
+            match (self.port.next(until)?, heard) {
                 (Some((_, bytes)), _) => {
                     first.get_or_insert_with(Instant::now);
                     answer.extend(bytes);
                 }
+                // Somebody has typed something.
+                (None, _) if Instant::now() < until => continue,
                 (None, Heard::Perhaps) => return Ok(answer),
                 (None, Heard::Part) => return Err(strange(answer)),
                 (None, _) => {}
@@ -380,6 +472,31 @@ impl Wire {
                 );
             }
             self.show(waited);
+        }
+    }
+
+    /// Stops what moves, as what is typed does.
+    fn stop(&mut self) -> Result<(), PortError> {
+        let Some(stop) = self.handling.stop else { return Ok(()) };
+        match self.is_referencing() {
+            true => {
+                self.false_reference.store(true, Ordering::SeqCst);
+                self.port.send(stop.reference)
+            }
+            false => self.port.send(stop.motion),
+        }
+    }
+
+    /// What a command and its answer tell of the axes.
+    fn takes_note(&mut self, travel: Travel, answer: &[u8]) {
+        if travel == Travel::Question || self.handling.stop.is_none() {
+            return;
+        }
+        self.paused = answer.starts_with(b"F");
+        // What is refused has changed nothing, unless an axis has met its limit switch.
+        if matches!(answer.first(), Some(b'0' | b'F' | b'2')) {
+            (self.rested, self.noted) = (None, false);
+            self.moved |= travel != Travel::None;
         }
     }
 
@@ -418,19 +535,24 @@ impl Link for Wire {
             return Err(Broken::Strange { sent: Vec::new(), said });
         }
         let travel = self.travel_of(line);
-        let has_switches =
-            matches!(travel, Travel::Reference(axes @ 1..) if axes & !self.with_switch == 0);
-        self.referencing.store(has_switches, Ordering::Relaxed);
-        let travels = !matches!(travel, Travel::Question | Travel::None);
-        self.travelling.store(travels, Ordering::Relaxed);
-        // While an input is only looked at, what is typed answers a question.
-        self.moving.store(travel != Travel::Question, Ordering::Relaxed);
+        let moves = !matches!(travel, Travel::Question | Travel::None);
+        if moves && self.began.is_none() && self.handling.stop.is_some() {
+            let answer = self.position()?;
+            self.began = Some(self.handling.read_position(&answer).unwrap_or_default());
+        }
+        self.referencing.store(matches!(travel, Travel::Reference(_)), Ordering::SeqCst);
+        self.moving.store(travel != Travel::Question, Ordering::SeqCst);
         let begun = Instant::now();
         self.port.send(line)?;
+        // Who typed before it was known here that something moves is heard all the same.
+        if self.moving.load(Ordering::SeqCst) && self.halt.load(Ordering::SeqCst) {
+            self.stop()?;
+        }
         let answer = self.answer(line)?;
         self.answered = true;
-        self.moving.store(false, Ordering::Relaxed);
-        self.referencing.store(false, Ordering::Relaxed);
+        self.moving.store(false, Ordering::SeqCst);
+        self.referencing.store(false, Ordering::SeqCst);
+        self.takes_note(travel, &answer);
         if !self.false_reference.load(Ordering::Relaxed) {
             self.believe(line, &answer, begun.elapsed())?;
         }
@@ -456,7 +578,7 @@ impl Link for Wire {
     }
 
     fn wants_halt(&mut self) -> bool {
-        self.halt.swap(false, Ordering::Relaxed)
+        self.halt.swap(false, Ordering::SeqCst)
     }
 
     fn reference_is_false(&mut self) -> bool {
@@ -465,27 +587,68 @@ impl Link for Wire {
 
     fn wait(&mut self, time: Duration) -> Result<(), Broken> {
         let begun = Instant::now();
-        self.dwelling.store(true, Ordering::Relaxed);
+        if time >= LONG_WAIT {
+            self.rests()?;
+        }
         let mut told = false;
         while let Some(left) = time.checked_sub(begun.elapsed()) {
             let step = if self.bar.is_some() { left.min(TICK) } else { left };
             self.port.next(Instant::now() + step)?;
             self.show(begun.elapsed());
-            if self.halt.load(Ordering::Relaxed) && !std::mem::replace(&mut told, true) {
+            if self.halt.load(Ordering::SeqCst) && !std::mem::replace(&mut told, true) {
                 self.tell("nothing moves now, and nothing will when this wait is over");
             }
         }
-        self.dwelling.store(false, Ordering::Relaxed);
         Ok(())
     }
 
     fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Broken> {
         let heard = self.port.next(Instant::now() + longest)?;
         let said = heard.map(|(_, bytes)| bytes).unwrap_or_default();
-        match !said.is_empty() && self.handling.hear(b"", &said) == Heard::Strange {
-            true => Err(Broken::Strange { sent: Vec::new(), said }),
-            false => Ok(said),
+        if self.handling.stop.is_none() || said.is_empty() {
+            return Ok(said);
         }
+        // Whoever asks where the axes are at the moment of START is answered when they rest again.
+        let (said, _) = self.without_places(&said);
+        if !said.is_empty() && !self.is_code(said) {
+            return Err(Broken::Strange { sent: Vec::new(), said: said.to_vec() });
+        }
+        let said = said.to_vec();
+        if !said.is_empty() {
+            self.takes_note(Travel::Unknown, &said);
+        }
+        Ok(said)
+    }
+
+    fn want_halt(&mut self) {
+        self.halt.store(true, Ordering::SeqCst);
+    }
+
+    fn settle(&mut self) -> Result<Vec<u8>, Broken> {
+        if self.handling.stop.is_none() {
+            return Ok(Vec::new());
+        }
+        let said = self.settled()?;
+        if said.is_empty() {
+            return Ok(said);
+        }
+        if !self.is_code(&said) {
+            return Err(Broken::Strange { sent: Vec::new(), said });
+        }
+        self.paused = said.starts_with(b"F");
+        if self.paused {
+            self.tell("START at the panel had let it go on; it was stopped again");
+        }
+        Ok(said)
+    }
+
+    fn rests(&mut self) -> Result<bool, Broken> {
+        if self.handling.stop.is_none() || std::mem::replace(&mut self.noted, true) {
+            return Ok(false);
+        }
+        let answer = self.position()?;
+        self.rested = self.handling.read_position(&answer);
+        Ok(true)
     }
 
     fn begins(&mut self, line: u32) {
