@@ -34,7 +34,7 @@ impl Shown<'_> {
     #[must_use]
     pub fn speaks(&self, dialect: Dialect) -> bool {
         let model = vimc4_lpkf::Model::builtin(self.model);
-        model.is_some_and(|model| model.command_set.dialect() == dialect)
+        model.is_some_and(|model| model.command_set == dialect)
     }
 
     /// Whether a command of LPKF's is carried out in it.

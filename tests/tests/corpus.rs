@@ -136,7 +136,7 @@ fn lpkf_controllers_do_everything_and_nothing_that_they_must_not() {
     let mut missing = BTreeSet::new();
     for name in vimc4_lpkf::Model::names() {
         let model = vimc4_lpkf::Model::builtin(name).unwrap();
-        let dialect = model.command_set.dialect();
+        let dialect = model.command_set;
         for form in forms().iter().filter(|form| form.known_to(dialect)) {
             let about = format!("{name}: {} ({})", form.mnemonic, form.title);
             if !reached.commands.contains(&(name, form.mnemonic)) {

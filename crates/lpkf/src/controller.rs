@@ -1,18 +1,39 @@
-//! The controller as a device.
+//! The life of a command, from the line to its answer.
+//!
+//! [`State`] decides: each of its methods changes it and returns what that leads to. Here, and
+//! nowhere else, that is done, and everything that leaves goes through here into the outbox:
+//!
+//! 1. [`receive`](Controller::receive): the reader makes commands of bytes, and each that is taken
+//!    gets its number. `admission` says whether it is carried out at once, waits or is refused.
+//! 2. [`execute`](Controller::execute): `execute` does what takes no time and says what takes some,
+//!    stage by stage.
+//! 3. [`advance`](Controller::advance): `job` begins a stage: `moves` and `reference` make a motion
+//!    of it. When that ends it goes on here.
+//! 4. [`executed`](Controller::executed) answers, and what waits comes next.
+//!
+//! [`break_off`](Controller::break_off) ends it before: because of what a motion meets, or of a
+//! [`signal`](Controller::signal). Whatever happens by itself is a [`Cause`];
+//! [`perform_cause`](Controller::perform_cause) performs them one by one.
 
+use std::borrow::Cow;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vimc4_device::{
-    Activity, Condition, Device, Event, Input, Kinds, Outbox, Output as Out, Signal, SignalId,
-    Time, View,
-};
-use vimc4_plant::{Machine, PlantSignal};
+use vimc4_device::{CommandNumber, Event, Kinds, Motion, Outbox, SignalId, Stamp, Time, Warning};
+use vimc4_plant::{End, Machine};
 
-use crate::language::why_refused;
-use crate::model::Model;
-use crate::state::State;
-use crate::view::Details;
+use crate::admission::Admission;
+use crate::buffer::{Buffer, Entry};
+use crate::cause::Cause;
+use crate::execute::Effect;
+use crate::halting::{Ending, Interruption, Pressed, Resumed};
+use crate::job::Begun;
+use crate::language::{Axis, Command, Item, Reader, Status};
+use crate::model::{InitReply, Model, StatusDigits};
+use crate::signals::Leads;
+use crate::state::{Activity, Job, Moving, Stage, State};
+use crate::why::{Stop, Why};
 
 /// A virtual LPKF controller with its machine.
 #[derive(Clone, Debug)]
@@ -25,7 +46,9 @@ impl Controller {
     /// A controller of a model on a machine, just switched on.
     #[must_use]
     pub fn new(model: Arc<Model>, machine: Arc<Machine>) -> Controller {
-        Controller { state: State::new(model, machine), out: Outbox::default() }
+        let mut state = State::new(model, machine);
+        state.home();
+        Controller { state, out: Outbox::default() }
     }
 
     /// The model.
@@ -34,153 +57,504 @@ impl Controller {
         &self.state.model
     }
 
-    /// The time of the soonest cause: what the command does, the spindle unit, the trackball.
-    fn deadline(&self) -> Option<Time> {
-        let causes = [self.job_due(), self.state.unit.due, self.state.ball.due];
-        causes.into_iter().flatten().min().filter(|due| *due != Time::NEVER)
+    // --- what happens by itself ---
+
+    /// Performs a single cause, the first that is due up to and including `at`. Returns whether there
+    /// was one.
+    pub(crate) fn perform_cause(&mut self, at: Time) -> bool {
+        let (now, next) = (self.state.now, self.state.next_cause());
+        let Some((due, cause)) = next.filter(|(due, _)| *due <= at.max(now)) else { return false };
+        self.state.now = due.max(now);
+        match cause {
+            Cause::Activity => self.advance(),
+            Cause::Ball => self.state.follow_ball(),
+            Cause::Stop => self.state.stop_here(),
+            Cause::Entry => self.take_turn(),
+            Cause::SpindleSpeed => {
+                let says = self.state.unit.speed_reached();
+                self.send(says);
+            }
+            Cause::BallReport => {
+                let says = self.state.report_ball();
+                self.send(says);
+            }
+        }
+        true
     }
 
-    /// The mains switch. The carriages know what the counters forget.
-    fn power(&mut self, on: bool) {
+    /// Performs all that is due now.
+    fn go_on(&mut self) {
+        while self.perform_cause(self.state.now) {}
+    }
+
+    /// What waits for its turn and comes next begins.
+    fn take_turn(&mut self) {
+        match self.state.next_entry() {
+            Some(Entry::Through(bytes)) => self.pass_through(&bytes),
+            Some(Entry::Command { raw, command, number }) => {
+                self.command_event(number, &command, &raw);
+                self.carry_out(number, &raw, command);
+            }
+            None => {}
+        }
+    }
+
+    // --- from the line ---
+
+    /// Bytes have arrived.
+    pub(crate) fn receive(&mut self, bytes: &[u8]) {
+        if !self.state.powered {
+            return;
+        }
+        let unread = Reader::new(self.state.model.grammar());
+        let mut reader = std::mem::replace(&mut self.state.reader, unread);
+        for &byte in bytes {
+            let was_open = reader.channel_open();
+            reader.read(byte, |item| {
+                // What has come before it is carried out as far as nothing is in the way.
+                self.go_on();
+                self.take(item);
+            });
+            let opened = !was_open && reader.channel_open();
+            let stray = reader.take_stray();
+            if opened || stray {
+                self.go_on();
+            }
+            if stray {
+                self.warn_no_effect(None, "numbers without a command mean nothing".into());
+            }
+            // A `!OC` that is refused opens nothing.
+            if opened && self.state.refusal(None).is_some() {
+                reader.close_channel();
+            }
+        }
+        self.state.reader = reader;
+    }
+
+    fn take(&mut self, item: Item<&[u8]>) {
+        match item {
+            Item::Command { raw, command } => self.take_command(raw, command),
+            Item::Through(byte) => {
+                if self.make_room(1) {
+                    self.state.buffer.put_through(byte);
+                }
+            }
+            Item::TooLong => self.report(Why::TooLong),
+        }
+    }
+
+    fn take_command(&mut self, raw: &[u8], command: Result<Command, Status>) {
+        let admission = self.state.admit(&command);
+        if matches!(admission, Admission::Waits) {
+            if self.make_room(raw.len()) {
+                let (raw, number) = (Bytes::copy_from_slice(raw), self.next_number());
+                self.state.buffer.put(Entry::Command { raw, command, number });
+            }
+            return;
+        }
+        let number = self.next_number();
+        self.command_event(number, &command, raw);
+        match (admission, command) {
+            (Admission::Refused(why), command) => {
+                self.answer_failed(Some(number), letters(&command), why, raw);
+            }
+            (Admission::Directly, Ok(command)) => self.execute_directly(number, &command),
+            (Admission::Aside, Ok(query)) => self.answer_query(number, &query),
+            (Admission::Afresh, command) => {
+                self.state.buffer = Buffer::default();
+                self.carry_out(number, raw, command);
+            }
+            (Admission::AtOnce, command) => self.carry_out(number, raw, command),
+            (_, Err(_)) | (Admission::Ignored | Admission::Waits, _) => {}
+        }
+    }
+
+    /// The number of a command that is taken from the line now.
+    fn next_number(&mut self) -> CommandNumber {
+        let number = self.state.number.map_or(CommandNumber::FIRST, CommandNumber::next);
+        self.state.number = Some(number);
+        number
+    }
+
+    /// Whether so many bytes more find room in the buffer. What does not is lost; that is said once
+    /// for all that is lost together.
+    fn make_room(&mut self, bytes: usize) -> bool {
+        let size = self.state.model.buffer.bytes;
+        if self.state.buffer.has_room(bytes, size) {
+            return true;
+        }
+        self.warn(None, Warning::ReceiveOverflow { lost: bytes as u64 });
+        if !std::mem::replace(&mut self.state.buffer.overrun, true) {
+            self.report(Why::BufferFull(bytes));
+        }
+        false
+    }
+
+    /// Bytes for the spindle unit.
+    fn pass_through(&mut self, bytes: &[u8]) {
+        let start_ms = self.state.model.spindle_unit.start_ms;
+        for &byte in bytes {
+            for says in self.state.unit.take_byte(byte, self.state.now, start_ms) {
+                self.send(says);
+            }
+        }
+    }
+
+    // --- what a command does ---
+
+    /// Begins a command, or says why it is none.
+    fn carry_out(&mut self, number: CommandNumber, raw: &[u8], command: Result<Command, Status>) {
+        match command {
+            Ok(command) => self.execute(number, command),
+            Err(status) => self.answer_failed(Some(number), "?", Why::Text(status), raw),
+        }
+    }
+
+    /// Begins a command whose turn has come.
+    fn execute(&mut self, number: CommandNumber, command: Command) {
+        if command.resumes() {
+            return match self.state.resume(&command) {
+                Resumed::Nothing => self.executed(number, command),
+                Resumed::Again(broken) => self.execute(number, broken),
+                Resumed::Stages(command, start, stages) => {
+                    self.state.job = Some(Job::new(command, Some(number), start, stages));
+                }
+            };
+        }
+        if let Some(stages) = self.apply(number, &command) {
+            if stages.is_empty() {
+                return self.executed(number, command);
+            }
+            let start = self.state.position;
+            self.state.job = Some(Job::new(command, Some(number), start, stages));
+        }
+    }
+
+    /// A query that is answered beside what executes.
+    fn answer_query(&mut self, number: CommandNumber, query: &Command) {
+        if self.apply(number, query).is_some() {
+            self.answer_done(number, query);
+        }
+    }
+
+    /// A command that bypasses the buffer.
+    fn execute_directly(&mut self, number: CommandNumber, command: &Command) {
+        let Some(command) = self.state.execute_directly(command) else {
+            return self.answer_done(number, command);
+        };
+        // `!RP` is done when the repetition is, which comes before what waits. That takes the room
+        // that it would take if it had been sent.
+        let mut raw = Vec::new();
+        command.print(&mut raw);
+        // The end belongs to no command.
+        raw.pop();
+        if self.make_room(raw.len()) {
+            let (raw, command) = (raw.into(), Ok(command));
+            self.state.buffer.put_first(Entry::Command { raw, command, number });
+        }
+    }
+
+    /// Does what takes no time of a command. Returns its stages, unless it has failed.
+    fn apply(&mut self, number: CommandNumber, command: &Command) -> Option<VecDeque<Stage>> {
+        let letters = command.form().mnemonic;
+        match self.switching(Some(number), |state| state.execute(command)) {
+            Ok(Effect { warning, line, stages }) => {
+                if let Some(warning) = warning {
+                    self.warn_no_effect(Some(number), warning);
+                }
+                if let Some(line) = line {
+                    self.answer(Some(number), letters, line.finish());
+                }
+                Some(stages)
+            }
+            Err(why) => {
+                self.answer_failed(Some(number), letters, why, b"");
+                None
+            }
+        }
+    }
+
+    /// What the command does at present is over: the next thing begins, or it is done.
+    fn advance(&mut self) {
+        if let Some(moving) = self.state.take_moving() {
+            return self.motion_ended(&moving);
+        }
+        let number = self.job_number();
+        let letters = self.state.job.as_ref().map_or("", |job| job.command.form().mnemonic);
+        match self.switching(number, State::next_stage) {
+            Some(Ok(Begun::Over)) => {}
+            Some(Ok(Begun::Motion(moving))) => {
+                let origin = self.state.position;
+                self.emit(number, Kinds::MOTION, || {
+                    let segment = Box::new(moving.segment.clone());
+                    Event::Motion(Motion::Begins { origin, segment })
+                });
+                self.state.set_activity(Activity::Moving(moving));
+            }
+            Some(Ok(Begun::Pause(pause, until))) => {
+                self.state.set_activity(Activity::Waiting(pause, until));
+            }
+            Some(Ok(Begun::Says(line))) => self.answer(number, letters, line.finish()),
+            Some(Err(why)) => {
+                self.state.job = None;
+                self.answer_failed(number, letters, why, b"");
+            }
+            None => {
+                if let Some(Job { command, number: Some(number), .. }) = self.state.job.take() {
+                    self.executed(number, command);
+                }
+            }
+        }
+    }
+
+    /// A motion has come to its end, to a border or to a switch.
+    fn motion_ended(&mut self, moving: &Moving) {
+        let (steps, ending) = moving.ending();
+        self.commit(moving, steps);
+        match ending {
+            Ending::Arrived => {}
+            Ending::OnLimit(axis, end) => {
+                self.switch_event(self.job_number(), axis, end, true);
+                let why = self.state.on_limit(axis, end, false);
+                self.break_off(Some((moving, steps)), Stop::Limit, why);
+            }
+            Ending::Halted(stop, why) => self.break_off(Some((moving, steps)), stop, why),
+        }
+    }
+
+    /// The motion of the command that executes ends after so many steps.
+    fn commit(&mut self, moving: &Moving, steps: u64) {
+        let number = self.job_number();
+        let behind = self.state.commit(&moving.segment, steps);
+        for (axis, &steps) in behind.iter().enumerate().filter(|(_, steps)| **steps != 0) {
+            let name = Axis::from_index(axis).map_or("?", |axis| self.state.axis_name(axis));
+            let warning = self.state.plant.machine().steps_lost(axis, name, -steps, false);
+            self.warn(number, warning);
+        }
+        self.emit(number, Kinds::MOTION, || Event::Motion(Motion::Ends { steps }));
+    }
+
+    /// A command has been executed.
+    fn executed(&mut self, number: CommandNumber, command: Command) {
+        self.answer_done(number, &command);
+        // What goes on with another command is not what `!RP` means, and after `IN` there is none.
+        if !command.resumes() && command != Command::Initialize {
+            self.state.last = Some(command);
+        }
+    }
+
+    // --- what comes between ---
+
+    /// Whatever executes is broken off, maybe in a motion after so many steps, and answers why;
+    /// without a command it is sent by itself.
+    fn break_off(&mut self, motion: Option<(&Moving, u64)>, stop: Stop, why: Why) {
+        match self.state.break_off(motion, stop) {
+            Some((number, letters)) => self.answer_failed(Some(number), letters, why, b""),
+            None => self.report(why),
+        }
+    }
+
+    /// A signal takes a value.
+    pub(crate) fn signal(&mut self, id: SignalId, value: i32) {
+        match self.state.signal(id, value) {
+            Leads::Nowhere => {}
+            Leads::Interruption(stop, why) => self.interrupt(stop, why),
+            Leads::Halt(why) => self.halt(why),
+            Leads::Report(why) => self.report(why),
+            Leads::Switch(axis, end, active) => self.switch_changed(axis, end, active),
+            Leads::Says(bytes) => self.send(bytes),
+        }
+    }
+
+    /// Something from outside stops whatever executes, along the ramp if it moves.
+    fn interrupt(&mut self, stop: Stop, why: Why) {
+        match self.state.interrupt(stop, why) {
+            Interruption::Nothing => {}
+            Interruption::Now => self.break_off(None, stop, why),
+            Interruption::Brakes(segment) => self.emit(self.job_number(), Kinds::MOTION, || {
+                Event::Motion(Motion::Changes { segment })
+            }),
+        }
+    }
+
+    /// Something from outside takes the motors' ability to move: they halt where they are.
+    fn halt(&mut self, why: Why) {
+        if self.state.job.is_none() {
+            return self.report(why);
+        }
+        match self.abandon_motion() {
+            Some((moving, steps)) => self.break_off(Some((&moving, steps)), Stop::Limit, why),
+            None => self.break_off(None, Stop::Limit, why),
+        }
+    }
+
+    /// Motors stop where they are.
+    fn abandon_motion(&mut self) -> Option<(Box<Moving>, u64)> {
+        let moving = self.state.take_moving()?;
+        let steps = moving.steps_at(self.state.now);
+        self.commit(&moving, steps);
+        Some((moving, steps))
+    }
+
+    /// A limit switch was pressed or released by hand.
+    fn switch_changed(&mut self, axis: Axis, end: End, active: bool) {
+        self.switch_event(None, axis, end, active);
+        match self.state.switch_pressed(axis, end, active) {
+            Pressed::Nothing => {}
+            Pressed::Found(moving, steps) => self.commit(&moving, steps),
+            Pressed::Blocked(moving, steps) => {
+                self.commit(&moving, steps);
+                let why = self.state.on_limit(axis, end, true);
+                self.break_off(Some((&moving, steps)), Stop::Limit, why);
+            }
+        }
+    }
+
+    /// The mains switch. Motors stop where they are and nothing is answered; the carriages know what
+    /// the counters forget.
+    pub(crate) fn power(&mut self, on: bool) {
         if on == self.state.powered {
             return;
         }
-        if !on {
-            self.abandon_motion();
+        self.abandon_motion();
+        self.switching(None, |state| {
+            state.powered = on;
+            state.job = None;
+            state.switched_on();
+        });
+        if on {
+            self.state.home();
         }
-        let outputs = self.outputs();
-        self.state.powered = on;
-        self.state.switched_on();
-        self.outputs_changed(&outputs);
     }
 
-    // --- outputs ---
+    // --- what leaves ---
 
-    pub(crate) fn wants(&self, kinds: Kinds) -> bool {
-        self.out.wants(kinds)
+    /// The number of the command that executes.
+    fn job_number(&self) -> Option<CommandNumber> {
+        self.state.job.as_ref()?.number
     }
 
-    pub(crate) fn emit(&mut self, event: Event) {
-        self.out.emit(self.state.now.into(), event);
+    /// A command has been completed.
+    fn answer_done(&mut self, number: CommandNumber, command: &Command) {
+        let done: &[u8] = match (command, self.state.model.quirks.init_reply) {
+            (Command::Initialize, InitReply::Z) => b"Z",
+            (Command::Initialize, InitReply::C) => b"C\r",
+            (Command::OpenChannel(_), _) => return,
+            _ if self.state.settings.echo => b"C\r",
+            _ => return,
+        };
+        self.answer(Some(number), command.form().mnemonic, Bytes::from_static(done));
     }
 
-    pub(crate) fn send(&mut self, bytes: Bytes) {
+    /// A command has failed, or one with these bytes is refused. A status that this model has no
+    /// number for is not sent.
+    fn answer_failed(
+        &mut self,
+        number: Option<CommandNumber>,
+        letters: &'static str,
+        why: Why,
+        raw: &[u8],
+    ) {
+        let Model { quirks, command_set, .. } = &*self.state.model;
+        let decimal = quirks.status_digits == StatusDigits::Decimal;
+        let Some(text) = why.status(*command_set).written(*command_set, decimal) else {
+            if self.out.wants(Kinds::WARNING) {
+                self.warn_no_effect(number, self.state.in_words(why, raw).into());
+            }
+            return;
+        };
+        let words = self.out.wants(Kinds::ANSWER).then(|| self.state.in_words(why, raw).into());
+        self.answer_why(number, letters, (text + "\r").into(), words);
+    }
+
+    /// Something has happened that no command asked for.
+    fn report(&mut self, why: Why) {
+        self.answer_failed(None, "", why, b"");
+    }
+
+    fn answer(&mut self, number: Option<CommandNumber>, letters: &'static str, bytes: Bytes) {
+        self.answer_why(number, letters, bytes, None);
+    }
+
+    fn answer_why(
+        &mut self,
+        number: Option<CommandNumber>,
+        letters: &'static str,
+        bytes: Bytes,
+        why: Option<Box<str>>,
+    ) {
+        let mnemonic = letters.into();
+        let answer = || Event::Answer { mnemonic, bytes: bytes.clone(), why };
+        self.emit(number, Kinds::ANSWER, answer);
+        self.send(bytes);
+    }
+
+    fn command_event(
+        &mut self,
+        number: CommandNumber,
+        command: &Result<Command, Status>,
+        raw: &[u8],
+    ) {
+        self.emit(Some(number), Kinds::COMMAND, || Event::Command {
+            mnemonic: letters(command).into(),
+            bytes: Bytes::copy_from_slice(raw),
+        });
+    }
+
+    fn switch_event(&mut self, number: Option<CommandNumber>, axis: Axis, end: End, active: bool) {
+        let (axis, positive) = (axis.index() as u8, end == End::Positive);
+        self.emit(number, Kinds::SWITCH, || Event::Switch { axis, positive, active });
+    }
+
+    /// Changes the state, and tells which outputs are no longer what they were.
+    fn switching<R>(
+        &mut self,
+        number: Option<CommandNumber>,
+        change: impl FnOnce(&mut State) -> R,
+    ) -> R {
+        if !self.out.wants(Kinds::PORT) {
+            return change(&mut self.state);
+        }
+        let before = self.state.outputs.clone();
+        let result = change(&mut self.state);
+        if before != self.state.outputs {
+            let io = &self.state.model.io;
+            let (before, after) = (before.values(io), self.state.outputs.values(io));
+            for (port, value) in after {
+                if before.get(&port) != Some(&value) {
+                    self.emit(number, Kinds::PORT, || Event::Port { port, value });
+                }
+            }
+        }
+        result
+    }
+
+    fn warn_no_effect(&mut self, number: Option<CommandNumber>, what: Cow<'static, str>) {
+        self.warn(number, Warning::NoEffect { what });
+    }
+
+    fn warn(&mut self, number: Option<CommandNumber>, warning: Warning) {
+        self.emit(number, Kinds::WARNING, || Event::Warning(warning));
+    }
+
+    /// An event of a kind, which is made only if somebody wants to see it.
+    fn emit(
+        &mut self,
+        command: Option<CommandNumber>,
+        kinds: Kinds,
+        event: impl FnOnce() -> Event,
+    ) {
+        if self.out.wants(kinds) {
+            self.out.emit(Stamp { at: self.state.now, command }, event());
+        }
+    }
+
+    fn send(&mut self, bytes: Bytes) {
         self.out.send(self.state.now, bytes);
     }
 }
 
-impl Device for Controller {
-    type State = State;
-    type Details = Details;
-
-    fn perform(&mut self, at: Time) -> bool {
-        let Some(due) = self.deadline().filter(|due| *due <= at) else { return false };
-        self.state.now = due.max(self.state.now);
-        if self.job_due() == Some(due) {
-            self.activity_ended();
-        } else if self.state.unit.due == Some(due) {
-            self.speed_reached();
-        } else {
-            self.ball_report_due();
-        }
-        self.go_on();
-        true
-    }
-
-    fn accept(&mut self, input: Input<'_>, at: Time) {
-        self.state.now = self.state.now.max(at);
-        match input {
-            Input::Bytes(bytes) => self.receive(bytes),
-            Input::Signal(id, value) => self.signal(id, value),
-            Input::Power(on) => self.power(on),
-            Input::Wake => {}
-        }
-        self.go_on();
-    }
-
-    fn poll_output(&mut self) -> Option<Out> {
-        self.out.poll()
-    }
-
-    fn watch(&mut self, kinds: Kinds) {
-        self.out.watch(kinds);
-    }
-
-    fn state(&self) -> &State {
-        &self.state
-    }
-
-    fn restore(&mut self, state: State) {
-        self.state = state;
-        self.out.clear();
-    }
-
-    fn now(&self) -> Time {
-        self.state.now
-    }
-
-    fn wake(&self) -> Option<Time> {
-        self.deadline()
-    }
-
-    fn view(&self, at: Time) -> View<Details> {
-        self.picture(at)
-    }
-
-    fn activity(&self) -> Activity {
-        self.doing()
-    }
-
-    fn details(&self) -> Details {
-        self.own_details()
-    }
-
-    fn signals(&self) -> Vec<Signal> {
-        self.list_signals()
-    }
-
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        self.input_number(port, bit).map(|number| PlantSignal::Input(number).id())
-    }
-
-    fn baud(&self) -> u32 {
-        self.state.model.line.baud
-    }
-
-    fn room(&self, handshake: bool) -> usize {
-        if handshake { self.room_before_high_water() } else { usize::MAX }
-    }
-
-    /// It stores nothing.
-    fn flash_image(&self) -> Vec<u8> {
-        Vec::new()
-    }
-
-    fn explain(&self, command: &[u8]) -> String {
-        match self.state.reader.understand(command) {
-            Ok(command) => command.describe(),
-            Err(status) => why_refused(command, self.state.model.grammar(), status),
-        }
-    }
-
-    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
-        match PlantSignal::from_id(signal) {
-            _ if value == 0 => None,
-            _ if !self.state.powered => Some("the power is off"),
-            Some(PlantSignal::Stop) if !self.state.settings.external_stop => {
-                Some("the external stop is blocked; !ES1 lets it through")
-            }
-            // Of its own signals those that do nothing now are no switches.
-            None => Some("nothing heeds it now"),
-            Some(_) => None,
-        }
-    }
-
-    fn is_idle(&self) -> bool {
-        self.state.job.is_none() && self.state.unit.due.is_none()
-    }
-
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        self.forecast(condition)
-    }
+/// What a command is called in events.
+fn letters(command: &Result<Command, Status>) -> &'static str {
+    command.as_ref().map_or("?", |command| command.form().mnemonic)
 }

@@ -24,12 +24,15 @@ impl Command {
                 | Command::MoveAxisAbsolute { .. }
                 | Command::MoveAxisRelative { .. }
                 | Command::FollowVectors { .. }
-                | Command::Continue
-                | Command::GoBack
-                | Command::RepeatBroken
                 | Command::Repeat
                 | Command::OpenInterface(_)
-        ) || self.seeks_switches()
+        ) || self.resumes()
+            || self.seeks_switches()
+    }
+
+    /// Whether it goes on with a command that was broken off, in one way or another.
+    pub(crate) fn resumes(&self) -> bool {
+        matches!(self, Command::Continue | Command::GoBack | Command::RepeatBroken)
     }
 
     /// Whether it drives axes to wherever their switches are.

@@ -1,15 +1,15 @@
-//! What each command does, and how it is answered.
+//! What each command does.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
-use bytes::Bytes;
-use vimc4_device::{AXES, Event, Kinds, Point, Warning};
+use vimc4_device::{AXES, Point};
 use vimc4_plant::Unit;
 
-use crate::Controller;
-use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits};
-use crate::model::{CommandSet, DecimalSpeed, InitReply, Model, ResolutionUnit, StatusDigits};
-use crate::state::{Activity, Buffer, Job, Pause, Stage, Stop};
+use crate::buffer::Buffer;
+use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits, Status, Trackball};
+use crate::model::{DecimalSpeed, Model, ResolutionUnit, StatusDigits};
+use crate::state::{Pause, Stage, State};
 use crate::text::Line;
 use crate::why::Why;
 
@@ -19,58 +19,35 @@ const TURN: i64 = 360_000_000;
 /// The highest acceleration of a rotary axis in the manual, mrad/s².
 const TURN_ACCELERATION_MAX: u32 = 800_000;
 
-impl Controller {
-    /// Begins a command whose turn has come.
-    pub(crate) fn execute(&mut self, command: Command) {
-        let mnemonic = command.form().mnemonic;
-        if command.depends_on_machine()
-            && let Err(misfit) = command.check(&self.limits())
-        {
-            return self.answer_failed(mnemonic, Why::Misfit(misfit));
-        }
-        if matches!(command, Command::Continue | Command::GoBack | Command::RepeatBroken) {
-            return self.resume(command);
-        }
-        match self.stages(&command) {
-            Ok(stages) if stages.is_empty() => self.executed(command),
-            Ok(stages) => self.begin(command, stages),
-            Err(why) => self.answer_failed(mnemonic, why),
-        }
-    }
+/// What a command does besides changing the state.
+#[derive(Default)]
+pub(crate) struct Effect {
+    /// That it has none, and why.
+    pub(crate) warning: Option<Cow<'static, str>>,
+    /// The line of data that it answers with.
+    pub(crate) line: Option<Line>,
+    /// What it does over time, one after the other. It is done when they are.
+    pub(crate) stages: VecDeque<Stage>,
+}
 
-    /// A command has been executed.
-    pub(crate) fn executed(&mut self, command: Command) {
-        self.answer_done(&command);
-        // What goes on with another command is not what `!RP` means, and after `IN` there is none.
-        if !matches!(
-            command,
-            Command::Continue | Command::GoBack | Command::RepeatBroken | Command::Initialize
-        ) {
-            self.state.last = Some(command);
+impl Effect {
+    fn says(line: Line) -> Effect {
+        Effect { line: Some(line), ..Effect::default() }
+    }
+}
+
+impl State {
+    /// Executes a command whose turn has come, as far as that takes no time.
+    pub(crate) fn execute(&mut self, command: &Command) -> Result<Effect, Why> {
+        if command.depends_on_machine() {
+            command.check(&self.limits()).map_err(Why::Misfit)?;
         }
-    }
-
-    /// Lets a command do these things, one after the other.
-    pub(crate) fn begin(&mut self, command: Command, stages: VecDeque<Stage>) {
-        self.state.job = Some(Job {
-            command,
-            start: self.state.position,
-            stages,
-            stage: None,
-            activity: Activity::Between,
-            silent: false,
-            found: [0; AXES],
-        });
-    }
-
-    /// What a command does over time. What it does at once is done here.
-    pub(crate) fn stages(&mut self, command: &Command) -> Result<VecDeque<Stage>, Why> {
         if command.moves()
             && let Some(status) = self.standing_fault()
         {
             return Err(Why::Fault(status));
         }
-        let here = self.state.position;
+        let here = self.position;
         let at = |axis: Axis, place: i64| {
             let mut to = here;
             to[axis.index()] = place;
@@ -142,9 +119,8 @@ impl Controller {
             }
             Command::PenDown | Command::PenUp => {
                 let down = *command == Command::PenDown;
-                if down != self.state.head_down {
-                    let [before_down, after_down, before_up, after_up] =
-                        self.state.settings.head_times();
+                if down != self.outputs.head_down {
+                    let [before_down, after_down, before_up, after_up] = self.settings.head_times();
                     let (before, after) =
                         if down { (before_down, after_down) } else { (before_up, after_up) };
                     stages.push_back(wait(Pause::Head, before));
@@ -153,10 +129,10 @@ impl Controller {
                 }
             }
             Command::Wait(ms) => stages.push_back(wait(Pause::Once, *ms)),
-            Command::Reference(axis) => stages = self.state.reference_stages(*axis)?,
+            Command::Reference(axis) => stages = self.reference_stages(*axis)?,
             Command::Initialize => {
                 self.initialise();
-                stages = self.state.homing_stages();
+                stages = self.homing_stages();
                 if !stages.is_empty()
                     && let Some(status) = self.standing_fault()
                 {
@@ -164,29 +140,29 @@ impl Controller {
                 }
             }
             Command::HardClipLimits(axis) => stages = self.hard_clip_stages(*axis),
-            command => self.apply(command)?,
+            command => return self.apply(command),
         }
         // Everything rests for the settling time after each move.
-        let settling = self.state.settings.settling;
+        let settling = self.settings.settling;
         if settling > 0 && command.moves() {
             let moves = std::mem::take(&mut stages).into_iter();
             stages = moves.flat_map(|stage| settled(stage, settling)).collect();
         }
-        Ok(stages)
+        Ok(Effect { stages, ..Effect::default() })
     }
 
     /// A place that differs from the present one only where an axis is fitted.
     fn where_fitted(&self, place: impl Fn(usize) -> i64) -> Point {
-        let mut to = self.state.position;
-        for axis in self.state.fitted() {
+        let mut to = self.position;
+        for axis in self.fitted() {
             to[axis.index()] = place(axis.index());
         }
         to
     }
 
     /// Commands that take no time.
-    pub(crate) fn apply(&mut self, command: &Command) -> Result<(), Why> {
-        let settings = &mut self.state.settings;
+    fn apply(&mut self, command: &Command) -> Result<Effect, Why> {
+        let settings = &mut self.settings;
         let of = |axis: &Option<Axis>| match axis {
             Some(axis) => axis.index()..axis.index() + 1,
             None => 0..AXES,
@@ -202,7 +178,7 @@ impl Controller {
                 settings.ranges[axis.index()] = Some((min.min(max), min.max(max)));
             }
             Command::PenSpeed(speed) => {
-                let metres = self.state.model.quirks.decimal_speed == DecimalSpeed::Metres;
+                let metres = self.model.quirks.decimal_speed == DecimalSpeed::Metres;
                 settings.speed_down = speed.speed(metres).unsigned_abs();
                 settings.speed_set_last = settings.speed_down;
             }
@@ -219,8 +195,8 @@ impl Controller {
             }
             Command::Resolution { axis, resolution } => {
                 let micrometres =
-                    self.state.model.language.resolution_unit == ResolutionUnit::Micrometres;
-                let machine = self.state.plant.machine();
+                    self.model.language.resolution_unit == ResolutionUnit::Micrometres;
+                let machine = self.plant.machine();
                 for axis in of(axis) {
                     let linear = machine.axis(axis).unit == Unit::Linear;
                     // Millionths of a µm are the thousandths of a nm that are kept.
@@ -236,20 +212,21 @@ impl Controller {
             Command::SettlingTime(ms) => settings.settling = *ms,
             Command::Echo(on) => settings.echo = *on,
             Command::ExternalStop(on) => settings.external_stop = *on,
-            Command::Spindle(on) => self.switch_spindle(*on),
-            Command::FullCurrent => self.halve_current(false),
-            Command::HalfCurrent => self.halve_current(true),
-            Command::WritePort { port, data } => self.write_port(*port, *data)?,
+            Command::Spindle(on) => self.outputs.spindle = *on,
+            Command::FullCurrent => self.outputs.half_current = false,
+            Command::HalfCurrent => self.outputs.half_current = true,
+            Command::WritePort { port, data } => return self.write_port(*port, *data),
             Command::ReadPort(port) => {
-                let value = self.read_module(*port)?;
+                let known = self.model.io.read.contains(port);
+                let effect = if known { Effect::default() } else { self.no_module(*port, false)? };
                 let mut line = Line::new(b'R');
-                line.number(i64::from(value), 4);
-                self.send_line(command, line);
+                line.number(self.model.io.read_port(&self.plant, u16::from(*port)).into(), 4);
+                return Ok(Effect { line: Some(line), ..effect });
             }
             Command::OutputStatus => {
-                let texts = &self.state.model.texts;
+                let texts = &self.model.texts;
                 let mut line = Line::new(b'S');
-                if self.state.model.language.status_texts == StatusDigits::Hexadecimal {
+                if self.model.language.status_texts == StatusDigits::Hexadecimal {
                     line.hexadecimal(texts.version.into());
                     for number in [texts.date, texts.identity] {
                         line.push(b',');
@@ -260,154 +237,78 @@ impl Controller {
                     line.push(b',');
                     line.numbers(&[i64::from(texts.date), i64::from(texts.identity)]);
                 }
-                self.send_line(command, line);
+                return Ok(Effect::says(line));
             }
             Command::NominalPosition(axis) => {
-                let places = self.places(&self.state.position).len();
-                if let Some(axis) = axis.filter(|axis| axis.index() >= places) {
+                if let Some(axis) = axis.filter(|axis| axis.index() >= self.places()) {
                     return Err(Why::NoPosition(axis));
                 }
-                let line = self.position_line(b'P', &self.state.position, *axis);
-                self.send_line(command, line);
+                return Ok(Effect::says(self.position_line(b'P', &self.position, *axis)));
             }
             Command::ActualPosition { axis, triggered } => {
                 let point = match triggered {
-                    true => self.state.triggered.ok_or(Why::NoTrigger)?,
-                    false => self.state.actual(),
+                    true => self.triggered.ok_or(Why::NoTrigger)?,
+                    false => self.actual(),
                 };
-                let line = self.position_line(b'A', &point, *axis);
-                self.send_line(command, line);
+                return Ok(Effect::says(self.position_line(b'A', &point, *axis)));
             }
-            Command::OpenInterface(use_of) => self.open_interface(*use_of)?,
-            Command::CloseInterface => self.close_interface(),
+            Command::OpenInterface(use_of) => return self.open_trackball(*use_of),
+            Command::CloseInterface => self.ball.close(),
             // The reader has opened the channel already.
             _ => {}
         }
-        Ok(())
+        Ok(Effect::default())
     }
 
-    /// `IN`. What waits behind it is for the controller as it is afterwards.
-    fn initialise(&mut self) {
-        let outputs = self.outputs();
-        self.state.initialise();
-        self.outputs_changed(&outputs);
+    /// `!WR`. A port has eight bits.
+    fn write_port(&mut self, port: u8, data: u16) -> Result<Effect, Why> {
+        if !self.model.io.write.contains(&port) {
+            return self.no_module(port, true);
+        }
+        self.outputs.written.insert(port, data as u8);
+        Ok(Effect::default())
     }
 
-    /// A command that bypasses the buffer.
-    pub(crate) fn execute_directly(&mut self, command: Command) {
-        match command {
-            Command::ClearBuffer => {
-                self.state.buffer = Buffer::default();
+    /// An SMCU has no status for a module that is not there. What it reads there is 0.
+    fn no_module(&self, port: u8, write: bool) -> Result<Effect, Why> {
+        if !self.is_smcu() {
+            return Err(Why::NoPort { port, write });
+        }
+        let warning = Some(format!("port {port}: no such module").into());
+        Ok(Effect { warning, ..Effect::default() })
+    }
+
+    /// `!OI`.
+    fn open_trackball(&mut self, use_of: Trackball) -> Result<Effect, Why> {
+        if !self.model.interface.trackball {
+            if !self.is_smcu() {
+                return Err(Why::NoTrackball);
             }
+            // An SMCU has no status for it, as for a module that is not there.
+            let warning = Some("no trackball is connected".into());
+            return Ok(Effect { warning, ..Effect::default() });
+        }
+        if self.faults.contains(&Status::JoystickNotConnected.code()) {
+            return Err(Why::Fault(Status::JoystickNotConnected));
+        }
+        self.ball.open(use_of, self.now);
+        Ok(Effect::default())
+    }
+
+    /// Executes a command that bypasses the buffer. Returns the one that it repeats, if it does.
+    pub(crate) fn execute_directly(&mut self, command: &Command) -> Option<Command> {
+        match command {
+            Command::ClearBuffer => self.buffer = Buffer::default(),
             Command::GoOn => {
-                self.state.stopped = None;
-                self.state.stop_requested = false;
-                self.state.broken = None;
+                self.stopped = None;
+                self.stop_requested = false;
+                self.broken = None;
             }
-            Command::Stop => self.state.stop_requested = true,
-            Command::Repeat => {
-                // It is done when the repetition is, which comes before what waits.
-                if let Some(last) = self.state.last.clone() {
-                    return self.put_again(last);
-                }
-            }
+            Command::Stop => self.stop_requested = true,
+            Command::Repeat => return self.last.clone(),
             _ => {}
         }
-        if self.state.stop_requested && self.state.job.is_none() {
-            self.state.stop_requested = false;
-            self.state.stopped.get_or_insert(Stop::Command);
-        }
-        self.answer_done(&command);
-    }
-
-    /// What values must keep within.
-    fn limits(&self) -> Limits {
-        let limits = &self.state.model.limits;
-        let axes = Axis::ALL.map(|axis| {
-            let rotary = self.is_rotary(axis);
-            let (kind, speed, acceleration) = match rotary {
-                true => (AxisKind::Rotation, limits.turn_max, TURN_ACCELERATION_MAX),
-                false => (AxisKind::Translation, limits.speed_max, limits.acceleration_max),
-            };
-            self.state.is_fitted(axis).then_some(AxisLimits {
-                kind,
-                max_speed: speed as i32,
-                max_acceleration: acceleration as i32,
-            })
-        });
-        let Model { language, quirks, .. } = &*self.state.model;
-        Limits {
-            axes,
-            metres: quirks.decimal_speed == DecimalSpeed::Metres,
-            micrometres: language.resolution_unit == ResolutionUnit::Micrometres,
-        }
-    }
-
-    // --- answers ---
-
-    /// A command has been completed.
-    pub(crate) fn answer_done(&mut self, command: &Command) {
-        let mnemonic = command.form().mnemonic;
-        match command {
-            Command::Initialize => {
-                let bytes: &[u8] = match self.state.model.quirks.init_reply {
-                    InitReply::Z => b"Z",
-                    InitReply::C => b"C\r",
-                };
-                self.answer(mnemonic, Bytes::from_static(bytes));
-            }
-            Command::OpenChannel(_) => {}
-            _ if self.state.settings.echo => self.answer(mnemonic, Bytes::from_static(b"C\r")),
-            _ => {}
-        }
-    }
-
-    /// A command has failed.
-    pub(crate) fn answer_failed(&mut self, mnemonic: &'static str, why: Why) {
-        self.answer_refused(mnemonic, why, b"");
-    }
-
-    /// A command with these bytes is refused. A status that this model has no number for is not
-    /// sent.
-    pub(crate) fn answer_refused(&mut self, mnemonic: &'static str, why: Why, raw: &[u8]) {
-        let decimal = self.state.model.quirks.status_digits == StatusDigits::Decimal;
-        let dialect = self.state.model.command_set.dialect();
-        match self.status_of(why).written(dialect, decimal) {
-            Some(text) => {
-                let bytes = Bytes::from(text + "\r");
-                if self.wants(Kinds::ANSWER) {
-                    let why = Some(self.in_words(why, raw).into());
-                    self.emit(Event::Answer {
-                        mnemonic: mnemonic.into(),
-                        bytes: bytes.clone(),
-                        why,
-                    });
-                }
-                self.send(bytes);
-            }
-            None if self.wants(Kinds::WARNING) => {
-                let what = self.in_words(why, raw).into();
-                self.emit(Event::Warning(Warning::NoEffect { what }));
-            }
-            None => {}
-        }
-    }
-
-    /// Something has happened that no command asked for.
-    pub(crate) fn report(&mut self, why: Why) {
-        self.answer_failed("", why);
-    }
-
-    /// A line of data.
-    pub(crate) fn send_line(&mut self, command: &Command, line: Line) {
-        self.answer(command.form().mnemonic, line.finish());
-    }
-
-    fn answer(&mut self, mnemonic: &'static str, bytes: Bytes) {
-        if self.wants(Kinds::ANSWER) {
-            self.emit(Event::Answer { mnemonic: mnemonic.into(), bytes: bytes.clone(), why: None });
-        }
-        self.send(bytes);
+        None
     }
 
     /// A letter and the place of one axis, or those of all that this model has.
@@ -415,16 +316,36 @@ impl Controller {
         let mut line = Line::new(letter);
         match axis {
             Some(axis) => line.number(point[axis.index()], 1),
-            None => line.numbers(self.places(point)),
+            None => line.numbers(&point[..self.places()]),
         }
         line
     }
 
-    /// The places of all axes that this model has, whether fitted or not.
-    pub(crate) fn places<'p>(&self, point: &'p Point) -> &'p [i64] {
-        match self.state.model.command_set {
-            CommandSet::Smcu => &point[..3],
-            CommandSet::MotionSystem => point,
+    /// How many axes this model has positions of, whether they are fitted or not.
+    fn places(&self) -> usize {
+        if self.is_smcu() { 3 } else { AXES }
+    }
+
+    /// What values must keep within.
+    fn limits(&self) -> Limits {
+        let limits = &self.model.limits;
+        let axes = Axis::ALL.map(|axis| {
+            let rotary = self.is_rotary(axis);
+            let (kind, speed, acceleration) = match rotary {
+                true => (AxisKind::Rotation, limits.turn_max, TURN_ACCELERATION_MAX),
+                false => (AxisKind::Translation, limits.speed_max, limits.acceleration_max),
+            };
+            self.is_fitted(axis).then_some(AxisLimits {
+                kind,
+                max_speed: speed as i32,
+                max_acceleration: acceleration as i32,
+            })
+        });
+        let Model { language, quirks, .. } = &*self.model;
+        Limits {
+            axes,
+            metres: quirks.decimal_speed == DecimalSpeed::Metres,
+            micrometres: language.resolution_unit == ResolutionUnit::Micrometres,
         }
     }
 }
@@ -441,7 +362,7 @@ fn flat(mut point: Point, [x, y]: [i64; 2]) -> Point {
     point
 }
 
-pub(crate) fn wait(pause: Pause, ms: u32) -> Stage {
+fn wait(pause: Pause, ms: u32) -> Stage {
     Stage::Wait(pause, u64::from(ms) * NANOS_PER_MS)
 }
 

@@ -1,87 +1,113 @@
-//! A command at work: stage by stage until it is done.
+//! A command at work, stage by stage: what each of them begins.
 
-use vimc4_device::Time;
+use vimc4_device::{Point, Time};
 
-use crate::Controller;
-use crate::state::{Activity, Job, Stage};
+use crate::language::{Axis, Command, Trackball};
+use crate::state::{Activity, Job, Moving, Pause, Stage, State};
+use crate::text::Line;
 use crate::why::Why;
 
-impl Controller {
-    /// When what the command does now ends by itself.
-    pub(crate) fn job_due(&self) -> Option<Time> {
-        match &self.state.job.as_ref()?.activity {
-            Activity::Between => Some(self.state.now),
-            Activity::Moving(moving) => Some(moving.due()),
-            Activity::Waiting(_, until) => Some(*until),
-        }
+/// What a stage comes to when it begins.
+pub(crate) enum Begun {
+    /// Nothing that takes time: it is over.
+    Over,
+    /// A motion.
+    Motion(Box<Moving>),
+    /// A pause.
+    Pause(Pause, Time),
+    /// A line of data, and it is over.
+    Says(Line),
+}
+
+impl From<Option<Moving>> for Begun {
+    fn from(moving: Option<Moving>) -> Begun {
+        moving.map_or(Begun::Over, |moving| Begun::Motion(Box::new(moving)))
+    }
+}
+
+impl State {
+    /// The next stage of the command that executes begins; `None` if there is none left.
+    pub(crate) fn next_stage(&mut self) -> Option<Result<Begun, Why>> {
+        let job = self.job.as_mut()?;
+        job.activity = Activity::Between;
+        job.stage = job.stages.pop_front();
+        let stage = job.stage.clone()?;
+        Some(self.begin_stage(stage))
     }
 
-    /// What the command does now has come to its end.
-    pub(crate) fn activity_ended(&mut self) {
-        let Some(job) = &mut self.state.job else { return };
-        match std::mem::replace(&mut job.activity, Activity::Between) {
-            Activity::Moving(moving) => self.motion_ended(*moving),
-            Activity::Waiting(..) | Activity::Between => {}
-        }
-    }
-
-    /// Begins one stage after the other until one takes time or the command is done.
-    pub(crate) fn work(&mut self) {
-        while let Some(job) = &mut self.state.job {
-            if job.activity != Activity::Between {
-                // What ends as soon as it begins ends now: more may arrive at this instant.
-                if self.job_due().is_some_and(|due| due > self.state.now) {
-                    return;
-                }
-                self.activity_ended();
-                continue;
-            }
-            job.stage = job.stages.pop_front();
-            match job.stage.clone() {
-                Some(stage) => self.begin_stage(stage),
-                None => {
-                    if let Some(job) = self.state.job.take().filter(|job| !job.silent) {
-                        self.executed(job.command);
-                    }
-                }
-            }
-        }
-    }
-
-    fn begin_stage(&mut self, stage: Stage) {
-        match stage {
-            Stage::To(place) => self.begin_line(place),
-            Stage::Arc(centre, angle) => self.begin_arc(centre, angle),
-            Stage::Vectors(axes, vectors) => self.begin_vectors(axes, &vectors),
-            Stage::Rest(links, speed, acceleration) => {
-                self.begin_links(links, speed, acceleration);
-            }
-            Stage::Wait(_, 0) => {}
+    fn begin_stage(&mut self, stage: Stage) -> Result<Begun, Why> {
+        let moving = match stage {
+            Stage::To(place) => self.line_to(place),
+            Stage::Arc(centre, angle) => self.arc(centre, angle)?,
+            Stage::Vectors(axes, vectors) => self.along_vectors(axes, &vectors)?,
+            Stage::Rest(links, speed, acceleration) => self.along_links(links, speed, acceleration),
+            Stage::Wait(_, 0) => None,
             Stage::Wait(pause, nanos) => {
-                let until = self.state.now.after_nanos(nanos);
-                self.set_activity(Activity::Waiting(pause, until));
+                return Ok(Begun::Pause(pause, self.now.after_nanos(nanos)));
             }
-            Stage::Head(down) => self.move_head(down),
-            Stage::Onto(axis, end, speed) => self.begin_drive(axis, end, speed, true),
-            Stage::Off(axis, end, speed) => self.begin_drive(axis, end, speed, false),
-            Stage::Free(axis, way, speed) => self.begin_free(axis, way, speed),
-            Stage::Zero(axis) => self.set_zero(axis),
-            Stage::Found(axis) => self.end_found(axis),
-            Stage::Return(axis) => self.begin_return(axis),
-            Stage::HardClipLimits(axis) => self.send_hard_clip_limits(axis),
+            Stage::Head(down) => {
+                self.outputs.head_down = down;
+                None
+            }
+            Stage::Onto(axis, end, speed) => self.drive(axis, end, speed, true),
+            Stage::Off(axis, end, speed) => self.drive(axis, end, speed, false),
+            Stage::Free(axis, way, speed) => self.free(axis, way, speed),
+            Stage::Zero(axis) => {
+                self.set_zero(axis);
+                None
+            }
+            Stage::Found(axis) => {
+                let place = self.last_place(axis);
+                if let Some(job) = &mut self.job {
+                    job.found[axis.index()] = place;
+                }
+                None
+            }
+            Stage::Return(axis) => self.back_to_zero(axis),
+            Stage::HardClipLimits(axis) => return Ok(Begun::Says(self.hard_clip_line(axis))),
+        };
+        Ok(moving.into())
+    }
+
+    /// `W` and what `OH` has found.
+    fn hard_clip_line(&self, only: Option<Axis>) -> Line {
+        let mut line = Line::new(b'W');
+        if self.model.quirks.hard_clip_blank {
+            line.push(b' ');
+        }
+        let found = self.job.as_ref().map(|job| job.found).unwrap_or_default();
+        match only {
+            Some(axis) => line.number(found[axis.index()], 1),
+            None => {
+                let values = self.model.language.hard_clip_values.min(found.len());
+                line.numbers(&found[..values]);
+            }
+        }
+        line
+    }
+
+    /// Where the axis is to go because the trackball was turned.
+    pub(crate) fn ball_way(&self) -> Option<Point> {
+        let axis = Axis::from_index(self.ball.axis.into()).filter(|axis| self.is_fitted(*axis));
+        let mut to = self.position;
+        to[axis.filter(|_| self.ball.waiting != 0)?.index()] += self.ball.waiting;
+        Some(to)
+    }
+
+    /// The axis moves as the trackball was turned. No command asks for it.
+    pub(crate) fn follow_ball(&mut self) {
+        if let Some(to) = self.ball_way() {
+            self.ball.waiting = 0;
+            let command = Command::OpenInterface(Trackball::Move);
+            self.job = Some(Job::new(command, None, self.position, [Stage::To(to)].into()));
         }
     }
 
-    pub(crate) fn set_activity(&mut self, activity: Activity) {
-        if let Some(job) = &mut self.state.job {
-            job.activity = activity;
-        }
-    }
-
-    /// The command fails, and no other is held up by that.
-    pub(crate) fn fail(&mut self, why: Why) {
-        if let Some(Job { command, .. }) = self.state.job.take() {
-            self.answer_failed(command.form().mnemonic, why);
+    /// A machine that homes by itself makes a reference run that no command asked for.
+    pub(crate) fn home(&mut self) {
+        let stages = self.homing_stages();
+        if !stages.is_empty() {
+            self.job = Some(Job::new(Command::Initialize, None, self.position, stages));
         }
     }
 }

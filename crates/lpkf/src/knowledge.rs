@@ -15,8 +15,9 @@ use vimc4_device::{
 };
 use vimc4_plant::Machine;
 
-use crate::language::{Grammar, Reader, Status, parse};
-use crate::{CommandSet, Controller, Model};
+use crate::controller::Controller;
+use crate::language::{Dialect, Grammar, Reader, Status, parse};
+use crate::model::Model;
 
 impl Model {
     /// A controller of this model on a machine, just switched on. It has no memory that an image
@@ -93,8 +94,8 @@ impl vimc4_device::Model for Model {
 
     fn axis_names(&self) -> &'static [&'static str] {
         match self.command_set {
-            CommandSet::Smcu => &["X", "Y", "Z"],
-            CommandSet::MotionSystem => &["X", "Y", "Z0", "Z1", "Z2", "Z3"],
+            Dialect::Smcu => &["X", "Y", "Z"],
+            Dialect::MotionSystem => &["X", "Y", "Z0", "Z1", "Z2", "Z3"],
         }
     }
 
@@ -161,14 +162,14 @@ impl vimc4_device::Model for Model {
         let along = (2..).zip(rest).filter(|(_, way)| *way != 0);
         let plane = format!("PR{x},{y}");
         match self.command_set {
-            CommandSet::Smcu => {
+            Dialect::Smcu => {
                 // Steps a second become µm a second with the resolution after power-on.
                 let speed = u128::from(speed) * u128::from(self.defaults.resolution_pm) / 1_000_000;
                 let speed = speed.clamp(10, u128::from(self.limits.speed_max));
                 let z = along.map(|(_, way)| format!("!ZR{way}"));
                 [format!("!VU{speed}"), plane].into_iter().chain(z).collect()
             }
-            CommandSet::MotionSystem => {
+            Dialect::MotionSystem => {
                 let others = along.map(|(axis, way)| format!("!ZR{way},{axis}"));
                 [plane].into_iter().chain(others).collect()
             }

@@ -1,45 +1,54 @@
 //! The LPKF controllers SMCU and MotionSystem.
 //!
 //! A [`Controller`] is a [`Device`](vimc4_device::Device): bytes, signals and times go in,
-//! bytes, events and times come out. Inside, data flows one way, and so do these modules:
+//! bytes, events and times come out. Inside, data flows one way: no file uses one that leads back to
+//! it. [`State`] decides, and what its methods return is done in one place, `controller`, where the
+//! life of a command stands from the line to its answer:
 //!
 //! * [`language`] turns bytes into commands and statuses into words;
-//! * `receive` puts commands into the buffer, or past it, and takes them out in order;
-//! * `execute` says what each of them does, `job` does it stage by stage;
-//! * `moves` and `reference` run the axes, `stop` is everything that breaks them off;
-//! * `ports`, `channel` and `interface` are what else is connected;
-//! * `signals` is the outside world, `view` and `forecast` show what is and what will be.
+//! * `admission` says which of them begin at once, wait in the `buffer` or are refused;
+//! * `execute` says what each of them does, `job` begins it stage by stage;
+//! * `moves` and `reference` make motions, `halting` is everything that breaks them off;
+//! * `ports`, `channel` and `trackball` are what else is connected;
+//! * `signals` is the outside world, `cause` what happens by itself, and when;
+//! * `why` has the reasons of statuses, `words` says them to people;
+//! * `view` and `forecast` show what is and what will be;
+//! * `device` is the contract, `knowledge` what a tool must know of the family.
 //!
 //! A model of controller is data, see [`Model`].
 #![forbid(unsafe_code)]
 
+mod admission;
+mod buffer;
+mod cause;
 mod channel;
 mod controller;
+mod device;
 mod effects;
 mod execute;
 mod forecast;
-mod interface;
+mod halting;
 mod job;
 mod knowledge;
 pub mod language;
 mod model;
 mod moves;
 mod ports;
-mod receive;
 mod reference;
 mod settings;
 mod signals;
 mod state;
-mod stop;
 mod text;
+mod trackball;
 mod view;
 mod why;
+mod words;
 
 pub use controller::Controller;
 pub use model::{
-    AfterStatus, BarePairs, Buffer, CommandSet, DecimalSpeed, Defaults, InitEcho, InitReply,
-    Interface, Io, Language, Limits, LineFeed, LineProfile, Model, Quirks, Reference,
-    ResolutionUnit, SpindleUnit, StatusDigits, Ta, Texts, UnknownCommand, UnknownPairs,
+    AfterStatus, BarePairs, Buffer, DecimalSpeed, Defaults, InitEcho, InitReply, Interface, Io,
+    Language, Limits, LineFeed, LineProfile, Model, Quirks, Reference, ResolutionUnit, SpindleUnit,
+    StatusDigits, Ta, Texts, UnknownCommand, UnknownPairs,
 };
 pub use state::State;
 pub use view::{AxisSettings, Details, Head, StoppedBy};

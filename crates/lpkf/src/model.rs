@@ -24,7 +24,7 @@ pub struct Model {
     /// What it is, in one line.
     pub title: String,
     /// Which commands it has.
-    pub command_set: CommandSet,
+    pub command_set: Dialect,
     /// How many axes it can drive, 2 to 6; those that the machine has are fitted.
     pub axes: usize,
     /// What it says of itself.
@@ -49,27 +49,6 @@ pub struct Model {
     pub language: Language,
     /// Behaviour that differs from machine to machine or is not documented.
     pub quirks: Quirks,
-}
-
-/// Which commands a model has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CommandSet {
-    /// Those of the SMCU.
-    Smcu,
-    /// Those of the MotionSystem.
-    MotionSystem,
-}
-
-impl CommandSet {
-    /// The command set as the language knows it.
-    #[must_use]
-    pub fn dialect(self) -> Dialect {
-        match self {
-            CommandSet::Smcu => Dialect::Smcu,
-            CommandSet::MotionSystem => Dialect::MotionSystem,
-        }
-    }
 }
 
 /// What a controller says of itself (`OS`).
@@ -376,7 +355,7 @@ impl Model {
     pub fn grammar(&self) -> Grammar {
         let Model { language, quirks, .. } = self;
         Grammar {
-            dialect: self.command_set.dialect(),
+            dialect: self.command_set,
             bare_pairs: quirks.bare_pairs == BarePairs::Repeat,
             unknown_pairs: language.unknown_pairs == UnknownPairs::Move,
             line_feed_ends: language.line_feed == LineFeed::End,
@@ -403,8 +382,8 @@ impl Model {
             return error("texts", "date", message, "day, month, year as in 10696 or 300495");
         }
         let first = match self.command_set {
-            CommandSet::Smcu => 1,
-            CommandSet::MotionSystem => 2,
+            Dialect::Smcu => 1,
+            Dialect::MotionSystem => 2,
         };
         if identity / 100_000 != first {
             let message = format!("{identity} is no identity of this model");
@@ -463,7 +442,7 @@ impl Model {
         let error = |table: &str, key: &str, message: &str, help: &str| {
             Err(ProfileError::about_key(text, table, key, message.to_owned(), help))
         };
-        let smcu = self.command_set == CommandSet::Smcu;
+        let smcu = self.command_set == Dialect::Smcu;
         if !matches!(self.language.hard_clip_values, 3 | 6) {
             let message = format!("OH cannot answer {} values", self.language.hard_clip_values);
             return error("language", "hard_clip_values", &message, "3 or 6");

@@ -2,15 +2,12 @@
 
 use std::collections::VecDeque;
 
-use vimc4_motion::{Profile, Segment};
+use vimc4_motion::{Line, Path};
 use vimc4_plant::{End, Reference};
 
-use crate::Controller;
-use crate::language::{Axis, Command};
-use crate::model::CommandSet;
+use crate::language::{Axis, Side};
 use crate::moves::along;
-use crate::state::{Link, Meeting, Stage, State};
-use crate::text::Line;
+use crate::state::{Meeting, Moving, Stage, State};
 use crate::why::Why;
 
 /// So many steps stand for "on and on": they are more than the counters have.
@@ -69,22 +66,20 @@ impl State {
         let unit = if self.is_rotary(axis) { 36_000 } else { 1_000 };
         self.steps_per_second(axis, u64::from(speed) * unit)
     }
-}
 
-impl Controller {
     /// `OH`: each axis to its positive switch and back to 0 at the speed set last. An axis
     /// without a switch is not moved: its limit is what the machine's profile says.
     pub(crate) fn hard_clip_stages(&self, only: Option<Axis>) -> VecDeque<Stage> {
         let mut stages = VecDeque::new();
         let axes: Vec<Axis> = match only {
             Some(axis) => vec![axis],
-            None => self.state.fitted().collect(),
+            None => self.fitted().collect(),
         };
         for axis in axes {
             let index = axis.index();
             let end = self.outer_end(axis);
-            if self.state.plant.machine().axis(index).switch(end).is_some() {
-                let speed = self.state.steps_per_second(axis, self.speed_set_last(axis));
+            if self.plant.machine().axis(index).switch(end).is_some() {
+                let speed = self.steps_per_second(axis, self.speed_set_last(axis));
                 stages.push_back(Stage::Onto(axis, end, speed));
                 stages.push_back(Stage::Found(axis));
                 stages.push_back(Stage::Return(axis));
@@ -98,44 +93,39 @@ impl Controller {
 
     /// The speed that was set last for an axis: of X and Y of an SMCU `VS` or `!VU`.
     fn speed_set_last(&self, axis: Axis) -> u64 {
-        match self.state.model.command_set {
-            CommandSet::Smcu if axis.index() < 2 => {
-                u64::from(self.state.settings.speed_set_last) * 1_000
-            }
-            _ => self.axis_speed(axis),
+        match self.is_smcu() && axis.index() < 2 {
+            true => u64::from(self.settings.speed_set_last) * 1_000,
+            false => self.axis_speed(axis),
         }
     }
 
     /// `OH`: back to 0.
-    pub(crate) fn begin_return(&mut self, axis: Axis) {
-        let index = axis.index();
-        let mut delta = vimc4_device::Point::default();
-        delta[index] = -self.state.position[index];
-        let link = Link::line(&delta, &self.state.settings.resolution);
-        let speed = self.speed_set_last(axis);
-        self.begin_links(vec![link], speed, self.axis_acceleration(axis));
+    pub(crate) fn back_to_zero(&self, axis: Axis) -> Option<Moving> {
+        let link = self.straight(along(axis, -self.position[axis.index()]));
+        self.along_links(vec![link], self.speed_set_last(axis), self.axis_acceleration(axis))
     }
 
     /// The end of the carriage's travel where the counters are largest.
     fn outer_end(&self, axis: Axis) -> End {
-        match self.state.carriage_sign(axis.index()) {
+        match self.carriage_sign(axis.index()) {
             1 => End::Positive,
             _ => End::Negative,
         }
     }
 
     /// Drives onto a limit switch, or off it; nothing if that is so already.
-    pub(crate) fn begin_drive(&mut self, axis: Axis, end: End, speed: u32, onto: bool) {
+    pub(crate) fn drive(&self, axis: Axis, end: End, speed: u32, onto: bool) -> Option<Moving> {
         let index = axis.index();
-        let plant = &self.state.plant;
+        let plant = &self.plant;
         let place = plant.carriage()[index];
         if plant.pressed_at(index, end, place) == onto {
-            return;
+            return None;
         }
-        let sign = self.state.carriage_sign(index);
+        let sign = self.carriage_sign(index);
         let towards = if (end == End::Positive) == onto { 1 } else { -1 };
         let (way, border) = self.within_counter(axis, sign * towards * ON_AND_ON);
-        let path = along(axis, way);
+        let delta = along(axis, way);
+        let path = Path::Line(Line::new(delta));
         // Where the switch is held by hand there is no edge, and the axis goes on and on.
         let edge = plant.machine().axis(index).switch(end).filter(|_| !plant.is_held(index, end));
         let goal = match (edge, onto) {
@@ -143,89 +133,57 @@ impl Controller {
             (Some(edge), false) => path.first_at(index, sign * (edge + towards - place)),
             (None, _) => None,
         };
+        let goal = goal.map(|step| (step, Meeting::Edge));
         // On its way off one switch it can run onto the other.
         let other = self.switch_ahead(&path, 0).filter(|(_, _, met)| *met != end);
-        let event = match (goal, other) {
-            (Some(goal), Some((step, axis, met))) if step < goal => {
-                Some((step, Meeting::Limit(axis, met)))
-            }
-            (Some(goal), _) => Some((goal, Meeting::Edge)),
-            (None, Some((step, axis, met))) => Some((step, Meeting::Limit(axis, met))),
-            (None, None) => None,
-        };
-        let profile = Profile::constant(path.length(), speed);
-        self.start(Segment { path, profile }, Vec::new(), (0, 0), event, border);
+        let other = other.map(|(step, axis, met)| (step, Meeting::Limit(axis, met)));
+        // Of two at the same step it is the edge.
+        let event = goal.into_iter().chain(other).min_by_key(|(step, _)| *step);
+        Some(self.creep(delta, speed, event, border))
     }
 
     /// Goes by some steps.
-    pub(crate) fn begin_free(&mut self, axis: Axis, way: i64, speed: u32) {
+    pub(crate) fn free(&self, axis: Axis, way: i64, speed: u32) -> Option<Moving> {
         if way == 0 {
-            return;
+            return None;
         }
         let (way, border) = self.within_counter(axis, way);
-        let path = along(axis, way);
-        let mut delta = vimc4_device::Point::default();
-        delta[axis.index()] = way;
-        let links = vec![Link::line(&delta, &self.state.settings.resolution)];
-        let event = self.switch_ahead(&path, 0);
-        let event = event.map(|(step, axis, end)| (step, Meeting::Limit(axis, end)));
-        let profile = Profile::constant(path.length(), speed);
-        self.start(Segment { path, profile }, links, (0, 0), event, border);
+        let delta = along(axis, way);
+        let event = self.limit_ahead(&Path::Line(Line::new(delta)), 0);
+        Some(self.creep(delta, speed, event, border))
     }
 
     /// As much of a way as the counter of an axis allows, which has 32 bits, and at which end of it
     /// the axis stops if that is not all. What was set of its range does not matter before its
     /// reference point is found.
-    fn within_counter(&self, axis: Axis, way: i64) -> (i64, Option<(Axis, End)>) {
-        let here = self.state.position[axis.index()];
+    fn within_counter(&self, axis: Axis, way: i64) -> (i64, Option<(Axis, Side)>) {
+        let here = self.position[axis.index()];
         let to = (here + way).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
-        let end = if way < 0 { End::Negative } else { End::Positive };
-        (to - here, (to != here + way).then_some((axis, end)))
+        let side = if way < 0 { Side::Negative } else { Side::Positive };
+        (to - here, (to != here + way).then_some((axis, side)))
     }
 
     /// Here is the reference point.
     pub(crate) fn set_zero(&mut self, axis: Axis) {
         let index = axis.index();
-        self.state.position[index] = 0;
-        self.state.origin[index] = self.state.plant.carriage()[index];
-        self.state.referenced[index] = true;
+        self.position[index] = 0;
+        self.origin[index] = self.plant.carriage()[index];
+        self.referenced[index] = true;
     }
 
-    /// `OH` notes the last place before the switch, or the one that the profile gives.
-    pub(crate) fn end_found(&mut self, axis: Axis) {
+    /// `OH`: the last place before the switch, or the one that the profile gives.
+    pub(crate) fn last_place(&self, axis: Axis) -> i64 {
         let index = axis.index();
         let end = self.outer_end(axis);
-        let profile = self.state.plant.machine().axis(index);
+        let profile = self.plant.machine().axis(index);
         let last = match end {
             End::Positive => profile.highest,
             End::Negative => profile.lowest,
         };
-        let found = match (profile.switch(end), last) {
-            (Some(_), _) => self.state.position[index] - 1,
-            (None, Some(last)) => {
-                self.state.carriage_sign(index) * (last - self.state.origin[index])
-            }
+        match (profile.switch(end), last) {
+            (Some(_), _) => self.position[index] - 1,
+            (None, Some(last)) => self.carriage_sign(index) * (last - self.origin[index]),
             (None, None) => 0,
-        };
-        if let Some(job) = &mut self.state.job {
-            job.found[index] = found;
         }
-    }
-
-    /// `W` and what was found.
-    pub(crate) fn send_hard_clip_limits(&mut self, only: Option<Axis>) {
-        let Some(job) = &self.state.job else { return };
-        let mut line = Line::new(b'W');
-        if self.state.model.quirks.hard_clip_blank {
-            line.push(b' ');
-        }
-        match only {
-            Some(axis) => line.number(job.found[axis.index()], 1),
-            None => {
-                let values = self.state.model.language.hard_clip_values.min(job.found.len());
-                line.numbers(&job.found[..values]);
-            }
-        }
-        self.send_line(&Command::HardClipLimits(only), line);
     }
 }

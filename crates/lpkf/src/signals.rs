@@ -1,13 +1,12 @@
 //! What a test or a person can set from outside.
 
+use bytes::Bytes;
 use vimc4_device::{Signal, SignalId, SignalKind, SignalView};
 use vimc4_plant::{End, PlantSignal};
 
-use crate::Controller;
 use crate::language::{Axis, Status};
-use crate::model::CommandSet;
-use crate::state::Stop;
-use crate::why::Why;
+use crate::state::State;
+use crate::why::{Stop, Why};
 
 /// The first number that is no signal of the plant.
 const FIRST: u16 = 128;
@@ -90,27 +89,43 @@ impl Own {
     }
 }
 
-impl Controller {
+/// What a signal leads to.
+pub(crate) enum Leads {
+    /// To nothing more.
+    Nowhere,
+    /// It stops whatever executes, along the ramp if it moves.
+    Interruption(Stop, Why),
+    /// It takes the motors' ability to move.
+    Halt(Why),
+    /// It is told.
+    Report(Why),
+    /// Somebody presses or releases a limit switch.
+    Switch(Axis, End, bool),
+    /// This is sent.
+    Says(Bytes),
+}
+
+impl State {
     /// Everything that can be set.
     pub(crate) fn list_signals(&self) -> Vec<Signal> {
         let mut signals = vec![PlantSignal::Stop.describe("")];
-        for axis in self.state.fitted() {
+        for axis in self.fitted() {
             let ends = [End::Negative, End::Positive];
             let limits = ends.map(|end| PlantSignal::Limit(axis.index(), end));
             let name = self.axis_name(axis).to_lowercase();
             signals.extend(limits.map(|limit| limit.describe(&name)));
         }
-        for (number, port) in (0u8..).zip(&self.state.model.io.read) {
+        for (number, port) in (0u8..).zip(&self.model.io.read) {
             for bit in 0..8 {
                 let input = PlantSignal::Input(number * 8 + bit);
                 signals.push(input.describe(&format!("{port}.{bit}")));
             }
         }
         let own = Own::PLAIN.into_iter().filter(|own| self.has(*own));
-        signals.extend(own.map(|own| own.describe(self.state.model.axes)));
+        signals.extend(own.map(|own| own.describe(self.model.axes)));
         let faults = Status::ALL.iter().map(|status| Own::Fault(*status));
         let faults = faults.filter(|own| self.has(*own));
-        signals.extend(faults.map(|own| own.describe(self.state.model.axes)));
+        signals.extend(faults.map(|own| own.describe(self.model.axes)));
         signals
     }
 
@@ -128,24 +143,24 @@ impl Controller {
     /// What a signal is set to. What acts in the moment it is set has no value.
     fn signal_value(&self, id: SignalId) -> Option<i32> {
         if let Some(signal) = PlantSignal::from_id(id) {
-            return Some(self.state.plant.level(signal).into());
+            return Some(self.plant.level(signal).into());
         }
         match Own::from_id(id)? {
             Own::Message(_) | Own::Trigger | Own::Ball(_) => None,
-            Own::BallAxis => Some(self.state.ball.axis.into()),
-            Own::SpindleFault => Some(self.state.unit.fault.into()),
-            Own::Fault(status) => Some(self.state.faults.contains(&status.code()).into()),
+            Own::BallAxis => Some(self.ball.axis.into()),
+            Own::SpindleFault => Some(self.unit.fault.into()),
+            Own::Fault(status) => Some(self.faults.contains(&status.code()).into()),
         }
     }
 
     fn has(&self, own: Own) -> bool {
-        let of_motion_system = self.state.model.command_set == CommandSet::MotionSystem;
+        let of_motion_system = !self.is_smcu();
         match own {
             Own::Message(_) | Own::Trigger => of_motion_system,
-            Own::BallAxis | Own::Ball(_) => self.state.model.interface.trackball,
+            Own::BallAxis | Own::Ball(_) => self.model.interface.trackball,
             Own::SpindleFault => true,
             Own::Fault(status) => {
-                status.known_to(self.state.model.command_set.dialect()) && !self.is_caused(status)
+                status.known_to(self.model.command_set) && !self.is_caused(status)
             }
         }
     }
@@ -155,7 +170,7 @@ impl Controller {
         use Status as S;
         match status {
             // A MotionSystem says which axis it was.
-            S::WorkAreaLeft | S::LimitSwitch => self.state.model.command_set == CommandSet::Smcu,
+            S::WorkAreaLeft | S::LimitSwitch => self.is_smcu(),
             S::SingleCoordinate
             | S::MissingParameter
             | S::FastStop
@@ -188,67 +203,76 @@ impl Controller {
     }
 
     /// A signal takes a value.
-    pub(crate) fn signal(&mut self, id: SignalId, value: i32) {
+    pub(crate) fn signal(&mut self, id: SignalId, value: i32) -> Leads {
         if let Some(signal) = PlantSignal::from_id(id) {
-            let level = value != 0;
-            if self.state.plant.set(signal, level) && self.state.powered {
-                match signal {
-                    PlantSignal::Stop if level && self.state.settings.external_stop => {
-                        self.interrupt(Stop::External, Why::ExternalStop);
-                    }
-                    PlantSignal::Limit(axis, end) => {
-                        if let Some(axis) = Axis::from_index(axis) {
-                            self.switch_changed(axis, end, level);
-                        }
-                    }
-                    _ => {}
-                }
-            }
-            return;
+            return self.plant_signal(signal, value != 0);
         }
-        let Some(own) = Own::from_id(id).filter(|own| self.has(*own)) else { return };
+        let Some(own) = Own::from_id(id).filter(|own| self.has(*own)) else {
+            return Leads::Nowhere;
+        };
         match own {
             Own::BallAxis => {
-                let most = self.state.model.axes as i32 - 1;
-                self.state.ball.axis = value.clamp(0, most) as u8;
+                let most = self.model.axes as i32 - 1;
+                self.ball.axis = value.clamp(0, most) as u8;
             }
-            Own::SpindleFault => self.state.unit.fault = value.clamp(0, 2) as u8,
-            Own::Fault(status) => self.fault(status, value != 0),
-            _ if !self.state.powered || value == 0 => {}
-            Own::Message(0) => self.interrupt(Stop::Message, Why::Message(0)),
-            Own::Message(_) => self.interrupt(Stop::Message, Why::Message(1)),
-            Own::Trigger => self.state.triggered = Some(self.all_actual_now()),
-            Own::Ball(0) => self.ball_turned(i64::from(value), 0),
-            Own::Ball(_) => self.ball_turned(0, i64::from(value)),
+            Own::SpindleFault => self.unit.fault = value.clamp(0, 2) as u8,
+            Own::Fault(status) => return self.fault(status, value != 0),
+            _ if !self.powered || value == 0 => {}
+            Own::Message(number) => {
+                return Leads::Interruption(Stop::Message, Why::Message(number));
+            }
+            Own::Trigger => self.triggered = Some(self.actual_now()),
+            Own::Ball(way) => {
+                let value = i64::from(value);
+                let (x, y) = if way == 0 { (value, 0) } else { (0, value) };
+                return self.ball.turned(x, y).map_or(Leads::Nowhere, Leads::Says);
+            }
+        }
+        Leads::Nowhere
+    }
+
+    fn plant_signal(&mut self, signal: PlantSignal, level: bool) -> Leads {
+        if !self.plant.set(signal, level) || !self.powered {
+            return Leads::Nowhere;
+        }
+        match signal {
+            PlantSignal::Stop if level && self.settings.external_stop => {
+                Leads::Interruption(Stop::External, Why::ExternalStop)
+            }
+            PlantSignal::Limit(axis, end) => match Axis::from_index(axis) {
+                Some(axis) => Leads::Switch(axis, end, level),
+                None => Leads::Nowhere,
+            },
+            _ => Leads::Nowhere,
         }
     }
 
     /// A fault comes or goes. What takes the motors' ability to move halts them.
-    fn fault(&mut self, status: Status, active: bool) {
+    fn fault(&mut self, status: Status, active: bool) -> Leads {
         let changed = match active {
-            true => self.state.faults.insert(status.code()),
-            false => self.state.faults.remove(&status.code()),
+            true => self.faults.insert(status.code()),
+            false => self.faults.remove(&status.code()),
         };
-        if !changed || !active || !self.state.powered {
-            return;
-        }
         match status {
+            _ if !changed || !active || !self.powered => Leads::Nowhere,
             // It is said when somebody opens the interface.
-            Status::JoystickNotConnected if self.state.ball.open.is_none() => {}
-            status if forbids_motion(status) => self.halt(Why::Fault(status)),
-            status => self.report(Why::Fault(status)),
+            Status::JoystickNotConnected if self.ball.open.is_none() => Leads::Nowhere,
+            status if status.forbids_motion() => Leads::Halt(Why::Fault(status)),
+            status => Leads::Report(Why::Fault(status)),
         }
     }
 
-    /// The fault because of which nothing can move, if there is one.
-    pub(crate) fn standing_fault(&self) -> Option<Status> {
-        let mut faults = self.state.faults.iter().filter_map(|code| Status::from_code(*code));
-        faults.find(|status| forbids_motion(*status))
+    /// Why setting a signal to a value has just changed nothing.
+    pub(crate) fn why_ignored(&self, id: SignalId, value: i32) -> Option<&'static str> {
+        match PlantSignal::from_id(id) {
+            _ if value == 0 => None,
+            _ if !self.powered => Some("the power is off"),
+            Some(PlantSignal::Stop) if !self.settings.external_stop => {
+                Some("the external stop is blocked; !ES1 lets it through")
+            }
+            // Of its own signals those that do nothing now are no switches.
+            None => Some("nothing heeds it now"),
+            Some(_) => None,
+        }
     }
-}
-
-/// Whether nothing can move with this fault: the sum of all errors, power stages, limit
-/// switches, air.
-fn forbids_motion(status: Status) -> bool {
-    status == Status::SumError || (49..=63).contains(&status.code())
 }

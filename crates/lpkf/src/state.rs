@@ -1,29 +1,27 @@
 //! Everything that decides what a controller will do.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
-use vimc4_device::{AXES, Point, Segment, Time};
-use vimc4_motion::{Path, Stretch};
-use vimc4_plant::{End, Machine, Plant};
+use vimc4_device::{AXES, CommandNumber, Point, Segment, Time};
+use vimc4_motion::{Path, Running, Stretch};
+use vimc4_plant::{End, Machine, Plant, Unit as AxisUnit};
 
+use crate::buffer::Buffer;
 use crate::channel::Unit;
-use crate::interface::Ball;
-use crate::language::{Axis, Command, Reader, Status, Vector};
+use crate::language::{Axis, Command, Dialect, Reader, Side, Status, Vector};
 use crate::model::{InitEcho, Model};
+use crate::ports::Outputs;
 use crate::settings::Settings;
-use crate::why::Why;
-
-/// The version of the state's layout, for states that are kept.
-pub(crate) const VERSION: u32 = 1;
+use crate::trackball::Ball;
+use crate::why::{Stop, Why};
 
 /// The whole state of a controller and its machine. Two equal states that get the same inputs
 /// do the same; nothing is left out of the comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    pub(crate) version: u32,
     pub(crate) now: Time,
     pub(crate) model: Arc<Model>,
     pub(crate) plant: Plant,
@@ -31,17 +29,15 @@ pub struct State {
     /// What the line has brought of a command that is not complete.
     pub(crate) reader: Reader,
     pub(crate) buffer: Buffer,
+    /// The number of the command that was taken from the line last.
+    pub(crate) number: Option<CommandNumber>,
     pub(crate) settings: Settings,
     /// The counters: where the axes should be.
     pub(crate) position: Point,
     /// Where the carriages stand when the counters are 0.
     pub(crate) origin: Point,
     pub(crate) referenced: [bool; AXES],
-    pub(crate) head_down: bool,
-    pub(crate) spindle: bool,
-    pub(crate) half_current: bool,
-    /// What was written to each port.
-    pub(crate) ports: BTreeMap<u8, u8>,
+    pub(crate) outputs: Outputs,
     /// The command that executes.
     pub(crate) job: Option<Job>,
     /// The command that was executed last.
@@ -60,62 +56,6 @@ pub struct State {
     pub(crate) ball: Ball,
 }
 
-/// Commands that wait, as they came.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Buffer {
-    pub(crate) waiting: VecDeque<Entry>,
-    /// How many bytes they have.
-    pub(crate) bytes: usize,
-    /// Commands are being lost, which has been said.
-    pub(crate) overrun: bool,
-}
-
-/// One thing that waits for its turn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Entry {
-    /// A command, or why it is none.
-    Command {
-        /// As it was written.
-        raw: Bytes,
-        /// What it means.
-        command: Result<Command, Status>,
-    },
-    /// Bytes for the unit on the second channel.
-    Through(Vec<u8>),
-}
-
-impl Buffer {
-    /// How many commands wait.
-    pub(crate) fn commands(&self) -> usize {
-        self.waiting.iter().filter(|entry| matches!(entry, Entry::Command { .. })).count()
-    }
-}
-
-impl Entry {
-    /// How many bytes of the buffer it takes.
-    pub(crate) fn size(&self) -> usize {
-        match self {
-            Entry::Command { raw, .. } => raw.len(),
-            Entry::Through(bytes) => bytes.len(),
-        }
-    }
-}
-
-/// Why nothing is executed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Stop {
-    /// `!ST`: commands go on waiting.
-    Command,
-    /// The external stop.
-    External,
-    /// A limit switch, or something at the power stages.
-    Limit,
-    /// The border of the window or of a range.
-    SoftFrame,
-    /// A message interrupt.
-    Message,
-}
-
 /// A command that executes: what it is still to do, and what it does now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Job {
@@ -126,8 +66,8 @@ pub(crate) struct Job {
     /// The stage that it is at.
     pub(crate) stage: Option<Stage>,
     pub(crate) activity: Activity,
-    /// Nobody asked for it by a command: it is not answered.
-    pub(crate) silent: bool,
+    /// The number of the command; none if no command asked for it, so that it is not answered.
+    pub(crate) number: Option<CommandNumber>,
     /// What `OH` has found so far, by axis.
     pub(crate) found: [i64; AXES],
 }
@@ -214,7 +154,7 @@ pub(crate) struct Moving {
     /// The step after which something happens before the end of the path, and what.
     pub(crate) event: Option<(u64, Meeting)>,
     /// The motion stops at a border that it would have left.
-    pub(crate) border: Option<(Axis, End)>,
+    pub(crate) border: Option<(Axis, Side)>,
     /// It brakes, and why.
     pub(crate) braking: Option<(Stop, Why)>,
 }
@@ -228,24 +168,51 @@ pub(crate) enum Meeting {
     Edge,
 }
 
+impl Job {
+    /// A command that is about to do these things, one after the other.
+    pub(crate) fn new(
+        command: Command,
+        number: Option<CommandNumber>,
+        start: Point,
+        stages: VecDeque<Stage>,
+    ) -> Job {
+        let (stage, activity, found) = (None, Activity::Between, [0; AXES]);
+        Job { command, start, stages, stage, activity, number, found }
+    }
+}
+
+impl Moving {
+    /// When it ends, by itself or because of what it meets.
+    pub(crate) fn due(&self) -> Time {
+        let profile = &self.segment.profile;
+        let nanos = match self.event {
+            Some((step, _)) if step <= profile.steps() => profile.time_of(step),
+            _ => profile.duration(),
+        };
+        self.began.after_nanos(nanos)
+    }
+
+    /// How many steps have been made at `now`.
+    pub(crate) fn steps_at(&self, now: Time) -> u64 {
+        self.segment.profile.steps_at(now.nanos_since(self.began))
+    }
+}
+
 impl State {
-    /// A controller that has just been switched on.
+    /// A controller that has just been switched on, and has not begun anything yet.
     pub(crate) fn new(model: Arc<Model>, machine: Arc<Machine>) -> State {
         let plant = Plant::new(machine);
-        let mut state = State {
-            version: VERSION,
+        State {
             now: Time::ZERO,
             powered: true,
-            reader: State::unread(&model),
+            reader: Reader::new(model.grammar()),
             buffer: Buffer::default(),
+            number: None,
             settings: Settings::new(&model, plant.machine()),
             position: [0; AXES],
             origin: plant.carriage(),
             referenced: [false; AXES],
-            head_down: false,
-            spindle: false,
-            half_current: false,
-            ports: BTreeMap::new(),
+            outputs: Outputs::default(),
             job: None,
             last: None,
             stop_requested: false,
@@ -257,42 +224,18 @@ impl State {
             ball: Ball::default(),
             plant,
             model,
-        };
-        state.home();
-        state
-    }
-
-    /// A line on which nothing has arrived yet.
-    pub(crate) fn unread(model: &Model) -> Reader {
-        Reader::new(model.grammar())
+        }
     }
 
     /// The power is back: everything begins anew but the carriages, which are where they are.
     pub(crate) fn switched_on(&mut self) {
-        self.reader = State::unread(&self.model);
+        self.reader = Reader::new(self.model.grammar());
         self.buffer = Buffer::default();
         self.initialise();
         self.settings.echo = self.model.defaults.echo;
         self.position = [0; AXES];
         self.referenced = [false; AXES];
         self.origin = self.plant.carriage();
-        self.home();
-    }
-
-    /// A machine that homes by itself makes a reference run that no command asked for.
-    fn home(&mut self) {
-        let stages = self.homing_stages();
-        if !stages.is_empty() {
-            self.job = Some(Job {
-                command: Command::Initialize,
-                start: self.position,
-                stages,
-                stage: None,
-                activity: Activity::Between,
-                silent: true,
-                found: [0; AXES],
-            });
-        }
     }
 
     /// Everything as after power-on (`IN`), except where the axes are and what the line brings:
@@ -300,17 +243,60 @@ impl State {
     pub(crate) fn initialise(&mut self) {
         self.settings = Settings::new(&self.model, self.plant.machine());
         self.settings.echo = self.model.quirks.init_echo == InitEcho::On;
-        self.head_down = false;
-        self.spindle = false;
-        self.half_current = false;
-        self.ports.clear();
+        self.outputs = Outputs::default();
         self.last = None;
         self.stop_requested = false;
         self.stopped = None;
         self.broken = None;
         self.triggered = None;
-        self.unit = Unit { fault: self.unit.fault, ..Unit::default() };
-        self.ball = Ball { axis: self.ball.axis, ..Ball::default() };
+        self.unit.reset();
+        self.ball.close();
+    }
+
+    // --- what executes ---
+
+    /// When what the command does now ends by itself.
+    pub(crate) fn job_due(&self) -> Option<Time> {
+        match &self.job.as_ref()?.activity {
+            Activity::Between => Some(self.now),
+            Activity::Moving(moving) => Some(moving.due()),
+            Activity::Waiting(_, until) => Some(*until),
+        }
+    }
+
+    /// What the command does from now on.
+    pub(crate) fn set_activity(&mut self, activity: Activity) {
+        if let Some(job) = &mut self.job {
+            job.activity = activity;
+        }
+    }
+
+    /// The running motion.
+    pub(crate) fn moving(&self) -> Option<&Moving> {
+        match &self.job.as_ref()?.activity {
+            Activity::Moving(moving) => Some(moving),
+            Activity::Between | Activity::Waiting(..) => None,
+        }
+    }
+
+    /// The running segment.
+    pub(crate) fn running(&self) -> Option<Running<'_>> {
+        self.moving().map(|moving| Running { segment: &moving.segment, began: moving.began })
+    }
+
+    // --- axes ---
+
+    /// Whether it is an SMCU, not a MotionSystem.
+    pub(crate) fn is_smcu(&self) -> bool {
+        self.model.command_set == Dialect::Smcu
+    }
+
+    /// What an axis is called: the one Z of an SMCU has no number.
+    pub(crate) fn axis_name(&self, axis: Axis) -> &'static str {
+        match axis {
+            Axis::Z0 if self.is_smcu() => "Z",
+            axis => axis.name(),
+        }
     }
 
     /// Whether an axis is there: the controller can drive it and the machine has it.
@@ -323,15 +309,62 @@ impl State {
         Axis::ALL.into_iter().filter(|axis| self.is_fitted(*axis))
     }
 
+    /// Whether an axis turns.
+    pub(crate) fn is_rotary(&self, axis: Axis) -> bool {
+        self.plant.machine().axis(axis.index()).unit == AxisUnit::Rotary
+    }
+
     /// +1 or -1: the direction of the carriage for a positive step of the counter.
     pub(crate) fn carriage_sign(&self, axis: usize) -> i64 {
         if self.plant.machine().axis(axis).inverted { -1 } else { 1 }
     }
 
-    /// Where the axes really are, as a measuring system counts it: without the steps that were
-    /// lost.
+    /// Which end of the counter's range an end of the carriage's travel is.
+    pub(crate) fn side(&self, axis: Axis, end: End) -> Side {
+        match (end, self.carriage_sign(axis.index())) {
+            (End::Negative, 1) | (End::Positive, -1) => Side::Negative,
+            _ => Side::Positive,
+        }
+    }
+
+    // --- places ---
+
+    /// The place of an axis, as the status wants it, that runs onto a limit switch, or on which
+    /// somebody presses one.
+    pub(crate) fn on_limit(&self, axis: Axis, end: End, by_hand: bool) -> Why {
+        let at = self.position[axis.index()];
+        Why::Limit { axis, side: self.side(axis, end), at, by_hand }
+    }
+
+    /// Where the axes are after the last motion, as a measuring system counts it: without the steps
+    /// that were lost.
     pub(crate) fn actual(&self) -> Point {
         let carriage = self.plant.carriage();
         std::array::from_fn(|axis| self.carriage_sign(axis) * (carriage[axis] - self.origin[axis]))
+    }
+
+    /// The same now, while they move.
+    pub(crate) fn actual_now(&self) -> Point {
+        let mut actual = self.actual();
+        if let Some(running) = self.running() {
+            for (axis, place) in actual.iter_mut().enumerate() {
+                *place += running.offset(axis, self.now);
+            }
+        }
+        actual
+    }
+
+    /// The place of the axis that the trackball moves is sent.
+    pub(crate) fn report_ball(&mut self) -> Bytes {
+        let place = self.actual_now().get(usize::from(self.ball.axis)).copied();
+        self.ball.report_place(place.unwrap_or(0), self.now)
+    }
+
+    // --- faults ---
+
+    /// The fault because of which nothing can move, if there is one.
+    pub(crate) fn standing_fault(&self) -> Option<Status> {
+        let mut faults = self.faults.iter().filter_map(|code| Status::from_code(*code));
+        faults.find(|status| status.forbids_motion())
     }
 }

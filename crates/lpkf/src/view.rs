@@ -2,15 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity as Doing, AxisView, Cause, Fill, Point, PortView, Time, TimerView, View, WaitsFor,
+    Activity as Doing, AxisView, Cause, Fill, PortView, Time, TimerView, View, WaitsFor,
 };
-use vimc4_motion::Running;
 use vimc4_plant::Unit;
 
-use crate::Controller;
-use crate::language::{Axis, Command, Mode, Trackball};
-use crate::model::CommandSet;
-use crate::state::{Activity, Job, Pause, Stage, Stop};
+use crate::language::{Command, Mode, Trackball};
+use crate::state::{Activity, Job, Pause, Stage, State};
+use crate::why::Stop;
 
 /// What only LPKF's controllers have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,40 +95,9 @@ pub struct AxisSettings {
     pub highest: Option<i64>,
 }
 
-impl Controller {
-    /// What an axis is called: the one Z of an SMCU has no number.
-    pub(crate) fn axis_name(&self, axis: Axis) -> &'static str {
-        match (self.state.model.command_set, axis) {
-            (CommandSet::Smcu, Axis::Z0) => "Z",
-            (_, axis) => axis.name(),
-        }
-    }
-
-    /// The running segment.
-    pub(crate) fn running(&self) -> Option<Running<'_>> {
-        match &self.state.job.as_ref()?.activity {
-            Activity::Moving(moving) => {
-                Some(Running { segment: &moving.segment, began: moving.began })
-            }
-            _ => None,
-        }
-    }
-
-    /// Where all axes really are now.
-    pub(crate) fn all_actual_now(&self) -> Point {
-        let standing = self.state.actual();
-        let now = self.state.now;
-        let offset = |axis| self.running().map_or(0, |running| running.offset(axis, now));
-        std::array::from_fn(|axis| standing[axis] + offset(axis))
-    }
-
-    /// Where an axis really is now.
-    pub(crate) fn actual_now(&self, axis: Axis) -> i64 {
-        self.all_actual_now()[axis.index()]
-    }
-
+impl State {
     pub(crate) fn picture(&self, at: Time) -> View<Details> {
-        let state = &self.state;
+        let state = self;
         let at = at.max(state.now);
         let running = self.running();
         let axes = state.fitted().map(|axis| {
@@ -149,9 +116,9 @@ impl Controller {
         });
         let inputs = state.model.io.read.iter().map(|port| {
             let port = u16::from(*port);
-            PortView { port, input: true, value: self.read_port(port) }
+            PortView { port, input: true, value: state.model.io.read_port(&state.plant, port) }
         });
-        let outputs = self.outputs().into_iter();
+        let outputs = state.outputs.values(&state.model.io).into_iter();
         let outputs = outputs.map(|(port, value)| PortView { port, input: false, value });
         View {
             at,
@@ -173,8 +140,8 @@ impl Controller {
     fn timers(&self) -> Vec<TimerView> {
         let causes = [
             (self.job_due(), Cause::Activity),
-            (self.state.unit.due, Cause::SpindleSpeed),
-            (self.state.ball.due, Cause::TrackballReport),
+            (self.unit.due, Cause::SpindleSpeed),
+            (self.ball.due, Cause::TrackballReport),
         ];
         let mut timers: Vec<TimerView> = causes
             .into_iter()
@@ -188,7 +155,7 @@ impl Controller {
     }
 
     pub(crate) fn own_details(&self) -> Details {
-        let state = &self.state;
+        let state = self;
         let settings = &state.settings;
         let axes = state.fitted().map(|axis| {
             let index = axis.index();
@@ -205,10 +172,10 @@ impl Controller {
             }
         });
         Details {
-            head: if state.head_down { Head::Down } else { Head::Up },
+            head: if state.outputs.head_down { Head::Down } else { Head::Up },
             echo: settings.echo,
-            spindle: state.spindle,
-            half_current: state.half_current,
+            spindle: state.outputs.spindle,
+            half_current: state.outputs.half_current,
             stopped: state.stopped.map(|stop| match stop {
                 Stop::Command => StoppedBy::Command,
                 Stop::External => StoppedBy::ExternalStop,
@@ -232,16 +199,16 @@ impl Controller {
     }
 
     pub(crate) fn doing(&self) -> Doing {
-        if !self.state.powered {
+        if !self.powered {
             return Doing::Off;
         }
-        match &self.state.job {
+        match &self.job {
             Some(Job { activity: Activity::Waiting(pause, _), .. }) => match pause {
                 Pause::Head => Doing::WaitingForHead,
                 Pause::Settling => Doing::Settling,
                 Pause::Once => Doing::Waiting,
             },
-            Some(Job { command: Command::OpenInterface(_), silent: true, .. }) => {
+            Some(Job { command: Command::OpenInterface(_), number: None, .. }) => {
                 Doing::FollowingTrackball
             }
             Some(Job { stage, .. }) => match stage {
@@ -252,8 +219,8 @@ impl Controller {
                 Some(Stage::Free(..)) => Doing::ReferenceFreeSteps,
                 _ => Doing::Move,
             },
-            None if self.state.stopped.is_some() => Doing::Stopped,
-            None if self.state.ball.open.is_some() => Doing::Trackball,
+            None if self.stopped.is_some() => Doing::Stopped,
+            None if self.ball.open.is_some() => Doing::Trackball,
             None => Doing::Idle,
         }
     }

@@ -6,13 +6,16 @@
 #[path = "../../plant/tests/support/mod.rs"]
 mod support;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use support::contract::{Act, hold};
 use support::{Random, try_all};
-use vimc4_device::{Device, SignalId, SignalKind, Time};
+use vimc4_device::{
+    CommandNumber, Device, Event, Harness, Kinds, Motion, Output, SignalId, SignalKind, Stamp, Time,
+};
 use vimc4_lpkf::{AfterStatus, BarePairs, Controller, LineFeed, Model, UnknownPairs};
-use vimc4_plant::Machine;
+use vimc4_plant::{Machine, PlantSignal};
 
 const COMMANDS: &[&str] = &[
     "PA1000,500",
@@ -147,8 +150,7 @@ fn session(random: &mut Random, controller: &Controller) -> Vec<(Time, Act)> {
     acts
 }
 
-fn try_session(seed: u64) {
-    let mut random = Random(seed);
+fn controller(random: &mut Random) -> Controller {
     let (models, machines) = (Model::names(), Machine::names());
     let machine = Machine::builtin(random.pick::<&str>(&machines)).expect("built in");
     let mut model = Model::builtin(random.pick::<&str>(&models)).expect("built in");
@@ -161,7 +163,12 @@ fn try_session(seed: u64) {
         other.language.unknown_pairs = UnknownPairs::Move;
         other.language.line_feed = LineFeed::End;
     }
-    let blind = Controller::new(model, machine);
+    Controller::new(model, machine)
+}
+
+fn try_session(seed: u64) {
+    let mut random = Random(seed);
+    let blind = controller(&mut random);
     let acts = session(&mut random, &blind);
     hold(blind, &acts, &mut random);
 }
@@ -169,4 +176,112 @@ fn try_session(seed: u64) {
 #[test]
 fn watching_waking_and_splitting_change_nothing_and_snapshots_continue() {
     try_all(1_000, try_session);
+}
+
+/// Lets these things happen to a controller, and returns what events they led to.
+fn watch(mut watched: Harness<Controller>, acts: &[(Time, Act)]) -> Vec<(Stamp, Event)> {
+    for (at, act) in acts {
+        watched.run_to(*at);
+        watched.input(act.input());
+    }
+    let end = watched.now().after_nanos(3_000_000_000);
+    watched.run_to(end);
+    let events = watched.drain().filter_map(|output| match output {
+        Output::Event(stamp, event) => Some((stamp, event)),
+        Output::Bytes(..) | Output::Flash(..) => None,
+    });
+    events.collect()
+}
+
+/// Every event has the number of a command that came before it, or none.
+fn try_numbers(seed: u64) {
+    let mut random = Random(seed);
+    let blind = controller(&mut random);
+    let acts = session(&mut random, &blind);
+    let events = watch(Harness::new(blind.clone()).watching(Kinds::ALL), &acts);
+
+    let mut begun: BTreeMap<CommandNumber, Vec<String>> = BTreeMap::new();
+    let mut moves = None;
+    for (Stamp { command, .. }, event) in &events {
+        if let Event::Command { mnemonic, .. } = event {
+            let number = command.expect("a command has a number");
+            let before = begun.entry(number).or_default();
+            // What `!RP` repeats has its number.
+            assert!(before.last().is_none_or(|before| before == "!RP"), "{number} came twice");
+            before.push(mnemonic.to_string());
+        }
+        let by = command.map(|number| begun.get(&number).expect("a command before its effects"));
+        match event {
+            Event::Answer { mnemonic, .. } => match by {
+                // What was broken off is answered by what goes on with it.
+                Some(by) => assert!(
+                    by.iter().any(|by| by == mnemonic || by == "!CS" || by == "!RC"),
+                    "{by:?} answers as {mnemonic}"
+                ),
+                None => assert_eq!(mnemonic, "", "nobody asked"),
+            },
+            Event::Motion(Motion::Begins { .. }) => {
+                assert_eq!(moves.replace(*command), None, "a motion has not ended");
+            }
+            Event::Motion(Motion::Changes { .. }) => assert_eq!(moves, Some(*command)),
+            Event::Motion(Motion::Ends { .. }) => assert_eq!(moves.take(), Some(*command)),
+            _ => {}
+        }
+    }
+    // From a snapshot anywhere the numbers are the same.
+    let place = random.range(0, acts.len() as i64 - 1) as usize;
+    let (before, after) = acts.split_at(place);
+    let mut first = Harness::new(blind.clone());
+    for (at, act) in before {
+        first.run_to(*at);
+        first.input(act.input());
+    }
+    let mut resumed = Harness::new(blind).watching(Kinds::ALL);
+    resumed.restore(first.device().state().clone());
+    let rest = watch(resumed, after);
+    assert!(events.ends_with(&rest), "numbers differ after a snapshot");
+}
+
+#[test]
+fn every_answer_and_effect_belongs_to_a_command_that_came_before_it() {
+    try_all(300, try_numbers);
+}
+
+#[test]
+fn commands_are_numbered_as_they_come_whenever_they_begin() {
+    let model = Model::builtin("motionsystem").expect("built in");
+    let machine = Machine::builtin("bench").expect("built in");
+    let controller = Harness::new(Controller::new(model, machine));
+    let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
+    let stop = Act::Signal(PlantSignal::Stop.id(), 1);
+    let bytes = |text: &str| Act::Bytes(text.as_bytes().to_vec());
+    let acts = [
+        (ms(0), bytes("!ES1;PA1000,0;PR5,5;")),
+        (ms(50), stop),
+        (ms(900), bytes("!CS;PA9,9;!GO;!RP;")),
+    ];
+    let events = watch(controller.watching(Kinds::ALL), &acts);
+    let of = |(stamp, event): &(Stamp, Event)| {
+        let what = match event {
+            Event::Command { mnemonic, .. } => mnemonic.to_string(),
+            Event::Answer { mnemonic, bytes, .. } => {
+                format!("{mnemonic} {}", String::from_utf8_lossy(bytes).trim_end())
+            }
+            Event::Motion(Motion::Begins { .. }) => "begins".to_owned(),
+            Event::Motion(Motion::Changes { .. }) => "brakes".to_owned(),
+            Event::Motion(Motion::Ends { .. }) => "ends".to_owned(),
+            other => format!("{other:?}"),
+        };
+        format!("{} {what}", stamp.command.map_or("-".to_owned(), |number| number.to_string()))
+    };
+    let told: Vec<String> = events.iter().map(of).collect();
+    #[rustfmt::skip]
+    let expected = [
+        "1 !ES", "1 !ES C", "2 PA", "2 begins", "2 brakes", "2 ends", "2 PA E110",
+        // !CS goes on with what was broken off, before what waits. Direct commands wait for nothing.
+        "4 !CS", "4 begins", "6 !GO", "6 !GO C", "7 !RP", "4 ends", "4 PA C",
+        // What !RP repeats comes first, and is what had been executed last when it came.
+        "7 !ES", "7 !ES C", "3 PR", "3 begins", "3 ends", "3 PR C", "5 PA", "5 begins", "5 ends", "5 PA C",
+    ];
+    assert_eq!(told, expected);
 }

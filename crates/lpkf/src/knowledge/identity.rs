@@ -1,6 +1,6 @@
 //! Who the controller at a port is.
 
-use vimc4_device::{Identity, Model as _, Question, Until, said};
+use vimc4_device::{Identity, Question, Until, said};
 
 use crate::Model;
 
@@ -46,7 +46,7 @@ fn of_status(model: &Model, answer: &[u8]) -> Identity {
         Some(2) => "motionsystem",
         _ => return Identity::Unknown(said),
     };
-    match Model::builtin(name).is_some_and(|named| model.has_commands_of(&named)) {
+    match Model::builtin(name).is_some_and(|named| model.command_set == named.command_set) {
         true => Identity::Same(said),
         false => Identity::Other { what: name.to_owned(), said },
     }

@@ -213,6 +213,13 @@ impl Status {
         Self::LimitNegativeX.at(2 * axis.index() + side as usize)
     }
 
+    /// Whether nothing can move with this fault: the sum of all errors, power stages, limit
+    /// switches, air.
+    #[must_use]
+    pub const fn forbids_motion(self) -> bool {
+        matches!(self.code(), 22 | 49..=63)
+    }
+
     /// A power stage failed.
     #[must_use]
     pub fn power_stage(axis: Axis) -> Self {

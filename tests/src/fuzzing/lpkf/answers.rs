@@ -44,7 +44,7 @@ impl twins::Conversation<Controller> for Conversation {
         let model = controller.model();
         Conversation {
             model: model_name(setup),
-            dialect: model.command_set.dialect(),
+            dialect: model.command_set,
             decimal: model.quirks.status_digits == StatusDigits::Decimal,
             init_reply: model.quirks.init_reply,
             latest: None,

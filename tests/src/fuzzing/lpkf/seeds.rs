@@ -16,7 +16,7 @@ pub(in crate::fuzzing) fn seeds() -> Vec<Seed> {
     let mut seeds = Vec::new();
     for (number, name) in Model::names().into_iter().enumerate() {
         let Some(model) = Model::builtin(name) else { continue };
-        let dialect = model.command_set.dialect();
+        let dialect = model.command_set;
         for (about, script) in Scripts::of(number, dialect).all() {
             let data = script.data();
             seeds.push(Seed { target: "lpkf", name: format!("{name}-{about}"), data });

@@ -26,7 +26,7 @@ pub(super) fn model(setup: Setup) -> Arc<Model> {
     }
     let other = Arc::make_mut(&mut model);
     let (quirks, language) = (&mut other.quirks, &mut other.language);
-    let is_smcu = other.command_set.dialect() == Dialect::Smcu;
+    let is_smcu = other.command_set == Dialect::Smcu;
     if setup.quirk(0) {
         quirks.unknown_command = match is_smcu {
             true => UnknownCommand::Never,

@@ -1,0 +1,157 @@
+//! What becomes of a command that the line has brought: whether it is carried out at once, waits
+//! for its turn or is refused.
+
+use crate::buffer::Entry;
+use crate::language::{Command, Status};
+use crate::model::{AfterStatus, UnknownCommand};
+use crate::state::State;
+use crate::why::{Stop, Why};
+
+/// What becomes of a command.
+pub(crate) enum Admission {
+    /// It is unknown, and that is not said.
+    Ignored,
+    /// It is refused, whatever it is.
+    Refused(Why),
+    /// It bypasses the buffer.
+    Directly,
+    /// It bypasses what waits, and does away with it.
+    Afresh,
+    /// It is a query, and answered beside what executes.
+    Aside,
+    /// It is carried out at once, whatever waits.
+    AtOnce,
+    /// It waits for its turn.
+    Waits,
+}
+
+impl State {
+    /// What becomes of a command, or of what is none.
+    pub(crate) fn admit(&self, command: &Result<Command, Status>) -> Admission {
+        if *command == Err(Status::UnknownCommand) && !self.answers_unknown() {
+            return Admission::Ignored;
+        }
+        if let Some(why) = self.refusal(command.as_ref().ok()) {
+            return Admission::Refused(why);
+        }
+        match command {
+            Ok(command) if command.is_direct() => Admission::Directly,
+            // It is obeyed in every state: whatever was before it does not matter any more.
+            Ok(Command::Initialize) if self.is_held_up() => Admission::Afresh,
+            // A stopped controller carries these out at once; what waits goes on waiting.
+            Ok(query) if self.is_interrupted() && is_query(query) => Admission::Aside,
+            // So it does with what goes on, unless it is on its way back; and only this ends what an
+            // open interface does.
+            Ok(command) if self.is_interrupted() && self.may_resume(command) => Admission::AtOnce,
+            Ok(Command::CloseInterface) if self.ball.open.is_some() => Admission::AtOnce,
+            // Nothing is in the way of it.
+            _ if self.buffer.is_empty() && self.is_free() => Admission::AtOnce,
+            _ => Admission::Waits,
+        }
+    }
+
+    /// Why the controller does not take a command at all, if it does not.
+    pub(crate) fn refusal(&self, command: Option<&Command>) -> Option<Why> {
+        if self.is_smcu() && command == Some(&Command::Initialize) {
+            return None;
+        }
+        if self.ball.open.is_some() && !self.is_smcu() {
+            let closes = command == Some(&Command::CloseInterface);
+            return (!closes).then_some(Why::InterfaceOpen);
+        }
+        let goes_on = command.is_some_and(|command| {
+            let lifts = matches!(command, Command::GoOn | Command::ClearBuffer);
+            lifts || is_query(command) || self.may_resume(command)
+        });
+        let refuses = self.model.quirks.after_status == AfterStatus::Refuse;
+        match self.stopped? {
+            _ if goes_on || !refuses => None,
+            Stop::Command => None,
+            stop => Some(Why::After(stop)),
+        }
+    }
+
+    /// Whether something waits that may begin.
+    pub(crate) fn entry_turn(&self) -> bool {
+        !self.buffer.is_empty() && (self.is_free() || self.reset_turn())
+    }
+
+    /// Takes out what comes next. Where the controller is held up it is an `IN`, and what waits before
+    /// it is dropped.
+    pub(crate) fn next_entry(&mut self) -> Option<Entry> {
+        if !self.is_free() {
+            self.buffer.drop_before_reset();
+        }
+        self.buffer.take()
+    }
+
+    /// `!ST` takes effect: nothing more begins.
+    pub(crate) fn stop_here(&mut self) {
+        self.stop_requested = false;
+        self.stopped.get_or_insert(Stop::Command);
+    }
+
+    /// Whether the controller is held up and an `IN` waits that it obeys.
+    fn reset_turn(&self) -> bool {
+        self.is_held_up()
+            && self.refusal(Some(&Command::Initialize)).is_none()
+            && self.buffer.has_reset()
+    }
+
+    /// How many bytes are taken before CTS tells the host to wait. While nothing is executed
+    /// until the host says so, it may write into what is left beyond the high-water mark; and a
+    /// single command may be longer than all that, as long as nothing else is to be done. After a
+    /// status nothing is held back, whatever is lost by that: otherwise a host that has sent more
+    /// than fits could tell the controller neither to go on nor to begin anew.
+    pub(crate) fn room_before_high_water(&self) -> usize {
+        if self.is_interrupted() {
+            return usize::MAX;
+        }
+        let buffer = &self.model.buffer;
+        let used = self.buffer.bytes + self.reader.pending().len();
+        let waits = self.stopped.is_some() || self.ball.open.is_some();
+        let mark = if waits { buffer.bytes } else { buffer.high_water };
+        let alone = self.is_free() && self.buffer.is_empty();
+        mark.saturating_sub(used).max(usize::from(alone))
+    }
+
+    /// Whether it is a command that goes on with what was broken off, and nothing moves yet.
+    fn may_resume(&self, command: &Command) -> bool {
+        command.resumes() && self.job.is_none()
+    }
+
+    fn answers_unknown(&self) -> bool {
+        match self.model.quirks.unknown_command {
+            UnknownCommand::Echo => self.settings.echo,
+            UnknownCommand::Never => false,
+            UnknownCommand::Always => true,
+        }
+    }
+
+    /// Whether something has broken off what the controller did, so that it expects to be told
+    /// how to go on.
+    fn is_interrupted(&self) -> bool {
+        self.stopped.is_some_and(|stop| stop != Stop::Command)
+    }
+
+    /// Whether nothing executes, and nothing that waits may.
+    fn is_held_up(&self) -> bool {
+        self.job.is_none() && !self.is_free()
+    }
+
+    /// Whether the next command may begin.
+    fn is_free(&self) -> bool {
+        self.job.is_none() && self.stopped.is_none() && self.ball.open.is_none()
+    }
+}
+
+/// Whether a command only asks.
+fn is_query(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::OutputStatus
+            | Command::NominalPosition(_)
+            | Command::ActualPosition { .. }
+            | Command::ReadPort(_)
+    )
+}

@@ -1,0 +1,49 @@
+//! What happens by itself, and when.
+
+use vimc4_device::Time;
+
+use crate::state::State;
+
+/// Something that happens by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cause {
+    /// What the command that executes does at present is over, or it does nothing yet.
+    Activity,
+    /// The trackball was turned, and the axis is free to follow.
+    Ball,
+    /// `!ST` takes effect: no command executes any more.
+    Stop,
+    /// It is the turn of what waits.
+    Entry,
+    /// The spindle unit has reached its speed.
+    SpindleSpeed,
+    /// The place of the axis that the trackball moves is sent.
+    BallReport,
+}
+
+impl State {
+    /// What happens next, and when: at equal times in this order.
+    pub(crate) fn next_cause(&self) -> Option<(Time, Cause)> {
+        let now = |holds: bool| holds.then_some(self.now);
+        let causes = [
+            (self.job_due(), Cause::Activity),
+            (now(self.ball_turn()), Cause::Ball),
+            (now(self.job.is_none() && self.stop_requested), Cause::Stop),
+            (now(self.entry_turn()), Cause::Entry),
+            (self.unit.due, Cause::SpindleSpeed),
+            (self.ball.due, Cause::BallReport),
+        ];
+        let due = causes.into_iter().filter_map(|(due, cause)| Some((due?, cause)));
+        due.filter(|(due, _)| *due != Time::NEVER).min_by_key(|(due, _)| *due)
+    }
+
+    /// Whether it does nothing by itself. The trackball may go on sending where the axis is.
+    pub(crate) fn rests(&self) -> bool {
+        self.job.is_none() && self.unit.due.is_none() && !self.entry_turn() && !self.ball_turn()
+    }
+
+    /// Whether an axis is to move as the trackball was turned.
+    fn ball_turn(&self) -> bool {
+        self.job.is_none() && self.ball_way().is_some()
+    }
+}

@@ -1,0 +1,108 @@
+//! The controller as a device.
+
+use vimc4_device::{
+    Activity, Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View,
+};
+use vimc4_plant::PlantSignal;
+
+use crate::controller::Controller;
+use crate::language::why_refused;
+use crate::state::State;
+use crate::view::Details;
+
+impl Device for Controller {
+    type State = State;
+    type Details = Details;
+
+    fn perform(&mut self, at: Time) -> bool {
+        self.perform_cause(at)
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        self.state.now = at.max(self.state.now);
+        match input {
+            Input::Bytes(bytes) => self.receive(bytes),
+            Input::Signal(id, value) => self.signal(id, value),
+            Input::Power(on) => self.power(on),
+            Input::Wake => {}
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<Output> {
+        self.out.poll()
+    }
+
+    fn watch(&mut self, kinds: Kinds) {
+        self.out.watch(kinds);
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn restore(&mut self, state: State) {
+        self.state = state;
+        self.out.clear();
+    }
+
+    fn now(&self) -> Time {
+        self.state.now
+    }
+
+    fn wake(&self) -> Option<Time> {
+        self.state.next_cause().map(|(due, _)| due)
+    }
+
+    fn view(&self, at: Time) -> View<Details> {
+        self.state.picture(at)
+    }
+
+    fn activity(&self) -> Activity {
+        self.state.doing()
+    }
+
+    fn details(&self) -> Details {
+        self.state.own_details()
+    }
+
+    fn signals(&self) -> Vec<Signal> {
+        self.state.list_signals()
+    }
+
+    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
+        let number = self.state.model.io.input_number(port, bit)?;
+        Some(PlantSignal::Input(number).id())
+    }
+
+    fn baud(&self) -> u32 {
+        self.state.model.line.baud
+    }
+
+    fn room(&self, handshake: bool) -> usize {
+        if handshake { self.state.room_before_high_water() } else { usize::MAX }
+    }
+
+    /// It stores nothing.
+    fn flash_image(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        match self.state.reader.understand(command) {
+            Ok(command) => command.describe(),
+            Err(status) => why_refused(command, self.state.model.grammar(), status),
+        }
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        self.state.why_ignored(signal, value)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.state.rests()
+    }
+
+    fn crossing(&self, condition: &Condition) -> Option<Time> {
+        self.state.forecast(condition)
+    }
+}

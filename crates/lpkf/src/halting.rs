@@ -1,0 +1,198 @@
+//! What breaks a command off, and how it goes on afterwards.
+
+use std::collections::VecDeque;
+
+use vimc4_device::{CommandNumber, Point, Segment};
+use vimc4_plant::End;
+
+use crate::language::{Axis, Command};
+use crate::model::AfterStatus;
+use crate::state::{Activity, Broken, Job, Meeting, Moving, Stage, State};
+use crate::why::{Stop, Why};
+
+/// How a motion has ended.
+pub(crate) enum Ending {
+    /// It has come to its end, or to what it looked for.
+    Arrived,
+    /// It has run onto a limit switch.
+    OnLimit(Axis, End),
+    /// It has come to a halt before its end.
+    Halted(Stop, Why),
+}
+
+/// What an interruption from outside leads to.
+pub(crate) enum Interruption {
+    /// Nothing now: the controller has stopped, or the motion ends anyway.
+    Nothing,
+    /// The command is broken off now.
+    Now,
+    /// The motion brakes, and runs like this from now on.
+    Brakes(Box<Segment>),
+}
+
+/// What a limit switch leads to that somebody presses or releases.
+pub(crate) enum Pressed {
+    /// Nothing that ends a motion.
+    Nothing,
+    /// A motion ends here, since it is what it has looked for.
+    Found(Box<Moving>, u64),
+    /// A motion ends here, since it must not go on.
+    Blocked(Box<Moving>, u64),
+}
+
+/// How it goes on after a command was broken off.
+pub(crate) enum Resumed {
+    /// Nothing was.
+    Nothing,
+    /// The command is carried out once more.
+    Again(Command),
+    /// These things are done for the command, which began there.
+    Stages(Command, Point, VecDeque<Stage>),
+}
+
+impl Moving {
+    /// The step at which it ends by itself, and how.
+    pub(crate) fn ending(&self) -> (u64, Ending) {
+        let steps = self.segment.profile.steps();
+        match (self.event.filter(|(step, _)| *step <= steps), self.braking, self.border) {
+            (Some((step, Meeting::Edge)), ..) => (step, Ending::Arrived),
+            (Some((step, Meeting::Limit(axis, end))), ..) => (step, Ending::OnLimit(axis, end)),
+            (None, Some((stop, why)), _) => (steps, Ending::Halted(stop, why)),
+            (None, None, Some((axis, side))) => {
+                (steps, Ending::Halted(Stop::SoftFrame, Why::Border(axis, side)))
+            }
+            (None, None, None) => (steps, Ending::Arrived),
+        }
+    }
+}
+
+impl State {
+    // --- breaking off ---
+
+    /// Whatever executes is broken off. Nothing is executed from now on until `!GO`, unless commands
+    /// go on as if nothing had been. What was left of a motion after its last step is kept. Returns
+    /// whose answer it is why: the number of the command and its letters, if it is one's.
+    pub(crate) fn break_off(
+        &mut self,
+        motion: Option<(&Moving, u64)>,
+        stop: Stop,
+    ) -> Option<(CommandNumber, &'static str)> {
+        let goes_on = self.model.quirks.after_status == AfterStatus::Execute;
+        if !goes_on {
+            self.stopped = Some(stop);
+        }
+        let Job { command, number, start, mut stages, stage, .. } = self.job.take()?;
+        let whose = (number?, command.form().mnemonic);
+        // Going back to the start of a broken command leaves that command broken.
+        if !goes_on && command != Command::GoBack {
+            if let Some(left) = stage.and_then(|stage| left_of(stage, motion)) {
+                stages.push_front(left);
+            }
+            self.broken = Some(Broken { command, start, end: self.position, stages });
+        }
+        Some(whose)
+    }
+
+    /// Something from outside stops whatever executes, along the ramp if it moves.
+    pub(crate) fn interrupt(&mut self, stop: Stop, why: Why) -> Interruption {
+        let Some(job) = &mut self.job else {
+            return if self.stopped.is_some() { Interruption::Nothing } else { Interruption::Now };
+        };
+        let Activity::Moving(moving) = &mut job.activity else { return Interruption::Now };
+        if moving.braking.is_some() {
+            return Interruption::Nothing;
+        }
+        moving.braking = Some((stop, why));
+        match moving.segment.profile.brake(self.now.nanos_since(moving.began)) {
+            None => Interruption::Nothing,
+            Some(profile) => {
+                moving.segment.profile = profile;
+                Interruption::Brakes(Box::new(moving.segment.clone()))
+            }
+        }
+    }
+
+    /// The motion that runs has ended, if one does.
+    pub(crate) fn take_moving(&mut self) -> Option<Box<Moving>> {
+        let activity = &mut self.job.as_mut()?.activity;
+        match std::mem::replace(activity, Activity::Between) {
+            Activity::Moving(moving) => Some(moving),
+            other => {
+                *activity = other;
+                None
+            }
+        }
+    }
+
+    /// A limit switch was pressed or released by hand.
+    pub(crate) fn switch_pressed(&mut self, axis: Axis, end: End, active: bool) -> Pressed {
+        let Some(mut moving) = self.take_moving() else { return Pressed::Nothing };
+        // What an axis looks for ends its way; everything else is in the way.
+        let sought = match self.job.as_ref().and_then(|job| job.stage.as_ref()) {
+            Some(Stage::Onto(axis, end, _)) => Some((*axis, *end, true)),
+            Some(Stage::Off(axis, end, _)) => Some((*axis, *end, false)),
+            _ => None,
+        };
+        let step = moving.steps_at(self.now);
+        if sought == Some((axis, end, active)) {
+            return Pressed::Found(moving, step);
+        }
+        let path = &moving.segment.path;
+        let (low, high) = path.extent(path.length());
+        if active && low[axis.index()] != high[axis.index()] {
+            return Pressed::Blocked(moving, step);
+        }
+        // The carriage may still run onto it.
+        if !active && !matches!(moving.event, Some((_, Meeting::Edge))) {
+            moving.event = self.limit_ahead(path, step);
+        }
+        self.set_activity(Activity::Moving(moving));
+        Pressed::Nothing
+    }
+
+    // --- going on ---
+
+    /// `!CS`, `!GB`, `!RC`: without a broken command they have nothing to do.
+    pub(crate) fn resume(&mut self, command: &Command) -> Resumed {
+        let Some(broken) = &self.broken else { return Resumed::Nothing };
+        if *command == Command::GoBack {
+            return Resumed::Stages(
+                Command::GoBack,
+                self.position,
+                [Stage::To(broken.start)].into(),
+            );
+        }
+        self.stopped = None;
+        match (self.broken.take(), command) {
+            (None, _) => Resumed::Nothing,
+            (Some(broken), Command::RepeatBroken) => Resumed::Again(broken.command),
+            (Some(Broken { command, start, end, mut stages }), _) => {
+                // `!GB` may have led away from where it was broken off.
+                if self.position != end {
+                    stages.push_front(Stage::To(end));
+                }
+                Resumed::Stages(command, start, stages)
+            }
+        }
+    }
+}
+
+/// What is left of a stage.
+fn left_of(stage: Stage, motion: Option<(&Moving, u64)>) -> Option<Stage> {
+    let Some((moving, steps)) = motion else { return Some(stage) };
+    Some(match stage {
+        Stage::To(_) | Stage::Arc(..) | Stage::Vectors(..) | Stage::Rest(..) => {
+            let rest = moving.rest(steps);
+            if rest.is_empty() {
+                return None;
+            }
+            Stage::Rest(rest, moving.pace.0, moving.pace.1)
+        }
+        Stage::Free(axis, way, speed) => {
+            let done = moving.segment.path.at(steps)[axis.index()];
+            Stage::Free(axis, way - done, speed)
+        }
+        // They know where they lead to.
+        stage => stage,
+    })
+}
