@@ -216,11 +216,14 @@ impl<D: Device> Harness<D> {
     /// Lets time pass up to the first instant, from now on, at which the condition holds, and says
     /// when that is. It is computed from cause to cause, not searched for. `None` if everything
     /// comes to rest before, or after [`MAX_CAUSES`] causes; the present is then wherever that was.
+    /// What else is due at that instant is still to come.
     pub fn run_until(&mut self, condition: &Condition) -> Option<Time> {
         for _ in 0..MAX_CAUSES {
             let crossing = self.device.crossing(condition);
             if let Some(at) = crossing.filter(|at| self.planned().is_none_or(|next| *at < next)) {
-                self.run_to(at);
+                if at > self.now() {
+                    self.run_to(at);
+                }
                 return Some(at);
             }
             self.step()?;

@@ -205,7 +205,7 @@ impl<D: Device> Forecast<D> {
             let Some(due) = future.wake().filter(|at| *at != Time::NEVER) else {
                 return Foresight::Never;
             };
-            future.handle(Input::Wake, due);
+            future.perform(due);
             while future.poll_output().is_some() {}
         }
         Foresight::Open

@@ -158,8 +158,9 @@ fn what_is_not_foreseen_is_told_from_what_never_happens() {
     cart.send(b"m5\rm5\r");
     let foresee = |position, causes| cart.device().foresee(&at(position), causes);
     assert_eq!((foresee(8, 0), foresee(8, 1)), (Foresight::Open, Foresight::Open));
-    assert_eq!(foresee(8, 2), Foresight::At(ms(8)));
-    assert_eq!((foresee(11, 2), foresee(11, 3)), (Foresight::Open, Foresight::Never));
+    // The first motion ends, the second begins, and then it can be seen.
+    assert_eq!((foresee(8, 2), foresee(8, 3)), (Foresight::Open, Foresight::At(ms(8))));
+    assert_eq!((foresee(11, 3), foresee(11, 4)), (Foresight::Open, Foresight::Never));
 }
 
 #[test]

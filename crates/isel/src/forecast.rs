@@ -3,8 +3,7 @@
 use vimc4_device::{Condition, Time};
 use vimc4_motion::Running;
 
-use crate::axes::AXES;
-use crate::axes::wrap;
+use crate::axes::{AXES, wrap};
 use crate::firmware::Firmware;
 
 impl Firmware {

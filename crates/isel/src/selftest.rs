@@ -4,8 +4,7 @@
 use vimc4_motion::Path;
 
 use crate::activity::{Activity, Job, Plan};
-use crate::axes::AXES;
-use crate::axes::along;
+use crate::axes::{AXES, along};
 use crate::firmware::Firmware;
 use crate::model::{CommandSet, SelfTestEnd};
 use crate::outcome::Outcome;

@@ -195,87 +195,17 @@ impl State {
         self.remainder = None;
     }
 
-    /// The motors have current: the power stages are enabled and can be on.
-    pub(crate) fn motors_on(&self) -> bool {
-        self.can_power_motors() && self.outputs.get(Output::STAGE)
-    }
-
-    /// The power stages can be switched on: there is power, the safety relay holds, and supply
-    /// and temperature are good.
-    pub(crate) fn can_power_motors(&self) -> bool {
-        let panel = self.plant.panel();
-        self.powered && self.relay && panel.power_ok && !panel.overtemperature
-    }
-
-    /// The outputs as they are driven: a power stage that is off is not shown on.
-    pub(crate) fn driven(&self) -> Outputs {
-        let mut driven = self.outputs;
-        driven.set(Output::STAGE, self.motors_on());
-        driven
-    }
-
-    /// The cover forbids motion: open with the key on automatic.
-    pub(crate) fn cover_forbids(&self) -> bool {
-        let panel = self.plant.panel();
-        !panel.cover_closed && panel.automatic
-    }
-
-    /// A program runs and is not halted.
-    pub(crate) fn is_running(&self) -> bool {
-        self.run.as_ref().is_some_and(|run| !run.paused)
-    }
-
-    /// +1 or -1: the direction of the carriage for a positive step of the counter.
-    pub(crate) fn carriage_sign(&self, axis: usize) -> i64 {
-        let inverted = self.plant.machine().axis(axis).inverted;
-        if inverted == self.settings.directions.has(axis) { 1 } else { -1 }
-    }
-
-    /// Why the motors have no current now.
-    pub(crate) fn why_off(&self) -> Off {
-        let panel = self.plant.panel();
-        match self.relay {
-            _ if panel.emergency_stop => Off::EmergencyStop,
-            _ if !panel.power_ok => Off::Supply,
-            _ if panel.overtemperature => Off::Heat,
-            false => Off::Relay,
-            true => Off::Switched,
-        }
-    }
-
     /// How a line is read now.
     pub(crate) fn context(&self, line: Option<u32>) -> Context<'_> {
         self.model.context(self.axes, line)
     }
 
-    /// The axes no longer know where they are.
-    pub(crate) fn unreference(&mut self, axes: AxisSet) {
-        self.referenced = self.referenced.without(axes);
-    }
+    // --- the axes ---
 
-    /// A command has been taken from the line: what happens now belongs to it.
-    pub(crate) fn number_command(&mut self) {
-        let next = self.last_command.map_or(CommandNumber::FIRST, CommandNumber::next);
-        self.last_command = Some(next);
-        self.command = self.last_command;
-    }
-
-    /// If nothing is under way any more, what happens next belongs to no command.
-    pub(crate) fn command_ended(&mut self) {
-        if self.is_at_rest() || matches!(self.activity, Activity::Echo) {
-            self.command = None;
-        }
-    }
-
-    /// Any new motion drops what is left of an older one.
-    pub(crate) fn forget_stopped_motion(&mut self) {
-        self.remainder = None;
-        self.run = None;
-    }
-
-    /// Nothing executes and no program runs.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        matches!(self.activity, Activity::Idle) && !self.is_running()
+    /// +1 or -1: the direction of the carriage for a positive step of the counter.
+    pub(crate) fn carriage_sign(&self, axis: usize) -> i64 {
+        let inverted = self.plant.machine().axis(axis).inverted;
+        if inverted == self.settings.directions.has(axis) { 1 } else { -1 }
     }
 
     /// The running segment.
@@ -295,9 +225,77 @@ impl State {
         standing + self.carriage_sign(axis) * offset
     }
 
+    /// The axes no longer know where they are.
+    pub(crate) fn unreference(&mut self, axes: AxisSet) {
+        self.referenced = self.referenced.without(axes);
+    }
+
+    // --- the panel and the power stages ---
+
+    /// The motors have current: the power stages are enabled and can be on.
+    pub(crate) fn motors_on(&self) -> bool {
+        self.can_power_motors() && self.outputs.get(Output::STAGE)
+    }
+
+    /// The power stages can be switched on: there is power, the safety relay holds, and supply
+    /// and temperature are good.
+    pub(crate) fn can_power_motors(&self) -> bool {
+        let panel = self.plant.panel();
+        self.powered && self.relay && panel.power_ok && !panel.overtemperature
+    }
+
+    /// The outputs as they are driven: a power stage that is off is not shown on.
+    pub(crate) fn driven(&self) -> Outputs {
+        let mut driven = self.outputs;
+        driven.set(Output::STAGE, self.motors_on());
+        driven
+    }
+
+    /// Why the motors have no current now.
+    pub(crate) fn why_off(&self) -> Off {
+        let panel = self.plant.panel();
+        match self.relay {
+            _ if panel.emergency_stop => Off::EmergencyStop,
+            _ if !panel.power_ok => Off::Supply,
+            _ if panel.overtemperature => Off::Heat,
+            false => Off::Relay,
+            true => Off::Switched,
+        }
+    }
+
+    /// The cover forbids motion: open with the key on automatic.
+    pub(crate) fn cover_forbids(&self) -> bool {
+        let panel = self.plant.panel();
+        !panel.cover_closed && panel.automatic
+    }
+
     /// STOP is held, and no move makes a step as long as it is.
     pub(crate) fn is_stop_held(&self) -> bool {
         self.model.quirks.stop_button == StopButton::Held && self.plant.panel().stop
+    }
+
+    // --- what is under way ---
+
+    /// A program runs and is not halted.
+    pub(crate) fn is_running(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| !run.paused)
+    }
+
+    /// Nothing executes and no program runs.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        matches!(self.activity, Activity::Idle) && !self.is_running()
+    }
+
+    /// Nothing happens by itself.
+    pub(crate) fn is_idle(&self) -> bool {
+        let rests = matches!(self.activity, Activity::Idle | Activity::Echo);
+        rests && !self.is_running() && !self.has_waiting()
+    }
+
+    /// Whether something waits in the receive buffer whose turn it is.
+    pub(crate) fn has_waiting(&self) -> bool {
+        let takes = self.is_at_rest() || matches!(self.activity, Activity::Echo);
+        takes && !self.receiver.waiting.is_empty()
     }
 
     /// The time of the soonest cause. Only one thing is ever under way, so there is one at
@@ -317,15 +315,23 @@ impl State {
         if self.has_waiting() { Some(self.now) } else { self.deadline() }
     }
 
-    /// Whether something waits in the receive buffer whose turn it is.
-    pub(crate) fn has_waiting(&self) -> bool {
-        let takes = self.is_at_rest() || matches!(self.activity, Activity::Echo);
-        takes && !self.receiver.waiting.is_empty()
+    /// Any new motion drops what is left of an older one.
+    pub(crate) fn forget_stopped_motion(&mut self) {
+        self.remainder = None;
+        self.run = None;
     }
 
-    /// Nothing happens by itself.
-    pub(crate) fn is_idle(&self) -> bool {
-        let rests = matches!(self.activity, Activity::Idle | Activity::Echo);
-        rests && !self.is_running() && !self.has_waiting()
+    /// A command has been taken from the line: what happens now belongs to it.
+    pub(crate) fn number_command(&mut self) {
+        let next = self.last_command.map_or(CommandNumber::FIRST, CommandNumber::next);
+        self.last_command = Some(next);
+        self.command = self.last_command;
+    }
+
+    /// If nothing is under way any more, what happens next belongs to no command.
+    pub(crate) fn command_ended(&mut self) {
+        if self.is_at_rest() || matches!(self.activity, Activity::Echo) {
+            self.command = None;
+        }
     }
 }

@@ -8,10 +8,8 @@ use vimc4_device::{
 use vimc4_isel_wire::{Command, Plane};
 use vimc4_plant::{End, PlantSignal};
 
-use crate::activity::Activity;
-use crate::activity::{Job, Phase, Wait};
-use crate::axes::AXES;
-use crate::axes::{AXIS_NAMES, wrap};
+use crate::activity::{Activity, Job, Phase, Wait};
+use crate::axes::{AXES, AXIS_NAMES, wrap};
 use crate::firmware::Firmware;
 use crate::model::Model;
 use crate::program::Validity;

@@ -143,6 +143,20 @@ fn what_waited_for_the_end_of_a_motion_happens_line_by_line() {
 }
 
 #[test]
+fn what_is_so_between_two_lines_of_one_instant_is_seen() {
+    let mut imc = controller("imc-s8", "bench");
+    imc.send(b"@01\r@0A500,1000\r@0B2,1\r@0B2,0\r@0P\r");
+    assert_eq!(imc.take_bytes(), b"0");
+    let on = Condition::PortBit { port: 2, bit: 0, level: true };
+    let seen = imc.device().when(&on);
+    assert!(seen.is_some());
+    assert_eq!(imc.run_until(&on), seen);
+    assert_eq!((imc.now(), imc.due()), (seen.unwrap(), seen));
+    assert_eq!(imc.take_bytes(), b"00");
+    assert_eq!(imc.ask(b"").unwrap(), b"000001F4000000000000");
+}
+
+#[test]
 fn what_happens_has_the_number_of_its_command() {
     let mut imc = controller("imc-s8", "bench").watching(Kinds::ALL);
     imc.send(b"@01\r@0B0,1\r@0i\r0500,1000\rp0,2,1\r9\r@0S\r");
