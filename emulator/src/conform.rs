@@ -1,119 +1,28 @@
 //! `vimc4 conform`: plays the fixture sessions against any port and reports what differs.
 
 pub(crate) mod announce;
+mod arguments;
+mod chosen;
 mod client;
 mod play;
 mod report;
 mod sources;
 
-use std::io::IsTerminal;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use vimc4_catalogue::Handling;
-use vimc4_conform::choice::{Allowed, Chooser, Plan, Reason};
+use vimc4_conform::choice::Chooser;
 use vimc4_conform::explain;
-use vimc4_conform::format::Session;
 use vimc4_conform::player::Timing;
-use vimc4_conform::script;
-use vimc4_device::AXES;
 
-use crate::completions;
 use crate::endings;
 use crate::failure::Failure;
-use crate::port::{self, Port};
+use crate::port::Port;
+pub(crate) use arguments::Arguments;
+use chosen::{allowed, choose};
 use client::Client;
 use play::Conductor;
 use report::Report;
-
-#[derive(clap::Args)]
-#[command(
-    long_about = "\
-Play the fixture sessions against any port, also real hardware, and report what differs
-
-Each session is a conversation: what is sent, and what a controller must answer, from its manual
-or from the field. PORT is a serial port (/dev/ttyUSB0, COM3), the link of a pseudo-terminal
-(./vimc4.pty) or TCP (127.0.0.1:4004, tcp:HOST:PORT). Nobody else may use it meanwhile.
-
-The controller is reset before each session: it forgets its settings and reference points, and
-a program that runs ends. Without --allow nothing moves, no output is switched, and nothing is
-written to the flash memory. What differs is reported with the quirk or value of the profile that
-would explain it.",
-    after_long_help = "\
-Exit codes: 0 all sessions passed, 1 something differs, 2 it could not be played, or not to its end.
-
-Examples:
-  vimc4 conform ./vimc4.pty
-  vimc4 conform /dev/ttyUSB0 --model imc-s8 --baud 9600
-  vimc4 conform 127.0.0.1:4004 line/ errors/ --verbose
-  vimc4 conform --list --allow moves --envelope 5000,5000,0..2000
-  vimc4 conform COM3 --allow moves,reference,outputs,flash --envelope 20000,20000,0..5000"
-)]
-pub(crate) struct Arguments {
-    /// The port; not needed with --list, and may be left out then
-    #[arg(add = completions::ports())]
-    port: Option<String>,
-    /// Only sessions with one of these in their name, as in stop/ or axes/zero/wraps
-    #[arg(value_name = "SESSION")]
-    filters: Vec<String>,
-    /// The model of controller: a name from `vimc4 models`, or a profile file
-    #[arg(long, value_name = "NAME|FILE", default_value = "imc4", add = completions::models())]
-    model: String,
-    /// The speed of a serial port, the model's if nothing is said; if nothing answers, other
-    /// speeds that such controllers are set to are tried
-    #[arg(long, value_name = "RATE")]
-    baud: Option<u32>,
-    /// What may happen at the machine: moves (within --envelope), reference (runs to the
-    /// reference switches, however far), outputs (spindle, brake, motor currents, what is
-    /// connected), flash (the stored program is erased, saved settings become the factory's)
-    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
-    allow: Vec<Allow>,
-    /// How far the axes may go from where they are, in steps: X,Y,Z and more axes in their
-    /// order, each a number for both directions or LOWEST..HIGHEST
-    #[arg(long, value_name = "X,Y,Z", value_parser = envelope, allow_hyphen_values = true)]
-    envelope: Option<Envelope>,
-    /// Do not ask before anything that was allowed
-    #[arg(long)]
-    yes: bool,
-    /// Leave out sessions that take longer, such as 30s or 5min
-    #[arg(long, value_name = "DURATION", default_value = "1min", value_parser = duration)]
-    longest: u64,
-    /// How much earlier or later than written an answer may come; never less than a hundredth
-    #[arg(long, value_name = "DURATION", default_value = "50ms", value_parser = duration)]
-    tolerance: u64,
-    /// Sessions of your own: TOML files in this folder or in folders in it, with the programs
-    /// that they store in a folder `programs` in it
-    #[arg(long, value_name = "FOLDER")]
-    sessions: Option<PathBuf>,
-    /// Say which sessions would be played, and why the others not; needs no port
-    #[arg(long)]
-    list: bool,
-    /// Print one JSON object instead
-    #[arg(long)]
-    json: bool,
-    /// Name the sessions that pass too, and show every byte
-    #[arg(short, long)]
-    verbose: bool,
-}
-
-/// What a person can allow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Allow {
-    Moves,
-    Reference,
-    Outputs,
-    Flash,
-}
-
-/// Lowest and highest place of each axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Envelope([(i64, i64); AXES]);
-
-/// A session, and how it is played or why not.
-struct Choice<'s> {
-    session: &'s Session,
-    plan: Result<Plan, Reason>,
-}
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let allowed = allowed(&arguments)?;
@@ -160,116 +69,5 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Some(failure) => Err(failure),
         None if passed? => Ok(ExitCode::SUCCESS),
         None => Ok(ExitCode::FAILURE),
-    }
-}
-
-/// Which sessions are played, those that are asked for and are about the model at all.
-fn choose<'s>(
-    arguments: &Arguments,
-    sessions: &'s [Session],
-    chooser: &Chooser,
-    allowed: &Allowed,
-) -> Result<Vec<Choice<'s>>, Failure> {
-    let mut filters: Vec<&str> = arguments.filters.iter().map(String::as_str).collect();
-    if arguments.list {
-        // Nobody needs a port then. What stands in its place is a filter unless it is a port.
-        let is_filter = |name: &&str| {
-            sessions.iter().any(|session| session.id.contains(name)) || !port::looks_like_one(name)
-        };
-        filters.extend(arguments.port.as_deref().filter(is_filter));
-    }
-    let named = |session: &&Session| {
-        filters.is_empty() || filters.iter().any(|filter| session.id.contains(filter))
-    };
-    let choices: Vec<Choice> = sessions
-        .iter()
-        .filter(named)
-        .map(|session| Choice { session, plan: chooser.plan(session, allowed) })
-        .filter(|choice| choice.plan != Err(Reason::Model))
-        .collect();
-    if choices.is_empty() {
-        return Err(Failure::usage(format!(
-            "no session of this model has {} in its name; `vimc4 conform --list` names them",
-            if filters.is_empty() { "anything".to_owned() } else { filters.join(" or ") }
-        )));
-    }
-    Ok(choices)
-}
-
-fn allowed(arguments: &Arguments) -> Result<Allowed, Failure> {
-    let has = |what| arguments.allow.contains(&what);
-    if has(Allow::Moves) && arguments.envelope.is_none() {
-        return Err(Failure::usage(
-            "moves need to know how far they may go; add --envelope X,Y,Z in steps",
-        ));
-    }
-    if has(Allow::Reference) && !has(Allow::Moves) {
-        return Err(Failure::usage(
-            "reference runs are motions too; write --allow moves,reference --envelope X,Y,Z",
-        ));
-    }
-    Ok(Allowed {
-        moves: has(Allow::Moves),
-        reference: has(Allow::Reference),
-        outputs: has(Allow::Outputs),
-        flash: has(Allow::Flash),
-        envelope: arguments.envelope.map_or([(0, 0); AXES], |Envelope(ways)| ways),
-        longest: arguments.longest,
-    })
-}
-
-// --- the values of options ---
-
-fn duration(text: &str) -> Result<u64, String> {
-    script::duration(text).map_err(|error| error.to_string())
-}
-
-fn envelope(text: &str) -> Result<Envelope, String> {
-    let help = "two to six axes are needed, as in 5000,5000,0..2000";
-    let mut ways = [(0, 0); AXES];
-    let parts: Vec<&str> = text.split(',').collect();
-    if !(2..=AXES).contains(&parts.len()) {
-        return Err(help.to_owned());
-    }
-    for (way, part) in ways.iter_mut().zip(parts) {
-        let number = |text: &str| text.trim().parse::<i64>().map_err(|_| help.to_owned());
-        *way = match part.split_once("..") {
-            Some((low, high)) => (number(low)?, number(high)?),
-            None => {
-                let both = number(part)?;
-                (-both, both)
-            }
-        };
-        // Where an axis is now is always part of it.
-        if way.0 > 0 || way.1 < 0 {
-            return Err(format!("{part} leaves out where the axis is, which is 0; {help}"));
-        }
-    }
-    Ok(Envelope(ways))
-}
-
-/// Whether somebody watches who would like to see progress.
-fn watched(arguments: &Arguments) -> bool {
-    std::io::stderr().is_terminal() && !arguments.verbose
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn envelopes() {
-        let ways = |text| {
-            envelope(text).map(|Envelope(ways)| ways.map(|(low, high)| format!("{low}..{high}")))
-        };
-        let all = |ways: [&str; AXES]| Ok(ways.map(str::to_owned));
-        let still = "0..0";
-        assert_eq!(ways("5,10"), all(["-5..5", "-10..10", still, still, still, still]));
-        assert_eq!(ways("5,10,0..7"), all(["-5..5", "-10..10", "0..7", still, still, still]));
-        let six = all([still, still, "-300..0", "-20..20", "-1..1", "-2..2"]);
-        assert_eq!(ways("0,0,-300..0,20,1,2"), six);
-        for wrong in ["5", "x,5,5", "5,5,3..7", "-5,5,5", "1,2,3,4,5,6,7", "5,5,7..-7"] {
-            assert!(envelope(wrong).is_err(), "{wrong}");
-        }
     }
 }

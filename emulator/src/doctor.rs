@@ -11,8 +11,9 @@ use vimc4_device::escape;
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::output::{self, shortened, shown_in_line};
+use crate::output;
 use crate::port::{self, ModemLines, Port, PortError};
+use crate::text::{shortened, shown_in_line};
 
 #[derive(clap::Args)]
 #[command(

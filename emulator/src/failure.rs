@@ -8,7 +8,7 @@ use miette::{
 };
 use thiserror::Error;
 
-use crate::output;
+use crate::text;
 
 /// A reason to end with an exit code.
 #[derive(Debug, Error)]
@@ -36,11 +36,11 @@ impl Failure {
     pub(crate) fn at_line(text: impl ToString, name: &str, source: &str, line: u32) -> Failure {
         let mut failure = Failure::new(&text.to_string(), 1);
         // However lines end, it is the same line.
-        let source = output::shown(&source.replace("\r\n", "\n").replace('\r', "\n"));
+        let source = text::shown(&source.replace("\r\n", "\n").replace('\r', "\n"));
         let before = line.saturating_sub(1) as usize;
         let start = source.split_inclusive('\n').take(before).map(str::len).sum::<usize>();
         let length = source.get(start..).and_then(|rest| rest.lines().next()).map_or(0, str::len);
-        let source = NamedSource::new(output::shown_in_line(name), source);
+        let source = NamedSource::new(text::shown_in_line(name), source);
         failure.place = Some(Box::new((source, SourceSpan::from(start..start + length))));
         failure
     }
@@ -52,7 +52,7 @@ impl Failure {
 
     fn new(text: &str, code: u8) -> Failure {
         // Names of files and lines of jobs are in it, which are somebody else's.
-        let text = &output::shown(text);
+        let text = &text::shown(text);
         let (message, help) = match text.split_once("; ") {
             Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
             None => (text.to_owned(), None),
@@ -75,16 +75,16 @@ impl From<vimc4::Error> for Failure {
         let span = profile.error.span.clone().unwrap_or(0..0);
         // What is shown may be longer than what is written.
         let shown_before =
-            |end: usize| output::shown(profile.text.get(..end).unwrap_or(&profile.text)).len();
+            |end: usize| text::shown(profile.text.get(..end).unwrap_or(&profile.text)).len();
         // An empty place at the end of the file has nothing to point at.
         let end = span.end.min(profile.text.len());
         let span = shown_before(span.start.min(end))..shown_before(end);
-        let text = output::shown(&profile.text);
-        let name = output::shown_in_line(&profile.path.display().to_string());
+        let text = text::shown(&profile.text);
+        let name = text::shown_in_line(&profile.path.display().to_string());
         let message = format!("{name}, line {}: {}", profile.line, profile.error.message);
         Failure {
-            message: output::shown(&message),
-            help: Some(output::shown(&profile.error.help)),
+            message: text::shown(&message),
+            help: Some(text::shown(&profile.error.help)),
             place: Some(Box::new((NamedSource::new(name, text), SourceSpan::from(span)))),
             code: 2,
         }
@@ -113,14 +113,4 @@ pub(crate) fn install() {
     let _ = miette::set_hook(Box::new(|_| {
         Box::new(MietteHandlerOpts::new().wrap_lines(false).break_words(false).build())
     }));
-}
-
-/// Help and version are what was asked for; anything else that the command line makes its reader
-/// say is an error.
-pub(crate) fn said(said: &clap::Error) -> ExitCode {
-    let printed = said.print().and_then(|()| io::stdout().flush());
-    if said.use_stderr() {
-        return ExitCode::from(2);
-    }
-    output::written(printed).map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }

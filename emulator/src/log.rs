@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use vimc4::{Traffic, Verbosity};
 
-use crate::output::shown_in_line;
+use crate::text::shown_in_line;
 
 /// What is wrong with the file is said again after so many lines that were lost.
 const REMINDER: u64 = 100_000;

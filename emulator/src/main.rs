@@ -20,6 +20,7 @@ mod run;
 mod send;
 mod serve;
 mod setup;
+mod text;
 
 use std::process::ExitCode;
 
@@ -84,7 +85,7 @@ fn main() -> ExitCode {
     completions::answer(Arguments::command);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(said) => return failure::said(&said),
+        Err(said) => return output::said(&said),
     };
     let done = match arguments.command {
         Command::Serve(arguments) => serve::run(arguments),

@@ -19,16 +19,17 @@ use crate::completions;
 use crate::conform::announce::confirm;
 use crate::endings;
 use crate::failure::Failure;
+use crate::job::file;
 use crate::job::operator::{Entered, Operator};
 use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown};
-use crate::job::source::{self, JobArguments, Site, Unit, Zeros};
+use crate::job::source::{JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::meter::units;
 use crate::run::report::seconds;
 use crate::run::script::{Kind, Line, Script};
 
-use rehearsal::{Rehearsal, rehearse};
+use rehearsal::{Nevertheless, Rehearsal, rehearse};
 use wire::{Broken, Halted, Wire};
 
 #[derive(clap::Args)]
@@ -110,10 +111,10 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     arguments.job.setup.heed(&arguments.job.file, &bytes)?;
     let arguments = &arguments;
     let job = &arguments.job;
-    let text = source::decoded(&bytes);
+    let text = file::decoded(&bytes);
     let name = job.name();
     let model = vimc4::model(job.setup.model())?;
-    source::no_g_code(&name, &bytes)?;
+    file::no_g_code(&name, &bytes)?;
     let handling = Handling::of(&model);
     if handling.takes_stream {
         not_for(job_options(arguments), &name, "plot file")?;
@@ -272,9 +273,9 @@ fn rehearsed(
     here: Point,
 ) -> Result<Rehearsal, Failure> {
     let rehearsal = rehearse(work, model, machine, here)?;
-    let list = matches!(work, Work::List(_));
-    if let Some(failure) = rehearsal.objection(arguments, text, list) {
-        let goes_on = if list { arguments.refused_too } else { arguments.job.reading.lenient };
+    let list = matches!(work, Work::List(_)).then_some(Nevertheless(arguments.refused_too));
+    if let Some(failure) = rehearsal.objection(&arguments.job.name(), text, list) {
+        let goes_on = list.map_or(arguments.job.reading.lenient, |Nevertheless(goes_on)| goes_on);
         if !goes_on {
             return Err(failure);
         }
@@ -307,7 +308,7 @@ type List = Vec<(u32, Vec<u8>)>;
 /// it is a job file.
 fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, What)>, Failure> {
     let name = arguments.job.name();
-    let Some(script) = Script::parse(bytes).filter(|_| !source::is_job(bytes)) else {
+    let Some(script) = Script::parse(bytes).filter(|_| !file::is_job(bytes)) else {
         return Ok(None);
     };
     let number =
@@ -645,7 +646,7 @@ impl<'a> Sending<'a> {
             return None;
         }
         if let Some(Entered { line: at, typed, .. }) = self.lost().find(|lost| lost.changes_frame) {
-            let typed = crate::output::shown_in_line(typed);
+            let typed = crate::text::shown_in_line(typed);
             return Some(format!(
                 "--from {line} would go elsewhere, for `{typed}`, typed in line {at}, has changed the \
                  zero, the plane or the cylinder, and is in no file: write what was typed behind line \
@@ -737,7 +738,7 @@ impl<'a> Sending<'a> {
              out:"
         );
         for Entered { line, typed, .. } in lost {
-            text += &format!("\n  line {line}: {}", crate::output::shown_in_line(typed));
+            text += &format!("\n  line {line}: {}", crate::text::shown_in_line(typed));
         }
         let _ = writeln!(io::stderr(), "{text}");
     }

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use crate::completions;
 use crate::failure::Failure;
-use crate::job::source::is_job;
-use crate::output::{self, shown_in_line};
+use crate::job::file::is_job;
 use crate::run::script::{Kind, Script};
+use crate::text::{self, shown_in_line};
 
 /// The model and the machine of a command that reads a file.
 #[derive(Clone, clap::Args)]
@@ -54,7 +54,7 @@ impl Setup {
         let Some(Script { kind: Kind::DataField, model, machine, .. }) = script else {
             return Ok(());
         };
-        let file = output::name(path);
+        let file = text::name(path);
         let known = |name: &str| vimc4::model_profile(name).is_ok();
         heed(&file, "model", &mut self.model, model, known)?;
         let known = |name: &str| vimc4::machine_profile(name).is_ok();

@@ -9,7 +9,8 @@ use vimc4_catalogue::Handling;
 use vimc4_conform::choice::show_ways;
 use vimc4_conform::travel::Travel;
 
-use super::{Allow, Arguments, Choice};
+use super::arguments::{Allow, Arguments};
+use super::chosen::Choice;
 use crate::failure::Failure;
 use crate::output;
 

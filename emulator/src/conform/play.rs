@@ -4,15 +4,14 @@
 use std::time::Duration;
 
 use vimc4_conform::choice::{Allowed, Chooser, Plan, Row};
-use vimc4_conform::explain::{Candidate, Cause, explain};
-use vimc4_conform::format::Session;
-use vimc4_conform::player::{Miss, Timing};
+use vimc4_conform::explain::{Candidate, explain};
+use vimc4_conform::player::Timing;
 use vimc4_conform::travel::Travel;
 use vimc4_device::Point;
 
-use super::Choice;
+use super::chosen::Choice;
 use super::client::{Client, Trouble};
-use super::report::Report;
+use super::report::{Outcome, Report};
 use crate::port::Port;
 
 /// How long erasing may take.
@@ -21,14 +20,6 @@ const ERASING: Duration = Duration::from_secs(30);
 const BRAKING: Duration = Duration::from_millis(500);
 /// How often a controller in an unknown state is asked where it is.
 const TRIES: usize = 5;
-
-/// What became of a session.
-pub(super) enum Outcome {
-    Passed,
-    Failed(Miss, Vec<Cause>),
-    /// It could not be played safely, for this reason.
-    Skipped(&'static str),
-}
 
 /// Plays sessions at a port.
 pub(super) struct Conductor<'a> {
@@ -179,9 +170,4 @@ impl<'a> Conductor<'a> {
         }
         Ok(())
     }
-}
-
-/// The line of its file at which a session failed.
-pub(super) fn line(session: &Session, miss: &Miss) -> usize {
-    session.steps.get(miss.step).map_or(1, |step| step.line)
 }

@@ -13,11 +13,18 @@ use vimc4_conform::player::Miss;
 use vimc4_device::escape;
 
 use super::announce::tally;
-use super::play::{Outcome, line};
-use super::{Arguments, watched};
+use super::arguments::{Arguments, watched};
 use crate::failure::Failure;
 use crate::output;
 use crate::port::Port;
+
+/// What became of a session.
+pub(super) enum Outcome {
+    Passed,
+    Failed(Miss, Vec<Cause>),
+    /// It could not be played safely, for this reason.
+    Skipped(&'static str),
+}
 
 /// Tells a person, or collects for a program.
 pub(super) struct Report {
@@ -223,4 +230,9 @@ fn difference(session: &Session, miss: &Miss, causes: &[Cause]) -> String {
         text += &format!("  {cause} would explain it\n");
     }
     text + "\n"
+}
+
+/// The line of its file at which a session failed.
+fn line(session: &Session, miss: &Miss) -> usize {
+    session.steps.get(miss.step).map_or(1, |step| step.line)
 }

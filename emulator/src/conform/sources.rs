@@ -8,7 +8,7 @@ use vimc4_conform::fixtures;
 use vimc4_conform::format::{self, Session};
 
 use crate::failure::Failure;
-use crate::job::source::bounded;
+use crate::job::file::bounded;
 
 /// No file of sessions is as large as this.
 const LARGEST: u64 = 16 << 20;

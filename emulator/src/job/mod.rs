@@ -1,5 +1,6 @@
 //! Jobs: reading them, carrying them out on a controller, in virtual time or at a port.
 
+pub(crate) mod file;
 pub(crate) mod operator;
 pub(crate) mod perform;
 pub(crate) mod source;

@@ -13,7 +13,7 @@ use vimc4_ncp::job::{InputTest, Question};
 use vimc4_ncp::language::{Command, Line, TextLine, lines};
 
 use super::perform::{Attendant, Decision, said, shown};
-use crate::output::shown_in_line;
+use crate::text::shown_in_line;
 
 /// What is said to a person, and what they say.
 pub(crate) struct Operator<'t> {

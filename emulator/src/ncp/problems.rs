@@ -11,7 +11,8 @@ use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::failure::Failure;
 use crate::job::source::{JobArguments, Reading};
-use crate::output::{self, shortened, shown_in_line};
+use crate::output;
+use crate::text::{shortened, shown_in_line};
 
 /// So many are shown with a picture of the line; the rest has a line each.
 const PICTURES: u64 = 20;

@@ -24,7 +24,7 @@ use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
 use crate::run::report::{grouped, nanos, seconds};
 use crate::run::trace::Trace;
-use crate::run::{Outside, World, duration};
+use crate::run::world::{Outside, World, duration};
 
 #[derive(clap::Args)]
 #[command(

@@ -8,11 +8,12 @@ use serde_json::{Map, Value, json};
 use vimc4_catalogue::Machine;
 use vimc4_device::{Time, Warning, escape};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::meter::{Meter, units};
 use super::script::{Kind, Line, Script};
 use crate::failure::Failure;
-use crate::output::{self, shortened, shown_in_line};
+use crate::output;
+use crate::text::{self, shortened, shown_in_line};
 
 /// So many characters of a line are quoted to a person.
 const QUOTE: usize = 200;
@@ -168,7 +169,7 @@ impl Report {
         // Lines that run by are progress enough.
         let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
         Report {
-            file: output::name(&arguments.file),
+            file: text::name(&arguments.file),
             kind: script.kind,
             json: arguments.json,
             verbose: arguments.verbose,

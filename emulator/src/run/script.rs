@@ -7,7 +7,7 @@ use vimc4_catalogue::Handling;
 use vimc4_device::escape;
 
 use crate::failure::Failure;
-use crate::output;
+use crate::text;
 
 /// A file of commands.
 #[derive(Debug, PartialEq, Eq)]
@@ -97,7 +97,7 @@ impl Line {
 impl Script {
     /// The script in a file, for a controller that is handled so.
     pub(crate) fn of(path: &Path, bytes: &[u8], handling: &Handling) -> Result<Script, Failure> {
-        let name = output::name(path);
+        let name = text::name(path);
         if handling.takes_stream && is_binary(bytes) {
             let lmd =
                 path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lmd"));

@@ -8,7 +8,8 @@ use vimc4_device::{Activity, Device, Time};
 use super::driver::{Halt, News};
 use super::report::{Answer, Answered, ESCAPE, End, LOWER_CASE, Left, Why};
 use super::script::Line;
-use super::{Outside, Session};
+use super::session::Session;
+use super::world::Outside;
 
 /// The host's side of the line.
 struct Feed<'l> {

@@ -9,7 +9,6 @@ use vimc4_device::Point;
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 
-use super::Arguments;
 use crate::failure::Failure;
 use crate::job::perform::{Attendant, Decision, Ending, Link, Work, perform, refusal, shown};
 use crate::job::virtual_time::Virtual;
@@ -29,6 +28,10 @@ pub(super) struct Rehearsal {
     pub(super) link: Virtual,
     machine: Arc<Machine>,
 }
+
+/// Whether something is sent although the virtual controller refuses it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nevertheless(pub(super) bool);
 
 /// Nobody stands by in a rehearsal, and everything is accepted.
 struct Nobody;
@@ -76,33 +79,32 @@ pub(super) fn rehearse(
 }
 
 impl Rehearsal {
-    /// Why a controller would not carry it out.
+    /// Why a controller would not carry the file of that name out. A command list, of which it is
+    /// said whether it is sent nevertheless, may build on what the controller was told before.
     pub(super) fn objection(
         &self,
-        arguments: &Arguments,
+        name: &str,
         text: &str,
-        list: bool,
+        list: Option<Nevertheless>,
     ) -> Option<Failure> {
-        let name = arguments.job.name();
         let family = self.link.handling().model().family();
         match &self.ending {
             Ok(Ending::Refused { line, sent, answer }) => {
                 let refusal = refusal(family, answer);
-                // A command list may build on what the controller was told before.
-                let help = match (list, arguments.refused_too) {
-                    (true, true) => {
+                let help = match list {
+                    Some(Nevertheless(true)) => {
                         "it is sent nevertheless, in case the controller knows more; what is said \
                          of travel and time ends before it"
                     }
-                    (true, false) => {
+                    Some(Nevertheless(false)) => {
                         "nothing was sent; --refused-too sends it nevertheless, where the \
                          controller was told more before"
                     }
-                    (false, _) => "nothing was sent",
+                    None => "nothing was sent",
                 };
-                let (model, sent) = (arguments.job.setup.model(), shown(sent));
+                let (model, sent) = (self.link.handling().model().name(), shown(sent));
                 let message = format!("the model {model} would answer {refusal} to {sent}; {help}");
-                Some(Failure::at_line(message, &name, text, *line))
+                Some(Failure::at_line(message, name, text, *line))
             }
             Err(_) => Some(Failure::midway(format!(
                 "{name} would not come to its end; it waits for something in line {}",

@@ -1,0 +1,86 @@
+//! Files: their bytes, their text, and what they are.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use vimc4_ncp::language;
+
+use crate::failure::Failure;
+use crate::text;
+
+/// No job has more bytes: ten million lines fit.
+const LARGEST: u64 = 256 << 20;
+
+/// The bytes of a file that must not have more than so many; `-` is standard input.
+pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if path == Path::new("-") {
+        io::stdin().lock().take(largest + 1).read_to_end(&mut bytes)?;
+    } else {
+        let file = File::open(path)?;
+        // A device or a pipe tells no length, and may have no end.
+        if file.metadata()?.len() > largest {
+            return Err(too_large(largest));
+        }
+        file.take(largest + 1).read_to_end(&mut bytes)?;
+    }
+    if bytes.len() as u64 > largest {
+        return Err(too_large(largest));
+    }
+    Ok(bytes)
+}
+
+fn too_large(largest: u64) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MiB", largest >> 20))
+}
+
+/// The bytes of a file; `-` is standard input. `what` says what it should be.
+pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
+    let name = text::name(path);
+    let bytes = bounded(path, LARGEST).map_err(|error| {
+        Failure::usage(format!(
+            "cannot read {name}: {error}; name {what}, or `-` for standard input"
+        ))
+    })?;
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(Failure::usage(format!(
+            "{name} is text in UTF-16, which no controller reads; save it as plain text or UTF-8"
+        )));
+    }
+    Ok(bytes)
+}
+
+/// The text in the bytes of a job file.
+pub(crate) fn decoded(bytes: &[u8]) -> String {
+    language::decode(bytes).into_owned()
+}
+
+/// Whether the first line that says something begins with the name of a command of job files.
+pub(crate) fn is_job(bytes: &[u8]) -> bool {
+    let text = decoded(bytes);
+    let mut names = language::lines(&text).filter_map(|line| {
+        let line = line.text.trim_start_matches([' ', '\t']);
+        // The number of a line says nothing.
+        let behind = line.strip_prefix(['N', 'n']).map(|rest| {
+            rest.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
+        });
+        let word = |text: &str| {
+            let end = text.find(|c: char| !c.is_ascii_alphabetic() && c != '_');
+            text[..end.unwrap_or(text.len())].to_owned()
+        };
+        let says_nothing = line.is_empty() || line.starts_with([';', '#', '(']);
+        (!says_nothing).then(|| (word(line), behind.map(word)))
+    });
+    let known = |name: &str| language::reference::find(name).is_some();
+    names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
+}
+
+/// Refuses a file of G-code, whatever else its lines may look like.
+pub(crate) fn no_g_code(name: &str, bytes: &[u8]) -> Result<(), Failure> {
+    let text = decoded(bytes);
+    let Some(line) = language::g_code(&text) else { return Ok(()) };
+    let problem = language::Problem::GCode;
+    let help = problem.help().unwrap_or_default();
+    Err(Failure::at_line(format!("{name}: {problem}; {help}"), name, &text, line.number))
+}

@@ -1,0 +1,156 @@
+//! What happens around a run in virtual time.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use vimc4::Order;
+use vimc4_device::{Device, Signal, SignalId};
+
+use super::driver::Driver;
+use crate::completions;
+use crate::failure::Failure;
+
+/// How long somebody keeps a button pressed.
+pub(super) const PRESS: Duration = Duration::from_millis(100);
+
+/// What happens around a run in virtual time, and who watches.
+#[derive(clap::Args)]
+pub(crate) struct World {
+    /// Set a bit of an input port, or anything else by the name that `signals` of `vimc4 serve`
+    /// lists, at a time or from the beginning
+    #[arg(long, value_name = "PORT.BIT|NAME=VALUE[@TIME]", value_parser = timed_input, add = completions::inputs())]
+    pub(super) input: Vec<(String, Duration)>,
+    /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
+    #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed, add = completions::buttons())]
+    pub(super) press: Vec<(String, Duration)>,
+    /// Write every step with its time into a file: seconds,X,Y,Z,A
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+}
+
+/// What the world around the controller does.
+pub(crate) struct Outside {
+    pub(crate) signals: Vec<Scheduled>,
+    /// Whether that includes pressing START.
+    pub(crate) starts: bool,
+    /// How much time there is.
+    pub(crate) time: Duration,
+}
+
+impl Outside {
+    /// Lets all of it happen, counted from now on.
+    pub(crate) fn schedule(&self, driver: &mut Driver) {
+        let now = driver.now();
+        driver.stop_at(now + self.time);
+        for &Scheduled { after, signal, value } in &self.signals {
+            driver.schedule(now + after, signal, value);
+        }
+    }
+}
+
+/// A signal that takes a value some time after the beginning.
+pub(crate) struct Scheduled {
+    pub(super) after: Duration,
+    pub(super) signal: SignalId,
+    pub(super) value: i32,
+}
+
+impl World {
+    /// What the outside world will do.
+    pub(crate) fn signals(
+        &self,
+        model: &str,
+        device: &impl Device,
+    ) -> Result<Vec<Scheduled>, Failure> {
+        let mut scheduled = Vec::new();
+        for (text, after) in &self.input {
+            let (signal, value) = input(model, device, text)?;
+            scheduled.push(Scheduled { after: *after, signal, value });
+        }
+        for (button, after) in &self.press {
+            scheduled.extend(press(device, button, *after)?);
+        }
+        Ok(scheduled)
+    }
+}
+
+/// Which signal `0.3=1` or `cover=open` sets, and to what.
+fn input(model: &str, device: &impl Device, text: &str) -> Result<(SignalId, i32), Failure> {
+    let signals = device.signals();
+    let (name, value) = text.rsplit_once('=').unwrap_or((text, ""));
+    let is_bit = name.starts_with(|first: char| first.is_ascii_digit());
+    let order = format!("{} {name} {value}", if is_bit { "input" } else { "set" });
+    let (name, value) = match Order::parse(&order, &signals).map_err(Failure::usage)? {
+        Some(Order::Input { port, bit, level }) => {
+            let signal = device.input_signal(port, bit).ok_or_else(|| {
+                Failure::usage(format!(
+                    "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
+                     {model}` has its ports, and its inputs are {}",
+                    inputs(&signals),
+                ))
+            })?;
+            return Ok((signal, level.into()));
+        }
+        Some(Order::Set(name, value)) => (name, value.to_string()),
+        Some(Order::Turn(name, position)) => (name, position),
+        _ => (name.to_owned(), value.to_owned()),
+    };
+    let found = signals.iter().find(|signal| signal.name == name).and_then(|signal| {
+        let named = signal.positions.iter().flatten().position(|position| *position == value);
+        let value = named.map_or_else(|| value.parse().ok(), |place| i32::try_from(place).ok())?;
+        Some((signal.id, value))
+    });
+    found.ok_or_else(|| Failure::usage(format!("there is no signal {name}")))
+}
+
+/// The names of the user inputs.
+fn inputs(signals: &[Signal]) -> String {
+    let names = signals.iter().filter_map(|signal| signal.name.strip_prefix("input "));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// A button goes down, and up again if it does not latch.
+pub(super) fn press(
+    device: &impl Device,
+    name: &str,
+    after: Duration,
+) -> Result<Vec<Scheduled>, Failure> {
+    let button = match Order::parse(&format!("press {name}"), &device.signals()) {
+        Ok(Some(Order::Press(button))) => button,
+        Ok(_) => name.to_owned(),
+        Err(error) => return Err(Failure::usage(error)),
+    };
+    let found = device.signals().into_iter().find(|signal| signal.name == button);
+    let Some(signal) = found.map(|signal| signal.id) else {
+        return Err(Failure::usage(format!("there is no button {button}")));
+    };
+    let mut scheduled = vec![Scheduled { after, signal, value: 1 }];
+    if button != "estop" {
+        scheduled.push(Scheduled { after: after + PRESS, signal, value: 0 });
+    }
+    Ok(scheduled)
+}
+
+/// Durations are written as in the orders of `vimc4 serve`.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    match Order::parse(&format!("advance {text}"), &[]) {
+        Ok(Some(Order::Advance(span))) => Ok(span),
+        _ => Err("a number with a unit is needed, as in 250ms, 2s, 5min or 1h".to_owned()),
+    }
+}
+
+/// `WHAT@TIME`, or `WHAT` for the beginning.
+fn timed(text: &str) -> Result<(String, Duration), String> {
+    match text.rsplit_once('@') {
+        Some((what, time)) => Ok((what.to_owned(), duration(time)?)),
+        None => Ok((text.to_owned(), Duration::ZERO)),
+    }
+}
+
+fn timed_input(text: &str) -> Result<(String, Duration), String> {
+    let (what, time) = timed(text)?;
+    match what.contains('=') {
+        true => Ok((what, time)),
+        false => Err("an input, its value and the time are needed, as in 0.3=1@2s".to_owned()),
+    }
+}
