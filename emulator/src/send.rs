@@ -14,6 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use vimc4_catalogue::{Handling, Machine, Model};
 use vimc4_device::{Erasing, Identity, Point};
 use vimc4_ncp::job::{Job, NoResumption, Zero};
+use vimc4_ncp::language::Value;
 
 use crate::completions;
 use crate::conform::announce::confirm;
@@ -117,6 +118,13 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     file::no_g_code(&name, &bytes)?;
     let handling = Handling::of(&model);
     if handling.takes_stream {
+        if file::is_job(&bytes) {
+            return Err(Failure::usage(format!(
+                "{name} is a job file, which is for controllers that speak isel's @-format, and the \
+                 model {} takes plot files; name the controller's model with --model",
+                model.name()
+            )));
+        }
         not_for(job_options(arguments), &name, "plot file")?;
         let machine = vimc4::machine(job.setup.machine())?;
         let work = plot::work(&name, &bytes, &text, &handling)?;
@@ -204,13 +212,21 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
             let untold =
                 (0..from.len()).filter(|axis| !machine.has_reference(*axis) && !named(*axis));
             untold.for_each(|axis| from[axis] = 0);
-            let resumed = beginning::resumed(&text, &site.target, options, line, from, found);
-            let (work, resumption) =
-                resumed.map_err(|why| no_resumption(line, &why, &name, &text))?;
+            let resume = |from| {
+                beginning::resumed(&text, &site.target, options, line, from, found)
+                    .map_err(|why| no_resumption(line, &why, &name, &text))
+            };
+            let (mut work, mut resumption) = resume(from)?;
+            // Where only the present place counts, axes stay of which nobody has said more.
+            if job.reading.no_ref && resumption.referenced.is_empty() && !resumption.told {
+                let unnamed = (0..from.len()).filter(|axis| !named(*axis));
+                unnamed.for_each(|axis| from[axis] = 0);
+                (work, resumption) = resume(from)?;
+            }
             let unknown = resumption.unknown.iter().filter(|axis| !named(*axis));
             let unknown: Vec<&str> = unknown.map(|axis| model.axis_names()[axis]).collect();
             if !unknown.is_empty() {
-                return Err(Failure::usage(unknown_place(line, &unknown)));
+                return Err(Failure::usage(unknown_place(line, &unknown, &model)));
             }
             let told = beginning::describe(&resumption, &model, &machine);
             // Where reference runs come first, they are what brings a machine to its counters.
@@ -245,13 +261,16 @@ fn not_for(given: bool, name: &str, what: &str) -> Result<(), Failure> {
 }
 
 /// Why a job does not go on where it began at a place that nothing tells.
-fn unknown_place(line: u32, axes: &[&str]) -> String {
+fn unknown_place(line: u32, axes: &[&str], model: &Model) -> String {
+    let names = model.axis_names().iter();
+    let zero: Vec<&str> = names.map(|name| if axes.contains(name) { "0" } else { "" }).collect();
     format!(
         "the job cannot go on with line {line}: where {} stood when it began counted as 0, without a \
-         reference run, and the counters do not tell that place; nothing has moved: say with \
-         --zero X,Y,Z,A where the work-piece zero is as the counters count now, 0 where they count \
-         from it",
-        axes.join(", ")
+         reference run, and the counters do not tell that place; nothing has moved: if they count \
+         from there, as after switching on, say so with --zero {}, or with the work-piece zero that \
+         the job had there in place of a 0",
+        axes.join(", "),
+        zero.join(",").trim_end_matches(',')
     )
 }
 
@@ -415,7 +434,7 @@ impl<'a> Sending<'a> {
         let model = self.model.name();
         let asked = self.link.quiet().and_then(|()| self.link.identify());
         let is_virtual = asked.as_ref().is_ok_and(Identity::is_virtual);
-        self.link.any_time = self.arguments.any_time || is_virtual;
+        (self.link.any_time, self.link.says_virtual) = (self.arguments.any_time, is_virtual);
         match asked {
             Ok(Identity::Same(_)) => Ok(()),
             Ok(Identity::Unknown(said)) => {
@@ -637,20 +656,18 @@ impl<'a> Sending<'a> {
     fn onward(&self, line: u32) -> Option<String> {
         let is_job = self.what == What::Job;
         let no_ref = self.arguments.job.reading.no_ref;
-        // Such a job counts from the place where it began, which the counters do not tell.
-        let is_lost = self.false_reference || self.counters_reset;
-        if no_ref && (self.arguments.from.is_none() || is_lost) {
-            return None;
-        }
         if !is_job || line == 0 {
             return None;
+        }
+        if let Err(why) = self.zero_onward(line) {
+            return Some(why);
         }
         if let Some(Entered { line: at, typed, .. }) = self.lost().find(|lost| lost.changes_frame) {
             let typed = crate::text::shown_in_line(typed);
             return Some(format!(
                 "--from {line} would go elsewhere, for `{typed}`, typed in line {at}, has changed the \
                  zero, the plane or the cylinder, and is in no file: write what was typed behind line \
-                 {at} of the file, and go on with the number that line {line} has then"
+                 {at} of the file, as it is shown, and go on with the number that line {line} has then"
             ));
         }
         let how = match no_ref {
@@ -674,13 +691,64 @@ impl<'a> Sending<'a> {
         self.operator.entered.iter().filter(move |entered| !is_known(entered))
     }
 
+    /// The work-piece zero with which a job goes on with a line, if one must be said; or why it cannot.
+    fn zero_onward(&self, line: u32) -> Result<Option<Zero>, String> {
+        let job = &self.arguments.job;
+        let said = self.found.or(job.zeros.zero);
+        let Ok(site) = job.site() else { return Ok(said) };
+        let (options, here) = (job.reading.options(), Point::default());
+        let resumed = beginning::resumed(
+            self.text,
+            &site.target,
+            options,
+            line,
+            here,
+            said.or(Some(Zero::default())),
+        );
+        let Ok((_, resumption)) = resumed else { return Ok(said) };
+        let untold: Vec<usize> = resumption.unknown.iter().collect();
+        let names = |axes: &[usize]| {
+            axes.iter().map(|axis| self.model.axis_names()[*axis]).collect::<Vec<_>>().join(", ")
+        };
+        if (job.reading.no_ref || !untold.is_empty())
+            && (self.false_reference || self.counters_reset)
+        {
+            let axes = if untold.is_empty() { "the axes".to_owned() } else { names(&untold) };
+            return Err(format!(
+                "--from {line} cannot go on with that line: it would believe the counters, and where \
+                 {axes} began is not known any more"
+            ));
+        }
+        // Who has gone on before has said where the counters count from.
+        if untold.is_empty() || self.arguments.from.is_some() {
+            return Ok(said);
+        }
+        let began = |axis: &usize| self.link.began().and_then(|began| began.get(*axis).copied());
+        if untold.iter().any(|axis| began(axis) != Some(0)) {
+            return Err(format!(
+                "--from {line} cannot go on with that line: where {} stood when the job began counted \
+                 as 0, without a reference run, and the counters did not count from there",
+                names(&untold)
+            ));
+        }
+        let mut zero = said.unwrap_or_default();
+        for axis in untold {
+            if let Some(place) = zero.0.get_mut(axis) {
+                place.get_or_insert(Value::ZERO);
+            }
+        }
+        Ok(Some(zero))
+    }
+
     /// The whole command that goes on, in lines of their own, so that it can be copied.
     fn tell_onward(&self, line: u32) {
         if self.onward(line).is_none() {
             return;
         }
+        let Ok(zero) = self.zero_onward(line) else { return };
         self.tell_entered(line);
         if self.lost().any(|lost| lost.changes_frame) {
+            self.tell_blocks(line);
             return;
         }
         let Arguments { job, .. } = self.arguments;
@@ -699,7 +767,7 @@ impl<'a> Sending<'a> {
         if job.reading.drilldef_unit == Unit::Mm {
             add("--drilldef-unit", "mm");
         }
-        if let Some(zero) = self.found.or(job.zeros.zero) {
+        if let Some(zero) = zero {
             add("--zero", &zero.to_string());
         }
         for register in &job.zeros.wpreg {
@@ -743,6 +811,29 @@ impl<'a> Sending<'a> {
         let _ = writeln!(io::stderr(), "{text}");
     }
 
+    /// What was typed as it must stand in the file, so that the job goes on with a line behind it.
+    fn tell_blocks(&self, line: u32) {
+        let mut places: Vec<u32> = self.lost().map(|lost| lost.line).collect();
+        places.dedup();
+        let (mut text, mut added) = (String::new(), 0);
+        for place in places {
+            let typed =
+                self.lost().filter(|lost| lost.line == place).map(|lost| lost.typed.as_str());
+            let mut block: Vec<&str> = typed.collect();
+            // A unit that was typed has held for what was typed only.
+            block.extend(beginning::unit_to_restore(self.text, place, &block));
+            if place < line {
+                added += block.len();
+            }
+            text += &format!("behind line {place} of the file:\n{}\n", block.join("\n"));
+        }
+        let _ = writeln!(
+            io::stderr(),
+            "{text}then --from {} goes on with what is line {line} now",
+            line as usize + added
+        );
+    }
+
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
         if self.false_reference {
@@ -779,7 +870,8 @@ impl<'a> Sending<'a> {
 
     fn broken(&mut self, broken: Broken) -> Failure {
         // A terminal may stand still; the machine is halted before anything is said.
-        self.false_reference |= self.link.is_referencing();
+        self.false_reference |= self.link.is_referencing()
+            || matches!(broken, Broken::Early { is_reference: true, .. });
         let halted = match broken {
             Broken::Port(PortError::Interrupted) => Some(self.link.halt()),
             Broken::Strange { .. } | Broken::Early { .. } => {
@@ -856,7 +948,20 @@ impl<'a> Sending<'a> {
                 );
                 Failure::at_line(message, &name, self.text, line)
             }
-            Broken::Early { sent, took, takes } => {
+            Broken::Early { sent, took, takes, is_reference: true } => {
+                let message = format!(
+                    "the controller says that {} is done after {:.1} s, and from where the axes were \
+                     that run takes {:.1} s: STOP at the panel may have stood in for the switch, and \
+                     then the reference is false, and where the axes are is not known; the job has \
+                     ended there{and_stop}; where it is another speed of the axes, there is \
+                     --any-time; {STILL_ON}{onward}",
+                    shown(&sent),
+                    took.as_secs_f64(),
+                    takes.as_secs_f64()
+                );
+                Failure::at_line(message, &name, self.text, line)
+            }
+            Broken::Early { sent, took, takes, is_reference: false } => {
                 let message = format!(
                     "the controller says that {} is done after {:.1} s, and that motion takes {:.1} \
                      s; the job has ended there{and_stop}: this is another controller, or \

@@ -1307,13 +1307,15 @@ fn a_zero_is_not_taught_where_the_present_place_counts() {
 }
 
 #[test]
-fn a_job_from_the_present_place_has_no_line_to_go_on_with() {
+fn a_job_from_the_present_place_goes_on_where_its_place_is_said() {
     let folder = Folder::with("IMF_PBL\nMOVEABS X1000\nHALT\nMOVEABS X2000\n");
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     let send = ["send", "job.ncp", "--to", &port, "--no-ref"];
     let (out, err) = ends(&folder, &send, 3);
     assert!(out.contains("ended in line 3"), "{out}");
-    assert!(!out.contains("--from") && !err.contains("to go on with"), "{out}{err}");
+    // It is known here that the counters count from there.
+    let command = onward(&err);
+    assert!(command.windows(2).any(|words| words == ["--zero", "0,0,0,0"]), "{out}{err}");
     // Nothing tells where it began; it might go anywhere.
     let before = sent(&emulator).len();
     let (_, err) = ends(&folder, &[&send[..], &["--from", "3"]].concat(), 2);
@@ -1413,7 +1415,8 @@ fn what_was_typed_may_leave_no_line_to_go_on_with() {
     for (typed, goes_on) in [
         ("VEL 5000", true),
         ("MOVEREL Y700", true),
-        ("WPZERO", false),
+        // The zero is there already.
+        ("WPZERO", true),
         ("WPZEROABS X500", false),
         ("WPREG1 X500", false),
         ("PLANE XZ", false),
@@ -1803,4 +1806,182 @@ fn where_a_stopped_motion_was_is_not_known_after_an_emergency_stop() {
     writeln!(typist.terminal, "q").unwrap();
     let (out, err) = typist.ends(3);
     assert!(out.contains("where the axes are is not known"), "{out}{err}");
+}
+
+#[test]
+fn stop_at_the_panel_in_a_repeated_reference_run_is_seen() {
+    let job =
+        "IMF_PBL\nREF XYZ\nVEL 20000\nMOVEABS X20000 Y30000 Z-20000\nREF XYZ\nMOVEABS X5000\n";
+    let folder = Folder::with(job);
+    let runs = |emulator: &Emulator| sent(emulator).iter().filter(|sent| *sent == "@0R7").count();
+    for model in ["imc4", "imc-s8"] {
+        let (emulator, port) = listening(model, "mill", Clock::Real);
+        let send = ["job.ncp", "--machine", "mill", "--model", model, "--to", &port];
+        let child = sending(&folder, &send);
+        until("the second run", || runs(&emulator) == 2);
+        // Z, which is the first of three, is stopped by and by.
+        thread::sleep(Duration::from_millis(100));
+        emulator.press(Button::Stop).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(1), "{out}{err}");
+        assert!(err.contains("STOP at the panel may have stood in for the switch"), "{err}");
+        assert!(
+            !err.contains(" at X ") && err.contains("--from 5 goes on with that line"),
+            "{err}"
+        );
+    }
+    // Nobody is suspected whose time is faster, nor where nothing was pressed.
+    for clock in [Clock::Instant, "8x".parse().unwrap(), Clock::Real] {
+        let (emulator, port) = listening("imc4", "mill", clock);
+        let send = ["send", "job.ncp", "--machine", "mill", "--to", &port];
+        ends(&folder, &send, 0);
+        assert_eq!(emulator.position().unwrap()[..3], [400, 0, 0]);
+    }
+}
+
+#[test]
+fn what_is_for_files_is_not_done_at_a_prompt() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nHALT\nMOVEABS X1000\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    for typed in ["PROGEND", "HALT", "GETTOOL 3", "WPTEACH"] {
+        typist.types("line 3: HALT", typed);
+        let word = typed.split(' ').next().unwrap();
+        typist.hears(&format!("{word} is for files, and is not done here"));
+    }
+    // And the prompts stay in step.
+    typist.types("line 3: HALT", "MOVEREL Y500");
+    typist.types("line 3: HALT", "");
+    let (_, err) = typist.ends(0);
+    assert!(err.contains("done here; q ends the job"), "{err}");
+    assert_eq!(emulator.position().unwrap()[..2], [80, 40]);
+}
+
+#[test]
+fn a_hole_in_single_steps_is_warned_of() {
+    let folder = Folder::new();
+    for (definition, said) in [
+        ("C2 D3000 F1000 S1000", "O does not say how deep the steps behind the first are"),
+        ("C3 D3000 F1000 O0 S1000", "O does not say how deep the steps behind the first are"),
+        ("C2 D3000 S1000", "neither F nor O say"),
+        ("C2 D3000 O500 S1000", ""),
+        ("C2 D1000 F1000 S1000", ""),
+        ("C1 D3000 F1000 S1000", ""),
+    ] {
+        let job = format!("IMF_PBL\nREF XYZ\nDRILLDEF {definition}\nDRILL X1000\nDRILL X2000\n");
+        fs::write(folder.join("job.ncp"), job).unwrap();
+        let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 0);
+        assert_eq!(out.lines().count(), if said.is_empty() { 1 } else { 2 }, "{out}");
+        assert!(out.contains(said), "{out}");
+    }
+    fs::write(
+        folder.join("job.ncp"),
+        "IMF_PBL\nREF XYZ\nDRILLDEF C2 D3000 F-1000 S1000\nDRILL X1\n",
+    )
+    .unwrap();
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp", "--format", "short"], 1);
+    assert!(out.contains("negative-length") && !out.contains("neither F nor O"), "{out}");
+}
+
+#[test]
+fn a_job_that_counts_from_where_it_began_goes_on() {
+    let job = "IMF_PBL\nVEL 5000\nMOVEREL X30000\nMOVEREL Y5000\n";
+    let folder = Folder::with(job);
+    let (emulator, port) = listening("imc4", "mill", Clock::Real);
+    let send = ["job.ncp", "--machine", "mill", "--no-ref", "--to", &port];
+    let child = sending(&folder, &send);
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 100);
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let err = text(&child.wait_with_output().unwrap().stderr);
+    assert!(err.contains("--from 3 goes on with that line, where the counters say"), "{err}");
+    assert!(x() > 100 && x() < 2_400);
+    // The first line that moves goes on from where the tool has come to.
+    let command = onward(&err);
+    assert!(command.windows(2).any(|words| words == ["--zero", "0,0,0"]), "{command:?}");
+    let command: Vec<&str> = command.iter().map(String::as_str).collect();
+    ends(&folder, &command, 0);
+    assert_eq!(emulator.position().unwrap()[..3], [2_400, 400, 0]);
+
+    // Where the counters do not count from there, it is said why there is no command.
+    let child = sending(&folder, &send);
+    until("it moves", || x() > 2_500);
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let err = text(&child.wait_with_output().unwrap().stderr);
+    assert!(err.contains("the counters did not count from there"), "{err}");
+    assert!(!err.contains("to go on with line"), "{err}");
+}
+
+#[test]
+fn what_was_typed_is_shown_as_the_file_needs_it() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nHALT\nMOVEABS X3000\nHALT\nMOVEABS X0\n");
+    let (emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let send = ["job.ncp", "--to", &port];
+    let types = ["INCH", "MOVEREL X100", "WPZERO", ""];
+    let run = |end: &str| {
+        let mut typist = Typist::new(&folder, &send);
+        for typed in types {
+            typist.types("line 3: HALT", typed);
+        }
+        typist.types("line 5: HALT", end);
+        typist.ends(if end.is_empty() { 0 } else { 3 }).1
+    };
+    let err = run("q");
+    let block = "behind line 3 of the file:\nINCH\nMOVEREL X100\nWPZERO\nMETRIC\n\
+                 then --from 9 goes on with what is line 5 now\n";
+    assert!(err.contains(block), "{err}");
+    run("");
+    let whole = emulator.position().unwrap();
+    let job = "IMF_PBL\nREF XYZ\nHALT\nINCH\nMOVEREL X100\nWPZERO\nMETRIC\nMOVEABS X3000\nHALT\nMOVEABS X0\n";
+    fs::write(folder.join("job.ncp"), job).unwrap();
+    ends(&folder, &[&["send"], &send[..], &["--from", "9", "--yes"]].concat(), 0);
+    assert_eq!(emulator.position().unwrap(), whole);
+}
+
+#[test]
+fn a_typed_register_that_changes_nothing_has_changed_nothing() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nHALT\nMOVEABS X1000\nHALT\n");
+    let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--to", &port]);
+    typist.types("line 3: HALT", "WPREG1ACT");
+    typist.types("line 3: HALT", "");
+    typist.types("line 5: HALT", "q");
+    let (out, err) = typist.ends(3);
+    assert!(!out.contains("has changed") && err.contains("to go on with line 5:"), "{out}{err}");
+}
+
+#[test]
+fn a_plot_for_lpkf_at_a_controller_of_isel_is_told_so() {
+    let folder = Folder::new();
+    fs::write(folder.join("plot.plt"), PLOT).unwrap();
+    let (_emulator, port) = listening("imc4", "bench", Clock::Instant);
+    let send = ["send", "plot.plt", "--model", "smcu", "--machine", "board-plotter", "--to", &port];
+    let (_, err) = ends(&folder, &send, 2);
+    assert!(err.contains("is an isel controller (it says `5`)"), "{err}");
+    fs::write(folder.join("job.ncp"), "IMF_PBL\nREF XYZ\n").unwrap();
+    let (_, err) = ends(&folder, &["send", "job.ncp", "--model", "smcu", "--to", &port], 2);
+    assert!(err.contains("job.ncp is a job file") && err.contains("--model"), "{err}");
+    let wide: Vec<u8> = "IMF_PBL\nREF XYZ\n".bytes().flat_map(|byte| [byte, 0]).collect();
+    fs::write(folder.join("wide.ncp"), wide).unwrap();
+    let (_, err) = ends(&folder, &["ncp", "check", "wide.ncp"], 2);
+    assert!(err.contains("UTF-16"), "{err}");
+}
+
+#[test]
+fn a_motion_without_an_answer_is_remarked_soon() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X10000\n");
+    let (port, _heard) = peer(|line| like_an_imc4(line, 'A', b""));
+    let mut child = sending(&folder, &["job.ncp", "--to", &port]);
+    let mut said = std::io::BufReader::new(child.stderr.take().unwrap());
+    let begun = Instant::now();
+    let mut line = String::new();
+    while !line.contains("no answer for") {
+        line.clear();
+        assert!(std::io::BufRead::read_line(&mut said, &mut line).unwrap() > 0);
+    }
+    assert!(line.contains("s were foreseen: the controller may have lost its power"), "{line}");
+    assert!(begun.elapsed() < PATIENCE);
+    child.kill().unwrap();
+    child.wait().unwrap();
 }

@@ -129,6 +129,11 @@ impl vimc4_device::Model for Model {
         answers::refusal(answer)
     }
 
+    /// Others end what they say with CR.
+    fn is_own_answer(answer: &[u8]) -> bool {
+        matches!(answer, [code] if Reply::from_code(*code).is_some())
+    }
+
     /// After an emergency stop or a loss of power they count from 0.
     fn resets_counters(answer: &[u8]) -> bool {
         answer == [Reply::Plant.code()]

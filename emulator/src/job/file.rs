@@ -43,12 +43,21 @@ pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, Failure> {
             "cannot read {name}: {error}; name {what}, or `-` for standard input"
         ))
     })?;
-    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") || is_wide(&bytes) {
         return Err(Failure::usage(format!(
             "{name} is text in UTF-16, which no controller reads; save it as plain text or UTF-8"
         )));
     }
     Ok(bytes)
+}
+
+/// Whether it is plain text with a 0 beside every character.
+fn is_wide(bytes: &[u8]) -> bool {
+    let beginning = &bytes[..bytes.len().min(64) & !1];
+    let is_text = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    beginning.len() >= 4
+        && (beginning.chunks(2).all(|pair| is_text(pair[0]) && pair[1] == 0)
+            || beginning.chunks(2).all(|pair| pair[0] == 0 && is_text(pair[1])))
 }
 
 /// The text in the bytes of a job file.

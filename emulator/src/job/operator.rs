@@ -464,7 +464,7 @@ impl Attendant for Operator<'_> {
         }
     }
 
-    fn entered(&mut self, line: u32, question: Question, typed: &str) {
+    fn entered(&mut self, line: u32, question: Question, typed: &str, changes_frame: bool) {
         let command = vimc4_ncp::language::parse(typed, &mut |_, _| {}).command;
         let Some(command) = command.map(|command| command.value) else { return };
         let sets_zero = matches!(
@@ -477,13 +477,14 @@ impl Attendant for Operator<'_> {
         );
         let finds_zero =
             question == Question::Teach && (sets_zero || matches!(command, Command::Move(..)));
-        // A zero that is kept may be taken later.
-        let changes_frame = sets_zero
-            || matches!(command, Command::Store(..) | Command::Plane(_) | Command::Cylinder(..));
         self.entered.push(Entered { line, finds_zero, changes_frame, typed: typed.to_owned() });
     }
 
     fn object(&mut self, problem: Problem) {
-        self.tell(&said(&problem));
+        // What a file would need, nobody who moves by hand does.
+        match problem.code() {
+            "beyond-travel" | "beyond-limit" => self.tell(&problem.to_string()),
+            _ => self.tell(&said(&problem)),
+        }
     }
 }

@@ -105,7 +105,8 @@ pub(crate) trait Attendant {
     fn answered(&mut self, line: u32, sent: &[u8], answer: &[u8]);
 
     /// What the attendant has said at a question is done; it stands in no file.
-    fn entered(&mut self, _line: u32, _question: Question, _typed: &str) {}
+    /// `changes_frame` says whether lines behind it go elsewhere.
+    fn entered(&mut self, _line: u32, _question: Question, _typed: &str, _changes_frame: bool) {}
 
     /// What the attendant has said cannot be done so.
     fn object(&mut self, problem: Problem);
@@ -452,8 +453,9 @@ fn ask<L: Link>(
             Decision::Skip if question == Question::Teach => job.keep_zero(),
             Decision::First(typed) => {
                 let mut object = |diagnostic: Diagnostic| attendant.object(diagnostic.problem);
+                let before = job.clone();
                 if job.enter(&typed, question, &mut object) {
-                    attendant.entered(line, question, &typed);
+                    attendant.entered(line, question, &typed, !job.has_frame_of(&before));
                 }
             }
             Decision::Again => continue,

@@ -24,13 +24,22 @@ const PAUSE: Duration = Duration::from_millis(100);
 const HALTING: Duration = Duration::from_secs(10);
 /// Who waits longer for that is told so.
 const REMARK: Duration = Duration::from_secs(1);
-/// A motion that takes so much longer than in rehearsal is worth a remark.
+/// What takes so much longer than in rehearsal is worth a remark: a motion whose time is foreseen, a
+/// reference run, whose way may be longer than there, and anything else.
+const LATE_MOTION: Duration = Duration::from_secs(5);
+const LATE_REFERENCE: Duration = Duration::from_secs(15);
 const LATE: Duration = Duration::from_secs(30);
 /// No answer that goes up to a pause is longer, or takes longer: 512 bytes at 1,200 baud.
 const LONGEST: usize = 4_096;
 const TALK: Duration = Duration::from_secs(6);
 /// A motion that ends so much earlier than in rehearsal, and in less than half the time, was none.
 const EARLY: Duration = Duration::from_millis(500);
+/// A run to switches from known places that ends so much earlier, and by a twentieth, was stopped.
+const EARLY_REFERENCE: Duration = Duration::from_millis(250);
+/// Motions that take so long in rehearsal show whether a virtual controller keeps real time, once they
+/// are so long together.
+const MEASURE: Duration = Duration::from_millis(500);
+const MEASURED: Duration = Duration::from_secs(1);
 /// In a wait so long somebody may switch the controller off and on.
 const LONG_WAIT: Duration = Duration::from_secs(1);
 /// How often the bar moves.
@@ -71,6 +80,10 @@ pub(super) struct Wire {
     referenced: bool,
     /// Whether motions may end sooner than machines can move.
     pub(super) any_time: bool,
+    /// Whether the controller says of itself that it is virtual, so that its time may be faster.
+    pub(super) says_virtual: bool,
+    /// How long motions took in rehearsal whose time is known, and how long here.
+    measured: (Duration, Duration),
     /// How many things were done.
     done: usize,
     /// Whether it has ever answered.
@@ -93,6 +106,8 @@ pub(super) enum Broken {
         sent: Vec<u8>,
         took: Duration,
         takes: Duration,
+        /// It was a reference run.
+        is_reference: bool,
     },
     /// Nothing tells whether a motion rests.
     Restless,
@@ -137,6 +152,8 @@ impl Wire {
             as_rehearsed: false,
             referenced: false,
             any_time: false,
+            says_virtual: false,
+            measured: (Duration::ZERO, Duration::ZERO),
             done: 0,
             answered: false,
             bar: None,
@@ -345,6 +362,11 @@ impl Wire {
         Some((places, stayed && told))
     }
 
+    /// Where the axes were before the first motion, if the controller has told.
+    pub(super) fn began(&self) -> Option<&[i64]> {
+        self.began.as_deref()
+    }
+
     /// Whether an answer says that the controller has forgotten what it was told.
     pub(super) fn has_forgotten(&self, answer: &[u8]) -> bool {
         let family = self.handling.model().family();
@@ -426,6 +448,12 @@ impl Wire {
     /// Awaits an answer to a line.
     fn answer(&mut self, sent: &[u8]) -> Result<Vec<u8>, Broken> {
         let (begun, (_, takes)) = (Instant::now(), self.expected());
+        let is_foreseen = self.rehearsed.get(self.done).is_some_and(|then| then == sent);
+        let late = match self.travel_of(sent) {
+            Travel::Reference(_) if is_foreseen => takes + LATE_REFERENCE,
+            Travel::Relative | Travel::Absolute if is_foreseen => takes + takes / 4 + LATE_MOTION,
+            _ => takes * 2 + LATE,
+        };
         let mut answer = Vec::new();
         let mut first = None;
         let mut remarked = false;
@@ -437,7 +465,8 @@ impl Wire {
                 Heard::Strange => return Err(strange(answer)),
                 Heard::Part | Heard::Perhaps => PAUSE,
                 Heard::Waits if !answer.is_empty() || self.bar.is_some() => TICK,
-                Heard::Waits if self.answered => LATE,
+                Heard::Waits if self.answered && remarked => LATE,
+                Heard::Waits if self.answered => late.saturating_sub(begun.elapsed()).max(TICK),
                 Heard::Waits => FIRST,
             };
             let until = Instant::now() + until;
@@ -462,14 +491,18 @@ impl Wire {
             if answer.is_empty() && !self.answered && waited >= FIRST {
                 return Err(Broken::Silent);
             }
-            if answer.is_empty() && waited > takes * 2 + LATE && !remarked {
+            if answer.is_empty() && waited > late && !remarked {
                 remarked = true;
-                let _ = writeln!(
-                    io::stderr(),
-                    "line {}: no answer for {} s; Ctrl-C ends the job",
+                let foreseen = match is_foreseen {
+                    true => format!(", and {:.1} s were foreseen", takes.as_secs_f64()),
+                    false => String::new(),
+                };
+                self.tell(&format!(
+                    "line {}: no answer for {} s{foreseen}: the controller may have lost its power, \
+                     or its line; Ctrl-C ends the job",
                     self.line,
                     waited.as_secs()
-                );
+                ));
             }
             self.show(waited);
         }
@@ -503,8 +536,16 @@ impl Wire {
     /// Refuses to believe that a motion is done long before it can be.
     fn believe(&mut self, sent: &[u8], answer: &[u8], took: Duration) -> Result<(), Broken> {
         let (_, takes) = self.expected();
+        let travel = self.travel_of(sent);
+        // Looking on changes nothing, and what was stopped and goes on ends as in rehearsal.
+        let goes_on = self.handling.stop.is_some_and(|stop| {
+            sent.strip_suffix(b"\r").is_some_and(|sent| sent == stop.resume.as_bytes())
+        });
+        if travel == Travel::Question || goes_on {
+            return Ok(());
+        }
         self.as_rehearsed &= self.rehearsed.get(self.done).is_some_and(|then| then == sent);
-        let (known, axes) = match self.travel_of(sent) {
+        let (known, axes) = match travel {
             // How long these take is known from their numbers alone.
             Travel::Relative => (true, 0),
             // And these also depend on where the axes were.
@@ -515,12 +556,34 @@ impl Wire {
         };
         self.referenced |= axes != 0;
         self.known |= axes;
-        let early = took + EARLY < takes && took * 2 < takes;
-        let checks = self.as_rehearsed && !self.any_time && known && answer == self.handling.done;
-        match checks && early {
-            true => Err(Broken::Early { sent: sent.to_vec(), took, takes }),
+        let is_reference = matches!(travel, Travel::Reference(_));
+        if !self.as_rehearsed || !known || answer != self.handling.done {
+            return Ok(());
+        }
+        let early = match is_reference {
+            true => took + EARLY_REFERENCE + takes / 20 < takes,
+            false => took + EARLY < takes && took * 2 < takes,
+        };
+        let is_believed = match self.says_virtual {
+            _ if self.any_time => true,
+            // It hurts nothing, but a job for a real one may be tried on it.
+            true => !is_reference || !self.keeps_real_time(),
+            false => false,
+        };
+        if !is_reference && takes >= MEASURE {
+            self.measured.0 += takes;
+            self.measured.1 += took;
+        }
+        match early && !is_believed {
+            true => Err(Broken::Early { sent: sent.to_vec(), took, takes, is_reference }),
             false => Ok(()),
         }
+    }
+
+    /// Whether the motions up to now have taken the time that they take.
+    fn keeps_real_time(&self) -> bool {
+        let (takes, took) = self.measured;
+        takes >= MEASURED && took * 10 >= takes * 9
     }
 }
 

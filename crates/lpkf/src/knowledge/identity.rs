@@ -9,7 +9,7 @@ use crate::Model;
 const STATUS: Question =
     Question { send: b"!CC;!CI;!CB;!GO;OS;", until: Until::Whole(has_identity) };
 /// A controller that is spoken to in lines takes that for the beginning of one. This ends it.
-const END_OF_LINE: Question = Question { send: b"\r", until: Until::Silence };
+const END_OF_LINE: Question = Question { send: b"\r", until: Until::Pause };
 
 /// Asks for version, date and identity.
 pub(super) fn identify<E>(

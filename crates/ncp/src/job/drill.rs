@@ -111,6 +111,11 @@ impl Definition {
         self.cycle != Cycle::Simple && !self.has_steps()
     }
 
+    /// Whether there are steps behind the first, and nothing says how deep they are.
+    pub(super) fn lacks_other_steps(&self) -> bool {
+        self.has_steps() && self.other <= Value::ZERO && self.first < self.depth
+    }
+
     /// Whether L leads into the work, down to which the drill goes at the rapid speed.
     pub(super) fn lifts_into_work(&self) -> bool {
         let bottom = Value::thousandths(-self.depth.in_thousandths());

@@ -237,6 +237,12 @@ pub enum Problem {
     /// Steps of a cycle without a depth.
     #[error("neither F nor O say how deep a step is: the hole is drilled at once")]
     NoDrillSteps,
+    /// Steps of a cycle behind the first without a depth.
+    #[error("O does not say how deep the steps behind the first are: each is one step of the axis")]
+    NoOtherSteps,
+    /// A command for files is typed where the operator is asked.
+    #[error("{0} is for files, and is not done here")]
+    ForFiles(&'static str),
     /// A depth of a few µm.
     #[error("a depth of {0} µm is very little")]
     MillimetresMeant(Value),
@@ -382,6 +388,7 @@ impl Problem {
             | EmptyRegister(_)
             | NoDepth
             | NoDrillSteps
+            | NoOtherSteps
             | MillimetresMeant(_)
             | WaitRounded(_) => Severity::Warning,
             NoSuchAxis(_)
@@ -401,6 +408,7 @@ impl Problem {
             | OnCylinder(_)
             | Follows(_)
             | NoOperator
+            | ForFiles(_)
             | TooLarge(_) => Severity::Error,
         }
     }
@@ -451,6 +459,8 @@ impl Problem {
             EmptyRegister(_) => "empty-register",
             NoDepth => "no-depth",
             NoDrillSteps => "no-drill-steps",
+            NoOtherSteps => "no-other-steps",
+            ForFiles(_) => "for-files",
             MillimetresMeant(_) => "millimetres-meant",
             NotRotary(_) => "not-rotary",
             NotLinear(_) => "turns-too",
@@ -543,6 +553,11 @@ impl Problem {
                 return Some(format!("fill it first, as in WPREG{number} X0 Y0"));
             }
             NoDepth => "define it first, as in DRILLDEF D2000",
+            NoOtherSteps => "define them too, as in DRILLDEF F1000 O500",
+            ForFiles("HALT") => "the job waits already",
+            ForFiles("GETTOOL") => "put the tool in, and go on",
+            ForFiles("WPTEACH") => "move to where the zero is, and type WPZERO",
+            ForFiles(_) => "q ends the job",
             NoDrillSteps => "define them first, as in DRILLDEF F1000 O500",
             MillimetresMeant(_) => "if the file gives millimetres, add --drilldef-unit mm",
             NotRotary(_) => "name the turning axis first, as in CYL A5000 Y",

@@ -35,8 +35,11 @@ pub struct Resumption {
     pub run_up: u64,
     /// The counter of Z at which the tool goes across.
     pub highest: i64,
-    /// Whether anything has moved before, so that there is a way to go.
+    /// Whether there is a way to go: something has moved before, or, where the present point counts,
+    /// the tool is not where the job begins.
     pub has_begun: bool,
+    /// Whether reference runs have told where axes were.
+    pub told: bool,
 }
 
 /// Why a job cannot go on with a line.
@@ -175,12 +178,15 @@ impl Before {
         options: Options,
         here: Steps,
     ) -> (Job<'_>, Resumption) {
-        let has_begun = job.interpreter().has_begun();
         let unknown = unknown(&job);
         let (mut referenced, runs) = job.interpreter().runs();
+        let told = referenced.iter().any(|axis| !job.interpreter().assumed().has(axis));
         if options.no_reference {
             referenced = AxisSet::NONE;
         }
+        // Where the present point counts, the tool may have left the one at which the job begins.
+        let has_left = options.no_reference && here != job.counters();
+        let has_begun = job.interpreter().has_begun() || has_left;
         let mut from = here;
         referenced.iter().for_each(|axis| from[axis] = 0);
         let reached = self.highest.unwrap_or(from[2]);
@@ -220,6 +226,7 @@ impl Before {
             run_up: self.run_up,
             highest,
             has_begun,
+            told,
         };
         job.first(line, actions);
         (job, resumption)

@@ -9,7 +9,7 @@ use super::problem::Problem;
 use super::target::Target;
 use super::zero::Zero;
 use crate::geometry::{Curve, Delay, Steps, Straight};
-use crate::language::{self, Line, Lines, Span, TextLine, Units};
+use crate::language::{self, Command, Line, Lines, Span, TextLine, Units};
 use crate::{Diagnostic, Severity};
 
 /// How a job ended, and what was said about it.
@@ -352,6 +352,13 @@ impl<'t> Job<'t> {
         Zero(std::array::from_fn(|axis| axes.has(axis).then_some(zero[axis])))
     }
 
+    /// Whether its lines go to the same places as those of another: the zero, the registers, the plane
+    /// and the cylinder are the same.
+    #[must_use]
+    pub fn has_frame_of(&self, other: &Job<'_>) -> bool {
+        self.reader.interpreter.has_frame_of(&other.reader.interpreter)
+    }
+
     /// The operator has found the work-piece zero: it is where the tool is.
     pub fn take_zero(&mut self) {
         self.reader.interpreter.take_zero();
@@ -378,8 +385,8 @@ impl<'t> Job<'t> {
 
     /// Carries out what the operator says, a line as in a file, and then asks again. A line that is
     /// refused is as if it had never been said: nothing moves, so nothing of what holds may change.
-    /// A unit holds for what is said until the file goes on, which keeps its own. Says whether it is
-    /// carried out.
+    /// A unit holds for what is said until the file goes on, which keeps its own. What asks the operator,
+    /// or ends the job, is refused: it has its place in a file. Says whether it is carried out.
     pub fn enter(
         &mut self,
         text: &str,
@@ -396,8 +403,21 @@ impl<'t> Job<'t> {
         let line = language::parse(text, &mut |span, problem| {
             told(Diagnostic { line: number, span, problem: problem.into(), left_out: false });
         });
+        let for_files = line.command.and_then(|command| match command.value {
+            Command::Halt => Some("HALT"),
+            Command::Tool(_) => Some("GETTOOL"),
+            Command::Teach => Some("WPTEACH"),
+            Command::End => Some("PROGEND"),
+            _ => None,
+        });
+        if let Some(name) = for_files {
+            let span = line.command.map(|command| command.span).unwrap_or_default();
+            let problem = Problem::ForFiles(name).into();
+            told(Diagnostic { line: number, span, problem, left_out: false });
+        }
         let (before, span) = (self.reader.interpreter.clone(), self.reader.span);
-        let done = self.reader.carry_out(&line, &mut self.scratch, &mut told);
+        let done =
+            for_files.is_none() && self.reader.carry_out(&line, &mut self.scratch, &mut told);
         let taken = done && !refused;
         match taken {
             true => self.actions.extend(self.scratch.drain(..)),

@@ -39,6 +39,7 @@ impl Interpreter<'_> {
         told.surface &= words.safety.or(words.plane).is_none();
         told.depth &= words.depth.is_none();
         told.steps &= words.cycle.or(words.first).or(words.other).is_none();
+        told.other_steps &= words.cycle.or(words.first).or(words.other).is_none();
         told.lift &= words.lift.or(words.depth).is_none();
         self.state.drill = Definition {
             cycle,
@@ -61,6 +62,8 @@ impl Interpreter<'_> {
         }
         for (name, word) in [('F', words.first), ('O', words.other), ('R', words.retreat)] {
             if let Some(word) = word.filter(|word| word.value < Value::ZERO) {
+                // What the steps are then is no question.
+                self.state.told_of_holes.steps |= name != 'R';
                 return Err((word.span, Problem::NegativeLength(name, word.value)));
             }
         }
@@ -96,6 +99,7 @@ impl Interpreter<'_> {
         for (problem, applies, told) in [
             (Problem::NoDepth, definition.depth <= Value::ZERO, &mut told.depth),
             (Problem::NoDrillSteps, definition.lacks_steps(), &mut told.steps),
+            (Problem::NoOtherSteps, definition.lacks_other_steps(), &mut told.other_steps),
         ] {
             if applies && !std::mem::replace(told, true) {
                 sink.say(problem);

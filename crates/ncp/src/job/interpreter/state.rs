@@ -85,6 +85,7 @@ pub(super) struct ToldOfHoles {
     pub(super) surface: bool,
     pub(super) depth: bool,
     pub(super) steps: bool,
+    pub(super) other_steps: bool,
     pub(super) lift: bool,
 }
 
@@ -162,6 +163,13 @@ impl<'t> Interpreter<'t> {
     /// Whether PROGEND was read.
     pub(in crate::job) fn has_ended(&self) -> bool {
         self.state.ended
+    }
+
+    /// Whether lines go to the same places as in another: the zero, what may become the zero, the plane
+    /// and the cylinder are the same.
+    pub(in crate::job) fn has_frame_of(&self, other: &Interpreter<'_>) -> bool {
+        let frame = |state: &State| (state.zero, state.registers, state.plane, state.cylinder);
+        frame(&self.state) == frame(&other.state)
     }
 
     /// The axes of which it is assumed that they stood at 0.
