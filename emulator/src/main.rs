@@ -21,6 +21,7 @@ mod send;
 mod serve;
 mod setup;
 mod text;
+mod values;
 
 use std::process::ExitCode;
 

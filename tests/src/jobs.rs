@@ -11,9 +11,9 @@ use serde::Deserialize;
 use toml::{Table, Value};
 use vimc4::{Family, Machine, Model};
 use vimc4_conform::format::merge;
-use vimc4_conform::script;
 use vimc4_conform::source::{Source, with_manual};
 use vimc4_conform::workshop;
+use vimc4_device::parse_duration;
 use vimc4_motion::Ramp;
 use vimc4_ncp::job::{Controller, NoZero, Options, Register, Target, Zero};
 
@@ -430,7 +430,8 @@ fn change(text: &str) -> Result<Change, String> {
 
 /// A time in ns, written as in a session.
 fn nanos(text: &str) -> Result<u64, String> {
-    script::duration(text).map_err(|error| error.to_string())
+    let span = parse_duration(text).map_err(|error| format!("{text:?} {error}"))?;
+    Ok(span.as_nanos() as u64)
 }
 
 fn machine_table(raw: Option<&RawMachine>) -> Result<MachineTable, String> {

@@ -9,13 +9,13 @@ use std::fmt;
 
 use toml::{Table, Value};
 use vimc4_catalogue::{Controller, Handling, Model};
-use vimc4_device::{AXES, Device, Harness, Point};
+use vimc4_device::{AXES, Device, Harness, Point, show_nanos};
 
 use crate::format::Session;
 use crate::play::{Drive, play_watched};
 use crate::player::{Act, PortStep, Timing};
 use crate::rehearsal::{ask, converse, counters, rehearse, rehearse_with_handshake};
-use crate::script::{Action, Expected, show_nanos};
+use crate::script::{Action, Expected};
 use crate::travel::Travel;
 use crate::workshop::{self, Workshop};
 

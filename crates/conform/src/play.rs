@@ -7,10 +7,11 @@ use std::fmt::{self, Write as _};
 use vimc4_catalogue::Family;
 use vimc4_device::{
     Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Output, Time, View,
+    show_nanos,
 };
 
 use crate::format::Session;
-use crate::script::{Action, Expected, SignalName, Step, escape, show_nanos};
+use crate::script::{Action, Expected, SignalName, Step, escape};
 use crate::travel::Travel;
 
 /// How long a session may take, in the model's time: a week.

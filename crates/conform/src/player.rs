@@ -4,10 +4,10 @@
 //! [`next`](Player::next) what to do, sends what is to be sent, and hands in what has arrived,
 //! with the time. `rehearsal` drives it with a simulated port, `vimc4 conform` with a real one.
 
-use vimc4_device::Time;
+use vimc4_device::{Time, show_nanos};
 
 use crate::play::{matches, show_expected};
-use crate::script::{Expected, escape, show_nanos};
+use crate::script::{Expected, escape};
 
 /// One thing to do or to see at a port.
 #[derive(Clone, Debug, PartialEq, Eq)]

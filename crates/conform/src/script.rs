@@ -3,7 +3,7 @@
 use std::fmt;
 
 use vimc4_catalogue::{Effects, Family};
-use vimc4_device::Time;
+use vimc4_device::parse_duration;
 
 /// One line of a script.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -263,71 +263,19 @@ pub fn needs<'a>(family: Family, actions: impl IntoIterator<Item = &'a Action>) 
     needs
 }
 
-/// Bytes as a script writes them.
+/// Bytes as a script writes them, in which `*` stands for repetition.
 #[must_use]
 pub fn escape(bytes: &[u8]) -> String {
-    let mut text = String::new();
-    for &byte in bytes {
-        match byte {
-            b'\r' => text.push_str("\\r"),
-            b'\n' => text.push_str("\\n"),
-            b'\\' => text.push_str("\\\\"),
-            b'*' => text.push_str("\\x2A"),
-            b' '..=b'~' => text.push(char::from(byte)),
-            _ => text.push_str(&format!("\\x{byte:02X}")),
-        }
-    }
-    text
-}
-
-/// Nanoseconds as a script writes them.
-#[must_use]
-pub fn show_nanos(nanos: u64) -> String {
-    let (whole, unit, scale) = match nanos {
-        0 => return "0ms".to_owned(),
-        1_000_000_000.. => (nanos / 1_000_000_000, "s", 9),
-        1_000_000.. => (nanos / 1_000_000, "ms", 6),
-        1_000.. => (nanos / 1_000, "us", 3),
-        _ => (nanos, "ns", 0),
-    };
-    let fraction = format!("{:0scale$}", nanos % 10u64.pow(scale as u32));
-    let fraction = if scale == 0 { "" } else { fraction.trim_end_matches('0') };
-    let point = if fraction.is_empty() { "" } else { "." };
-    format!("{whole}{point}{fraction}{unit}")
+    vimc4_device::escape(bytes).replace('*', "\\x2A")
 }
 
 /// A span of time such as `594.09ms`, in nanoseconds.
-///
-/// # Errors
-///
-/// If it has no unit, is no number or is finer than a nanosecond.
-pub fn duration(text: &str) -> Result<u64, ScriptError> {
-    let error = |wrong: &str| {
-        Err(ScriptError::new(
-            format!("{text:?} {wrong}"),
-            "10ns, 20us, 594.09ms, 1.5s, 2min are times",
-        ))
-    };
-    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (value, unit) = text.split_at(split);
-    let (scale, digits) = match unit {
-        "ns" => (1, 0),
-        "us" => (1_000, 3),
-        "ms" => (1_000_000, 6),
-        "s" => (1_000_000_000, 9),
-        "min" => (60_000_000_000, 0),
-        _ => return error("has no unit of time"),
-    };
-    let (whole, fraction) = value.trim().split_once('.').unwrap_or((value.trim(), ""));
-    let Ok(whole) = whole.parse::<u64>() else { return error("is no time") };
-    if fraction.len() > digits || !fraction.bytes().all(|b| b.is_ascii_digit()) {
-        return error("is finer than a nanosecond");
-    }
-    let fraction: u64 = format!("{fraction:0<digits$}").parse().unwrap_or(0);
-    match whole.checked_mul(scale).and_then(|n| n.checked_add(fraction)) {
-        Some(nanos) if nanos < Time::NEVER.as_nanos() => Ok(nanos),
-        _ => error("is too long"),
-    }
+fn duration(text: &str) -> Result<u64, ScriptError> {
+    let span = parse_duration(text).map_err(|error| {
+        let wrong = format!("{text:?} {error}");
+        ScriptError::new(wrong, "10ns, 20us, 594.09ms, 1.5s, 2min are times")
+    })?;
+    Ok(span.as_nanos() as u64)
 }
 
 /// A comment begins with `#` at the start of a line or after a blank.
@@ -370,13 +318,14 @@ fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
         let (byte, length) = match code.as_bytes() {
             [b'r', ..] => (b'\r', 1),
             [b'n', ..] => (b'\n', 1),
+            [b't', ..] => (b'\t', 1),
             [b'\\', ..] => (b'\\', 1),
             [b'x', hex, low, ..] if hex.is_ascii_hexdigit() && low.is_ascii_hexdigit() => {
                 (u8::from_str_radix(&code[1..3], 16).unwrap_or_default(), 3)
             }
             _ => {
                 let wrong = format!("\"\\{}\" is no escape", code.chars().next().unwrap_or(' '));
-                return Err(ScriptError::new(wrong, "\\r, \\n, \\\\ and \\xNN are"));
+                return Err(ScriptError::new(wrong, "\\r, \\n, \\t, \\\\ and \\xNN are"));
             }
         };
         rest = &code[length..];
@@ -422,6 +371,8 @@ fn numbers(values: &[&str]) -> Result<Vec<i64>, ScriptError> {
 
 #[cfg(test)]
 mod tests {
+    use vimc4_device::show_nanos;
+
     use super::*;
 
     #[test]

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod condition;
+mod duration;
 mod event;
 mod grouped;
 mod handling;
@@ -21,6 +22,7 @@ mod text;
 mod view;
 
 pub use condition::Condition;
+pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Motion, Warning};
 pub use grouped::Grouped;
 pub use handling::{

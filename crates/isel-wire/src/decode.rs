@@ -78,15 +78,6 @@ pub(crate) const WHOLE_BYTE: u8 = 128;
 /// The most fields a command has: `w`, and `Z` and straight moves with four axes.
 const FIELDS_MAX: usize = 8;
 
-/// How many pairs a straight move has (99 §2.2.4).
-const fn pairs(axes: AxisSet) -> usize {
-    match axes.bits() {
-        // The second pair of Z, so that one line moves, plunges and lifts.
-        0b0111 => 4,
-        _ => axes.count(),
-    }
-}
-
 impl Frame<'_> {
     /// Whether the number of fields is right while these axes are configured.
     ///
@@ -94,75 +85,11 @@ impl Frame<'_> {
     ///
     /// [`Fault::Count`], or [`Fault::CountWithoutAxes`].
     pub fn check_count(&self, axes: AxisSet) -> Result<(), Fault> {
-        let (right, or) = self.counts(axes).ok_or(Fault::CountWithoutAxes)?;
+        let (right, or) = self.spec().fields.counts(axes).ok_or(Fault::CountWithoutAxes)?;
         match self.field_count() {
             count if count == right || count == or => Ok(()),
             _ => Err(Fault::Count { right: right as u8, or: or as u8 }),
         }
-    }
-
-    /// The two numbers of fields that are right, which are mostly the same; `None` where they
-    /// depend on axes and there are none.
-    fn counts(&self, axes: AxisSet) -> Option<(usize, usize)> {
-        let (of_axes, some) = (axes.count(), !axes.is_empty());
-        let right = match self.op() {
-            Op::RelativeMove | Op::AbsoluteMove => some.then_some(2 * pairs(axes))?,
-            Op::ReferenceSpeeds => return some.then_some((of_axes, 4)),
-            Op::MoveUntil => some.then_some(4 + of_axes)?,
-            Op::SetAxes
-            | Op::ReadPort
-            | Op::Plane
-            | Op::Direction
-            | Op::Free
-            | Op::Brake
-            | Op::DeviceNumber
-            | Op::InitDirections
-            | Op::InitReferences
-            | Op::InitHardwareStatus
-            | Op::InitRotaryL
-            | Op::InitDefaultAcceleration
-            | Op::InitDefaultStartStop
-            | Op::InitIoOnly
-            | Op::InitLimits
-            | Op::InitSwapLimits
-            | Op::InitAxisTypes
-            | Op::InitBaud9600
-            | Op::StartStop
-            | Op::Acceleration
-            | Op::Zero
-            | Op::SimulateReference
-            | Op::Reference
-            | Op::TestMode
-            | Op::Interpolation3d
-            | Op::SendSync
-            | Op::Delay => 1,
-            Op::WritePort | Op::AwaitSync | Op::Loop => 2,
-            Op::InitAbort
-            | Op::InitErrorSignal
-            | Op::InitCover
-            | Op::InitEmergency
-            | Op::Until
-            | Op::SetPort => 3,
-            Op::InitDefaultSpeeds | Op::InitFreeSteps | Op::BranchIf => 4,
-            Op::Circle => 7,
-            Op::Helix => 8,
-            Op::Diagnosis
-            | Op::LimitStatus
-            | Op::Status
-            | Op::Store
-            | Op::InitUserInfo
-            | Op::InitLoad
-            | Op::InitWrite
-            | Op::InitFactory
-            | Op::Erase
-            | Op::Position
-            | Op::Start
-            | Op::UserInfo
-            | Op::Version
-            | Op::SelfTest
-            | Op::End => 0,
-        };
-        Some((right, right))
     }
 
     /// Reads the whole line.

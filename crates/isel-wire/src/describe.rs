@@ -81,12 +81,12 @@ impl Display for Words<'_> {
                 write!(f, "wait for a character, if {character:?} jump by {}", Signed(*offset))
             }
             Command::Loop { count, offset } => {
-                let (lines, times) = (offset.unsigned_abs(), Grouped(u32::from(*count)));
+                let (lines, times) = (offset.unsigned_abs().into(), Grouped((*count).into()));
                 write!(f, "repeat the last {} lines, count {times}", Grouped(lines))
             }
             Command::Branch { offset } => write!(f, "jump by {}", Signed(*offset)),
             Command::Delay { tenths } => {
-                write!(f, "wait {}.{} s", Grouped(tenths / 10), tenths % 10)
+                write!(f, "wait {}.{} s", Grouped((tenths / 10).into()), tenths % 10)
             }
             Command::Until(test) => write!(f, "next move until {} = {}", test.place(), test.value),
             Command::SetPort(test) => write!(f, "set {} to {}", test.place(), test.value),
@@ -118,7 +118,7 @@ impl Words<'_> {
         f.write_str("absolute move")?;
         // The second pair of Z is there, but nobody looks at it.
         for (place, pair) in pairs.as_slice().iter().enumerate().take(self.axes.count()) {
-            let (axis, target, speed) = (self.label(place), Plain(pair.steps), Hz(pair.speed));
+            let (axis, target, speed) = (self.label(place), plain(pair.steps), Hz(pair.speed));
             write!(f, "{} {axis} to {target} at {speed}", comma(place))?;
         }
         Ok(())
@@ -147,7 +147,7 @@ impl Display for Init {
                 write!(f, "set default reference speeds X {x}, Y {y}, Z {z}, A {a}")
             }
             Self::FreeSteps([x, y, z, a]) => {
-                let (x, y, z, a) = (Plain(*x), Plain(*y), Plain(*z), Plain(*a));
+                let (x, y, z, a) = (plain(*x), plain(*y), plain(*z), plain(*a));
                 write!(f, "set steps off the reference switches X {x}, Y {y}, Z {z}, A {a}")
             }
             Self::DefaultAcceleration(a) => write!(f, "set default acceleration {}/ms", Hz(*a)),
@@ -177,8 +177,8 @@ impl Display for Init {
 
 impl Display for ArcArgs {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let (steps, speed, d) = (Grouped(self.steps), Hz(self.speed), Plain(self.d));
-        let (x, y) = (Plain(self.x), Plain(self.y));
+        let (steps, speed, d) = (Grouped(self.steps.into()), Hz(self.speed), plain(self.d));
+        let (x, y) = (plain(self.x), plain(self.y));
         let (rx, ry) = (Signed(self.rx.into()), Signed(self.ry.into()));
         write!(f, "of {steps} steps at {speed} from {x} {y}, D {d}, Rx {rx}, Ry {ry}")
     }
@@ -224,26 +224,20 @@ impl Display for Switch {
     }
 }
 
-/// With thousands separators.
-struct Grouped(u32);
+/// With thousands separators; a minus if it is negative.
+struct Grouped(i64);
 
 impl Display for Grouped {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        if self.0 < 1000 {
+        if self.0.unsigned_abs() < 1000 {
             return write!(f, "{}", self.0);
         }
-        write!(f, "{},{:03}", Self(self.0 / 1000), self.0 % 1000)
+        write!(f, "{},{:03}", Self(self.0 / 1000), (self.0 % 1000).unsigned_abs())
     }
 }
 
-/// With thousands separators; a minus if it is negative.
-struct Plain(i32);
-
-impl Display for Plain {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let sign = if self.0 < 0 { "-" } else { "" };
-        write!(f, "{sign}{}", Grouped(self.0.unsigned_abs()))
-    }
+fn plain(number: i32) -> Grouped {
+    Grouped(number.into())
 }
 
 /// With thousands separators and a sign; 0 has none.
@@ -252,7 +246,7 @@ struct Signed(i32);
 impl Display for Signed {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let sign = if self.0 > 0 { "+" } else { "" };
-        write!(f, "{sign}{}", Plain(self.0))
+        write!(f, "{sign}{}", plain(self.0))
     }
 }
 
@@ -260,6 +254,6 @@ struct Hz(u32);
 
 impl Display for Hz {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{} Hz", Grouped(self.0))
+        write!(f, "{} Hz", Grouped(self.0.into()))
     }
 }

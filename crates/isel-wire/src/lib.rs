@@ -91,4 +91,4 @@ pub use fault::{Fault, WrongAxes, WrongNumber};
 pub use frame::{Addressed, Frame, parse};
 pub use receive::{Control, LINE_MAX, Line, LineBuffer, control};
 pub use reply::Reply;
-pub use table::{Class, CommandSpec, Op, spec, table};
+pub use table::{Class, CommandSpec, Fields, Op, spec, table};

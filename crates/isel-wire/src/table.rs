@@ -8,11 +8,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::axes::AxisSet;
 use crate::dialect::{Dialect, Mode};
 use crate::reply::Reply;
 
 // The list below is a table, and reads like one without these prefixes.
 use Class::{Motion, Output, Program, Query, Setting};
+use Fields::{Just, Pairs, Speeds, TestAndSteps};
 use Reply::{
     Axis, Count, Cover, DataField, Done, LimitSwitch, MemoryFull, NoAxes, Number, Plant, Reference,
     Speed, Stopped, Syntax,
@@ -162,6 +164,36 @@ pub enum Class {
     Program,
 }
 
+/// How many fields a command has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fields {
+    /// So many. The code of a diagnosis and the text of `IU` are none.
+    Just(u8),
+    /// A way and a speed for each axis, and for Z of X, Y and Z a second time, so that one line
+    /// moves, plunges and lifts (99 §2.2.4).
+    Pairs,
+    /// A speed for each axis, or four.
+    Speeds,
+    /// Port, mask, value and speed, and a way for each axis.
+    TestAndSteps,
+}
+
+impl Fields {
+    /// The two numbers of fields that are right while these axes are configured, which are mostly
+    /// the same; `None` where they depend on axes and there are none.
+    pub(crate) fn counts(self, axes: AxisSet) -> Option<(usize, usize)> {
+        let count = Some(axes.count()).filter(|count| *count > 0);
+        let right = match self {
+            Just(count) => usize::from(count),
+            Pairs if axes.bits() == 0b0111 => 8,
+            Pairs => 2 * count?,
+            Speeds => return Some((count?, 4)),
+            TestAndSteps => 4 + count?,
+        };
+        Some((right, right))
+    }
+}
+
 /// What there is to know about one command of one dialect in one mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CommandSpec {
@@ -173,6 +205,8 @@ pub struct CommandSpec {
     pub title: &'static str,
     /// What it does to the machine.
     pub class: Class,
+    /// How many fields it has.
+    pub fields: Fields,
     /// Whether it is refused with `4` until axes are configured.
     pub needs_axes: bool,
     /// Where this dialect's manual describes it.
@@ -247,6 +281,7 @@ struct Row {
     op: Op,
     title: &'static str,
     class: Class,
+    fields: Fields,
     needs_axes: bool,
     direct: Form,
     stored: Form,
@@ -265,8 +300,8 @@ impl Form {
     const NONE: Self = Self { mnemonic: "", sections: [""; 3], replies: &[] };
 }
 
-const fn row(op: Op, title: &'static str, class: Class) -> Row {
-    Row { op, title, class, needs_axes: false, direct: Form::NONE, stored: Form::NONE }
+const fn row(op: Op, title: &'static str, class: Class, fields: Fields) -> Row {
+    Row { op, title, class, fields, needs_axes: false, direct: Form::NONE, stored: Form::NONE }
 }
 
 impl Row {
@@ -341,157 +376,157 @@ const STORED_AXES: &[Reply] = &[Done, Number, Axis, MemoryFull, Count];
 /// Every command there is, in the order of the letters.
 #[rustfmt::skip]
 const ROWS: &[Row] = &[
-    row(Op::SetAxes, "set axes", Setting)
+    row(Op::SetAxes, "set axes", Setting, Just(1))
         .direct("@axes", ["2.2.1", "2.2.1", "2.2.1"], &[Done, Number, Axis, Count]),
-    row(Op::RelativeMove, "relative move", Motion).needs_axes()
+    row(Op::RelativeMove, "relative move", Motion, Pairs).needs_axes()
         .direct("@A", ["2.2.4", "2.2.4", ""], MOVE)
         .stored("0", ["3.2.3", "3.2.3", "3.2.2"], STORED_SPEEDS),
-    row(Op::RelativeMove, "relative move", Motion).needs_axes()
+    row(Op::RelativeMove, "relative move", Motion, Pairs).needs_axes()
         .direct("@A", ["", "", "2.2.2"], MOVE_XX),
-    row(Op::ReadPort, "read port", Query)
+    row(Op::ReadPort, "read port", Query, Just(1))
         .direct("@b", ["2.2.13", "2.2.13", "2.2.3"], NUMBERS),
-    row(Op::WritePort, "write port", Output)
+    row(Op::WritePort, "write port", Output, Just(2))
         .direct("@B", ["2.2.14", "2.2.14", "2.2.4"], &[Done, Number, Count, Plant, Cover]),
-    row(Op::ReferenceSpeeds, "set reference speeds", Setting).needs_axes()
+    row(Op::ReferenceSpeeds, "set reference speeds", Setting, Speeds).needs_axes()
         .direct("@d", ["2.2.3", "2.2.3", "2.2.5"], &[Done, Number, NoAxes, Count, Speed])
         .stored("d", ["", "", "3.2.10"], STORED_SPEEDS),
-    row(Op::Diagnosis, "diagnosis", Query)
+    row(Op::Diagnosis, "diagnosis", Query, Just(0))
         .direct("@D", ["2.2.19", "2.2.19", "2.2.6"], &[Done, Syntax]),
-    row(Op::Plane, "set plane of circles", Setting)
+    row(Op::Plane, "set plane of circles", Setting, Just(1))
         .direct("@e", ["2.2.9", "2.2.9", "2.2.7"], NUMBERS)
         .stored("e", ["3.2.7", "3.2.7", "3.2.11"], STORED_NUMBERS),
-    row(Op::Direction, "set direction of circles", Setting)
+    row(Op::Direction, "set direction of circles", Setting, Just(1))
         .direct("@f", ["2.2.10", "2.2.10", "2.2.8"], NUMBERS)
         .stored("f", ["3.2.8", "3.2.8", "3.2.12"], STORED_NUMBERS),
-    row(Op::Free, "leave limit switch", Motion).needs_axes()
+    row(Op::Free, "leave limit switch", Motion, Just(1)).needs_axes()
         .direct("@F", ["", "", "2.2.9"], AXIS_MOTION),
-    row(Op::Brake, "switch brake", Output)
+    row(Op::Brake, "switch brake", Output, Just(1))
         .direct("@g", ["", "", "2.2.10"], NUMBERS)
         .stored("g", ["", "", "3.2.13"], STORED_NUMBERS),
-    row(Op::DeviceNumber, "set device number", Setting)
+    row(Op::DeviceNumber, "set device number", Setting, Just(1))
         .direct("@G", ["", "", "2.2.11"], NUMBERS),
-    row(Op::LimitStatus, "show limit switches", Query)
+    row(Op::LimitStatus, "show limit switches", Query, Just(0))
         .direct("@h", ["", "2.2.16", "2.2.12"], PLAIN),
-    row(Op::Status, "show status", Query)
+    row(Op::Status, "show status", Query, Just(0))
         .direct("@H", ["2.2.16", "2.2.16", "2.2.12"], PLAIN),
-    row(Op::Store, "store data field", Program).needs_axes()
+    row(Op::Store, "store data field", Program, Just(0)).needs_axes()
         .direct("@i", ["3.2.1", "3.2.1", "2.2.13, 3.2.1"], &[Done, NoAxes, Count, DataField]),
-    row(Op::InitAbort, "set abort input", Setting)
+    row(Op::InitAbort, "set abort input", Setting, Just(3))
         .direct("@IA", ["", "", "4.2.11"], NUMBERS),
-    row(Op::InitErrorSignal, "set error output", Setting)
+    row(Op::InitErrorSignal, "set error output", Setting, Just(3))
         .direct("@Ia", ["", "", "4.2.12"], NUMBERS),
-    row(Op::InitBaud9600, "set 9600 baud", Setting)
+    row(Op::InitBaud9600, "set 9600 baud", Setting, Just(1))
         .direct("@IC", ["", "", "4.2.15"], NUMBERS),
-    row(Op::InitDefaultSpeeds, "set default reference speeds", Setting)
+    row(Op::InitDefaultSpeeds, "set default reference speeds", Setting, Just(4))
         .direct("@Id", ["", "", "2.2.14, 4.2.1"], SPEEDS),
-    row(Op::InitDirections, "invert directions", Setting)
+    row(Op::InitDirections, "invert directions", Setting, Just(1))
         .direct("@ID", ["2.2.18", "2.2.18", "2.2.14, 4.2.8"], NUMBERS),
-    row(Op::InitSwapLimits, "swap limit switches", Setting)
+    row(Op::InitSwapLimits, "swap limit switches", Setting, Just(1))
         .direct("@Ie", ["", "", "2.2.14, 4.2.7"], NUMBERS),
-    row(Op::InitLimits, "set limit switches", Setting)
+    row(Op::InitLimits, "set limit switches", Setting, Just(1))
         .direct("@IE", ["", "", "2.2.14, 4.2.6"], NUMBERS),
-    row(Op::InitFreeSteps, "set steps off the reference switches", Setting)
+    row(Op::InitFreeSteps, "set steps off the reference switches", Setting, Just(4))
         .direct("@IF", ["", "", "2.2.14, 4.2.2"], NUMBERS),
-    row(Op::InitCover, "set cover input", Setting)
+    row(Op::InitCover, "set cover input", Setting, Just(3))
         .direct("@IH", ["", "", "4.2.13"], NUMBERS),
-    row(Op::InitDefaultStartStop, "set default start-stop frequency", Setting)
+    row(Op::InitDefaultStartStop, "set default start-stop frequency", Setting, Just(1))
         .direct("@Ij", ["", "", "2.2.14, 4.2.4"], SPEEDS),
-    row(Op::InitDefaultAcceleration, "set default acceleration", Setting)
+    row(Op::InitDefaultAcceleration, "set default acceleration", Setting, Just(1))
         .direct("@IJ", ["", "", "2.2.14, 4.2.3"], NUMBERS),
-    row(Op::InitRotaryL, "set rotary axes", Setting)
+    row(Op::InitRotaryL, "set rotary axes", Setting, Just(1))
         .direct("@IL", ["", "2.2.18", ""], NUMBERS),
-    row(Op::InitLoad, "load parameters from flash", Setting)
+    row(Op::InitLoad, "load parameters from flash", Setting, Just(0))
         .direct("@IL", ["", "", "2.2.14, 4.2.17"], PLAIN),
-    row(Op::InitEmergency, "set emergency stop input", Setting)
+    row(Op::InitEmergency, "set emergency stop input", Setting, Just(3))
         .direct("@IN", ["", "", "4.2.14"], NUMBERS),
-    row(Op::InitIoOnly, "set ports only", Setting)
+    row(Op::InitIoOnly, "set ports only", Setting, Just(1))
         .direct("@IO", ["", "", "2.2.14, 4.2.5"], NUMBERS),
-    row(Op::InitReferences, "invert reference directions", Setting)
+    row(Op::InitReferences, "invert reference directions", Setting, Just(1))
         .direct("@IR", ["2.2.18", "2.2.18", "2.2.14, 4.2.9"], NUMBERS),
-    row(Op::InitHardwareStatus, "set hardware status", Setting)
+    row(Op::InitHardwareStatus, "set hardware status", Setting, Just(1))
         .direct("@IS", ["2.2.18", "2.2.18", ""], NUMBERS),
-    row(Op::InitAxisTypes, "set axis types", Setting)
+    row(Op::InitAxisTypes, "set axis types", Setting, Just(1))
         .direct("@IT", ["", "", "2.2.14, 4.2.10"], NUMBERS),
-    row(Op::InitUserInfo, "set user info", Setting)
+    row(Op::InitUserInfo, "set user info", Setting, Just(0))
         .direct("@IU", ["", "", "4.2.16"], &[Done, Number]),
-    row(Op::InitWrite, "write parameters to flash", Setting)
+    row(Op::InitWrite, "write parameters to flash", Setting, Just(0))
         .direct("@IW", ["", "", "2.2.14, 4.2.18"], PLAIN),
-    row(Op::InitFactory, "restore factory parameters", Setting)
+    row(Op::InitFactory, "restore factory parameters", Setting, Just(0))
         .direct("@IX", ["", "", "2.2.14, 4.2.19"], PLAIN),
-    row(Op::StartStop, "set start-stop frequency", Setting)
+    row(Op::StartStop, "set start-stop frequency", Setting, Just(1))
         .direct("@j", ["", "", "2.2.15"], SPEEDS)
         .stored("j", ["", "", "3.2.14"], STORED_SPEEDS),
-    row(Op::Acceleration, "set acceleration", Setting)
+    row(Op::Acceleration, "set acceleration", Setting, Just(1))
         .direct("@J", ["", "", "2.2.16"], NUMBERS)
         .stored("J", ["", "", "3.2.15"], STORED_NUMBERS),
-    row(Op::Erase, "erase program", Program)
+    row(Op::Erase, "erase program", Program, Just(0))
         .direct("@k", ["", "2.2.22", "2.2.17"], PLAIN),
-    row(Op::AbsoluteMove, "absolute move", Motion).needs_axes()
+    row(Op::AbsoluteMove, "absolute move", Motion, Pairs).needs_axes()
         .direct("@M", ["2.2.5", "2.2.5", ""], MOVE)
         .stored("m", ["3.2.4", "3.2.4", "3.2.16"], STORED_SPEEDS),
-    row(Op::AbsoluteMove, "absolute move", Motion).needs_axes()
+    row(Op::AbsoluteMove, "absolute move", Motion, Pairs).needs_axes()
         .direct("@M", ["", "", "2.2.18"], MOVE_XX),
-    row(Op::Zero, "set zero", Setting).needs_axes()
+    row(Op::Zero, "set zero", Setting, Just(1)).needs_axes()
         .direct("@n", ["2.2.7", "2.2.7", "2.2.19"], AXES)
         .stored("n", ["3.2.5", "3.2.5", "3.2.17"], STORED_AXES),
-    row(Op::SimulateReference, "simulate reference run", Setting).needs_axes()
+    row(Op::SimulateReference, "simulate reference run", Setting, Just(1)).needs_axes()
         .direct("@N", ["", "", "2.2.20"], AXES)
         .stored("N", ["", "", "3.2.18"], STORED_AXES),
-    row(Op::Position, "read position", Query)
+    row(Op::Position, "read position", Query, Just(0))
         .direct("@P", ["2.2.6", "2.2.6", "2.2.21"], PLAIN),
-    row(Op::Reference, "reference run", Motion).needs_axes()
+    row(Op::Reference, "reference run", Motion, Just(1)).needs_axes()
         .direct("@R", ["2.2.2", "2.2.2", "2.2.22"], AXIS_MOTION)
         .stored("7", ["3.2.2", "3.2.2", "3.2.8"], STORED_AXES),
     // A program ends with what its own lines can end with: an absolute move without reference
     // with `R` or `2`, a circle in a plane that is not configured with `3`.
-    row(Op::Start, "go on with stopped motion or program", Motion)
+    row(Op::Start, "go on with stopped motion or program", Motion, Just(0))
         .direct("@S", ["2.2.12", "2.2.12", ""], &[
             Done, LimitSwitch, Axis, Count, Plant, Stopped, DataField, Cover,
         ]),
-    row(Op::Start, "go on with stopped motion or run program", Motion)
+    row(Op::Start, "go on with stopped motion or run program", Motion, Just(0))
         .direct("@S", ["", "", "2.2.23"], &[
             Done, LimitSwitch, Axis, Count, Plant, Stopped, DataField, Cover, Reference,
         ]),
-    row(Op::TestMode, "switch test mode", Setting)
+    row(Op::TestMode, "switch test mode", Setting, Just(1))
         .direct("@T", ["2.2.15", "2.2.15", "2.2.24"], NUMBERS)
         .stored("T", ["", "", "3.2.21"], STORED_NUMBERS),
-    row(Op::UserInfo, "show user info", Query)
+    row(Op::UserInfo, "show user info", Query, Just(0))
         .direct("@U", ["", "", "2.2.25"], PLAIN),
-    row(Op::Version, "show version", Query)
+    row(Op::Version, "show version", Query, Just(0))
         .direct("@V", ["2.2.17", "2.2.17", "2.2.26"], PLAIN),
-    row(Op::Helix, "helix", Motion).needs_axes()
+    row(Op::Helix, "helix", Motion, Just(8)).needs_axes()
         .direct("@w", ["", "", "2.2.27"], CIRCLE_XX)
         .stored("w", ["", "", "3.2.22"], STORED_ARC),
-    row(Op::Circle, "circle", Motion).needs_axes()
+    row(Op::Circle, "circle", Motion, Just(7)).needs_axes()
         .direct("@y", ["2.2.11", "2.2.11", ""], CIRCLE)
         .stored("y", ["3.2.9", "3.2.9", "3.2.23"], STORED_ARC),
-    row(Op::Circle, "circle", Motion).needs_axes()
+    row(Op::Circle, "circle", Motion, Just(7)).needs_axes()
         .direct("@y", ["", "", "2.2.28"], CIRCLE_XX),
-    row(Op::Interpolation3d, "switch 3D interpolation", Setting)
+    row(Op::Interpolation3d, "switch 3D interpolation", Setting, Just(1))
         .direct("@z", ["2.2.8", "2.2.8", "2.2.29"], NUMBERS)
         .stored("z", ["3.2.6", "3.2.6", "3.2.24"], STORED_NUMBERS),
-    row(Op::MoveUntil, "move until port", Motion).needs_axes()
+    row(Op::MoveUntil, "move until port", Motion, TestAndSteps).needs_axes()
         .direct("@Z", ["", "2.2.23", ""], MOVE),
-    row(Op::MoveUntil, "move until port", Motion).needs_axes()
+    row(Op::MoveUntil, "move until port", Motion, TestAndSteps).needs_axes()
         .direct("@Z", ["", "", "2.2.30"], MOVE_XX),
     // It streams text until the reset and so is never done.
-    row(Op::SelfTest, "self-test", Motion)
+    row(Op::SelfTest, "self-test", Motion, Just(0))
         .direct("@?", ["2.2.20", "2.2.20", ""], &[Count, Plant, Cover]),
-    row(Op::SendSync, "send character", Program)
+    row(Op::SendSync, "send character", Program, Just(1))
         .stored("1", ["", "", "3.2.3"], STORED_NUMBERS),
-    row(Op::AwaitSync, "wait for character", Program)
+    row(Op::AwaitSync, "wait for character", Program, Just(2))
         .stored("2", ["", "", "3.2.4"], STORED_NUMBERS),
-    row(Op::Loop, "loop or branch", Program)
+    row(Op::Loop, "loop or branch", Program, Just(2))
         .stored("3", ["3.2.10", "3.2.10", "3.2.5"], STORED_NUMBERS),
-    row(Op::Delay, "delay", Program)
+    row(Op::Delay, "delay", Program, Just(1))
         .stored("5", ["3.2.11", "3.2.11", "3.2.6"], STORED_NUMBERS),
-    row(Op::Until, "condition of next move", Program)
+    row(Op::Until, "condition of next move", Program, Just(3))
         .stored("6", ["", "", "3.2.7"], STORED_NUMBERS),
-    row(Op::End, "end of data field", Program)
+    row(Op::End, "end of data field", Program, Just(0))
         .stored("9", ["3.2.14", "3.2.14", "3.2.9"], STORED_PLAIN),
-    row(Op::BranchIf, "branch on port", Program)
+    row(Op::BranchIf, "branch on port", Program, Just(4))
         .stored("o", ["3.2.13", "3.2.13", "3.2.19"], STORED_NUMBERS),
-    row(Op::SetPort, "set port", Output)
+    row(Op::SetPort, "set port", Output, Just(3))
         .stored("p", ["3.2.12", "3.2.12", "3.2.20"], STORED_NUMBERS),
 ];
 
@@ -518,6 +553,7 @@ const fn pick<const N: usize>(dialect: Dialect, mode: Mode) -> [CommandSpec; N] 
         mnemonic: "",
         title: "",
         class: Class::Query,
+        fields: Just(0),
         needs_axes: false,
         sections: "",
         replies: &[],
@@ -533,6 +569,7 @@ const fn pick<const N: usize>(dialect: Dialect, mode: Mode) -> [CommandSpec; N] 
                 mnemonic: form.mnemonic,
                 title: row.title,
                 class: row.class,
+                fields: row.fields,
                 // While a data field is stored there are axes: `@i` has seen to that.
                 needs_axes: row.needs_axes && matches!(mode, Mode::Direct),
                 sections: form.sections[dialect as usize],

@@ -85,7 +85,7 @@ impl Firmware {
         if frame.op() != Op::WritePort {
             return None;
         }
-        let fractions = self.state.model.quirks.fractional_numbers.fractions();
+        let fractions = self.state.model.quirks.fractional_numbers;
         let number = |index| frame.number(index, fractions);
         let port = u16::try_from(number(0)?).ok()?;
         let value = u8::try_from(number(1)?).ok()?;

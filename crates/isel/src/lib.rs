@@ -58,10 +58,9 @@ pub use controller::Controller;
 pub use flash::{Flash, FlashError};
 pub use model::{
     AfterFree, AxisCodes, BitValues, BranchBase, CommandSet, ControlReply, Defaults, FlashProfile,
-    FractionalNumbers, LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoopCount,
-    LowerCase, Model, Place, PositionAxes, Quirks, RestingSpeed, SelfTestEnd, SpeedOf3d,
-    StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs, Texts, Timing,
-    Unreferenced,
+    LeaveSwitch, LimitBits, LimitLatch, Limits, LineProfile, LoopCount, LowerCase, Model, Place,
+    PositionAxes, Quirks, RestingSpeed, SelfTestEnd, SpeedOf3d, StopButton, StopInMoveUntil,
+    StopInReference, StopReply, StoreOver, StoredArcs, Texts, Timing, Unreferenced,
 };
 pub use program::{Program, StoredLine, Validity};
 pub use settings::Settings;

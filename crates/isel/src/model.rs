@@ -165,7 +165,7 @@ pub struct Quirks {
     /// What a stopped motion answers.
     pub stop_reply: StopReply,
     /// Numbers with a fraction.
-    pub fractional_numbers: FractionalNumbers,
+    pub fractional_numbers: Fractions,
     /// Whether a limit switch error blocks further motion.
     pub limit_latch: LimitLatch,
     /// Whether halting without a ramp above the start-stop frequency loses steps.
@@ -242,27 +242,6 @@ pub enum StopReply {
     F,
     /// `F`, and a `0` after it.
     F0,
-}
-
-/// Numbers with a fraction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FractionalNumbers {
-    /// Answer `1`.
-    Reject,
-    /// The fraction is dropped.
-    Truncate,
-}
-
-impl FractionalNumbers {
-    /// As the wire format knows it.
-    #[must_use]
-    pub fn fractions(self) -> Fractions {
-        match self {
-            FractionalNumbers::Reject => Fractions::Reject,
-            FractionalNumbers::Truncate => Fractions::Truncate,
-        }
-    }
 }
 
 /// Whether a limit switch error blocks further motion.
@@ -505,7 +484,7 @@ impl Model {
         Context {
             axes,
             speeds: self.limits.speeds(),
-            fractions: fractional_numbers.fractions(),
+            fractions: fractional_numbers,
             ports: &self.ports,
             bit_base_one: cond_bit_base == 1,
             any_bit_value: bit_values == BitValues::Any,

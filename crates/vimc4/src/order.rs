@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vimc4_catalogue::{Model, axis};
-use vimc4_device::{Condition, Signal, SignalKind};
+use vimc4_device::{Condition, Signal, SignalKind, parse_duration};
 use vimc4_host::{ControlError, Effect};
 
 use crate::control::Control;
@@ -160,9 +160,9 @@ impl Order {
             ["power", "on"] => Ok(Some(Order::Power(true))),
             ["power", "off"] => Ok(Some(Order::Power(false))),
             ["power", ..] => wrong("power on or power off"),
-            ["advance", rest @ ..] => match parse_span(&rest.concat()) {
-                Some(span) => Ok(Some(Order::Advance(span))),
-                None => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
+            ["advance", rest @ ..] => match parse_duration(&rest.concat()) {
+                Ok(span) => Ok(Some(Order::Advance(span))),
+                Err(_) => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
             },
             ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
             ["run", "until", name, position] => match (axis(name), position.parse()) {
@@ -353,31 +353,6 @@ fn distance(one: &str, other: &str) -> usize {
         }
     }
     row.last().copied().unwrap_or_default()
-}
-
-/// A number with a unit: `250ms`, `1.5s`, `2min`.
-fn parse_span(text: &str) -> Option<Duration> {
-    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
-    let number = text.strip_suffix(unit)?;
-    let nanos: u64 = match unit {
-        "ns" => 1,
-        "us" | "µs" => 1_000,
-        "ms" => 1_000_000,
-        "s" => 1_000_000_000,
-        "min" => 60_000_000_000,
-        "h" => 3_600_000_000_000,
-        _ => return None,
-    };
-    let (whole, places) = number.split_once('.').unwrap_or((number, "0"));
-    if places.is_empty() || places.len() > 9 {
-        return None;
-    }
-    let fraction = places.parse::<u64>().ok()?;
-    let scale = 10_u64.pow(u32::try_from(places.len()).ok()?);
-    // In 128 bits, so that a tenth of an hour is as exact as a tenth of a second.
-    let part = u128::from(fraction) * u128::from(nanos) / u128::from(scale);
-    let total = u128::from(whole.parse::<u64>().ok()?) * u128::from(nanos) + part;
-    Some(Duration::from_nanos(u64::try_from(total).ok()?))
 }
 
 #[cfg(test)]

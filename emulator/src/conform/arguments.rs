@@ -3,10 +3,10 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use vimc4_conform::script;
 use vimc4_device::AXES;
 
 use crate::completions;
+use crate::values::duration;
 
 #[derive(clap::Args)]
 #[command(
@@ -58,10 +58,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(super) yes: bool,
     /// Leave out sessions that take longer, such as 30s or 5min
-    #[arg(long, value_name = "DURATION", default_value = "1min", value_parser = duration)]
+    #[arg(long, value_name = "DURATION", default_value = "1min", value_parser = nanos)]
     pub(super) longest: u64,
     /// How much earlier or later than written an answer may come; never less than a hundredth
-    #[arg(long, value_name = "DURATION", default_value = "50ms", value_parser = duration)]
+    #[arg(long, value_name = "DURATION", default_value = "50ms", value_parser = nanos)]
     pub(super) tolerance: u64,
     /// Sessions of your own: TOML files in this folder or in folders in it, with the programs
     /// that they store in a folder `programs` in it
@@ -93,8 +93,9 @@ pub(super) struct Envelope(pub(super) [(i64, i64); AXES]);
 
 // --- the values of options ---
 
-fn duration(text: &str) -> Result<u64, String> {
-    script::duration(text).map_err(|error| error.to_string())
+/// A span of time in nanoseconds.
+fn nanos(text: &str) -> Result<u64, String> {
+    Ok(duration(text)?.as_nanos() as u64)
 }
 
 fn envelope(text: &str) -> Result<Envelope, String> {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::{Controller, Handling};
-use vimc4_device::Device;
+use vimc4_device::{Device, Grouped};
 use vimc4_ncp::Severity;
 use vimc4_ncp::job::Job;
 use vimc4_ncp::language::lines;
@@ -22,9 +22,10 @@ use crate::job::virtual_time::Virtual;
 use crate::output;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
-use crate::run::report::{grouped, nanos, seconds};
+use crate::run::report::{nanos, seconds};
 use crate::run::trace::Trace;
-use crate::run::world::{Outside, World, duration};
+use crate::run::world::{Outside, World};
+use crate::values::duration;
 
 #[derive(clap::Args)]
 #[command(
@@ -302,7 +303,7 @@ impl Outcome {
             );
         }
         text += &format!("path      {:.3} mm\n", meter.path_mm);
-        let commands = grouped(i64::try_from(link.commands).unwrap_or(i64::MAX));
+        let commands = Grouped(i64::try_from(link.commands).unwrap_or(i64::MAX));
         let bits = link.characters.saturating_mul(10_000_000_000);
         let line = Duration::from_nanos(bits / u64::from(site.model.baud().max(1)));
         text += &format!(

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::world::{World, duration};
+use super::world::World;
 use crate::completions;
 use crate::setup::Setup;
+use crate::values::duration;
 
 #[derive(clap::Args)]
 #[command(

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use vimc4_catalogue::Machine;
-use vimc4_device::{Time, Warning, escape};
+use vimc4_device::{Grouped, Time, Warning, escape};
 
 use super::arguments::Arguments;
 use super::meter::{Meter, units};
@@ -353,7 +353,7 @@ impl Report {
             let s = if lines == 1 { "" } else { "s" };
             self.say(&format!(
                 "        stored {} line{s}, start with START",
-                grouped(lines as i64)
+                Grouped(lines as i64)
             ));
         }
     }
@@ -464,9 +464,9 @@ impl Report {
                 table += &format!(
                     "{:<10}{:>14}{:>18}{:>14}{:>18}\n",
                     axis.name,
-                    grouped(axis.position),
+                    Grouped(axis.position),
                     length(axis.position as f64),
-                    grouped(i64::try_from(*steps).unwrap_or(i64::MAX)),
+                    Grouped(i64::try_from(*steps).unwrap_or(i64::MAX)),
                     length(*steps as f64),
                 );
             }
@@ -486,7 +486,7 @@ impl Report {
                 line += &format!(
                     ", and {} on the line for {} characters at {baud} baud",
                     seconds(Duration::from_nanos(nanos)),
-                    grouped(i64::try_from(characters).unwrap_or(i64::MAX)),
+                    Grouped(i64::try_from(characters).unwrap_or(i64::MAX)),
                 );
             }
             self.say(&line);
@@ -579,19 +579,6 @@ pub(crate) fn nanos(span: Duration) -> u64 {
 
 /// `5.655556 s`, to the microsecond and no further than there is something to say.
 pub(crate) fn seconds(span: Duration) -> String {
-    let text = format!("{}.{:06}", grouped(span.as_secs() as i64), span.subsec_micros());
+    let text = format!("{}.{:06}", Grouped(span.as_secs() as i64), span.subsec_micros());
     format!("{} s", text.trim_end_matches('0').trim_end_matches('.'))
-}
-
-/// `-12,345`
-pub(crate) fn grouped(number: i64) -> String {
-    let digits = number.unsigned_abs().to_string();
-    let mut text = String::from(if number < 0 { "-" } else { "" });
-    for (place, digit) in digits.char_indices() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }

@@ -9,6 +9,7 @@ use vimc4_device::{Device, Signal, SignalId};
 use super::driver::Driver;
 use crate::completions;
 use crate::failure::Failure;
+use crate::values::duration;
 
 /// How long somebody keeps a button pressed.
 pub(super) const PRESS: Duration = Duration::from_millis(100);
@@ -129,14 +130,6 @@ pub(super) fn press(
         scheduled.push(Scheduled { after: after + PRESS, signal, value: 0 });
     }
     Ok(scheduled)
-}
-
-/// Durations are written as in the orders of `vimc4 serve`.
-pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    match Order::parse(&format!("advance {text}"), &[]) {
-        Ok(Some(Order::Advance(span))) => Ok(span),
-        _ => Err("a number with a unit is needed, as in 250ms, 2s, 5min or 1h".to_owned()),
-    }
 }
 
 /// `WHAT@TIME`, or `WHAT` for the beginning.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
-use vimc4_device::Point;
+use vimc4_device::{Grouped, Point};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 
@@ -14,7 +14,7 @@ use crate::job::perform::{Attendant, Decision, Ending, Link, Work, perform, refu
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::{Meter, units};
-use crate::run::report::{grouped, seconds};
+use crate::run::report::seconds;
 
 /// How long a rehearsal may take, in virtual time.
 const REHEARSAL: Duration = Duration::from_secs(1_000 * 3_600);
@@ -137,7 +137,7 @@ impl Rehearsal {
         text += &format!(
             "  up to {} Hz, {} in all; places count from the reference points, and runs to these \
              come first\n{}\n",
-            grouped(i64::try_from(top).unwrap_or(i64::MAX)),
+            Grouped(i64::try_from(top).unwrap_or(i64::MAX)),
             seconds(self.link.elapsed()),
             handling.warning
         );

@@ -5,6 +5,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use vimc4_device::Grouped;
+
 use super::command::{Axis, Command, Mode, Trackball, Turn, Vector};
 use super::number::Number;
 
@@ -23,33 +25,33 @@ impl Display for Command {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::ArcAbsolute { centre: [x, y], angle } => {
-                write!(f, "arc around X {} Y {}, {}", Plain(*x), Plain(*y), Angle(*angle))
+                write!(f, "arc around X {} Y {}, {}", plain(*x), plain(*y), Angle(*angle))
             }
             Self::ArcRelative { centre: [x, y], angle } => {
                 let (x, y) = (Signed(*x), Signed(*y));
                 write!(f, "arc around X {x} Y {y} from here, {}", Angle(*angle))
             }
-            Self::Circle(radius) => write!(f, "circle with the radius {}", Plain(*radius)),
+            Self::Circle(radius) => write!(f, "circle with the radius {}", plain(*radius)),
             Self::EdgeAbsolute([x, y]) => {
-                write!(f, "rectangle to X {} Y {}", Plain(*x), Plain(*y))
+                write!(f, "rectangle to X {} Y {}", plain(*x), plain(*y))
             }
             Self::EdgeRelative([x, y]) => {
                 write!(f, "rectangle by X {} Y {}", Signed(*x), Signed(*y))
             }
             Self::Initialize => f.write_str("initialize"),
             Self::Window([[x0, y0], [x1, y1]]) => {
-                let (x0, y0, x1, y1) = (Plain(*x0), Plain(*y0), Plain(*x1), Plain(*y1));
+                let (x0, y0, x1, y1) = (plain(*x0), plain(*y0), plain(*x1), plain(*y1));
                 write!(f, "window from X {x0} Y {y0} to X {x1} Y {y1}")
             }
             Self::HardClipLimits(axis) => write!(f, "find limits of {}", Of(*axis)),
             Self::OutputStatus => f.write_str("read status"),
-            Self::PlotAbsolute(positions) => plot(f, "to", positions, Plain),
+            Self::PlotAbsolute(positions) => plot(f, "to", positions, plain),
             Self::PlotRelative(ways) => plot(f, "by", ways, Signed),
             Self::PenDown => f.write_str("lower head"),
             Self::PenUp => f.write_str("lift head"),
             Self::PenSpeed(speed) => write!(f, "speed with the pen down {}", PenSpeed(*speed)),
             Self::Acceleration { axis, acceleration } => {
-                let value = Plain(*acceleration);
+                let value = plain(*acceleration);
                 write!(f, "acceleration of {} {value} (mm/s² or mrad/s²)", Of(*axis))
             }
             Self::CloseChannel(None) => f.write_str("close channel"),
@@ -67,7 +69,7 @@ impl Display for Command {
             Self::Reference(axis) => write!(f, "reference run of {}", Of(*axis)),
             Self::MoveAllAbsolute(positions) => {
                 f.write_str("move to")?;
-                all_axes(f, positions.map(Plain))
+                all_axes(f, positions.map(plain))
             }
             Self::MoveAllRelative(ways) => {
                 f.write_str("move by")?;
@@ -94,22 +96,22 @@ impl Display for Command {
                 write!(f, "resolution of {} {resolution} (nm or 0.001″)", Of(*axis))
             }
             Self::Range { axis, min, max } => {
-                write!(f, "range of {} from {} to {}", axis.name(), Plain(*min), Plain(*max))
+                write!(f, "range of {} from {} to {}", axis.name(), plain(*min), plain(*max))
             }
             Self::DrillingTimes(times) => all_times(f, "drilling", *times),
             Self::MillingTimes(times) => all_times(f, "milling", *times),
             Self::SettlingTime(time) => write!(f, "settling time {}", Time(*time)),
             Self::Wait(time) => write!(f, "wait {}", Time(*time)),
-            Self::TravelSpeed(speed) => write!(f, "speed with the pen up {} µm/s", Plain(*speed)),
+            Self::TravelSpeed(speed) => write!(f, "speed with the pen up {} µm/s", plain(*speed)),
             Self::ZSpeed(speed) => axis_speed(f, Axis::Z0, *speed),
             Self::AxisSpeed { axis, speed } => axis_speed(f, *axis, *speed),
             Self::WritePort { port, data } => {
                 write!(f, "write {} to {}", Grouped((*data).into()), Port(*port))
             }
-            Self::MoveZAbsolute(to) => write!(f, "move to Z {}", Plain(*to)),
+            Self::MoveZAbsolute(to) => write!(f, "move to Z {}", plain(*to)),
             Self::MoveZRelative(by) => write!(f, "move by Z {}", Signed(*by)),
             Self::MoveAxisAbsolute { axis, to } => {
-                write!(f, "move to {} {}", axis.name(), Plain(*to))
+                write!(f, "move to {} {}", axis.name(), plain(*to))
             }
             Self::MoveAxisRelative { axis, by } => {
                 write!(f, "move by {} {}", axis.name(), Signed(*by))
@@ -119,7 +121,7 @@ impl Display for Command {
             Self::Repeat => f.write_str("repeat the last command"),
             Self::Stop => f.write_str("stop after this command"),
             Self::SpaceAbsolute([x, y, z]) => {
-                write!(f, "move to X {} Y {} Z {}", Plain(*x), Plain(*y), Plain(*z))
+                write!(f, "move to X {} Y {} Z {}", plain(*x), plain(*y), plain(*z))
             }
             Self::SpaceRelative([x, y, z]) => {
                 write!(f, "move by X {} Y {} Z {}", Signed(*x), Signed(*y), Signed(*z))
@@ -177,7 +179,7 @@ fn all_times(f: &mut Formatter<'_>, what: &str, times: [u32; 4]) -> fmt::Result 
 }
 
 fn axis_speed(f: &mut Formatter<'_>, axis: Axis, speed: i32) -> fmt::Result {
-    write!(f, "speed of {} {} (µm/s or 0.1°/s)", axis.name(), Plain(speed))
+    write!(f, "speed of {} {} (µm/s or 0.1°/s)", axis.name(), plain(speed))
 }
 
 /// What stands before the element in this place of an enumeration.
@@ -218,7 +220,7 @@ impl Display for PenSpeed {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (literal, metres) = (self.0.speed(false), self.0.speed(true));
         if literal == metres {
-            write!(f, "{} µm/s", Plain(literal))
+            write!(f, "{} µm/s", plain(literal))
         } else {
             write!(f, "{} (m/s or µm/s)", self.0)
         }
@@ -240,30 +242,13 @@ struct Time(u32);
 
 impl Display for Time {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ms", Grouped(self.0))
-    }
-}
-
-/// With thousands separators.
-struct Grouped(u32);
-
-impl Display for Grouped {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        if self.0 < 1000 {
-            return write!(f, "{}", self.0);
-        }
-        write!(f, "{},{:03}", Self(self.0 / 1000), self.0 % 1000)
+        write!(f, "{} ms", Grouped(self.0.into()))
     }
 }
 
 /// With thousands separators; a minus if it is negative.
-struct Plain(i32);
-
-impl Display for Plain {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let sign = if self.0 < 0 { "-" } else { "" };
-        write!(f, "{sign}{}", Grouped(self.0.unsigned_abs()))
-    }
+fn plain(number: i32) -> Grouped {
+    Grouped(number.into())
 }
 
 /// With thousands separators and a sign; 0 has none.
@@ -272,6 +257,6 @@ struct Signed(i32);
 impl Display for Signed {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let sign = if self.0 > 0 { "+" } else { "" };
-        write!(f, "{sign}{}", Plain(self.0))
+        write!(f, "{sign}{}", plain(self.0))
     }
 }

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use vimc4_device::Input;
 use vimc4_isel::{
-    AfterFree, AxisCodes, BitValues, BranchBase, FractionalNumbers, LeaveSwitch, LimitBits,
-    LimitLatch, LoopCount, LowerCase, Model, PositionAxes, RestingSpeed, SelfTestEnd, SpeedOf3d,
-    StopButton, StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs,
+    AfterFree, AxisCodes, BitValues, BranchBase, LeaveSwitch, LimitBits, LimitLatch, LoopCount,
+    LowerCase, Model, PositionAxes, RestingSpeed, SelfTestEnd, SpeedOf3d, StopButton,
+    StopInMoveUntil, StopInReference, StopReply, StoreOver, StoredArcs,
 };
+use vimc4_isel_wire::Fractions;
 use vimc4_plant::PlantSignal;
 
 use crate::fuzzing::operations::Setup;
@@ -55,8 +56,8 @@ pub(super) fn model(setup: Setup) -> Arc<Model> {
         quirks.start_resumes_dnc ^= true;
         quirks.speed_of_3d = SpeedOf3d::Xyz;
         quirks.fractional_numbers = match quirks.fractional_numbers {
-            FractionalNumbers::Reject => FractionalNumbers::Truncate,
-            FractionalNumbers::Truncate => FractionalNumbers::Reject,
+            Fractions::Reject => Fractions::Truncate,
+            Fractions::Truncate => Fractions::Reject,
         };
     }
     if setup.quirk(5) {
