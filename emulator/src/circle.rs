@@ -71,12 +71,6 @@ pub(crate) struct Arguments {
     /// The number of the controller
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=9))]
     device: u8,
-    /// Compute as the listing in Pascal (A1) or in C (A2) of the manual of 1999 does
-    #[arg(
-        long, value_enum, value_name = "LISTING",
-        num_args = 0..=1, require_equals = true, default_missing_value = "pascal"
-    )]
-    as_manual: Option<Listing>,
     /// Print one line of JSON instead
     #[arg(long)]
     json: bool,
@@ -93,24 +87,10 @@ enum Plane {
     Yz,
 }
 
-/// The listings of the manual of 1999 that compute circles, appendix A.
-#[derive(Clone, Copy, ValueEnum)]
-enum Listing {
-    /// A1, which takes what is within half a step of an axis of coordinates to be on it
-    Pascal,
-    /// A2, which takes nothing to be on an axis that is not exactly there. The sine of 180 degrees
-    /// is not exactly 0, so what begins there spirals away
-    C,
-}
-
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let wanted = Wanted::new(&arguments)?;
-    let circle = match arguments.as_manual {
-        None => wanted.fitted()?,
-        Some(listing) => wanted.as_listed(listing),
-    };
-    // The listing in C has no way for some whole turns, and sends that.
-    if circle.steps == 0 && !matches!(arguments.as_manual, Some(Listing::C)) {
+    let circle = wanted.fitted()?;
+    if circle.steps == 0 {
         return Err(Failure::usage(
             "the arc is shorter than a step; leave out --to for a whole circle, or choose angles \
              that are further apart",
@@ -230,76 +210,15 @@ impl Wanted {
         let steps = near.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0);
         Ok(Circle { steps, start: fit.start() })
     }
-
-    /// What a program made from the manual's listing sends. Both listings compute the difference
-    /// register of the point that is not rounded.
-    fn as_listed(&self, listing: Listing) -> Circle {
-        let start = self.point(self.from);
-        let end = self.point(self.to());
-        let sign = self.turn.sign() as f64;
-        let on_axis = match listing {
-            Listing::Pascal => 0.5,
-            Listing::C => 0.0,
-        };
-        let side = |value: f64| if value.abs() <= on_axis { 0 } else { value.signum() as i64 };
-        let (rx, ry) = self.turn.directions(side(start.0), side(start.1)).unwrap_or((1, 1));
-        let steps = match listing {
-            // The end is set a little further on, so that rounding never leaves it short.
-            Listing::Pascal => {
-                let correction = 0.000_01;
-                let from = sign * self.from.to_radians();
-                let to = sign * self.to().to_radians() + correction;
-                self.radius * (way_to(to) - way_to(from))
-            }
-            Listing::C => {
-                let way = |(x, y): (f64, f64)| way_to_point(x, y * sign, self.radius);
-                let steps = way(end) - way(start);
-                if steps < 0.0 { steps + 8.0 * self.radius } else { steps }
-            }
-        };
-        let d = listed_difference(self.radius, start, (rx.into(), ry.into()), self.turn);
-        let (x, y) = rounded(start);
-        let start = ArcState { x, y, d: d.round() as i64, rx, ry };
-        Circle { steps: steps.round() as u64, start }
-    }
 }
 
-/// Both listings round to the nearest whole number, a half away from zero.
+/// To the nearest whole number, a half away from zero.
 fn rounded((x, y): (f64, f64)) -> (i64, i64) {
     (x.round() as i64, y.round() as i64)
 }
 
 fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
-}
-
-/// The way to an angle in radians, counterclockwise from 0, in steps of a circle of radius 1: a
-/// quadrant takes 2, since both coordinates change by 1.
-fn way_to(angle: f64) -> f64 {
-    let quarter = std::f64::consts::FRAC_PI_2;
-    let (sin, cos) = angle.rem_euclid(quarter).sin_cos();
-    2.0 * angle.div_euclid(quarter) + 1.0 - cos + sin
-}
-
-/// The way to a point, found without an angle: it is turned back into the first quadrant.
-fn way_to_point(mut x: f64, mut y: f64, radius: f64) -> f64 {
-    let mut quadrants = 0.0;
-    while x < 0.0 || y < 0.0 {
-        (x, y) = (y, -x);
-        quadrants += 1.0;
-    }
-    2.0 * radius * quadrants + radius - x + y
-}
-
-/// The difference register as the listings compute it (99 2.3.6 explains it).
-fn listed_difference(radius: f64, (x, y): (f64, f64), (rx, ry): (f64, f64), turn: Turn) -> f64 {
-    let sum = |i: f64| if i > 0.0 { i * (i + 1.0) } else { -i * (i - 1.0) };
-    let circle = rx * ry * radius + rx * ry * sum(radius - 1.0);
-    let (circle, x, y) = match turn {
-        Turn::Counterclockwise => (circle, x + (rx - ry) / 2.0, y + (rx + ry) / 2.0),
-        Turn::Clockwise => (-circle, x + (rx + ry) / 2.0, y + (ry - rx) / 2.0),
-    };
-    (circle - rx * sum(x) + ry * sum(y)) / 2.0
 }
 
 /// What the controller makes of it.
@@ -470,24 +389,6 @@ mod tests {
                     (0..circle.steps).for_each(|_| state.step());
                     assert_eq!(state, circle.start, "radius {radius} from {from}");
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn the_listings_of_the_manual() {
-        // B, D, Xs, Ys, Rx and Ry as the two programs print them, run elsewhere.
-        for (radius, from, to, pascal, c) in [
-            (200.0, 135.0, 225.0, [400, 0, -141, 141, -1, -1], [400, 0, -141, 141, -1, -1]),
-            (200.0, 90.0, 180.0, [400, 100, 0, 200, -1, -1], [400, 99, 0, 200, -1, 1]),
-            (1_000.0, 30.0, -75.0, [2_341, -183, 866, 500, 1, -1], [2_341, -183, 866, 500, 1, -1]),
-            (77.7, 200.0, 500.0, [522, -23, -73, -27, 1, -1], [522, -23, -73, -27, 1, -1]),
-        ] {
-            for (listing, expected) in [(Listing::Pascal, pascal), (Listing::C, c)] {
-                let Circle { steps, start } = wanted(radius, from, to).as_listed(listing);
-                let ArcState { x, y, d, rx, ry } = start;
-                let printed = [steps as i64, d, x, y, rx.into(), ry.into()];
-                assert_eq!(printed, expected, "radius {radius} from {from} to {to}");
             }
         }
     }

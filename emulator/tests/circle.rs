@@ -74,16 +74,6 @@ fn planes_devices_millimetres_and_helices() {
 }
 
 #[test]
-fn what_a_program_from_the_manual_sends() {
-    // The difference register of the point that is not rounded.
-    assert_eq!(
-        commands("-r 200 --from 135 --to 225 --speed 1500 --as-manual")[2],
-        "@0y400,1500,0,-141,141,-1,-1"
-    );
-    assert_eq!(commands("-r 200 --from 90 --to 180 --as-manual=c")[2], "@0y400,1000,99,0,200,-1,1");
-}
-
-#[test]
 fn json_is_one_line() {
     let output = circle("-r 200 --from 135 --to 225 --json");
     let text = String::from_utf8(output.stdout).unwrap();
@@ -114,7 +104,6 @@ fn wrong_arguments_say_what_would_be_right() {
         ("-r 200 --device 10", "0..=9"),
         ("-r 200 --plane xx", "xy, xz, yz"),
         ("-r 200 --rise 1e9", "--rise"),
-        ("-r 200 --as-manual=basic", "pascal, c"),
     ] {
         let complaint = complaint(arguments);
         assert!(complaint.contains(right), "{arguments}: {complaint}");

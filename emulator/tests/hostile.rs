@@ -555,40 +555,41 @@ fn a_serial_port_that_was_unplugged_is_opened_again() {
     assert_eq!(serve.ends(), Some(0));
 }
 
-#[test]
-fn a_half_line_is_told_of_or_forgotten() {
+/// What a verbose controller says on standard error, waited for.
+struct Said {
+    lines: Receiver<String>,
+    all: String,
+}
+
+impl Said {
+    fn of(serve: &mut Running) -> Said {
+        Said { lines: serve.errors(), all: String::new() }
+    }
+
+    /// Waits for these words, whether they come or have come.
+    fn until(&mut self, words: &str) {
+        while !self.all.contains(words) {
+            let next = self.lines.recv_timeout(PATIENCE);
+            self.all += &next.unwrap_or_else(|_| panic!("{words}: {}", self.all));
+        }
+    }
+}
+
+/// Two clients one after the other, with and without `--fresh-clients`: the first leaves half a line,
+/// the second is told, or it is forgotten.
+fn half_lines(half: &str, clients: impl Fn(File, &dyn Fn() -> TcpStream, &mut Said) -> String) {
     let folder = tempfile::tempdir().unwrap();
     for fresh in [false, true] {
         let arguments = if fresh { &["-v", "--fresh-clients"][..] } else { &["-v"] };
         let (mut serve, places) = Running::serve(folder.path(), arguments);
-        let lines = serve.errors();
-        let mut said = String::new();
-        let mut until = |words: &str| {
-            while !said.contains(words) {
-                said += &lines.recv_timeout(PATIENCE).unwrap();
-            }
-        };
-        let mut port = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(folder.path().join("vimc4.pty"))
-            .unwrap();
-        assert_eq!(ask(&mut port, "@07\r", 1), "0");
-        port.write_all(b"@0A1").unwrap();
-        drop(port);
-        until("pty: a client closed the line");
-        let mut client = connect(&places);
-        let answer = ask(&mut client, "@07\r", 1);
+        let mut said = Said::of(&mut serve);
+        let terminal = folder.path().join("vimc4.pty");
+        let port = OpenOptions::new().read(true).write(true).open(terminal).unwrap();
+        let answer = clients(port, &|| connect(&places), &mut said);
         assert_eq!(answer == "0", fresh, "{answer}");
-        assert_eq!(ask(&mut client, "@07\r", 1), "0");
-        // Everything before it has been told then.
-        let name = client.local_addr().unwrap();
-        drop(client);
-        until(&format!("{name} closed the line"));
-        for words in
-            ["an earlier client left half a line, `@0A1`", "continues the half line `@0A1`"]
-        {
-            assert_eq!(said.matches(words).count(), usize::from(!fresh), "{said}");
+        for words in ["an earlier client left half a line,", "continues the half line"] {
+            let told = said.all.matches(&format!("{words} `{half}`")).count();
+            assert_eq!(told, usize::from(!fresh), "{}", said.all);
         }
         serve.signal(Signal::TERM);
         assert_eq!(serve.ends(), Some(0));
@@ -596,42 +597,38 @@ fn a_half_line_is_told_of_or_forgotten() {
 }
 
 #[test]
+fn a_half_line_is_told_of_or_forgotten() {
+    half_lines("@0A1", |mut port, connect, said| {
+        assert_eq!(ask(&mut port, "@07\r", 1), "0");
+        port.write_all(b"@0A1").unwrap();
+        drop(port);
+        said.until("pty: a client closed the line");
+        let mut client = connect();
+        let answer = ask(&mut client, "@07\r", 1);
+        assert_eq!(ask(&mut client, "@07\r", 1), "0");
+        // Everything before it has been told then.
+        let name = client.local_addr().unwrap();
+        drop(client);
+        said.until(&format!("{name} closed the line"));
+        answer
+    });
+}
+
+#[test]
 fn a_half_line_is_told_of_to_who_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    for fresh in [false, true] {
-        let arguments = if fresh { &["-v", "--fresh-clients"][..] } else { &["-v"] };
-        let (mut serve, places) = Running::serve(folder.path(), arguments);
-        let lines = serve.errors();
-        let mut said = String::new();
-        let mut until = |words: &str| {
-            while !said.contains(words) {
-                said += &lines.recv_timeout(PATIENCE).unwrap();
-            }
-        };
-        let mut port = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(folder.path().join("vimc4.pty"))
-            .unwrap();
+    half_lines("@0A5", |mut port, connect, said| {
         assert_eq!(ask(&mut port, "@01\r", 1), "0");
-        let mut client = connect(&places);
+        let mut client = connect();
         client.write_all(b"@0A5").unwrap();
         let name = client.local_addr().unwrap();
         drop(client);
-        until(&format!("{name} closed the line"));
+        said.until(&format!("{name} closed the line"));
         let answer = ask(&mut port, "@0A1,900\r", 1);
-        assert_eq!(answer == "0", fresh, "{answer}");
-        until("pty: a client speaks");
+        said.until("pty: a client speaks");
         drop(port);
-        until("pty: a client closed the line");
-        for words in
-            ["an earlier client left half a line, `@0A5`", "continues the half line `@0A5`"]
-        {
-            assert_eq!(said.matches(words).count(), usize::from(!fresh), "{said}");
-        }
-        serve.signal(Signal::TERM);
-        assert_eq!(serve.ends(), Some(0));
-    }
+        said.until("pty: a client closed the line");
+        answer
+    });
 }
 
 #[test]
@@ -643,17 +640,14 @@ fn the_log_says_who_takes_the_line_and_who_only_observes() {
     ] {
         let arguments = ["-v", "--tcp-clients", policy];
         let (mut serve, places) = Running::serve(folder.path(), &arguments);
-        let lines = serve.errors();
+        let mut said = Said::of(&mut serve);
         let mut client = connect(&places);
         assert_eq!(ask(&mut client, "@07\r", 1), "0");
         let mut other = connect(&places);
         other.write_all(b"@0P\r@0P\r").unwrap();
         let name = |client: &TcpStream| client.local_addr().unwrap().to_string();
         let words = words.replace("NEW", &name(&other)).replace("OLD", &name(&client));
-        let mut said = String::new();
-        while !said.contains(&words) {
-            said += &lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("{words}: {said}"));
-        }
+        said.until(&words);
         serve.signal(Signal::TERM);
         assert_eq!(serve.ends(), Some(0));
     }

@@ -16,14 +16,10 @@ use crate::settings::Settings;
 use crate::why::{By, Off};
 use crate::wiring::{Output, Outputs};
 
-/// The version of the state's layout, for states that are kept.
-pub(crate) const VERSION: u32 = 1;
-
 /// The whole state of a controller and its machine. Two equal states that get the same inputs
 /// do the same; nothing is left out of the comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    pub(crate) version: u32,
     pub(crate) now: Time,
     pub(crate) model: Arc<Model>,
     pub(crate) plant: Plant,
@@ -109,7 +105,6 @@ impl State {
     pub(crate) fn new(model: Arc<Model>, machine: Arc<Machine>, flash: Flash) -> State {
         let settings = Settings::factory(&model, &machine);
         let mut state = State {
-            version: VERSION,
             now: Time::ZERO,
             plant: Plant::new(machine),
             flash,

@@ -1,7 +1,7 @@
 //! Clients over TCP.
 
 use std::io::{Read, Write};
-use std::net::Shutdown;
+use std::net::{Shutdown, TcpStream};
 use std::process::{Command, ExitCode};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -99,12 +99,18 @@ fn a_client_floods() {
     assert_eq!(ask(&mut client, "@0P", 19), at(0));
 }
 
-/// Asks until nothing more of the answers is taken: neither by the client's system, nor by ours.
-fn stuff(client: &mut (impl Write + Read), counts: &Counts) {
+/// A client that has asked until nothing more of the answers was taken: neither by its system, nor
+/// by ours.
+fn stuffed(counts: &Counts) -> (Emulator, TcpStream) {
+    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(counts.clone());
+    let emulator = builder.start().unwrap();
+    let mut client = connect(&emulator);
+    assert_eq!(ask(&mut client, "@07", 1), "0");
     let question = b"@0P\r".repeat(1_000);
     while counts.lost.load(Ordering::SeqCst) == 0 {
         client.write_all(&question).unwrap();
     }
+    (emulator, client)
 }
 
 /// Longer than any client may be silent.
@@ -112,11 +118,7 @@ const LONG: Duration = Duration::from_secs(20);
 
 fn a_client_rests() {
     let counts = Counts::default();
-    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(counts.clone());
-    let emulator = builder.start().unwrap();
-    let mut client = connect(&emulator);
-    assert_eq!(ask(&mut client, "@07", 1), "0");
-    stuff(&mut client, &counts);
+    let (_emulator, mut client) = stuffed(&counts);
     thread::sleep(LONG);
     assert_eq!(counts.closed.load(Ordering::SeqCst), 0, "it was cut off");
     // What it was not too late for comes in whole answers.
@@ -134,21 +136,13 @@ fn a_client_rests() {
 /// Answers that could not leave at once leave as soon as they can, also while it goes on asking.
 fn a_client_asks_on_and_on() {
     const ANSWERS: usize = 100_000;
-    let counts = Counts::default();
-    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(counts.clone());
-    let emulator = builder.start().unwrap();
-    let mut client = connect(&emulator);
-    assert_eq!(ask(&mut client, "@07", 1), "0");
-    stuff(&mut client, &counts);
+    let (_emulator, mut client) = stuffed(&Counts::default());
     let mut asking = client.try_clone().unwrap();
-    let over = AtomicBool::new(false);
     thread::scope(|scope| {
         scope.spawn(|| {
             let question = b"@0P\r".repeat(1_000);
             // In the end the line is closed, which need not be said here.
-            while !over.load(Ordering::Relaxed) && asking.write_all(&question).is_ok() {
-                std::hint::spin_loop();
-            }
+            while asking.write_all(&question).is_ok() {}
         });
         let mut heard = 0;
         let mut answer = [0; 19];
@@ -156,7 +150,6 @@ fn a_client_asks_on_and_on() {
             assert_eq!(answer, at(0).as_bytes());
             heard += 1;
         }
-        over.store(true, Ordering::Relaxed);
         client.shutdown(Shutdown::Both).unwrap();
         assert_eq!(heard, ANSWERS);
     });
@@ -190,16 +183,12 @@ pub(crate) fn lose_the_network() -> ExitCode {
     let builder = Emulator::builder().tcp("127.0.0.1:0").sink(counts.clone());
     let emulator = builder.start().unwrap();
     // And one that has not read for a while, so that nothing is under way to it.
-    let stuffed = Counts::default();
-    let builder = Emulator::builder().time(Clock::Instant).tcp("127.0.0.1:0").sink(stuffed.clone());
-    let other_emulator = builder.start().unwrap();
+    let full = Counts::default();
     let mut client = connect(&emulator);
-    let mut other = connect(&other_emulator);
     assert_eq!(ask(&mut client, "@07", 1), "0");
-    assert_eq!(ask(&mut other, "@07", 1), "0");
-    stuff(&mut other, &stuffed);
+    let (other_emulator, _other) = stuffed(&full);
     thread::sleep(LONG);
-    assert_eq!(stuffed.closed.load(Ordering::SeqCst), 0, "it was cut off");
+    assert_eq!(full.closed.load(Ordering::SeqCst), 0, "it was cut off");
     network("down");
     let began = Instant::now();
     let gone = |counts: &Counts, within| {
@@ -209,7 +198,7 @@ pub(crate) fn lose_the_network() -> ExitCode {
         }
     };
     gone(&counts, Duration::from_secs(15));
-    gone(&stuffed, Duration::from_secs(25));
+    gone(&full, Duration::from_secs(25));
     network("up");
     assert_eq!(ask(&mut connect(&emulator), "@0P", 19), at(0));
     assert_eq!(ask(&mut connect(&other_emulator), "@0P", 19), at(0));

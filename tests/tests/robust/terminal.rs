@@ -37,17 +37,23 @@ fn emulator(counts: &Counts) -> (Emulator, PathBuf) {
     (emulator, path)
 }
 
+/// The terminal after a client that has set the axes.
+fn used(counts: &Counts) -> (Emulator, PathBuf) {
+    let (emulator, path) = emulator(counts);
+    let mut first = Terminal::open(&path);
+    assert_eq!(ask(&mut first, "@07", 1), "0");
+    counts.after_leaving(|| drop(first));
+    (emulator, path)
+}
+
 /// Clients with all the habits there are, one after the other; each finds the line as if it
 /// were the first.
 fn a_thousand_clients() {
     let counts = Counts::default();
-    let (emulator, path) = emulator(&counts);
+    let (emulator, path) = used(&counts);
     // Each waits for the news of its leaving, which its successor would be faster than, and which
     // would be taken for that of its successor's.
     let leave = |client: Terminal| counts.after_leaving(|| drop(client));
-    let mut first = Terminal::open(&path);
-    assert_eq!(ask(&mut first, "@07", 1), "0");
-    leave(first);
     for n in 1..=1_000 {
         let mut client = Terminal::open(&path);
         assert_eq!(ask(&mut client, "@0A1,900,0,900,0,900,0,900", 1), "0");
@@ -169,10 +175,7 @@ fn a_client_never_reads() {
 
 fn a_client_stops_the_output() {
     let counts = Counts::default();
-    let (_emulator, path) = emulator(&counts);
-    let mut first = Terminal::open(&path);
-    assert_eq!(ask(&mut first, "@07", 1), "0");
-    counts.after_leaving(|| drop(first));
+    let (_emulator, path) = used(&counts);
     for n in 1..=20 {
         let mut rude = Terminal::open(&path);
         assert_eq!(ask(&mut rude, "@0A1,900,0,900,0,900,0,900", 1), "0");
@@ -194,31 +197,39 @@ fn a_client_stops_the_output() {
     }
 }
 
-/// Only root may hang up a terminal that is not the session's own, and no safe call does.
-pub(crate) fn a_client_hangs_up() {
-    const VHANGUP: &str = "import fcntl, os, sys\n\
-        port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n\
-        fcntl.ioctl(port, 0x5437)\n";
+/// What only Python's `ioctl` can do to a terminal that is not its own, twenty times over: no safe
+/// call does it. Each time the next client finds the line as `restored` says.
+fn spoiled(ioctl: &str, argument: &str, restored: impl Fn(&Terminal)) {
     let counts = Counts::default();
-    let (emulator, path) = emulator(&counts);
-    let mut first = Terminal::open(&path);
-    assert_eq!(ask(&mut first, "@07", 1), "0");
-    counts.after_leaving(|| drop(first));
+    let (emulator, path) = used(&counts);
+    let script = format!(
+        "import fcntl, os, struct, sys\n\
+         port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n\
+         fcntl.ioctl(port, {ioctl}, {argument})\n"
+    );
     for n in 1..=20 {
         counts.after_leaving(|| {
-            let status = Command::new("python3").args(["-c", VHANGUP]).arg(&path).status();
+            let status = Command::new("python3").args(["-c", &script]).arg(&path).status();
             assert!(status.unwrap().success());
         });
         let mut next = Terminal::open(&path);
-        wait_until("a raw line", || {
-            let settings = tcgetattr(&next.0).unwrap();
-            !settings.local_modes.intersects(LocalModes::ICANON | LocalModes::ECHO)
-        });
+        restored(&next);
         assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
         assert_eq!(ask(&mut next, "@0P", 19), at(n));
         counts.after_leaving(|| drop(next));
     }
     assert_eq!(emulator.position().unwrap()[0], 20);
+}
+
+/// Only root may.
+pub(crate) fn a_client_hangs_up() {
+    const VHANGUP: &str = "0x5437";
+    spoiled(VHANGUP, "0", |next| {
+        wait_until("a raw line", || {
+            let settings = tcgetattr(&next.0).unwrap();
+            !settings.local_modes.intersects(LocalModes::ICANON | LocalModes::ECHO)
+        });
+    });
 }
 
 /// The one that swallows everything; others need a driver, a network, or a modem's answers.
@@ -230,29 +241,11 @@ pub(crate) fn has_another_discipline() -> bool {
     known.lines().any(|line| line.split_whitespace().eq(["n_null", &N_NULL.to_string()]))
 }
 
-/// No safe call does.
 pub(crate) fn a_client_changes_the_discipline() {
-    const TIOCSETD: &str = "import fcntl, os, struct, sys\n\
-        port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)\n\
-        fcntl.ioctl(port, 0x5423, struct.pack('i', int(sys.argv[2])))\n";
-    let counts = Counts::default();
-    let (emulator, path) = emulator(&counts);
-    let mut first = Terminal::open(&path);
-    assert_eq!(ask(&mut first, "@07", 1), "0");
-    counts.after_leaving(|| drop(first));
-    for n in 1..=20 {
-        counts.after_leaving(|| {
-            let mut python = Command::new("python3");
-            python.args(["-c", TIOCSETD]).arg(&path).arg(N_NULL.to_string());
-            assert!(python.status().unwrap().success());
-        });
-        let mut next = Terminal::open(&path);
+    const TIOCSETD: &str = "0x5423";
+    spoiled(TIOCSETD, &format!("struct.pack('i', {N_NULL})"), |next| {
         assert_eq!(tcgetattr(&next.0).unwrap().line_discipline, 0);
-        assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
-        assert_eq!(ask(&mut next, "@0P", 19), at(n));
-        counts.after_leaving(|| drop(next));
-    }
-    assert_eq!(emulator.position().unwrap()[0], 20);
+    });
 }
 
 fn two_programs() {
