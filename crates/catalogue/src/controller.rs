@@ -28,13 +28,21 @@ impl Details {
     /// Whether the head is down, if there is one.
     #[must_use]
     pub fn is_head_down(&self) -> Option<bool> {
-        self.lpkf().map(|details| details.head == vimc4_lpkf::Head::Down)
+        match self {
+            #[cfg(feature = "lpkf")]
+            Details::Lpkf(details) => Some(details.head == vimc4_lpkf::Head::Down),
+            _ => None,
+        }
     }
 
     /// Whether the controller says when a command is done.
     #[must_use]
     pub fn says_when_done(&self) -> bool {
-        self.lpkf().is_none_or(|details| details.echo)
+        match self {
+            #[cfg(feature = "lpkf")]
+            Details::Lpkf(details) => details.echo,
+            _ => true,
+        }
     }
 }
 

@@ -8,20 +8,24 @@
 ///   they are of one family;
 /// * `by!(family, M => expression)` with the model type of a family.
 ///
-/// There are two families at least.
+/// A family can be left out by a Cargo feature, whose condition stands before it.
 ///
 /// The `$` in front of the list is for these macros' own variables.
 macro_rules! families {
-    (($d:tt) $($(#[doc = $doc:literal])+ $name:ident, $lower:ident = $of:ident;)+) => {
+    (($d:tt) $(
+        $(#[doc = $doc:literal])+ $(#[cfg($cfg:meta)])?
+        $name:ident, $lower:ident = $of:ident;
+    )+) => {
         /// Controllers that speak one language. What differs within a family is a value in a profile.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Family {
-            $($(#[doc = $doc])+ $name,)+
+            $($(#[doc = $doc])+ $(#[cfg($cfg)])? $name,)+
         }
 
         impl Family {
             /// All of them.
-            pub const ALL: [Family; [$(Family::$name),+].len()] = [$(Family::$name),+];
+            pub const ALL: [Family; [$($(#[cfg($cfg)])? Family::$name),+].len()] =
+                [$($(#[cfg($cfg)])? Family::$name),+];
         }
 
         /// A model of controller: a profile that several controllers share. Copies are cheap.
@@ -31,12 +35,13 @@ macro_rules! families {
         #[serde(untagged)]
         #[non_exhaustive]
         pub enum Model {
-            $($(#[doc = $doc])+ $name(std::sync::Arc<$of::Model>),)+
+            $($(#[doc = $doc])+ $(#[cfg($cfg)])? $name(std::sync::Arc<$of::Model>),)+
         }
 
         impl Model {
             $(
                 /// The profile, if it is of that family.
+                $(#[cfg($cfg)])?
                 #[must_use]
                 pub fn $lower(&self) -> Option<&$of::Model> {
                     match self {
@@ -50,7 +55,7 @@ macro_rules! families {
             #[must_use]
             pub fn family(&self) -> Family {
                 match self {
-                    $(Model::$name(_) => Family::$name,)+
+                    $($(#[cfg($cfg)])? Model::$name(_) => Family::$name,)+
                 }
             }
         }
@@ -58,7 +63,7 @@ macro_rules! families {
         /// The controller itself.
         #[derive(Clone, Debug)]
         pub(crate) enum Inner {
-            $($name(Box<$of::Controller>),)+
+            $($(#[cfg($cfg)])? $name(Box<$of::Controller>),)+
         }
 
         /// Everything that decides what a controller will do.
@@ -66,7 +71,7 @@ macro_rules! families {
         #[serde(rename_all = "lowercase")]
         #[non_exhaustive]
         pub enum State {
-            $($(#[doc = $doc])+ $name(Box<$of::State>),)+
+            $($(#[doc = $doc])+ $(#[cfg($cfg)])? $name(Box<$of::State>),)+
         }
 
         impl State {
@@ -74,7 +79,7 @@ macro_rules! families {
             #[must_use]
             pub fn family(&self) -> Family {
                 match self {
-                    $(State::$name(_) => Family::$name,)+
+                    $($(#[cfg($cfg)])? State::$name(_) => Family::$name,)+
                 }
             }
         }
@@ -84,12 +89,13 @@ macro_rules! families {
         #[serde(tag = "family", rename_all = "lowercase")]
         #[non_exhaustive]
         pub enum Details {
-            $($(#[doc = $doc])+ $name($of::Details),)+
+            $($(#[doc = $doc])+ $(#[cfg($cfg)])? $name($of::Details),)+
         }
 
         impl Details {
             $(
                 /// Those of a controller of that family, if it is one.
+                $(#[cfg($cfg)])?
                 #[must_use]
                 pub fn $lower(&self) -> Option<&$of::Details> {
                     match self {
@@ -101,24 +107,28 @@ macro_rules! families {
         }
 
         $(
+            $(#[cfg($cfg)])?
             impl From<std::sync::Arc<$of::Model>> for Model {
                 fn from(model: std::sync::Arc<$of::Model>) -> Model {
                     Model::$name(model)
                 }
             }
 
+            $(#[cfg($cfg)])?
             impl From<$of::Controller> for Inner {
                 fn from(controller: $of::Controller) -> Inner {
                     Inner::$name(Box::new(controller))
                 }
             }
 
+            $(#[cfg($cfg)])?
             impl From<$of::State> for State {
                 fn from(state: $of::State) -> State {
                     State::$name(Box::new(state))
                 }
             }
 
+            $(#[cfg($cfg)])?
             impl From<$of::Details> for Details {
                 fn from(details: $of::Details) -> Details {
                     Details::$name(details)
@@ -129,7 +139,7 @@ macro_rules! families {
         macro_rules! of {
             ($d kind:ident, $d value:expr, $d inner:ident => $d expression:expr) => {
                 match $d value {
-                    $($d kind::$name($d inner) => $d expression,)+
+                    $($(#[cfg($cfg)])? $d kind::$name($d inner) => $d expression,)+
                 }
             };
         }
@@ -138,7 +148,7 @@ macro_rules! families {
             ($d one:ident, $d value:expr, $d other:ident, $d second:expr,
              $d a:ident, $d b:ident => $d expression:expr) => {
                 match ($d value, $d second) {
-                    $(($d one::$name($d a), $d other::$name($d b)) => Some($d expression),)+
+                    $($(#[cfg($cfg)])? ($d one::$name($d a), $d other::$name($d b)) => Some($d expression),)+
                     _ => None,
                 }
             };
@@ -147,7 +157,7 @@ macro_rules! families {
         macro_rules! by {
             ($d family:expr, $d model:ident => $d expression:expr) => {
                 match $d family {
-                    $(Family::$name => {
+                    $($(#[cfg($cfg)])? Family::$name => {
                         type $d model = $crate::list::$name;
                         $d expression
                     })+
@@ -155,7 +165,7 @@ macro_rules! families {
             };
         }
 
-        $(pub(crate) type $name = $of::Model;)+
+        $($(#[cfg($cfg)])? pub(crate) type $name = $of::Model;)+
 
         pub(crate) use {both, by, of};
     };

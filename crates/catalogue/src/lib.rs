@@ -21,6 +21,11 @@
 //! # }
 //! ```
 #![forbid(unsafe_code)]
+// With one family alone nothing is of another.
+#![cfg_attr(
+    not(feature = "lpkf"),
+    expect(unreachable_patterns, reason = "what is written for several families")
+)]
 
 // The macro in it makes what is in the list, and the list what all others use.
 #[macro_use]
@@ -52,6 +57,7 @@ pub mod isel {
 }
 
 /// What only LPKF's controllers show in their [`Details`].
+#[cfg(feature = "lpkf")]
 pub mod lpkf {
     pub use vimc4_lpkf::language::{Mode, Trackball};
     pub use vimc4_lpkf::{AxisSettings, Details, Head, StoppedBy};

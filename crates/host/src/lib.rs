@@ -31,9 +31,10 @@ pub use reports::{Reports, Tap};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity};
 pub use transport::{
-    Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Serial, SerialError, Tcp,
-    TcpError, Transport,
+    Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Tcp, TcpError, Transport,
 };
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 pub use transport::{Link, LinkError, Pty, PtyError, User, Users};
+#[cfg(feature = "serial")]
+pub use transport::{Serial, SerialError};
 pub use worker::Worker;

@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::watch;
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
 use vimc4_device::Line;
-use vimc4_host::{
-    Clients, Clock, FlashFile, Handle, Runner, Serial, Sink, Tcp, Worker, unix_lines,
-};
-#[cfg(unix)]
+#[cfg(feature = "serial")]
+use vimc4_host::Serial;
+use vimc4_host::{Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, Worker, unix_lines};
+#[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{Link, Pty};
 
 use crate::control::Control;
@@ -28,7 +28,6 @@ pub struct Builder {
     machine: Profile<Arc<Machine>>,
     time: Clock,
     pty: Terminal,
-    #[cfg_attr(not(unix), expect(dead_code, reason = "there are no links"))]
     replace: bool,
     fresh_clients: bool,
     tcp: Option<String>,
@@ -177,6 +176,7 @@ impl Builder {
     }
 
     /// A real serial port, such as `/dev/ttyUSB0`.
+    #[cfg(feature = "serial")]
     pub fn serial(mut self, device: impl Into<String>) -> Builder {
         self.serial = Some(device.into());
         self
@@ -236,17 +236,17 @@ impl Builder {
             Profile::Named(name) => profiles::machine(name)?,
             Profile::Given(machine) => Arc::clone(machine),
         };
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         if let Terminal::Link(path) = &self.pty {
             Link::check(path, self.replace)?;
         }
-        #[cfg(not(unix))]
+        #[cfg(not(all(unix, feature = "pty")))]
         if self.pty != Terminal::Off {
             return Err(Error::NoPty);
         }
         let addresses = self.tcp.as_deref().map(resolve).transpose()?.unwrap_or_default();
         let record = self.record.then(Record::default);
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         let (pty, replace) = (self.pty.clone(), self.replace);
 
         let worker = match &self.worker {
@@ -266,9 +266,12 @@ impl Builder {
             let _ = over.send(Some(end.map_err(Arc::new)));
         });
         let control = Control::new(model, handle, record);
-        #[cfg_attr(not(unix), expect(unused_mut, reason = "there are no links"))]
+        #[cfg_attr(
+            not(all(unix, feature = "pty")),
+            expect(unused_mut, reason = "there are no links")
+        )]
         let mut emulator = Emulator::new(control, places, ended, worker);
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         if let Terminal::Link(path) = &pty {
             emulator.link_to(path, replace)?;
         }
@@ -284,18 +287,19 @@ impl Builder {
         addresses: &[SocketAddr],
         record: Option<Record>,
     ) -> Result<Made, Error> {
-        let baud = model.baud();
         let mut places = Places::default();
         let tcp = listen(addresses, self.clients)?;
         places.tcp = tcp.as_ref().map(Tcp::address);
-        let serial = self.serial.as_deref().map(|path| Serial::open(path, baud)).transpose()?;
+        #[cfg(feature = "serial")]
+        let serial =
+            self.serial.as_deref().map(|path| Serial::open(path, model.baud())).transpose()?;
         places.serial = self.serial;
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         let pty = match self.pty {
             Terminal::Off => None,
-            _ => Some(Pty::open(baud)?),
+            _ => Some(Pty::open(model.baud())?),
         };
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         {
             places.pty = pty.as_ref().map(|pty| pty.path().to_owned());
         }
@@ -321,10 +325,11 @@ impl Builder {
         }
         // In this order it is sent to them. A pseudo terminal can be opened at any moment, also
         // by a client that has just heard the answer on TCP and must not hear it again there.
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         if let Some(pty) = pty {
             runner.attach(Box::new(pty));
         }
+        #[cfg(feature = "serial")]
         if let Some(serial) = serial {
             runner.attach(Box::new(serial));
         }

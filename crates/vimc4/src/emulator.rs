@@ -1,7 +1,9 @@
 //! A running emulator.
 
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+#[cfg(all(unix, feature = "pty"))]
+use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,7 +12,7 @@ use tokio::sync::watch;
 use vimc4_catalogue::Model;
 use vimc4_device::{Condition, Event, Signal, Stamp, Time};
 use vimc4_host::{ControlError, MemoryPort, RunError, Worker, block_on};
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{Link, LinkError};
 
 use crate::control::{Control, Snapshot, View};
@@ -56,7 +58,7 @@ use crate::record::Command;
 pub struct Emulator {
     control: Control,
     places: Places,
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "pty"))]
     link: Option<Link>,
     ended: watch::Receiver<End>,
     /// Whether dropping it waits for its end.
@@ -73,7 +75,7 @@ type End = Option<Result<(), Arc<RunError>>>;
 pub(crate) struct Places {
     pub(crate) tcp: Option<SocketAddr>,
     pub(crate) serial: Option<String>,
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "pty"))]
     pub(crate) pty: Option<PathBuf>,
 }
 
@@ -87,7 +89,7 @@ impl Emulator {
         Emulator {
             control,
             places,
-            #[cfg(unix)]
+            #[cfg(all(unix, feature = "pty"))]
             link: None,
             ended,
             patient: true,
@@ -96,7 +98,7 @@ impl Emulator {
     }
 
     /// Leads the link of this name to the pseudo terminal, if there is one.
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "pty"))]
     pub(crate) fn link_to(&mut self, path: &Path, replace: bool) -> Result<(), LinkError> {
         if let Some(target) = &self.places.pty {
             self.link = Some(Link::create(path, target, replace)?);
@@ -119,9 +121,9 @@ impl Emulator {
     /// The path of the serial port that a program opens: the link, or the pseudo terminal
     /// itself if there is no link. `None` if there is no pseudo terminal.
     pub fn port(&self) -> Option<&Path> {
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         return self.link.as_ref().map(Link::path).or(self.places.pty.as_deref());
-        #[cfg(not(unix))]
+        #[cfg(not(all(unix, feature = "pty")))]
         None
     }
 
@@ -299,7 +301,7 @@ impl Emulator {
 
     /// Removes the link to its pseudo terminal. Clients that have it open stay.
     pub fn unlink(&mut self) {
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         drop(self.link.take());
     }
 
@@ -313,7 +315,7 @@ impl Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "pty"))]
         drop(self.link.take());
         self.control.stop();
         // Its own thread would wait for itself.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 use vimc4_catalogue::{MemoryError, ProfileError, Unknown};
-use vimc4_host::{ControlError, FlashFileError, RunError, SerialError, TcpError};
-#[cfg(unix)]
+use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
+#[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
 
 /// Why an emulator does not start, or does not do what it is told.
@@ -56,17 +56,18 @@ pub enum Error {
     #[error(transparent)]
     Tcp(#[from] TcpError),
     /// A serial port cannot be opened.
+    #[cfg(feature = "serial")]
     #[error(transparent)]
-    Serial(#[from] SerialError),
+    Serial(#[from] vimc4_host::SerialError),
     /// There is no pseudo terminal to be had.
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "pty"))]
     #[error(transparent)]
     Pty(#[from] PtyError),
     /// A pseudo terminal cannot be given its name.
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "pty"))]
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// The system has no pseudo terminals.
+    /// The system has no pseudo terminals, or they were left out by the feature `pty`.
     #[error("there are no pseudo terminals on this system; use TCP or a serial port")]
     NoPty,
     /// The flash file cannot be used.

@@ -57,9 +57,11 @@ pub use error::{Error, ProfileFileError};
 pub use order::{Order, OrderError, Outcome, help};
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::Command;
+#[cfg(feature = "lpkf")]
+pub use vimc4_catalogue::lpkf;
 pub use vimc4_catalogue::{
     Details, Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, axis, bare, isel,
-    kin, lpkf, machines, models, quirks,
+    kin, machines, models, quirks,
 };
 pub use vimc4_device::{
     AXES, Activity, AxisView, Cause, CommandNumber, Condition, Event, Fill, Kinds, Motion, Point,
@@ -70,7 +72,7 @@ pub use vimc4_host::{
     Rate, Reply, Report, Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants, What,
     Worker,
 };
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{User, Users};
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.

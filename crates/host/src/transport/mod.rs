@@ -7,24 +7,27 @@
 mod memory;
 mod modem;
 mod outbox;
-mod returning;
-mod serial;
 mod tcp;
 
-#[cfg(unix)]
+#[cfg(feature = "serial")]
+mod returning;
+#[cfg(feature = "serial")]
+mod serial;
+
+#[cfg(all(unix, feature = "pty"))]
 mod link;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 mod pty;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 mod terminal;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 mod users;
 #[cfg(target_os = "linux")]
 mod vigil;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "pty"))]
 #[path = "watch_linux.rs"]
 mod watch;
-#[cfg(all(unix, not(target_os = "linux")))]
+#[cfg(all(unix, feature = "pty", not(target_os = "linux")))]
 #[path = "watch_other.rs"]
 mod watch;
 
@@ -32,15 +35,16 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 pub use link::{Link, LinkError};
 pub use memory::{Memory, MemoryPort};
 pub use modem::{HostLines, Modem};
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 pub use pty::{Pty, PtyError};
+#[cfg(feature = "serial")]
 pub use serial::{Serial, SerialError};
 pub use tcp::{Clients, Tcp, TcpError};
-#[cfg(unix)]
+#[cfg(all(unix, feature = "pty"))]
 pub use users::{User, Users};
 
 use crate::report::News;
