@@ -466,6 +466,42 @@ fn the_readme_names_the_oldest_rust_that_will_do() {
     assert!(PAGES[0].1.contains(&format!("Rust {version} or newer")), "README.md: {version}");
 }
 
+/// Files and what they have, as docs/a-byte-comes-in.md writes them: the file with the names in
+/// brackets behind it, or a name, `in`, and the file.
+#[test]
+fn what_the_walk_names_is_where_it_says() {
+    let page = include_str!("../../docs/a-byte-comes-in.md");
+    // In turn text and code, and a blank for every end of line.
+    let text = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    let parts: Vec<&str> = text.split('`').collect();
+    let is_file = |code: &str| code.ends_with(".rs");
+    let mut file = "";
+    let mut names = Vec::new();
+    for place in (1..parts.len()).step_by(2) {
+        let (before, code, after) = (parts[place - 1], parts[place], parts[place + 1]);
+        if is_file(code) {
+            assert!(root().join(code).is_file(), "there is no {code}");
+            file = code;
+        } else if after == " in " {
+            names.push((code, parts[place + 2]));
+        } else if before == " (" || (before == ", " && !file.is_empty()) {
+            names.push((code, file));
+        } else {
+            file = "";
+        }
+    }
+    assert!(names.len() >= 20, "{names:?}");
+    for (name, file) in names {
+        let source = fs::read_to_string(root().join(file)).unwrap();
+        let there = ["fn", "struct", "enum"].iter().any(|kind| {
+            let begins = format!("{kind} {name}");
+            let ends = |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+            source.split(&begins).skip(1).any(ends)
+        });
+        assert!(there, "{file} has no {name}");
+    }
+}
+
 // --- sessions as they are shown ---
 
 /// The lines of a block in a document, from one that is this.
