@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 
 use vimc4_device::{
-    Activity, Condition, Device, Input, Kinds, MemoryError, Output, Signal, SignalId, Time, View,
+    Activity, Device, Fact, Input, Kinds, MemoryError, Output, Signal, SignalId, Time, View,
 };
 use vimc4_plant::Machine;
 
@@ -85,8 +85,8 @@ impl Device for Controller {
         of!(Inner, &mut self.inner, device => device.poll_output())
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        of!(Inner, &mut self.inner, device => device.watch(kinds));
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        of!(Inner, &mut self.inner, device => device.watch(kinds))
     }
 
     fn state(&self) -> &State {
@@ -156,7 +156,7 @@ impl Device for Controller {
         of!(Inner, &self.inner, device => device.is_idle())
     }
 
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        of!(Inner, &self.inner, device => device.crossing(condition))
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        of!(Inner, &self.inner, device => device.first_time(fact, from))
     }
 }

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity, Condition, Device, Fill, Harness, Input, Kinds, Outbox, Output, PortView, Signal,
-    SignalId, Time, View,
+    Activity, Condition, Device, Fact, Fill, Harness, Input, Kinds, Outbox, Output, PortView,
+    Signal, SignalId, Time, View,
 };
 
 /// A lamp at bit 0 of port 0. `1` switches it on for three seconds and `0` off; either is answered
@@ -78,8 +78,8 @@ impl Device for Lamp {
         self.outbox.poll()
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        self.outbox.watch(kinds);
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        self.outbox.watch(kinds)
     }
 
     // What it is.
@@ -127,13 +127,12 @@ impl Device for Lamp {
     }
 
     /// It does nothing in between: what does not hold now holds when something is due, or never.
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        let holds = match condition {
-            Condition::Idle => self.is_idle(),
-            Condition::PortBit { port: 0, bit: 0, level } => *level != self.is_idle(),
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        let holds = match fact {
+            Fact::PortBit { port: 0, bit: 0, level } => *level != self.is_idle(),
             _ => false,
         };
-        holds.then_some(self.state.now)
+        holds.then_some(from)
     }
 
     fn explain(&self, command: &[u8]) -> String {

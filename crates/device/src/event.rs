@@ -6,7 +6,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Grouped, Point, Segment};
+use crate::{Grouped, Point, Segment, SignalId};
 
 /// Something that happened inside a device. It comes with the model time at which it happened.
 ///
@@ -63,6 +63,15 @@ pub enum Event {
         /// Whether it is now active.
         active: bool,
     },
+    // --- signal ---
+    /// A signal of the outside world has taken another value; what acts in the moment in which it
+    /// is set, and has no lasting value, was set.
+    Signal {
+        /// The signal, a number of the device that lists it.
+        signal: SignalId,
+        /// Its value now.
+        value: i32,
+    },
     // --- port ---
     /// An output port changed.
     Port {
@@ -97,6 +106,7 @@ impl Event {
             Event::Answer { .. } => Kinds::ANSWER,
             Event::Motion(_) => Kinds::MOTION,
             Event::Switch { .. } => Kinds::SWITCH,
+            Event::Signal { .. } => Kinds::SIGNAL,
             Event::Port { .. } => Kinds::PORT,
             Event::Flash { .. } => Kinds::FLASH,
             Event::Baud { .. } => Kinds::LINE,
@@ -246,8 +256,10 @@ impl Kinds {
     pub const LINE: Kinds = Kinds(1 << 6);
     /// Warnings.
     pub const WARNING: Kinds = Kinds(1 << 7);
+    /// Signals of the outside world.
+    pub const SIGNAL: Kinds = Kinds(1 << 8);
     /// Everything.
-    pub const ALL: Kinds = Kinds(0xFF);
+    pub const ALL: Kinds = Kinds(0x1FF);
 
     /// Whether all of `kinds` are in this set.
     #[must_use]

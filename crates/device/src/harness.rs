@@ -216,17 +216,47 @@ impl<D: Device> Harness<D> {
     /// Lets time pass up to the first instant, from now on, at which the condition holds, and says
     /// when that is. It is computed from cause to cause, not searched for. `None` if everything
     /// comes to rest before, or after [`MAX_CAUSES`] causes; the present is then wherever that was.
-    /// What else is due at that instant is still to come.
+    ///
+    /// What happens is seen in the moment in which it happens: what else is due at that instant is
+    /// still to come. What is so at an instant is looked at when what is planned for that instant
+    /// has happened. The events that are needed are watched meanwhile, and are among the outputs
+    /// only if they were watched before.
     pub fn run_until(&mut self, condition: &Condition) -> Option<Time> {
+        let watched = self.device.watch(Kinds::NONE);
+        self.device.watch(watched.and(condition.kinds()));
+        let reached = self.run_watched_until(condition, watched);
+        self.device.watch(watched);
+        reached
+    }
+
+    fn run_watched_until(&mut self, condition: &Condition, watched: Kinds) -> Option<Time> {
         for _ in 0..MAX_CAUSES {
             let crossing = self.device.crossing(condition);
             if let Some(at) = crossing.filter(|at| self.planned().is_none_or(|next| *at < next)) {
+                // Nothing is due before. What is due now, behind what was looked for, stays due.
                 if at > self.now() {
-                    self.run_to(at);
+                    self.device.accept(Input::Wake, at);
+                    self.collect();
                 }
                 return Some(at);
             }
+            let before = self.outputs.len();
             self.step()?;
+            if condition.has_happenings() {
+                let events = self.outputs.range(before..).filter_map(|output| match output {
+                    Output::Event(_, event) => Some(event),
+                    Output::Bytes(..) | Output::Flash(..) => None,
+                });
+                let happened = self.device.holds(condition, events);
+                let news = self.outputs.split_off(before);
+                self.outputs.extend(news.into_iter().filter(|output| match output {
+                    Output::Event(_, event) => watched.contain(event.kind()),
+                    Output::Bytes(..) | Output::Flash(..) => true,
+                }));
+                if happened {
+                    return Some(self.now());
+                }
+            }
         }
         None
     }

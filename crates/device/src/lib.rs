@@ -21,7 +21,7 @@ mod run;
 mod text;
 mod view;
 
-pub use condition::Condition;
+pub use condition::{Condition, ConditionError, Fact, Named, Names};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Motion, Warning};
 pub use grouped::Grouped;

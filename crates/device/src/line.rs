@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Activity, Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View};
+use crate::{Activity, Device, Fact, Input, Kinds, Output, Signal, SignalId, Time, View};
 
 /// How many bytes may be on their way to a paced device. A client that writes faster than the
 /// line is held back by its own operating system, as it is by a real port.
@@ -176,8 +176,8 @@ impl<D: Device> Device for Line<D> {
         self.ready.pop_front()
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        self.device.watch(kinds);
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        self.device.watch(kinds)
     }
 
     fn state(&self) -> &Self::State {
@@ -263,14 +263,7 @@ impl<D: Device> Device for Line<D> {
             && self.wires.from_device.queue.is_empty()
     }
 
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        let in_transit =
-            !self.wires.to_device.queue.is_empty() || !self.wires.from_device.queue.is_empty();
-        if in_transit && *condition == Condition::Idle {
-            return None;
-        }
-        // The device looks as far as its own wake-up; a character may be due before that.
-        let in_span = |at: &Time| *at == self.now() || self.wake().is_none_or(|wake| *at < wake);
-        self.device.crossing(condition).filter(in_span)
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        self.device.first_time(fact, from)
     }
 }

@@ -25,8 +25,8 @@ impl Outbox {
     }
 
     /// Says which kinds of events are wanted, see [`Device::watch`](crate::Device::watch).
-    pub fn watch(&mut self, kinds: Kinds) {
-        self.wanted = kinds;
+    pub fn watch(&mut self, kinds: Kinds) -> Kinds {
+        std::mem::replace(&mut self.wanted, kinds)
     }
 
     /// Bytes leave on the line.

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::{Activity, Condition, Input, Kinds, Output, Signal, SignalId, Time, View};
+use crate::{Activity, Condition, Event, Fact, Input, Kinds, Output, Signal, SignalId, Time, View};
 
 /// How many causes a forecast follows before it gives up, so that the forecast of something an
 /// endless program never does comes to an end.
@@ -81,8 +81,9 @@ pub trait Device {
     /// The next output, in the order in which things happened.
     fn poll_output(&mut self) -> Option<Output>;
 
-    /// Says which kinds of events are wanted from now on. It is not part of the state.
-    fn watch(&mut self, kinds: Kinds);
+    /// Says which kinds of events are wanted from now on, and returns those that were wanted
+    /// before. It is not part of the state.
+    fn watch(&mut self, kinds: Kinds) -> Kinds;
 
     /// The state. Take it after the outputs are drained.
     fn state(&self) -> &Self::State;
@@ -149,10 +150,36 @@ pub trait Device {
     /// Whether the device does nothing by itself at its present time.
     fn is_idle(&self) -> bool;
 
-    /// The first instant at which the condition holds if no input comes: [`now`](Device::now), or
-    /// between it and the wake-up time, which is not included. In this span no cause is due, so one
-    /// motion at most is running and the answer is computed, not searched for.
-    fn crossing(&self, condition: &Condition) -> Option<Time>;
+    /// The first instant from `from` on at which a fact holds, if no input comes and as long as
+    /// nothing is due: it is asked for the span between [`now`](Device::now) and the wake-up time,
+    /// and what lies beyond it is not heeded. In this span one motion at most is running, so the
+    /// answer is computed, not searched for.
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time>;
+
+    /// The first instant at which the condition holds by what is so, without anything that happens,
+    /// if no input comes: [`now`](Device::now), or between it and the wake-up time, which is not
+    /// included.
+    fn crossing(&self, condition: &Condition) -> Option<Time> {
+        first(self, condition, self.now())
+    }
+
+    /// Whether the condition holds at [`now`](Device::now), right after a cause or an input with
+    /// these events.
+    fn holds<'a>(
+        &self,
+        condition: &Condition,
+        events: impl Iterator<Item = &'a Event> + Clone,
+    ) -> bool {
+        match condition {
+            Condition::All(parts) => parts.iter().all(|part| self.holds(part, events.clone())),
+            Condition::Any(parts) => parts.iter().any(|part| self.holds(part, events.clone())),
+            happening if happening.has_happenings() => {
+                let mut events = events;
+                events.any(|event| happening.is_seen_in(event))
+            }
+            state => self.crossing(state) == Some(self.now()),
+        }
+    }
 
     /// The first instant from [`now`](Device::now) on at which the condition holds if no input
     /// comes, by following a copy from cause to cause, never from step to step. `None` if the
@@ -191,13 +218,15 @@ impl<D: Device> Forecast<D> {
         D: Clone,
     {
         let mut future = device.clone();
-        future.watch(Kinds::NONE);
+        future.watch(condition.kinds());
+        while future.poll_output().is_some() {}
         Forecast { future, condition }
     }
 
     /// Follows the copy for no more than so many causes, from where it has come to.
     pub fn look(&mut self, causes: u32) -> Foresight {
         let Forecast { future, condition } = self;
+        let mut events = Vec::new();
         for _ in 0..causes {
             if let Some(at) = future.crossing(condition) {
                 return Foresight::At(at);
@@ -206,7 +235,15 @@ impl<D: Device> Forecast<D> {
                 return Foresight::Never;
             };
             future.perform(due);
-            while future.poll_output().is_some() {}
+            events.clear();
+            while let Some(output) = future.poll_output() {
+                if let Output::Event(_, event) = output {
+                    events.push(event);
+                }
+            }
+            if condition.has_happenings() && future.holds(condition, events.iter()) {
+                return Foresight::At(future.now());
+            }
         }
         Foresight::Open
     }
@@ -221,4 +258,63 @@ pub enum Foresight {
     Never,
     /// Neither had happened as far as was looked.
     Open,
+}
+
+/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
+/// holds by states alone.
+fn first<D: Device + ?Sized>(device: &D, condition: &Condition, from: Time) -> Option<Time> {
+    let wake = device.wake();
+    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
+    let fact = |fact: Fact| device.first_time(&fact, from).filter(within);
+    let axis = |axis: u8, low: i64, high: i64| fact(Fact::Axis { axis, low, high });
+    let below = |of: u8, position: i64| axis(of, i64::MIN, position.checked_sub(1)?);
+    let above = |of: u8, position: i64| axis(of, position.checked_add(1)?, i64::MAX);
+    match *condition {
+        Condition::AxisAt { axis: of, position } => axis(of, position, position),
+        Condition::AxisBelow { axis, position } => below(axis, position),
+        Condition::AxisAbove { axis, position } => above(axis, position),
+        Condition::Outside { ref low, ref high } => (0..)
+            .zip(low.iter().zip(high))
+            .flat_map(|(of, (low, high))| [below(of, *low), above(of, *high)])
+            .flatten()
+            .min(),
+        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level }),
+        Condition::Limit { axis, positive, active } => fact(Fact::Limit { axis, positive, active }),
+        Condition::SignalIs { signal, value } => fact(Fact::Signal { signal, value }),
+        // What is due just now may be the next thing that it does.
+        Condition::Idle => {
+            (device.is_idle() && wake.is_none_or(|wake| wake > device.now())).then_some(from)
+        }
+        Condition::At(time) => Some(time.max(from)).filter(within),
+        Condition::All(ref parts) => first_of_all(device, parts, from),
+        Condition::Any(ref parts) => {
+            parts.iter().filter_map(|part| first(device, part, from)).min()
+        }
+        Condition::Command { .. }
+        | Condition::Answered { .. }
+        | Condition::Answer { .. }
+        | Condition::Error { .. }
+        | Condition::Line { .. }
+        | Condition::SignalChanges { .. } => None,
+    }
+}
+
+/// The first instant at which all parts hold. No part holds before its first instant, so nothing is
+/// missed by going on from the latest of these: from one beginning of a span in which a part holds
+/// to the next, and never from step to step.
+fn first_of_all<D: Device + ?Sized>(
+    device: &D,
+    parts: &[Condition],
+    mut from: Time,
+) -> Option<Time> {
+    loop {
+        let mut latest = from;
+        for part in parts {
+            latest = first(device, part, latest)?;
+        }
+        if latest == from {
+            return Some(from);
+        }
+        from = latest;
+    }
 }

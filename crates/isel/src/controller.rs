@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Condition, Device, Input, Kinds, Outbox, Output as Out, Signal, SignalId, Time, View,
+    Device, Fact, Input, Kinds, Outbox, Output as Out, Signal, SignalId, Time, View,
 };
 use vimc4_isel_wire::{Addressed, Fault, Mode, Reply, control, parse};
 use vimc4_plant::{Machine, PlantSignal};
@@ -75,8 +75,8 @@ impl Device for Controller {
         self.0.out.poll()
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        self.0.out.watch(kinds);
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        self.0.out.watch(kinds)
     }
 
     fn state(&self) -> &State {
@@ -159,7 +159,7 @@ impl Device for Controller {
         self.0.state.is_idle()
     }
 
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        self.0.forecast(condition)
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        self.0.forecast(fact, from)
     }
 }

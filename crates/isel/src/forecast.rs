@@ -1,88 +1,94 @@
-//! When a condition will hold, computed from the running segment.
+//! When something will be so, computed from the running segment.
 
-use vimc4_device::{Condition, Time};
-use vimc4_motion::Running;
+use vimc4_device::{Fact, SignalId, Time};
+use vimc4_plant::{End, PlantSignal};
 
-use crate::axes::{AXES, wrap};
+use crate::axes::wrap;
 use crate::firmware::Firmware;
+use crate::wiring::Wire;
+
+/// How far a counter goes before it begins again.
+const COUNTER: i64 = 1 << 24;
 
 impl Firmware {
-    /// The first instant before the next cause at which a condition holds.
-    pub(crate) fn forecast(&self, condition: &Condition) -> Option<Time> {
-        let now = self.state.now;
-        match *condition {
-            Condition::Idle => self.state.is_idle().then_some(now),
-            Condition::AxisAt { axis, position } => {
+    /// The first instant from `from` on at which a fact holds while nothing else happens.
+    pub(crate) fn forecast(&self, fact: &Fact, from: Time) -> Option<Time> {
+        match *fact {
+            Fact::Axis { axis, low, high } => {
                 let axis = usize::from(axis);
                 let origin = *self.state.position.get(axis)?;
-                self.first_time(
-                    axis,
-                    |counter| wrap(origin + counter) == wrap(position),
-                    || {
-                        // The counter's way to the position, either way round the 24 bits.
-                        let way = wrap(position - origin);
-                        vec![way, way - (1 << 24), way + (1 << 24)]
-                    },
-                )
+                // A single place is one of the counter's, however far beyond its ends it is named.
+                let (low, high) = if low == high { (wrap(low), wrap(low)) } else { (low, high) };
+                let within = |offset: i64| (low..=high).contains(&wrap(origin + offset));
+                // It begins at a limit, or where the counter begins again at its other end.
+                let (least, most) = (-(COUNTER / 2), COUNTER / 2 - 1);
+                let places = [low.max(least), high.min(most), least, most];
+                let ways = places.map(|place| wrap(place - origin));
+                let turns = [0, COUNTER, -COUNTER];
+                let offsets = ways.into_iter().flat_map(|way| turns.map(|turn| way + turn));
+                self.first_offset(axis, from, within, offsets)
             }
-            Condition::Outside { low, high } => (0..AXES)
-                .filter_map(|axis| {
-                    let origin = self.state.position[axis];
-                    let outside = |offset: i64| {
-                        let at = wrap(origin + offset);
-                        at < low[axis] || at > high[axis]
-                    };
-                    self.first_time(axis, outside, || {
-                        vec![low[axis] - 1 - origin, high[axis] + 1 - origin]
-                    })
-                })
-                .min(),
-            Condition::PortBit { port, bit, level } => {
-                let holds = |controller: &Firmware| {
-                    controller.read_port(port) >> (bit & 7) & 1 == u8::from(level)
-                };
-                if holds(self) {
-                    return Some(now);
-                }
-                // Between two causes only limit switches change by themselves.
-                let Running { segment, began } = self.state.running()?;
-                let mut times: Vec<Time> = (0..AXES)
-                    .flat_map(|axis| self.edge_offsets(axis).map(move |offset| (axis, offset)))
-                    .filter_map(|(axis, offset)| segment.time_at(axis, offset))
-                    .map(|nanos| began.after_nanos(nanos))
-                    .filter(|&at| at > now && self.state.wake().is_none_or(|wake| at < wake))
-                    .collect();
-                times.sort_unstable();
-                times.into_iter().find(|&at| {
-                    let mut later = self.clone();
-                    later.state.now = at;
-                    holds(&later)
-                })
+            Fact::Limit { axis, positive, active } => {
+                let axis = usize::from(axis);
+                let end = if positive { End::Positive } else { End::Negative };
+                self.first_limit(axis, end, active, from)
             }
+            Fact::PortBit { port, bit, level } => self.first_level(port, bit, level, from),
+            Fact::Signal { signal, value } => (self.signal_value(signal)? == value).then_some(from),
         }
     }
 
-    /// The offsets of the counters at which a switch of an axis changes.
-    fn edge_offsets(&self, axis: usize) -> impl Iterator<Item = i64> {
-        let standing = self.state.plant.carriage()[axis];
-        let sign = self.state.carriage_sign(axis);
-        self.state.plant.edges(axis).map(move |place| sign * (place - standing))
+    /// What a signal is set to; `None` for one that is not there.
+    fn signal_value(&self, signal: SignalId) -> Option<i32> {
+        Some(self.state.plant.level(PlantSignal::from_id(signal)?).into())
     }
 
-    /// The first instant from now to before the next cause at which the offset of an axis from
-    /// the start of the running segment fulfils a predicate, which can begin to hold at the
-    /// `candidates` only.
-    fn first_time(
+    /// The first instant at which a bit of a port has a level. While nothing else happens only limit
+    /// switches change.
+    fn first_level(&self, port: u16, bit: u8, level: bool, from: Time) -> Option<Time> {
+        let bit = bit & 7;
+        let end = |number: u8| if number == 0 { End::Negative } else { End::Positive };
+        let wires = self.state.model.ports.readable(port);
+        match wires.and_then(|wires| wires.get(usize::from(bit))) {
+            Some(Wire::SwitchLevel(axis, number)) => {
+                let axis = usize::from(*axis);
+                let plant = &self.state.plant;
+                let is_so = |place: i64| plant.switch_level_at(axis, end(*number), place) == level;
+                self.first_place(axis, from, is_so)
+            }
+            Some(Wire::Limit(axis, number)) => {
+                self.first_limit(usize::from(*axis), end(*number), level, from)
+            }
+            _ => (self.read_port(port) >> bit & 1 == u8::from(level)).then_some(from),
+        }
+    }
+
+    /// The first instant at which a limit switch, as the controller sees it, is active or not.
+    fn first_limit(&self, axis: usize, end: End, active: bool, from: Time) -> Option<Time> {
+        self.first_place(axis, from, |place| self.limit_active_at(axis, end, place) == active)
+    }
+
+    /// The first instant at which the place of a carriage fulfils a predicate, which changes at the
+    /// edges of the axis's limit switches only.
+    fn first_place(&self, axis: usize, from: Time, is_so: impl Fn(i64) -> bool) -> Option<Time> {
+        let standing = *self.state.plant.carriage().get(axis)?;
+        let sign = self.state.carriage_sign(axis);
+        let edges = self.state.plant.edges(axis).map(|place| sign * (place - standing));
+        self.first_offset(axis, from, |offset| is_so(standing + sign * offset), edges)
+    }
+
+    /// The first instant at which the offset of an axis from the start of the running segment
+    /// fulfils a predicate, which can begin to hold at the `candidates` only.
+    fn first_offset(
         &self,
         axis: usize,
+        from: Time,
         holds: impl Fn(i64) -> bool,
-        candidates: impl FnOnce() -> Vec<i64>,
+        candidates: impl IntoIterator<Item = i64>,
     ) -> Option<Time> {
-        let now = self.state.now;
-        let Some(running) = self.state.running() else {
-            return holds(0).then_some(now);
-        };
-        let first = running.first_time(axis, now, holds, candidates());
-        first.filter(|&at| at == now || self.state.wake().is_none_or(|wake| at < wake))
+        match self.state.running() {
+            Some(running) => running.first_time(axis, from, holds, candidates),
+            None => holds(0).then_some(from),
+        }
     }
 }

@@ -15,7 +15,13 @@ impl Firmware {
     /// A signal of the plant takes a level.
     pub(crate) fn signal(&mut self, signal: PlantSignal, level: bool) {
         let driven = self.state.driven();
-        if !self.state.plant.set(signal, level) || !self.state.powered {
+        if !self.state.plant.set(signal, level) {
+            return;
+        }
+        if self.wants(Kinds::SIGNAL) {
+            self.emit(Event::Signal { signal: signal.id(), value: level.into() });
+        }
+        if !self.state.powered {
             return;
         }
         // Supply and temperature take the power stages with them.

@@ -356,6 +356,11 @@ impl Controller {
 
     /// A signal takes a value.
     pub(crate) fn signal(&mut self, id: SignalId, value: i32) {
+        if self.out.wants(Kinds::SIGNAL)
+            && let Some(value) = self.state.taken(id, value)
+        {
+            self.emit(None, Kinds::SIGNAL, || Event::Signal { signal: id, value });
+        }
         match self.state.signal(id, value) {
             Leads::Nowhere => {}
             Leads::Interruption(stop, why) => self.interrupt(stop, why),

@@ -1,8 +1,6 @@
 //! The controller as a device.
 
-use vimc4_device::{
-    Activity, Condition, Device, Input, Kinds, Output, Signal, SignalId, Time, View,
-};
+use vimc4_device::{Activity, Device, Fact, Input, Kinds, Output, Signal, SignalId, Time, View};
 use vimc4_plant::PlantSignal;
 
 use crate::controller::Controller;
@@ -32,8 +30,8 @@ impl Device for Controller {
         self.out.poll()
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        self.out.watch(kinds);
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        self.out.watch(kinds)
     }
 
     fn state(&self) -> &State {
@@ -102,7 +100,7 @@ impl Device for Controller {
         self.state.rests()
     }
 
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        self.state.forecast(condition)
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        self.state.forecast(fact, from)
     }
 }

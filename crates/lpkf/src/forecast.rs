@@ -1,54 +1,60 @@
-//! When a condition will hold, computed from the running segment.
+//! When something will be so, computed from the running segment.
 
-use vimc4_device::{Condition, Time};
+use vimc4_device::{Fact, Time};
+use vimc4_plant::End;
 
 use crate::language::Axis;
 use crate::state::State;
 
 impl State {
-    /// The first instant before the next cause at which a condition holds.
-    pub(crate) fn forecast(&self, condition: &Condition) -> Option<Time> {
-        let now = self.now;
-        match *condition {
-            Condition::Idle => self.rests().then_some(now),
-            Condition::AxisAt { axis, position } => {
-                let index = usize::from(axis);
-                let axis = Axis::from_index(index).filter(|axis| self.is_fitted(*axis))?;
-                let way = position - self.position[axis.index()];
-                self.first_time(index, |offset| offset == way, [way])
+    /// The first instant from `from` on at which a fact holds while nothing else happens.
+    pub(crate) fn forecast(&self, fact: &Fact, from: Time) -> Option<Time> {
+        match *fact {
+            Fact::Axis { axis, low, high } => {
+                let axis = self.fitted_index(axis)?;
+                let here = self.position[axis];
+                let within = |way: i64| (low..=high).contains(&(here + way));
+                // No counter gets further than this.
+                let (least, most) = (i64::from(i32::MIN), i64::from(i32::MAX));
+                let ways = [low, high].map(|place| place.clamp(least, most) - here);
+                self.first_offset(axis, from, within, ways)
             }
-            Condition::Outside { low, high } => self
-                .fitted()
-                .filter_map(|axis| {
-                    let axis = axis.index();
-                    let here = self.position[axis];
-                    let (low, high) = (low[axis] - here, high[axis] - here);
-                    self.first_time(axis, |way| way < low || way > high, [low - 1, high + 1])
-                })
-                .min(),
+            Fact::Limit { axis, positive, active } => {
+                let axis = self.fitted_index(axis)?;
+                let end = if positive { End::Positive } else { End::Negative };
+                let plant = &self.plant;
+                let (standing, sign) = (plant.carriage()[axis], self.carriage_sign(axis));
+                let is_so = |way: i64| plant.pressed_at(axis, end, standing + sign * way) == active;
+                let edges = plant.edges(axis).map(|place| sign * (place - standing));
+                self.first_offset(axis, from, is_so, edges)
+            }
             // Nothing that moves by itself changes an input.
-            Condition::PortBit { port, bit, level } => {
-                let holds =
-                    self.model.io.read_port(&self.plant, port) >> (bit & 7) & 1 == u8::from(level);
-                holds.then_some(now)
+            Fact::PortBit { port, bit, level } => {
+                let value = self.model.io.read_port(&self.plant, port);
+                (value >> (bit & 7) & 1 == u8::from(level)).then_some(from)
             }
+            Fact::Signal { signal, value } => (self.signal_value(signal)? == value).then_some(from),
         }
     }
 
-    /// The first instant from now to before the next cause at which the offset of an axis from
-    /// the start of the running segment fulfils a predicate, which can begin to hold at the
-    /// `candidates` only.
-    fn first_time<const N: usize>(
+    /// The index of an axis, if the machine has it.
+    fn fitted_index(&self, axis: u8) -> Option<usize> {
+        let axis = Axis::from_index(usize::from(axis));
+        axis.filter(|axis| self.is_fitted(*axis)).map(Axis::index)
+    }
+
+    /// The first instant at which the offset of an axis from the start of the running segment
+    /// fulfils a predicate, which can begin to hold at the `candidates` only.
+    fn first_offset(
         &self,
         axis: usize,
+        from: Time,
         holds: impl Fn(i64) -> bool,
-        candidates: [i64; N],
+        candidates: impl IntoIterator<Item = i64>,
     ) -> Option<Time> {
-        let now = self.now;
-        let Some(running) = self.running() else {
-            return holds(0).then_some(now);
-        };
-        let first = running.first_time(axis, now, holds, candidates);
-        first.filter(|&at| at == now || self.next_cause().is_none_or(|(wake, _)| at < wake))
+        match self.running() {
+            Some(running) => running.first_time(axis, from, holds, candidates),
+            None => holds(0).then_some(from),
+        }
     }
 }

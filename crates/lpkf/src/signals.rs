@@ -141,7 +141,7 @@ impl State {
     }
 
     /// What a signal is set to. What acts in the moment it is set has no value.
-    fn signal_value(&self, id: SignalId) -> Option<i32> {
+    pub(crate) fn signal_value(&self, id: SignalId) -> Option<i32> {
         if let Some(signal) = PlantSignal::from_id(id) {
             return Some(self.plant.level(signal).into());
         }
@@ -200,6 +200,20 @@ impl State {
             // Ranges and limit switches of the six axes.
             status => (25..=48).contains(&status.code()),
         }
+    }
+
+    /// The value that a signal takes if it is set to this one; `None` if nothing comes of it.
+    pub(crate) fn taken(&self, id: SignalId, value: i32) -> Option<i32> {
+        let own = Own::from_id(id).filter(|own| self.has(*own));
+        let value = match own {
+            None => PlantSignal::from_id(id).map(|_| (value != 0).into())?,
+            Some(Own::Fault(_)) => (value != 0).into(),
+            Some(Own::BallAxis) => value.clamp(0, self.model.axes as i32 - 1),
+            Some(Own::SpindleFault) => value.clamp(0, 2),
+            // What acts in the moment it is set has no value before.
+            Some(_) => return (value != 0).then_some(value),
+        };
+        (self.signal_value(id) != Some(value)).then_some(value)
     }
 
     /// A signal takes a value.

@@ -429,7 +429,11 @@ impl<D: Family> Twins<D> {
         let (axis, other) = (axis % count, axis / count);
         let mut conditions = vec![
             Condition::AxisAt { axis, position: here[usize::from(axis)] + way },
+            Condition::AxisBelow { axis, position: here[usize::from(axis)] + way },
+            Condition::AxisAbove { axis, position: here[usize::from(axis)] + way },
             Condition::Outside { low: here.map(|h| h - span), high: here.map(|h| h + span) },
+            Condition::Limit { axis, positive: way > 0, active: way & 2 == 0 },
+            Condition::At(now.after_nanos(span.unsigned_abs())),
             Condition::Idle,
         ];
         let ports: Vec<u16> = view.ports.iter().filter(|p| p.input).map(|p| p.port).collect();
@@ -445,6 +449,7 @@ impl<D: Family> Twins<D> {
                 holds(&condition, &later)
             };
             let last = self.watched.wake().map(|wake| Time::from_nanos(wake.as_nanos() - 1));
+            let last = last.filter(|last| *last >= now);
             match self.watched.crossing(&condition) {
                 Some(at) => {
                     assert!(now <= at && last.is_none_or(|last| at <= last), "{condition:?}: {at}");
@@ -456,7 +461,7 @@ impl<D: Family> Twins<D> {
                 }
                 None => {
                     assert!(!holds(now), "{condition:?} holds already");
-                    if let Some(last) = last.filter(|last| *last >= now) {
+                    if let Some(last) = last {
                         assert!(!holds(last), "{condition:?} holds at {last}");
                     }
                 }
@@ -478,6 +483,12 @@ fn holds<D: Family>(condition: &Condition, controller: &D) -> bool {
         Condition::AxisAt { axis, position } => {
             view.axes[usize::from(*axis)].position == D::counted(*position)
         }
+        Condition::AxisBelow { axis, position } => {
+            view.axes[usize::from(*axis)].position < *position
+        }
+        Condition::AxisAbove { axis, position } => {
+            view.axes[usize::from(*axis)].position > *position
+        }
         Condition::Outside { low, high } => view
             .axes
             .iter()
@@ -487,7 +498,10 @@ fn holds<D: Family>(condition: &Condition, controller: &D) -> bool {
             let port = view.ports.iter().find(|view| view.input && view.port == *port);
             port.is_some_and(|view| (view.value >> bit & 1 == 1) == *level)
         }
+        Condition::At(time) => controller.now() >= *time,
         Condition::Idle => controller.is_idle(),
+        // No picture shows it.
+        limit => controller.crossing(limit) == Some(controller.now()),
     }
 }
 

@@ -140,6 +140,10 @@ fn events() -> impl Strategy<Value = Event> {
         3 => motions.prop_map(Event::Motion),
         1 => (0..6_u8, any::<bool>(), any::<bool>())
             .prop_map(|(axis, positive, active)| Event::Switch { axis, positive, active }),
+        1 => (any::<u16>(), any::<i32>()).prop_map(|(signal, value)| Event::Signal {
+            signal: SignalId(signal),
+            value,
+        }),
         1 => (any::<u16>(), any::<u8>()).prop_map(|(port, value)| Event::Port { port, value }),
         1 => words().prop_map(|what| Event::Flash { what }),
         1 => any::<u32>().prop_map(|baud| Event::Baud { baud }),
@@ -167,11 +171,12 @@ fn variant(event: &Event) -> u32 {
         Event::Warning(Warning::StepsLost { .. }) => 14,
         Event::Warning(Warning::FalseReference { .. }) => 15,
         Event::Warning(Warning::ProgramError { .. }) => 16,
+        Event::Signal { .. } => 17,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 17;
+const VARIANTS: u32 = 18;
 
 #[test]
 fn what_is_written_is_read_again() {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity, AxisView, Condition, Device, Event, Fill, FlashChange, Input, Kinds, Outbox, Output,
+    Activity, AxisView, Device, Event, Fact, Fill, FlashChange, Input, Kinds, Outbox, Output,
     Signal, SignalId, SignalKind, SignalView, Time, View, WaitsFor, Warning,
 };
 
@@ -30,6 +30,8 @@ pub(crate) struct Cart {
 pub(crate) struct State {
     now: Time,
     received: Vec<u8>,
+    /// The first letter of the line that was begun last.
+    latest: String,
     stored: Vec<u8>,
     /// Where it stood when it stood last.
     place: i64,
@@ -57,18 +59,20 @@ impl Cart {
         self.state.place + made as i64
     }
 
-    fn holds(&self, condition: &Condition, at: Time) -> bool {
-        let place = self.place(at);
-        match condition {
-            Condition::AxisAt { axis: 0, position } => place == *position,
-            Condition::Outside { low, high } => place < low[0] || place > high[0],
-            Condition::Idle => self.is_idle(),
+    fn holds(&self, fact: &Fact, at: Time) -> bool {
+        match fact {
+            Fact::Axis { axis: 0, low, high } => (low..=high).contains(&&self.place(at)),
             _ => false,
         }
     }
 
-    fn say(&mut self, bytes: &[u8]) {
-        self.out.send(self.state.now, bytes.to_vec().into());
+    fn say(&mut self, text: &str, why: Option<&str>) {
+        if self.out.wants(Kinds::ANSWER) {
+            let (bytes, why) = (text.to_owned().into(), why.map(Into::into));
+            let mnemonic = self.state.latest.clone().into();
+            self.out.emit(self.state.now.into(), Event::Answer { mnemonic, bytes, why });
+        }
+        self.out.send(self.state.now, text.to_owned().into());
     }
 
     fn warn(&mut self, what: &'static str) {
@@ -104,15 +108,20 @@ impl Cart {
     fn do_line(&mut self, end: usize) {
         let line: Vec<u8> = self.state.received.drain(..=end).collect();
         let text = String::from_utf8_lossy(&line[..end]).into_owned();
+        self.state.latest = text.get(..1).unwrap_or_default().to_owned();
+        if self.out.wants(Kinds::COMMAND) {
+            let (mnemonic, bytes) = (self.state.latest.clone().into(), text.clone().into());
+            self.out.emit(self.state.now.into(), Event::Command { mnemonic, bytes });
+        }
         match (text.get(..1), text.get(1..).and_then(|number| number.parse().ok())) {
             (Some("m"), Some(steps)) => self.begin(steps, false),
             (Some("b"), _) => self.begin(0, true),
-            (Some("p"), _) => self.say(self.state.place.to_string().as_bytes()),
+            (Some("p"), _) => self.say(&self.state.place.to_string(), None),
             (Some("f"), _) => {
                 self.state.stored.extend_from_slice(&line[1..end]);
                 let change = FlashChange::Append(line[1..end].to_vec().into());
                 self.out.store(self.state.now, change);
-                self.say(b"0");
+                self.say("0", None);
             }
             _ => self.warn("a line that means nothing"),
         }
@@ -136,7 +145,7 @@ impl Device for Cart {
             self.state.place = 1 - self.state.place;
             self.begin(0, true);
         } else {
-            self.say(b"0");
+            self.say("0", None);
         }
         true
     }
@@ -145,9 +154,13 @@ impl Device for Cart {
         self.state.now = self.state.now.max(at);
         match input {
             Input::Bytes(bytes) if !self.state.off => self.state.received.extend_from_slice(bytes),
-            Input::Signal(Cart::STOP, 1..) => {
+            Input::Signal(Cart::STOP, value @ 1..) => {
+                if self.out.wants(Kinds::SIGNAL) {
+                    let event = Event::Signal { signal: Cart::STOP, value };
+                    self.out.emit(self.state.now.into(), event);
+                }
                 if self.halt() {
-                    self.say(b"stopped");
+                    self.say("stopped", Some("the button was pressed"));
                 }
             }
             Input::Power(on) => {
@@ -163,8 +176,8 @@ impl Device for Cart {
         self.out.poll()
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        self.out.watch(kinds);
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        self.out.watch(kinds)
     }
 
     fn state(&self) -> &State {
@@ -249,14 +262,12 @@ impl Device for Cart {
     }
 
     /// A cart is slow enough to be followed step by step.
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        let now = self.state.now;
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
         let motion = self.state.motion.as_ref();
         let steps = motion
             .into_iter()
             .flat_map(|motion| (1..motion.steps).map(|step| motion.began.after_nanos(step * STEP)));
-        let instants = std::iter::once(now).chain(steps.filter(|at| *at > now));
-        let mut instants = instants.filter(|at| self.wake().is_none_or(|wake| *at < wake));
-        instants.find(|at| self.holds(condition, *at))
+        let mut instants = std::iter::once(from).chain(steps.filter(|at| *at > from));
+        instants.find(|at| self.holds(fact, *at))
     }
 }

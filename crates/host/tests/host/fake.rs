@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    Activity, AxisView, Condition, Device, Event, Fill, FlashChange, Input, Kinds, Output, Signal,
+    Activity, AxisView, Device, Event, Fact, Fill, FlashChange, Input, Kinds, Output, Signal,
     SignalId, SignalKind, Time, View, Warning,
 };
 use vimc4_host::{
@@ -191,8 +191,8 @@ impl Device for Fake {
         self.out.pop_front()
     }
 
-    fn watch(&mut self, kinds: Kinds) {
-        self.kinds = kinds;
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        std::mem::replace(&mut self.kinds, kinds)
     }
 
     fn state(&self) -> &State {
@@ -281,21 +281,15 @@ impl Device for Fake {
         self.wake().is_none()
     }
 
-    fn crossing(&self, condition: &Condition) -> Option<Time> {
-        match condition {
-            Condition::Idle => self.is_idle().then_some(self.state.now),
-            Condition::AxisAt { axis: 0, position } => {
-                let here = self.position_at(self.state.now);
-                if here == *position {
-                    return Some(self.state.now);
-                }
-                let (began, _) = self.state.move_began?;
-                let steps = u64::try_from(position - self.state.position).ok()?;
-                let at = began.after_nanos(steps * MS);
-                (at > self.state.now && Some(at) < self.wake()).then_some(at)
-            }
-            _ => None,
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        let Fact::Axis { axis: 0, low, high } = fact else { return None };
+        if (low..=high).contains(&&self.position_at(from)) {
+            return Some(from);
         }
+        // It moves forward only.
+        let (began, _) = self.state.move_began?;
+        let steps = u64::try_from(low - self.state.position).ok()?;
+        Some(began.after_nanos(steps * MS)).filter(|at| *at > from)
     }
 }
 

@@ -1,0 +1,224 @@
+//! Conditions that a device can be run until.
+//!
+//! There are two sorts. A *state* is so or not so at any instant, and when it will be so is
+//! computed from the running motion. A *happening* is there in the moment of one cause and gone
+//! after it; it is seen in the events of that cause. Both can be combined: all of them in one
+//! moment, or any of them.
+
+mod text;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Event, Kinds, Point, SignalId, Time};
+
+pub use text::{ConditionError, Named, Names};
+
+/// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
+/// [`Harness::run_until`](crate::Harness::run_until).
+///
+/// It has a text form, which people type: `z < -5000`, `answer error 2`, `x = 100 and port 2 bit 0
+/// on`. [`Names`] reads and writes it with the names that a device has for its axes and signals.
+///
+/// # Moments
+///
+/// A condition is looked at in moments: after every cause and every input, with the events of that
+/// one cause or input, and at every instant between two causes, when there are no events.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Condition {
+    // --- states ---
+    /// The counter of an axis (0 for X) is at a position, in steps.
+    AxisAt {
+        /// The axis.
+        axis: u8,
+        /// The position.
+        position: i64,
+    },
+    /// The counter of an axis is below a position, in steps.
+    AxisBelow {
+        /// The axis.
+        axis: u8,
+        /// The position.
+        position: i64,
+    },
+    /// The counter of an axis is above a position, in steps.
+    AxisAbove {
+        /// The axis.
+        axis: u8,
+        /// The position.
+        position: i64,
+    },
+    /// Any axis is outside a box, in steps; the limits themselves are inside. [`i64::MIN`] and
+    /// [`i64::MAX`] are no limits.
+    Outside {
+        /// The lower limits.
+        low: Point,
+        /// The upper limits.
+        high: Point,
+    },
+    /// A bit of a port, as the host would read it, has a level.
+    PortBit {
+        /// The port.
+        port: u16,
+        /// The bit, 0 to 7.
+        bit: u8,
+        /// The level.
+        level: bool,
+    },
+    /// A limit switch, as the controller sees it, is active or not.
+    Limit {
+        /// The axis.
+        axis: u8,
+        /// Whether it is the switch at the positive end.
+        positive: bool,
+        /// Whether it is to be active.
+        active: bool,
+    },
+    /// A signal of the outside world has a value.
+    SignalIs {
+        /// The signal.
+        signal: SignalId,
+        /// The value.
+        value: i32,
+    },
+    /// The device does nothing by itself: no command, no program, nothing moves.
+    Idle,
+    /// A time has come.
+    At(Time),
+
+    // --- happenings ---
+    /// The execution of a command begins.
+    Command {
+        /// Its mnemonic, or what its line begins with; `None` for any command.
+        like: Option<String>,
+    },
+    /// A command is answered.
+    Answered {
+        /// Its mnemonic; `None` for any command.
+        like: Option<String>,
+    },
+    /// An answer is this text.
+    Answer {
+        /// The answer without the end of its line.
+        text: String,
+    },
+    /// An answer is an error.
+    Error {
+        /// Its text without the end of its line, or what follows the letter in it; `None` for any
+        /// error.
+        code: Option<String>,
+    },
+    /// The execution of a line of a stored program begins.
+    Line {
+        /// Its number, from 1; `None` for any line.
+        line: Option<u32>,
+    },
+    /// A signal of the outside world takes another value.
+    SignalChanges {
+        /// The signal.
+        signal: SignalId,
+        /// The value that it takes; `None` for any value.
+        to: Option<i32>,
+    },
+
+    // --- combined ---
+    /// All of these hold in the same moment.
+    All(Vec<Condition>),
+    /// Any of these holds.
+    Any(Vec<Condition>),
+}
+
+/// What a family of devices must be able to forecast: a state of one thing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fact {
+    /// The counter of an axis (0 for X) is within these limits, which belong to it.
+    Axis {
+        /// The axis.
+        axis: u8,
+        /// The lower limit, steps; [`i64::MIN`] for none.
+        low: i64,
+        /// The upper limit, steps; [`i64::MAX`] for none.
+        high: i64,
+    },
+    /// A bit of a port, as the host would read it, has a level.
+    PortBit {
+        /// The port.
+        port: u16,
+        /// The bit, 0 to 7.
+        bit: u8,
+        /// The level.
+        level: bool,
+    },
+    /// A limit switch, as the controller sees it, is active or not.
+    Limit {
+        /// The axis.
+        axis: u8,
+        /// Whether it is the switch at the positive end.
+        positive: bool,
+        /// Whether it is to be active.
+        active: bool,
+    },
+    /// A signal has a value.
+    Signal {
+        /// The signal.
+        signal: SignalId,
+        /// The value.
+        value: i32,
+    },
+}
+
+impl Condition {
+    /// The kinds of events in which its happenings are seen; none if there are only states in it.
+    #[must_use]
+    pub fn kinds(&self) -> Kinds {
+        match self {
+            Condition::Command { .. } | Condition::Line { .. } => Kinds::COMMAND,
+            Condition::Answered { .. } | Condition::Answer { .. } | Condition::Error { .. } => {
+                Kinds::ANSWER
+            }
+            Condition::SignalChanges { .. } => Kinds::SIGNAL,
+            Condition::All(parts) | Condition::Any(parts) => {
+                parts.iter().fold(Kinds::NONE, |kinds, part| kinds.and(part.kinds()))
+            }
+            _ => Kinds::NONE,
+        }
+    }
+
+    /// Whether there are happenings in it: it can begin to hold by what comes from outside.
+    #[must_use]
+    pub fn has_happenings(&self) -> bool {
+        self.kinds() != Kinds::NONE
+    }
+
+    /// Whether a happening is what an event tells.
+    pub(crate) fn is_seen_in(&self, event: &Event) -> bool {
+        let is = |wanted: &Option<String>, mnemonic: &str| {
+            wanted.as_ref().is_none_or(|wanted| wanted == mnemonic)
+        };
+        match (self, event) {
+            (Condition::Command { like }, Event::Command { mnemonic, bytes }) => {
+                let begins = |like: &String| bytes.starts_with(like.as_bytes());
+                is(like, mnemonic) || like.as_ref().is_some_and(begins)
+            }
+            (Condition::Answered { like }, Event::Answer { mnemonic, .. }) => is(like, mnemonic),
+            (Condition::Answer { text }, Event::Answer { bytes, .. }) => {
+                bytes.trim_ascii_end() == text.as_bytes()
+            }
+            (Condition::Error { code }, Event::Answer { bytes, why: Some(_), .. }) => {
+                let text = bytes.trim_ascii_end();
+                code.as_ref().is_none_or(|code| {
+                    let code = code.as_bytes();
+                    text == code || text.get(1..) == Some(code) && !code.is_empty()
+                })
+            }
+            (Condition::Line { line: wanted }, Event::Line { line, .. }) => {
+                wanted.is_none_or(|wanted| wanted == *line)
+            }
+            (Condition::SignalChanges { signal, to }, Event::Signal { signal: other, value }) => {
+                signal == other && to.is_none_or(|to| to == *value)
+            }
+            _ => false,
+        }
+    }
+}

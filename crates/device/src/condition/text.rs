@@ -1,0 +1,683 @@
+//! Conditions as people type them.
+//!
+//! ```text
+//! condition = all { "or" all }                all = one { "and" one }
+//! one       = "(" condition ")" | state | happening
+//! state     = AXIS ("<" | "<=" | "=" | ">=" | ">") STEPS
+//!           | "outside" AXIS [STEPS] ".." [STEPS] { AXIS [STEPS] ".." [STEPS] }
+//!           | "port" NUMBER "bit" BIT ("on" | "off")
+//!           | "limit" AXIS("+" | "-") ["on" | "off"]
+//!           | "signal" NAME "is" VALUE
+//!           | "idle" | "at" TIME | "always" | "never"
+//! happening = "command" [TEXT] | "answered" [TEXT] | "answer" TEXT | "answer" "error" [TEXT]
+//!           | "line" [NUMBER] | "signal" NAME "changes" ["to" VALUE]
+//! ```
+//!
+//! A TEXT with blanks, brackets or comparisons in it, or one of the words above, stands between
+//! quotation marks.
+
+use std::error::Error;
+use std::fmt;
+use std::str::FromStr;
+
+use nom::branch::alt;
+use nom::bytes::complete::{tag, take_while1};
+use nom::character::complete::{char, space0};
+use nom::combinator::verify;
+use nom::error::{ErrorKind, ParseError};
+use nom::sequence::preceded;
+use nom::{IResult, Parser};
+
+use super::Condition;
+use crate::{AXES, Device, Point, Signal, SignalId, SignalKind, Time};
+
+/// How deep brackets may be within each other.
+const DEEPEST: u32 = 32;
+
+/// How much of a wrong text an error shows, characters.
+const SHOWN: usize = 80;
+
+/// The words that mean something where a text could stand.
+const RESERVED: [&str; 3] = ["and", "or", "error"];
+
+/// The names that conditions use for the axes and the signals of a device.
+///
+/// ```
+/// # mod cart { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cart/mod.rs")); }
+/// # use cart::Cart;
+/// use vimc4_device::{Condition, Harness, Names, Time};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+///
+/// let mut cart = Harness::new(Cart::default());
+/// let names = Names::of(cart.device());
+/// cart.send(b"m100\r");
+/// let condition = names.read("x > 30 and at 0.05s or signal stop changes")?;
+/// assert_eq!(cart.run_until(&condition), Some(Time::from_millis(50)));
+/// assert_eq!(names.write(&condition).to_string(), "x > 30 and at 0.05s or signal stop changes");
+///
+/// let wrong = names.read("x > far").unwrap_err();
+/// assert_eq!(wrong.to_string(), "`x > far` is wrong at `far`: a position in steps, as in `x > -5000`");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Names {
+    axes: Vec<(u8, String)>,
+    signals: Vec<Signal>,
+}
+
+/// Without names, axes and signals are numbers: `axis0 = 5`, `signal 3 changes`.
+static NUMBERS: Names = Names { axes: Vec::new(), signals: Vec::new() };
+
+impl Names {
+    /// These axes, each with its index (0 for X), and these signals.
+    #[must_use]
+    pub fn new(axes: impl IntoIterator<Item = (u8, String)>, signals: Vec<Signal>) -> Names {
+        Names { axes: axes.into_iter().collect(), signals }
+    }
+
+    /// Those of a device.
+    pub fn of<D: Device>(device: &D) -> Names {
+        let axes = device.view(device.now()).axes;
+        Names::new(axes.into_iter().map(|axis| (axis.index, axis.name)), device.signals())
+    }
+
+    /// Reads a condition.
+    ///
+    /// # Errors
+    ///
+    /// If it is none, with the place and what would be right there.
+    pub fn read(&self, text: &str) -> Result<Condition, ConditionError> {
+        let wrong = |error: nom::Err<Wrong<'_>>| {
+            let (rest, right) = match error {
+                nom::Err::Error(Wrong { rest, right })
+                | nom::Err::Failure(Wrong { rest, right }) => (rest, right),
+                nom::Err::Incomplete(_) => ("", String::new()),
+            };
+            ConditionError { text: text.trim().to_owned(), rest: rest.trim().to_owned(), right }
+        };
+        let (rest, condition) = self.any(text, 0).map_err(wrong)?;
+        match rest.trim_start() {
+            "" => Ok(condition),
+            rest => Err(wrong(failure(rest, "`and`, `or`, or nothing more"))),
+        }
+    }
+
+    /// A condition to be shown with these names.
+    #[must_use]
+    pub fn write<'a>(&'a self, condition: &'a Condition) -> Named<'a> {
+        Named { names: self, condition }
+    }
+
+    // --- reading ---
+
+    fn any<'t>(&self, input: &'t str, depth: u32) -> Parsed<'t, Condition> {
+        joined(input, "or", Condition::Any, |input| self.all(input, depth))
+    }
+
+    fn all<'t>(&self, input: &'t str, depth: u32) -> Parsed<'t, Condition> {
+        joined(input, "and", Condition::All, |input| self.one(input, depth))
+    }
+
+    fn one<'t>(&self, input: &'t str, depth: u32) -> Parsed<'t, Condition> {
+        let input = input.trim_start();
+        if let Ok((inner, _)) = symbol('(', input) {
+            if depth == DEEPEST {
+                return Err(failure(input, "fewer brackets within each other"));
+            }
+            let (rest, condition) = self.any(inner, depth + 1)?;
+            let (rest, _) = symbol(')', rest).map_err(|_| failure(rest, "`and`, `or`, or `)`"))?;
+            return Ok((rest, condition));
+        }
+        let Ok((rest, first)) = word(input) else { return Err(failure(input, FORMS)) };
+        if let Some(axis) = self.axis(first) {
+            return comparison(axis, first, rest);
+        }
+        match first.to_ascii_lowercase().as_str() {
+            "idle" => Ok((rest, Condition::Idle)),
+            "always" => Ok((rest, Condition::All(Vec::new()))),
+            "never" => Ok((rest, Condition::Any(Vec::new()))),
+            "at" => {
+                let right = "a time with its unit, as in `at 1.5s` or `at 250ms`";
+                let (rest, time) = expected(rest, right, time)?;
+                Ok((rest, Condition::At(time)))
+            }
+            "outside" => self.outside(rest),
+            "port" => port(rest),
+            "limit" => self.limit(rest),
+            "signal" => self.signal(rest),
+            "command" => {
+                let (rest, like) = text(rest)?;
+                Ok((rest, Condition::Command { like }))
+            }
+            "answered" => {
+                let (rest, like) = text(rest)?;
+                Ok((rest, Condition::Answered { like }))
+            }
+            "answer" => answer(rest),
+            "line" => {
+                let right = "the number of a line, from 1, as in `line 12`";
+                if optional_word(rest).is_none() {
+                    return Ok((rest, Condition::Line { line: None }));
+                }
+                let number = |word: &str| word.parse().ok().filter(|line| *line > 0);
+                let (rest, line) = expected(rest, right, number)?;
+                Ok((rest, Condition::Line { line: Some(line) }))
+            }
+            _ => {
+                let axes: Vec<_> = self.axes.iter().map(|(_, name)| name.to_lowercase()).collect();
+                let axes = match axes.as_slice() {
+                    [] => String::new(),
+                    _ => format!("; axes are {}", axes.join(", ")),
+                };
+                Err(failure(input, format!("{FORMS}{axes}")))
+            }
+        }
+    }
+
+    fn outside<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
+        const RIGHT: &str = "an axis and its limits, as in `outside x -5..5 y 0..` ";
+        let (mut low, mut high): (Point, Point) = ([i64::MIN; AXES], [i64::MAX; AXES]);
+        let mut given = [false; AXES];
+        let mut input = input;
+        loop {
+            let axis = optional_word(input).and_then(|(rest, name)| Some((rest, self.axis(name)?)));
+            let Some((rest, axis)) = axis else { break };
+            let axis = usize::from(axis);
+            if given.get(axis).is_none_or(|given| *given) {
+                return Err(failure(input, "each axis once"));
+            }
+            let (rest, (least, most)) = expected(rest, RIGHT.trim_end(), range)?;
+            (low[axis], high[axis], given[axis]) = (least, most, true);
+            input = rest;
+        }
+        if given.contains(&true) {
+            Ok((input, Condition::Outside { low, high }))
+        } else {
+            Err(failure(input, RIGHT.trim_end()))
+        }
+    }
+
+    fn limit<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
+        let switch = |word: &str| {
+            let (axis, positive) = match word.strip_suffix('+') {
+                Some(axis) => (axis, true),
+                None => (word.strip_suffix('-')?, false),
+            };
+            Some((self.axis(axis)?, positive))
+        };
+        let right = "a limit switch, as in `limit x+` or `limit z- off`";
+        let (rest, (axis, positive)) = expected(input, right, switch)?;
+        let (rest, active) = match optional_word(rest) {
+            None => (rest, true),
+            Some(_) => expected(rest, "on or off", level)?,
+        };
+        Ok((rest, Condition::Limit { axis, positive, active }))
+    }
+
+    fn signal<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
+        let input = input.trim_start();
+        let named = |signal: &&Signal| {
+            let name = input.get(..signal.name.len());
+            let after = input.get(signal.name.len()..).unwrap_or_default();
+            name.is_some_and(|name| name.eq_ignore_ascii_case(&signal.name))
+                && (after.is_empty() || after.starts_with([' ', '\t']))
+        };
+        let known = self.signals.iter().filter(named).max_by_key(|signal| signal.name.len());
+        let (rest, id) = match known {
+            Some(signal) => (&input[signal.name.len()..], signal.id),
+            None => {
+                let number = |word: &str| word.parse().ok().map(SignalId);
+                expected(input, "the name of a signal, as in `signal stop changes`", number)?
+            }
+        };
+        let right = "`is` and a value, `changes`, or `changes to` and a value";
+        let (rest, verb) = expected(rest, right, |word| {
+            let verbs = ["is", "changes"];
+            verbs.into_iter().find(|verb| verb.eq_ignore_ascii_case(word))
+        })?;
+        let value = |rest: &'t str| {
+            let names = known.and_then(|signal| signal.positions.as_ref());
+            let (right, low, high) = match (known.map(|signal| signal.kind), names) {
+                (_, Some([first, second])) => (format!("{first} or {second}"), 0, 1),
+                (Some(SignalKind::Analogue { low, high }), _) => {
+                    (format!("a value, {low} to {high}"), low, high)
+                }
+                (Some(_), _) => ("0 or 1".to_owned(), 0, 1),
+                (None, _) => ("a value".to_owned(), i32::MIN, i32::MAX),
+            };
+            expected(rest, &right, |word| {
+                let place = names.and_then(|names| names.iter().position(|name| name == word));
+                let place = place.and_then(|place| i32::try_from(place).ok());
+                place.or_else(|| word.parse().ok()).filter(|value| (low..=high).contains(value))
+            })
+        };
+        if verb == "is" {
+            let (rest, value) = value(rest)?;
+            return Ok((rest, Condition::SignalIs { signal: id, value }));
+        }
+        match keyword("to", rest) {
+            Ok((rest, _)) => {
+                let (rest, value) = value(rest)?;
+                Ok((rest, Condition::SignalChanges { signal: id, to: Some(value) }))
+            }
+            Err(_) => Ok((rest, Condition::SignalChanges { signal: id, to: None })),
+        }
+    }
+
+    /// An axis by its name, or by its index.
+    fn axis(&self, name: &str) -> Option<u8> {
+        let mut axes = self.axes.iter();
+        let named = axes.find(|(_, known)| known.eq_ignore_ascii_case(name));
+        named.map(|(axis, _)| *axis).or_else(|| {
+            let index = name.strip_prefix("axis")?.parse().ok()?;
+            (usize::from(index) < AXES).then_some(index)
+        })
+    }
+
+    // --- writing ---
+
+    fn axis_name(&self, axis: u8) -> String {
+        let named = self.axes.iter().find(|(index, _)| *index == axis);
+        named.map_or_else(|| format!("axis{axis}"), |(_, name)| name.to_lowercase())
+    }
+
+    fn signal_named(&self, id: SignalId) -> Option<&Signal> {
+        self.signals.iter().find(|signal| signal.id == id)
+    }
+
+    fn signal_name(&self, id: SignalId) -> String {
+        self.signal_named(id).map_or_else(|| id.0.to_string(), |signal| signal.name.clone())
+    }
+
+    fn value_name(&self, id: SignalId, value: i32) -> String {
+        let positions = self.signal_named(id).and_then(|signal| signal.positions.as_ref());
+        let place = usize::try_from(value).ok();
+        let name = positions.and_then(|names| names.get(place?));
+        name.map_or_else(|| value.to_string(), Clone::clone)
+    }
+}
+
+/// What a condition can be.
+const FORMS: &str = "a condition, such as `x = 2500`, `z < -5000`, `outside x 0..100`, \
+    `port 2 bit 0 on`, `limit x+`, `signal stop changes`, `idle`, `at 1.5s`, `command @A`, \
+    `answered @A`, `answer 0`, `answer error` or `line 12`";
+
+/// Reads a condition in which axes and signals are numbers.
+impl FromStr for Condition {
+    type Err = ConditionError;
+
+    fn from_str(text: &str) -> Result<Condition, ConditionError> {
+        NUMBERS.read(text)
+    }
+}
+
+/// With numbers for axes and signals; [`Names::write`] has their names.
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", NUMBERS.write(self))
+    }
+}
+
+/// A condition with the names of a device: [`Names::write`].
+#[derive(Clone, Copy, Debug)]
+pub struct Named<'a> {
+    names: &'a Names,
+    condition: &'a Condition,
+}
+
+impl fmt::Display for Named<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Named { names, condition } = *self;
+        match *condition {
+            Condition::AxisAt { axis, position } => {
+                write!(f, "{} = {position}", names.axis_name(axis))
+            }
+            Condition::AxisBelow { axis, position } => {
+                write!(f, "{} < {position}", names.axis_name(axis))
+            }
+            Condition::AxisAbove { axis, position } => {
+                write!(f, "{} > {position}", names.axis_name(axis))
+            }
+            Condition::Outside { ref low, ref high } => {
+                f.write_str("outside")?;
+                let limits = || (0..).zip(low.iter().zip(high));
+                let open = |limits: &(u8, (&i64, &i64))| limits.1 == (&i64::MIN, &i64::MAX);
+                let all_open = limits().all(|limits| open(&limits));
+                for (axis, (low, high)) in limits() {
+                    if open(&(axis, (low, high))) && !(all_open && axis == 0) {
+                        continue;
+                    }
+                    write!(f, " {} ", names.axis_name(axis))?;
+                    if *low != i64::MIN {
+                        write!(f, "{low}")?;
+                    }
+                    f.write_str("..")?;
+                    if *high != i64::MAX {
+                        write!(f, "{high}")?;
+                    }
+                }
+                Ok(())
+            }
+            Condition::PortBit { port, bit, level } => {
+                write!(f, "port {port} bit {bit} {}", if level { "on" } else { "off" })
+            }
+            Condition::Limit { axis, positive, active } => {
+                let end = if positive { '+' } else { '-' };
+                write!(f, "limit {}{end}{}", names.axis_name(axis), if active { "" } else { " off" })
+            }
+            Condition::SignalIs { signal, value } => {
+                write!(f, "signal {} is ", names.signal_name(signal))?;
+                f.write_str(&names.value_name(signal, value))
+            }
+            Condition::Idle => f.write_str("idle"),
+            Condition::At(time) => {
+                let nanos = time.as_nanos();
+                let text = format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000);
+                write!(f, "at {}s", text.trim_end_matches('0').trim_end_matches('.'))
+            }
+            Condition::Command { ref like } => happening(f, "command", like.as_deref()),
+            Condition::Answered { ref like } => happening(f, "answered", like.as_deref()),
+            Condition::Answer { ref text } => happening(f, "answer", Some(text)),
+            Condition::Error { ref code } => happening(f, "answer error", code.as_deref()),
+            Condition::Line { line: None } => f.write_str("line"),
+            Condition::Line { line: Some(line) } => write!(f, "line {line}"),
+            Condition::SignalChanges { signal, to } => {
+                write!(f, "signal {} changes", names.signal_name(signal))?;
+                match to {
+                    Some(value) => write!(f, " to {}", names.value_name(signal, value)),
+                    None => Ok(()),
+                }
+            }
+            Condition::All(ref parts) if parts.is_empty() => f.write_str("always"),
+            Condition::Any(ref parts) if parts.is_empty() => f.write_str("never"),
+            Condition::All(ref parts) => self.list(f, parts, " and ", |part| {
+                matches!(part, Condition::All(parts) | Condition::Any(parts) if parts.len() > 1)
+            }),
+            Condition::Any(ref parts) => self.list(f, parts, " or ", |part| {
+                matches!(part, Condition::Any(parts) if parts.len() > 1)
+            }),
+        }
+    }
+}
+
+impl Named<'_> {
+    fn list(
+        &self,
+        f: &mut fmt::Formatter<'_>,
+        parts: &[Condition],
+        between: &str,
+        bracketed: impl Fn(&Condition) -> bool,
+    ) -> fmt::Result {
+        for (place, part) in parts.iter().enumerate() {
+            if place > 0 {
+                f.write_str(between)?;
+            }
+            let part_text = self.names.write(part);
+            match parts.len() > 1 && bracketed(part) {
+                true => write!(f, "({part_text})")?,
+                false => write!(f, "{part_text}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A happening, and the text by which it is told from others.
+fn happening(f: &mut fmt::Formatter<'_>, what: &str, text: Option<&str>) -> fmt::Result {
+    f.write_str(what)?;
+    let Some(text) = text else { return Ok(()) };
+    let bare = !text.is_empty()
+        && text.chars().all(|c| c.is_ascii_graphic() && is_of_word(c))
+        && !RESERVED.iter().any(|word| word.eq_ignore_ascii_case(text));
+    if bare {
+        return write!(f, " {text}");
+    }
+    f.write_str(" \"")?;
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => write!(f, "\\{c}")?,
+            c if c.is_control() => write!(f, "\\u{{{:x}}}", u32::from(c))?,
+            c => write!(f, "{c}")?,
+        }
+    }
+    f.write_str("\"")
+}
+
+/// Why a text is no condition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ConditionError {
+    text: String,
+    /// What follows the place up to which it was read.
+    rest: String,
+    right: String,
+}
+
+impl ConditionError {
+    /// What would be right, for people.
+    #[must_use]
+    pub fn right(&self) -> &str {
+        &self.right
+    }
+}
+
+impl fmt::Display for ConditionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let excerpt = |text: &str| -> String {
+            let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
+            if text.chars().nth(SHOWN).is_some() { shown + "…" } else { shown }
+        };
+        let (text, right) = (excerpt(&self.text), &self.right);
+        match self.rest.as_str() {
+            "" if self.text.is_empty() => write!(f, "nothing is said: {right}"),
+            "" => write!(f, "`{text}` is not finished: {right}"),
+            rest if rest == self.text => write!(f, "`{text}` is wrong: {right}"),
+            rest => write!(f, "`{text}` is wrong at `{}`: {right}", excerpt(rest)),
+        }
+    }
+}
+
+impl Error for ConditionError {}
+
+// --- tokens ---
+
+/// Where reading ended, and what would have been right there.
+#[derive(Debug)]
+struct Wrong<'t> {
+    rest: &'t str,
+    right: String,
+}
+
+impl<'t> ParseError<&'t str> for Wrong<'t> {
+    fn from_error_kind(rest: &'t str, _: ErrorKind) -> Wrong<'t> {
+        Wrong { rest, right: String::new() }
+    }
+
+    fn append(_: &'t str, _: ErrorKind, other: Wrong<'t>) -> Wrong<'t> {
+        other
+    }
+}
+
+type Parsed<'t, T> = IResult<&'t str, T, Wrong<'t>>;
+
+fn failure(rest: &str, right: impl Into<String>) -> nom::Err<Wrong<'_>> {
+    nom::Err::Failure(Wrong { rest, right: right.into() })
+}
+
+/// Parts with a word between them; one alone is itself.
+fn joined<'t>(
+    input: &'t str,
+    between: &str,
+    join: impl FnOnce(Vec<Condition>) -> Condition,
+    part: impl Fn(&'t str) -> Parsed<'t, Condition>,
+) -> Parsed<'t, Condition> {
+    let (mut rest, first) = part(input)?;
+    let mut parts = vec![first];
+    while let Ok((after, _)) = keyword(between, rest) {
+        let (next, another) = part(after)?;
+        parts.push(another);
+        rest = next;
+    }
+    let one = if parts.len() == 1 { parts.pop() } else { None };
+    Ok((rest, one.unwrap_or_else(|| join(parts))))
+}
+
+fn is_of_word(c: char) -> bool {
+    !c.is_whitespace() && !matches!(c, '(' | ')' | '<' | '>' | '=' | '"')
+}
+
+fn symbol(wanted: char, input: &str) -> Parsed<'_, char> {
+    preceded(space0, char(wanted)).parse(input.trim_start())
+}
+
+fn word(input: &str) -> Parsed<'_, &str> {
+    preceded(space0, take_while1(is_of_word)).parse(input)
+}
+
+fn keyword<'t>(wanted: &str, input: &'t str) -> Parsed<'t, &'t str> {
+    verify(word, |word: &str| word.eq_ignore_ascii_case(wanted)).parse(input)
+}
+
+/// The next word, if it does not join conditions.
+fn optional_word(input: &str) -> Option<(&str, &str)> {
+    let (rest, word) = word(input).ok()?;
+    let joins = ["and", "or"].iter().any(|other| other.eq_ignore_ascii_case(word));
+    (!joins).then_some((rest, word))
+}
+
+/// A word that means something.
+fn expected<'t, T>(
+    input: &'t str,
+    right: &str,
+    meaning: impl FnOnce(&'t str) -> Option<T>,
+) -> Parsed<'t, T> {
+    let found = word(input).ok().and_then(|(rest, word)| Some((rest, meaning(word)?)));
+    found.ok_or_else(|| failure(input, right))
+}
+
+fn level(word: &str) -> Option<bool> {
+    match word.to_ascii_lowercase().as_str() {
+        "on" | "1" => Some(true),
+        "off" | "0" => Some(false),
+        _ => None,
+    }
+}
+
+/// `-5..5`, `..5`, `-5..` or `..`; the limits belong to it.
+fn range(word: &str) -> Option<(i64, i64)> {
+    let (low, high) = word.split_once("..")?;
+    let limit =
+        |text: &str, none: i64| if text.is_empty() { Some(none) } else { text.parse().ok() };
+    Some((limit(low, i64::MIN)?, limit(high, i64::MAX)?))
+}
+
+/// A time with its unit, to the nanosecond.
+fn time(word: &str) -> Option<Time> {
+    let unit = word.find(|c: char| c.is_ascii_alphabetic() || c == 'µ')?;
+    let (number, unit) = word.split_at(unit);
+    let nanos: u128 = match unit {
+        "ns" => 1,
+        "us" | "µs" => 1_000,
+        "ms" => 1_000_000,
+        "s" => 1_000_000_000,
+        "min" => 60_000_000_000,
+        "h" => 3_600_000_000_000,
+        _ => return None,
+    };
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || fraction.len() > 18 || !digits(whole) || !digits(fraction) {
+        return None;
+    }
+    let scale = 10_u128.pow(u32::try_from(fraction.len()).ok()?);
+    let fraction: u128 = if fraction.is_empty() { 0 } else { fraction.parse().ok()? };
+    let whole = u128::from(whole.parse::<u64>().ok()?);
+    let exact = whole.checked_mul(nanos)?.checked_add(fraction * nanos / scale)?;
+    (fraction * nanos).is_multiple_of(scale).then_some(())?;
+    u64::try_from(exact).ok().map(Time::from_nanos)
+}
+
+/// `< 5`, `= 5` and the like, or only `5`.
+fn comparison<'t>(axis: u8, name: &str, input: &'t str) -> Parsed<'t, Condition> {
+    let input = input.trim_start();
+    let mut operator = alt((tag::<_, _, Wrong<'_>>("<="), tag(">="), tag("<"), tag(">"), tag("=")));
+    let (rest, operator) = operator.parse(input).unwrap_or((input, "="));
+    let right = format!("a position in steps, as in `{} {operator} -5000`", name.to_lowercase());
+    let (rest, position) = expected(rest, &right, |word| word.parse::<i64>().ok())?;
+    let condition = match operator {
+        "<" => Condition::AxisBelow { axis, position },
+        ">" => Condition::AxisAbove { axis, position },
+        "<=" => Condition::AxisBelow { axis, position: position.saturating_add(1) },
+        ">=" => Condition::AxisAbove { axis, position: position.saturating_sub(1) },
+        _ => Condition::AxisAt { axis, position },
+    };
+    Ok((rest, condition))
+}
+
+fn port(input: &str) -> Parsed<'_, Condition> {
+    let right = "a port, a bit and a level, as in `port 2 bit 0 on`";
+    let (rest, port) = expected(input, right, |word| word.parse().ok())?;
+    let (rest, _) = keyword("bit", rest).map_err(|_| failure(rest, right))?;
+    let bit = |word: &str| word.parse().ok().filter(|bit| *bit < 8);
+    let (rest, bit) = expected(rest, "a bit, 0 to 7", bit)?;
+    let (rest, level) = expected(rest, "on or off", level)?;
+    Ok((rest, Condition::PortBit { port, bit, level }))
+}
+
+fn answer(input: &str) -> Parsed<'_, Condition> {
+    if let Ok((rest, _)) = keyword("error", input) {
+        let (rest, code) = text(rest)?;
+        return Ok((rest, Condition::Error { code }));
+    }
+    match text(input)? {
+        (rest, Some(text)) => Ok((rest, Condition::Answer { text })),
+        (rest, None) => {
+            Err(failure(rest, "an answer, as in `answer 0`, `answer error` or `answer error 2`"))
+        }
+    }
+}
+
+/// A word, or anything between quotation marks; nothing before `and`, `or`, a bracket or the end.
+fn text(input: &str) -> Parsed<'_, Option<String>> {
+    let Ok((mut rest, _)) = symbol('"', input) else {
+        return Ok(match optional_word(input) {
+            Some((rest, word)) => (rest, Some(word.to_owned())),
+            None => (input, None),
+        });
+    };
+    let mut text = String::new();
+    loop {
+        let mut chars = rest.chars();
+        match chars.next() {
+            Some('"') => return Ok((chars.as_str(), Some(text))),
+            Some('\\') => match escaped(chars.as_str()) {
+                Some((after, c)) => {
+                    text.push(c);
+                    rest = after;
+                    continue;
+                }
+                None => return Err(failure(rest, r#"`\"`, `\\`, `\r`, `\n`, `\t` or `\u{1b}`"#)),
+            },
+            Some(c) => text.push(c),
+            None => return Err(failure(rest, r#"`"` at the end of the text"#)),
+        }
+        rest = chars.as_str();
+    }
+}
+
+/// What stands behind a backslash.
+fn escaped(input: &str) -> Option<(&str, char)> {
+    let mut chars = input.chars();
+    let c = match chars.next()? {
+        'r' => '\r',
+        'n' => '\n',
+        't' => '\t',
+        c @ ('"' | '\\') => c,
+        'u' => {
+            let (number, rest) = chars.as_str().strip_prefix('{')?.split_once('}')?;
+            return Some((rest, char::from_u32(u32::from_str_radix(number, 16).ok()?)?));
+        }
+        _ => return None,
+    };
+    Some((chars.as_str(), c))
+}
