@@ -68,14 +68,17 @@ pub trait Device {
     fn perform(&mut self, at: Time) -> bool;
 
     /// Takes an input at `at`, which becomes the present, and leaves what it leads to as causes that
-    /// are due then. What is due up to `at` has been performed.
+    /// are due then; [`Input::Wake`] leads to nothing. What is due up to `at` has been performed.
     fn accept(&mut self, input: Input<'_>, at: Time);
 
     /// Performs what is due up to `at`, then the input, then what is due because of it.
     fn handle(&mut self, input: Input<'_>, at: Time) {
         while self.perform(at) {}
         self.accept(input, at);
-        while self.perform(at) {}
+        // Time alone leads to nothing more.
+        if input != Input::Wake {
+            while self.perform(at) {}
+        }
     }
 
     /// The next output, in the order in which things happened.

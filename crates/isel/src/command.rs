@@ -153,7 +153,7 @@ impl Firmware {
     /// A line with a capital letter, where its small one is told apart, see [`LowerCase`].
     pub(crate) fn capital(&self, text: &[u8]) -> Option<Vec<u8>> {
         let told_apart = self.state.model.quirks.lower_case != LowerCase::After;
-        capital_letter(text).filter(|_| told_apart)
+        if told_apart { capital_letter(text) } else { None }
     }
 
     // --- answers ---

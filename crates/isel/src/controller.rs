@@ -51,7 +51,7 @@ impl Device for Controller {
             self.0.take_waiting();
             return true;
         }
-        let Some(due) = self.0.state.deadline().filter(|due| *due <= at) else { return false };
+        let Some(due) = self.0.state.due_by(at) else { return false };
         self.0.state.now = due;
         self.0.activity_ended();
         true

@@ -15,6 +15,13 @@ impl Firmware {
         if !self.state.powered {
             return;
         }
+        // Most of what arrives is a command for a controller that waits for one.
+        let size = self.state.model.line.receive_buffer;
+        let room = size.saturating_sub(self.state.receiver.waiting.len());
+        let plain = bytes.len() <= room && bytes.iter().all(|byte| control(*byte).is_none());
+        if plain && self.state.is_at_rest() {
+            return self.state.receiver.waiting.extend(bytes);
+        }
         let mut lost = 0;
         for &byte in bytes {
             if let Some(control) = control(byte) {

@@ -289,8 +289,8 @@ impl State {
 
     /// Whether something waits in the receive buffer whose turn it is.
     pub(crate) fn has_waiting(&self) -> bool {
-        let takes = self.is_at_rest() || matches!(self.activity, Activity::Echo);
-        takes && !self.receiver.waiting.is_empty()
+        let takes = || self.is_at_rest() || matches!(self.activity, Activity::Echo);
+        !self.receiver.waiting.is_empty() && takes()
     }
 
     /// The time of the soonest cause. Only one thing is ever under way, so there is one at
@@ -303,6 +303,17 @@ impl State {
             Activity::Waiting { until, .. } => (*until)?,
         };
         (due != Time::NEVER).then_some(due)
+    }
+
+    /// The same, if it is not after `at`. What begins at an instant does not end at it, so that is not
+    /// even computed.
+    pub(crate) fn due_by(&self, at: Time) -> Option<Time> {
+        match &self.activity {
+            Activity::Idle | Activity::Echo => None,
+            Activity::Moving(moving) if at <= moving.began => None,
+            Activity::Waiting { until: Some(until), .. } if *until > at => None,
+            _ => self.deadline().filter(|due| *due <= at),
+        }
     }
 
     /// When the next cause is due.
