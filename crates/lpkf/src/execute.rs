@@ -7,18 +7,13 @@ use vimc4_device::{AXES, Point};
 use vimc4_plant::Unit;
 
 use crate::buffer::Buffer;
-use crate::language::{Axis, AxisKind, AxisLimits, Command, Limits, Status, Trackball};
+use crate::language::{Axis, AxisLimits, Command, Kind, Limits, Status, TURN, Trackball};
 use crate::model::{DecimalSpeed, Model, ResolutionUnit, StatusDigits};
 use crate::state::{Pause, Stage, State};
 use crate::text::Line;
 use crate::why::Why;
 
 const NANOS_PER_MS: u64 = 1_000_000;
-/// A turn in millionths of a degree.
-const TURN: i64 = 360_000_000;
-/// The highest acceleration of a rotary axis in the manual, mrad/s².
-const TURN_ACCELERATION_MAX: u32 = 800_000;
-
 /// What a command does besides changing the state.
 #[derive(Default)]
 pub(crate) struct Effect {
@@ -330,16 +325,13 @@ impl State {
     fn limits(&self) -> Limits {
         let limits = &self.model.limits;
         let axes = Axis::ALL.map(|axis| {
-            let rotary = self.is_rotary(axis);
-            let (kind, speed, acceleration) = match rotary {
-                true => (AxisKind::Rotation, limits.turn_max, TURN_ACCELERATION_MAX),
-                false => (AxisKind::Translation, limits.speed_max, limits.acceleration_max),
+            let kind = self.plant.machine().axis(axis.index()).unit;
+            let (_, turns) = Kind::Acceleration.limits(Unit::Rotary);
+            let (max_speed, max_acceleration) = match kind {
+                Unit::Linear => (limits.speed_max as i32, limits.acceleration_max as i32),
+                Unit::Rotary => (limits.turn_max as i32, turns.unwrap_or(i32::MAX)),
             };
-            self.is_fitted(axis).then_some(AxisLimits {
-                kind,
-                max_speed: speed as i32,
-                max_acceleration: acceleration as i32,
-            })
+            self.is_fitted(axis).then_some(AxisLimits { kind, max_speed, max_acceleration })
         });
         let Model { language, quirks, .. } = &*self.model;
         Limits {

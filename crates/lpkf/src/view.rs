@@ -79,7 +79,7 @@ pub enum StoppedBy {
 /// What is set for one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisSettings {
-    /// Its place in every [`Point`], 0 for X.
+    /// Its place in every [`Point`](vimc4_device::Point), 0 for X.
     pub index: u8,
     /// Whether it goes along or turns, and with it the units of the others.
     pub unit: Unit,

@@ -4,8 +4,9 @@
 //! it was, and name in brackets the value of the profile with which it would have been otherwise.
 
 use vimc4_device::Grouped;
+use vimc4_plant::Unit;
 
-use crate::language::{Axis, AxisKind, COMMAND_MAX, Kind, Misfit, Side, Value, why_refused};
+use crate::language::{Axis, COMMAND_MAX, Kind, Misfit, Side, Value, why_refused};
 use crate::model::{AfterStatus, ResolutionUnit};
 use crate::state::State;
 use crate::why::{Stop, Why};
@@ -81,18 +82,14 @@ impl State {
         let model = &self.model;
         let in_micrometres = model.language.resolution_unit == ResolutionUnit::Micrometres;
         let (what, unit, profile) = match (kind, of, misfit) {
-            (Kind::Resolution, AxisKind::Translation, _) if in_micrometres => {
-                ("resolution", "µm", "")
-            }
+            (Kind::Resolution, Unit::Linear, _) if in_micrometres => ("resolution", "µm", ""),
             (Kind::Resolution, ..) => ("resolution", kind.unit(of), ""),
-            (Kind::Acceleration, AxisKind::Translation, Misfit::TooHigh(_)) => {
+            (Kind::Acceleration, Unit::Linear, Misfit::TooHigh(_)) => {
                 ("acceleration", kind.unit(of), " (acceleration_max)")
             }
             (Kind::Acceleration, ..) => ("acceleration", kind.unit(of), ""),
-            (_, AxisKind::Translation, Misfit::TooHigh(_)) => {
-                ("speed", kind.unit(of), " (speed_max)")
-            }
-            (_, AxisKind::Rotation, Misfit::TooHigh(_)) => ("speed", kind.unit(of), " (turn_max)"),
+            (_, Unit::Linear, Misfit::TooHigh(_)) => ("speed", kind.unit(of), " (speed_max)"),
+            (_, Unit::Rotary, Misfit::TooHigh(_)) => ("speed", kind.unit(of), " (turn_max)"),
             (..) => ("speed", kind.unit(of), ""),
         };
         let (name, limit) = (self.axis_name(axis), Grouped(limit.into()));

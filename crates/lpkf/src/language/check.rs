@@ -3,10 +3,11 @@
 use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
+use vimc4_plant::Unit;
 
 use super::command::{Axis, Command};
 use super::number::Number;
-use super::parameter::{AxisKind, Kind};
+use super::parameter::Kind;
 use super::status::Status;
 
 /// The machine, as far as the parameters of a command depend on it.
@@ -24,7 +25,7 @@ pub struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLimits {
     /// How it moves.
-    pub kind: AxisKind,
+    pub kind: Unit,
     /// The highest speed it can be given, in µm/s or 0.1°/s.
     pub max_speed: i32,
     /// The highest acceleration it can be given, in mm/s² or mrad/s².
@@ -49,7 +50,7 @@ pub struct Value {
     /// The axis, one of those that it is for.
     pub axis: Axis,
     /// How the axis moves.
-    pub of: AxisKind,
+    pub of: Unit,
     /// What kind of value it is: a speed, an acceleration or a resolution.
     pub kind: Kind,
     /// It, as it is compared.
@@ -170,7 +171,7 @@ impl Limits {
     fn resolution(&self, axis: Option<Axis>, resolution: Number) -> Result<(), Misfit> {
         self.each(axis, |axis, limits| {
             let range = match (limits.kind, self.micrometres) {
-                (AxisKind::Translation, true) => MICROMETRES,
+                (Unit::Linear, true) => MICROMETRES,
                 (kind, _) => Kind::Resolution.limits(kind),
             };
             limits.keep_within(axis, Kind::Resolution, resolution, range)
@@ -221,16 +222,10 @@ mod tests {
 
     /// X and Y linear, Z0 rotary, nothing else.
     fn limits() -> Limits {
-        let linear = Some(AxisLimits {
-            kind: AxisKind::Translation,
-            max_speed: 40_000,
-            max_acceleration: 20_000,
-        });
-        let rotary = Some(AxisLimits {
-            kind: AxisKind::Rotation,
-            max_speed: 3_600,
-            max_acceleration: 800_000,
-        });
+        let linear =
+            Some(AxisLimits { kind: Unit::Linear, max_speed: 40_000, max_acceleration: 20_000 });
+        let rotary =
+            Some(AxisLimits { kind: Unit::Rotary, max_speed: 3_600, max_acceleration: 800_000 });
         let axes = [linear, linear, rotary, None, None, None];
         Limits { axes, metres: true, micrometres: false }
     }

@@ -1,21 +1,7 @@
 //! What a parameter is: its unit, and the values it can have.
 
 use serde::{Deserialize, Serialize};
-
-/// How an axis moves; units and limits depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisKind {
-    /// Along a line.
-    Translation,
-    /// Around an axis.
-    Rotation,
-}
-
-impl AxisKind {
-    /// Both of them.
-    pub const ALL: [Self; 2] = [Self::Translation, Self::Rotation];
-}
+use vimc4_plant::Unit;
 
 /// A parameter of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,16 +51,16 @@ pub enum Kind {
 impl Kind {
     /// The unit on an axis of this kind; empty for plain numbers.
     #[must_use]
-    pub const fn unit(self, axis: AxisKind) -> &'static str {
+    pub const fn unit(self, axis: Unit) -> &'static str {
         match (self, axis) {
             (Self::Coordinate, _) => "steps",
             (Self::Angle, _) => "°",
-            (Self::Speed, AxisKind::Translation) => "µm/s",
-            (Self::Speed, AxisKind::Rotation) => "0.1°/s",
-            (Self::Acceleration, AxisKind::Translation) => "mm/s²",
-            (Self::Acceleration, AxisKind::Rotation) => "mrad/s²",
-            (Self::Resolution, AxisKind::Translation) => "nm",
-            (Self::Resolution, AxisKind::Rotation) => "0.001″",
+            (Self::Speed, Unit::Linear) => "µm/s",
+            (Self::Speed, Unit::Rotary) => "0.1°/s",
+            (Self::Acceleration, Unit::Linear) => "mm/s²",
+            (Self::Acceleration, Unit::Rotary) => "mrad/s²",
+            (Self::Resolution, Unit::Linear) => "nm",
+            (Self::Resolution, Unit::Rotary) => "0.001″",
             (Self::Time, _) => "ms",
             _ => "",
         }
@@ -84,14 +70,14 @@ impl Kind {
     /// manual's table of limits (Grenzwerte von Eingabeparametern) has one. It has no highest
     /// speed: that is a matter of the machine.
     #[must_use]
-    pub const fn limits(self, axis: AxisKind) -> (Option<i32>, Option<i32>) {
+    pub const fn limits(self, axis: Unit) -> (Option<i32>, Option<i32>) {
         match (self, axis) {
-            (Self::Resolution, AxisKind::Translation) => (Some(100), Some(1_000_000)),
-            (Self::Resolution, AxisKind::Rotation) => (Some(100), Some(3_600_000)),
-            (Self::Speed, AxisKind::Translation) => (Some(10), None),
-            (Self::Speed, AxisKind::Rotation) => (Some(1), None),
-            (Self::Acceleration, AxisKind::Translation) => (Some(10), Some(20_000)),
-            (Self::Acceleration, AxisKind::Rotation) => (Some(1), Some(800_000)),
+            (Self::Resolution, Unit::Linear) => (Some(100), Some(1_000_000)),
+            (Self::Resolution, Unit::Rotary) => (Some(100), Some(3_600_000)),
+            (Self::Speed, Unit::Linear) => (Some(10), None),
+            (Self::Speed, Unit::Rotary) => (Some(1), None),
+            (Self::Acceleration, Unit::Linear) => (Some(10), Some(20_000)),
+            (Self::Acceleration, Unit::Rotary) => (Some(1), Some(800_000)),
             _ => (None, None),
         }
     }

@@ -99,7 +99,7 @@ pub(super) fn forms_for(
 }
 
 /// A turn in millionths of a degree.
-pub(super) const TURN: u64 = 360_000_000;
+pub(crate) const TURN: i64 = 360_000_000;
 
 /// So many parameters are read without asking for memory.
 const FEW: usize = 8;
@@ -237,7 +237,7 @@ impl Values<'_> {
     /// At most a turn, either way.
     fn angle(&mut self) -> Result<i64, Status> {
         let angle = self.number()?.millionths;
-        if angle.unsigned_abs() > TURN { Err(Status::MissingParameter) } else { Ok(angle) }
+        if angle.saturating_abs() > TURN { Err(Status::MissingParameter) } else { Ok(angle) }
     }
 
     fn space(&mut self) -> Result<[i32; 3], Status> {

@@ -160,12 +160,6 @@ impl Reader {
         self.channel.is_some()
     }
 
-    /// Forgets the command that has been begun. An open channel stays open.
-    pub fn clear(&mut self) {
-        self.raw.clear();
-        self.too_long = false;
-    }
-
     /// Closes the second channel, because the `!OC` that was read is refused.
     pub fn close_channel(&mut self) {
         // What may have been the beginning of `!CC` is that of a command.

@@ -113,7 +113,7 @@ fn wrong_value(form: &Form, values: &[Number], status: Status) -> Option<String>
             Kind::Interface if !(1..=3).contains(&whole) => {
                 Some("the trackball is opened with 1, 2 or 3")
             }
-            Kind::Angle if number.millionths.unsigned_abs() > TURN => {
+            Kind::Angle if number.millionths.saturating_abs() > TURN => {
                 Some("an arc is at most a turn, 360 degrees")
             }
             _ => None,

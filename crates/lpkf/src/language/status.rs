@@ -18,11 +18,6 @@ pub enum Side {
     Positive,
 }
 
-impl Side {
-    /// Both of them, in the order of the statuses.
-    pub const ALL: [Self; 2] = [Self::Negative, Self::Positive];
-}
-
 macro_rules! statuses {
     ($($status:ident $code:literal $name:literal $meaning:literal;)*) => {
         /// A status of a controller, as the chapters on status messages list them.
@@ -218,24 +213,6 @@ impl Status {
     #[must_use]
     pub const fn forbids_motion(self) -> bool {
         matches!(self.code(), 22 | 49..=63)
-    }
-
-    /// A power stage failed.
-    #[must_use]
-    pub fn power_stage(axis: Axis) -> Self {
-        Self::PowerStageX.at(axis.index())
-    }
-
-    /// A limit switch failed.
-    #[must_use]
-    pub fn limit_switch_fault(axis: Axis) -> Self {
-        Self::LimitFaultX.at(axis.index())
-    }
-
-    /// A reference point was hit.
-    #[must_use]
-    pub fn reference_point(axis: Axis) -> Self {
-        Self::ReferencePointX.at(axis.index())
     }
 
     /// The status so many codes after this one. Those of the axes follow each other.

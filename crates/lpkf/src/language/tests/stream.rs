@@ -128,7 +128,6 @@ fn only_a_channel_that_exists_is_opened() {
     assert!(!reader.channel_open() && !reader.is_idle());
     assert_eq!(told(&feed(&mut reader, b";!C")), "!OC");
     assert!(reader.channel_open() && !reader.is_idle());
-    reader.clear();
     assert_eq!(told(&feed(&mut reader, b"C\r")), "!CC");
     assert!(!reader.channel_open() && reader.is_idle());
 }
@@ -215,14 +214,4 @@ fn what_is_too_long_is_told_at_its_end() {
     let expected = Item::Command { raw: b"!PH".to_vec(), command: Err(Status::VectorBufferFull) };
     let vectors = format!("!PH0,1\r{blanks}X1\r;");
     assert_eq!(items(Dialect::MotionSystem, vectors.as_bytes()), [expected]);
-}
-
-#[test]
-fn a_begun_command_can_be_forgotten() {
-    let mut reader = Reader::new(Dialect::Smcu);
-    feed(&mut reader, b"PA1,");
-    assert_eq!(reader.pending(), b"PA1,");
-    reader.clear();
-    assert_eq!(reader, Reader::new(Dialect::Smcu));
-    assert_eq!(told(&feed(&mut reader, b"2;PD")), "PD");
 }
