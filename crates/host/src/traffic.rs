@@ -369,6 +369,7 @@ fn observing(observes: bool) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
     use std::sync::mpsc;
 
     use bytes::Bytes;
@@ -449,6 +450,43 @@ mod tests {
                 "     4.000000 s  1999 more were left out: commands without effect",
             ]
         );
+    }
+
+    #[test]
+    fn what_is_left_out_is_not_put_into_words() {
+        struct Words<'a>(&'a Cell<u32>);
+        impl fmt::Display for Words<'_> {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.set(self.0.get() + 1);
+                f.write_str("words")
+            }
+        }
+        let mut traffic = Traffic::new(Verbosity::Warnings, |_| {});
+        traffic.respite = Duration::from_secs(3_600);
+        let made = Cell::new(0);
+        for _ in 0..100 {
+            traffic.warn(Time::ZERO, "a kind", "pty", format_args!("{}", Words(&made)));
+        }
+        assert_eq!(made.get(), 1);
+    }
+
+    #[test]
+    fn what_came_while_the_power_was_off_is_said_at_any_verbosity() {
+        for verbosity in [Verbosity::Warnings, Verbosity::Conversation] {
+            let (sender, lines) = mpsc::channel();
+            let mut traffic = Traffic::new(verbosity, move |line| sender.send(line).unwrap());
+            for bytes in [1, 12] {
+                let report = news(Time::from_secs(2), News::PowerWasOff { bytes });
+                traffic.report(&report, &|_| String::new());
+            }
+            assert_eq!(
+                lines.try_iter().collect::<Vec<_>>(),
+                [
+                    "     2.000000 s  the power was off: 1 byte was lost, nobody heard what came",
+                    "     2.000000 s  the power was off: 12 bytes were lost, nobody heard what came",
+                ]
+            );
+        }
     }
 
     #[test]
