@@ -424,8 +424,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
             for transport in &mut self.transports {
                 transport.poll_send(cx);
             }
+            // Without anybody on the way nothing can be wished; who sets out looks for himself.
+            let wished = self.journey.is_some() || !self.waiters.is_empty();
             // The handle that has the sender may be gone; then nothing will be wished any more.
-            if let Poll::Ready(Some(())) = self.nudges.poll_recv(cx) {
+            if wished && let Poll::Ready(Some(())) = self.nudges.poll_recv(cx) {
                 return Poll::Ready(Woken::Nudge);
             }
             // A journey through time and its catching up are not disturbed: what arrives in
