@@ -26,7 +26,6 @@ use crate::job::perform::{Ending, FALSE_REFERENCE, Work, perform, refusal, shown
 use crate::job::source::{JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
-use crate::run::meter::units;
 use crate::run::report::seconds;
 use crate::run::script::{Kind, Line, Script};
 
@@ -852,7 +851,7 @@ impl<'a> Sending<'a> {
         if !self.handling.names_axes(places.len()) {
             return String::new();
         }
-        let units = units(self.machine);
+        let units = self.machine.measures();
         let axes = self.model.axis_names().iter().zip(places).enumerate();
         let fitted = axes.filter(|(axis, _)| self.machine.fits(*axis));
         let places = fitted.map(|(axis, (name, steps))| {

@@ -47,7 +47,7 @@ pub use names::{
     Unknown, bare, kin, machine, machine_profile, machines, model, model_profile, models, quirks,
 };
 pub use vimc4_device::{Effects, MemoryError, Piece, Turn};
-pub use vimc4_plant::{Machine, ProfileError};
+pub use vimc4_plant::{Machine, Measure, ProfileError};
 
 /// What only isel's controllers show in their [`Details`].
 pub mod isel {

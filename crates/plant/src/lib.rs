@@ -15,7 +15,7 @@ mod signal;
 pub use job::{
     Accessory, Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up,
 };
-pub use machine::{Axes, Axis, End, Machine, Reference, Unit};
+pub use machine::{Axes, Axis, End, Machine, Measure, Reference, Unit};
 pub use plant::{Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile};
 pub use signal::PlantSignal;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::Warning;
+use vimc4_device::{AXES, Warning};
 
 use crate::job::JobSetup;
 use crate::profile::{Builtins, ProfileError, parse_profile};
@@ -62,6 +62,15 @@ pub enum Unit {
     Linear,
     /// A turning table.
     Rotary,
+}
+
+/// What a step of an axis is for people.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measure {
+    /// `mm`, or `°` of a turning table.
+    pub name: &'static str,
+    /// How much of it a step is.
+    pub per_step: f64,
 }
 
 /// One axis of a machine. Positions are steps of the carriage, counted in the machine's own
@@ -228,6 +237,25 @@ static UNFITTED: Axis = Axis {
 };
 
 impl Machine {
+    /// What a step of each axis is for people.
+    ///
+    /// ```
+    /// let mill = vimc4_plant::Machine::builtin("mill").expect("a built-in machine");
+    /// let x = mill.measures()[0];
+    /// assert_eq!((x.name, 800.0 * x.per_step), ("mm", 10.0));
+    /// ```
+    #[must_use]
+    pub fn measures(&self) -> [Measure; AXES] {
+        std::array::from_fn(|axis| {
+            let axis = self.axis(axis);
+            let turn = f64::from(axis.steps_per_turn);
+            match axis.lead_um {
+                Some(lead) => Measure { name: "mm", per_step: f64::from(lead) / 1_000.0 / turn },
+                None => Measure { name: "°", per_step: 360.0 / turn },
+            }
+        })
+    }
+
     /// The names of the built-in machines.
     #[must_use]
     pub fn names() -> Vec<&'static str> {

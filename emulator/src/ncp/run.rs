@@ -21,7 +21,7 @@ use crate::job::source::{JobArguments, Site};
 use crate::job::virtual_time::Virtual;
 use crate::output;
 use crate::run::driver::{Driver, Halt};
-use crate::run::meter::{Meter, units};
+use crate::run::meter::Meter;
 use crate::run::report::{nanos, seconds};
 use crate::run::trace::Trace;
 use crate::run::world::{Outside, World};
@@ -247,7 +247,7 @@ impl Outcome {
     fn json(&self, site: &Site, link: &Virtual, told: Vec<Value>) -> String {
         let view = link.driver.device().view(link.driver.now());
         let meter = &link.driver.meter;
-        let units = units(&site.machine);
+        let units = site.machine.measures();
         let mut axes = Map::new();
         for axis in site.target.axes.iter() {
             let extent = meter.extent.map(|(low, high)| (low[axis], high[axis]));
@@ -280,7 +280,7 @@ impl Outcome {
     fn table(&self, site: &Site, link: &Virtual) -> String {
         let view = link.driver.device().view(link.driver.now());
         let meter = &link.driver.meter;
-        let units = units(&site.machine);
+        let units = site.machine.measures();
         let mut text = format!(
             "{:<10}{:>18}{:>18}{:>18}{:>18}\n",
             "axis", "end", "lowest", "highest", "travelled"

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vimc4_catalogue::Machine;
+use vimc4_catalogue::{Machine, Measure};
 use vimc4_device::{AXES, Motion, Point, Time};
 use vimc4_motion::{Path, Segment};
 
@@ -42,30 +42,11 @@ struct Running {
     down: bool,
 }
 
-/// What a step of an axis is.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Unit {
-    pub(crate) name: &'static str,
-    /// How much of it.
-    pub(crate) per_step: f64,
-}
-
-/// What a step of each axis of a machine is.
-pub(crate) fn units(machine: &Machine) -> [Unit; AXES] {
-    std::array::from_fn(|axis| {
-        let axis = machine.axis(axis);
-        let turn = f64::from(axis.steps_per_turn);
-        match axis.lead_um {
-            Some(lead) => Unit { name: "mm", per_step: f64::from(lead) / 1_000.0 / turn },
-            None => Unit { name: "°", per_step: 360.0 / turn },
-        }
-    })
-}
-
 impl Meter {
     pub(crate) fn new(machine: &Machine) -> Meter {
         // A turning table has no way in mm.
-        let scale = units(machine).map(|unit| if unit.name == "mm" { unit.per_step } else { 0.0 });
+        let in_mm = |unit: Measure| if unit.name == "mm" { unit.per_step } else { 0.0 };
+        let scale = machine.measures().map(in_mm);
         Meter { scale, ..Meter::default() }
     }
 

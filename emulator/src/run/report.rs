@@ -9,7 +9,7 @@ use vimc4_catalogue::Machine;
 use vimc4_device::{Grouped, Time, Warning, escape};
 
 use super::arguments::Arguments;
-use super::meter::{Meter, units};
+use super::meter::Meter;
 use super::script::{Kind, Line, Script};
 use crate::failure::Failure;
 use crate::output;
@@ -409,7 +409,7 @@ impl Report {
     ) -> Result<(), Failure> {
         self.progress.clear();
         let time = view.at - self.began;
-        let units = units(machine);
+        let units = machine.measures();
         let axes = || {
             let all = view.axes.iter().filter_map(|axis| {
                 let number = usize::from(axis.index);

@@ -7,8 +7,6 @@ use vimc4_device::Point;
 use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target, Zero};
 use vimc4_ncp::language::{Command, Units, lines, parse};
 
-use crate::run::meter::units;
-
 /// A job that goes on with a line on a controller whose counters are `here`, and what to say of it.
 pub(super) fn resumed<'t>(
     text: &'t str,
@@ -53,7 +51,7 @@ pub(super) fn describe(resumption: &Resumption, model: &Model, machine: &Machine
     let places = |values: &[vimc4_ncp::language::Value; 4]| {
         let axes = (0..4).filter(|axis| machine.fits(*axis));
         let shown = axes.map(|axis| {
-            let (number, unit) = match units(machine)[axis].name {
+            let (number, unit) = match machine.measures()[axis].name {
                 "mm" => (values[axis].as_f64() / 1_000.0, "mm"),
                 other => (values[axis].as_f64() / 3_600.0, other),
             };
@@ -92,7 +90,7 @@ pub(super) fn describe(resumption: &Resumption, model: &Model, machine: &Machine
         true => say(format_args!("no reference run: the counters of the controller are believed")),
         false => say(format_args!("reference runs come first: {}", axes.join(", "))),
     }
-    let unit = units(machine)[2];
+    let unit = machine.measures()[2];
     say(format_args!(
         "then Z goes to {:.3} {}, the other axes go across, and Z goes down to {}",
         *highest as f64 * unit.per_step,

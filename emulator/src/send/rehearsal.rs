@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::job::perform::{Attendant, Decision, Ending, Link, Work, perform, refusal, shown};
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
-use crate::run::meter::{Meter, units};
+use crate::run::meter::Meter;
 use crate::run::report::seconds;
 
 /// How long a rehearsal may take, in virtual time.
@@ -118,7 +118,7 @@ impl Rehearsal {
     pub(super) fn announce(&self, port: &str) {
         let meter = &self.link.driver.meter;
         let handling = self.link.handling();
-        let units = units(&self.machine);
+        let units = self.machine.measures();
         let mut text = format!("What is at {port} will do this:\n");
         if let Some((low, high)) = meter.extent {
             let names = handling.model().axis_names().iter().enumerate();
