@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         print(&[json(&arguments, &circle, &trace, &commands)])
     } else {
         print(&commands)?;
-        // Who does not want to read it need not.
+        // If nobody reads it, that is no failure.
         let _ = io::stderr().write_all(comments(&arguments, &circle, &trace).as_bytes());
         Ok(())
     }

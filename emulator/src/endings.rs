@@ -21,7 +21,7 @@ impl Endings {
     pub(crate) fn listen() -> Endings {
         use tokio::signal::unix::{SignalKind, signal};
         let mut kinds = vec![SignalKind::interrupt(), SignalKind::terminate()];
-        // Who starts a program with `nohup` wants it to outlive the terminal.
+        // A program that was started with `nohup` is to outlive the terminal.
         if !is_ignored(SignalKind::hangup()) {
             kinds.push(SignalKind::hangup());
         }
@@ -59,11 +59,11 @@ impl Endings {
     }
 }
 
-/// The exit code of who is told a second time, as shells have it for Ctrl-C.
+/// The exit code of a program that is told a second time, as shells have it for Ctrl-C.
 const TOLD_AGAIN: i32 = 130;
 
 /// Lets Ctrl-C, and other ways to ask for an end, interrupt the port, so that `halt` is sent and its
-/// effect awaited. Who is told again does not wait: the program ends at once.
+/// effect awaited. Told again, the program does not wait: it ends at once.
 pub(crate) fn interrupt(port: &Port, halt: &'static [u8]) -> Result<(), Failure> {
     let interrupt = port.interrupter();
     let mut sideways = port.sideways();

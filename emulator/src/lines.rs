@@ -269,7 +269,7 @@ impl Served {
         ready: &mpsc::Sender<Result<Control, Failure>>,
         ended: oneshot::Receiver<()>,
     ) {
-        // Who waits for it hears of everything that goes wrong.
+        // The program that waits for it hears of everything that goes wrong.
         let say = |outcome| drop(ready.send(outcome));
         let runtime = match runtime::Builder::new_current_thread().enable_all().build() {
             Ok(runtime) => runtime,

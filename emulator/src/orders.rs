@@ -52,7 +52,7 @@ fn in_background() -> bool {
     false
 }
 
-/// No more orders than these wait for their answers; who types more of them waits.
+/// No more orders than these wait for their answers; whoever types more of them waits.
 const MOST: usize = 1_000;
 
 /// What a line asks for, beyond what was done at once.

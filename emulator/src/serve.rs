@@ -162,7 +162,7 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
 /// Ends all controllers, those that are ready and those of a start that has failed, and leaves
 /// nothing behind.
 pub(crate) async fn finish(mut emulators: Vec<Emulator>, log: &Log) {
-    // Who looks for a controller must not find one that is about to go.
+    // A program that looks for a controller must not find one that is about to go.
     for emulator in &mut emulators {
         emulator.unlink();
         emulator.stop();
@@ -179,7 +179,7 @@ pub(crate) async fn finish(mut emulators: Vec<Emulator>, log: &Log) {
 }
 
 /// Starts all controllers. With an error, or when it is given up, those that were started are
-/// left to who called.
+/// left to the caller.
 pub(crate) async fn start(
     arguments: &Arguments,
     log: &Log,
@@ -372,7 +372,7 @@ async fn attend(
                     typing = false;
                     ending |= until_stdin_closes;
                 }
-                // Who says it again has no time for what is still awaited.
+                // Said a second time, it leaves no time for what is still awaited.
                 Some(line) if ending => if line.trim() == "quit" { return Ok(()) },
                 Some(line) => ending = desk.take(&line) == Next::Quit,
             },

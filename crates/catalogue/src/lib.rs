@@ -44,7 +44,8 @@ pub use controller::Controller;
 pub use handling::Handling;
 pub use list::{Details, Family, Model, State};
 pub use names::{
-    Unknown, bare, kin, machine, machine_profile, machines, model, model_profile, models, quirks,
+    Unknown, bare, machine, machine_profile, machines, model, model_profile, models, models_like,
+    quirks,
 };
 pub use vimc4_device::{Effects, MemoryError, Piece, Turn};
 pub use vimc4_plant::{Machine, Measure, ProfileError};

@@ -83,7 +83,7 @@ pub fn bare(
 
 /// The built-in models of the same kind: the one of that name, else all with the same commands.
 #[must_use]
-pub fn kin(model: &Model) -> Vec<&'static str> {
+pub fn models_like(model: &Model) -> Vec<&'static str> {
     let names = models().into_iter();
     if let Some(own) = names.clone().find(|name| *name == model.name()) {
         return vec![own];
@@ -145,13 +145,13 @@ mod tests {
     }
 
     #[test]
-    fn the_kin_of_a_model_are_those_with_its_commands() {
+    fn models_like_one_of_ones_own_have_its_commands() {
         let mine = |name: &str| {
             let profile = model_profile(name).unwrap();
             Model::from_toml(&profile.replace(line(profile, "name"), "name = \"mine\"")).unwrap()
         };
-        assert_eq!(kin(&model("imc-m").unwrap()), ["imc-m"]);
-        assert_eq!(kin(&mine("imc-m")), ["imc-m", "imc-mp", "imc-s8"]);
-        assert_eq!(kin(&mine("smcu")), ["smcu"]);
+        assert_eq!(models_like(&model("imc-m").unwrap()), ["imc-m"]);
+        assert_eq!(models_like(&mine("imc-m")), ["imc-m", "imc-mp", "imc-s8"]);
+        assert_eq!(models_like(&mine("smcu")), ["smcu"]);
     }
 }

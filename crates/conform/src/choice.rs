@@ -224,7 +224,7 @@ pub struct Row {
     /// Where the axes are afterwards, from where they were, steps.
     pub end: Point,
     /// After each step of the session, by its number, where the axes are more than the counters
-    /// say. Who asks for the counters knows with this where the axes are.
+    /// say. With this and the counters it is known where the axes are.
     pub offsets: Vec<(usize, Point)>,
 }
 
@@ -233,7 +233,7 @@ pub struct Row {
 pub struct Chooser {
     model: Model,
     profile: Table,
-    kin: Vec<&'static str>,
+    like: Vec<&'static str>,
     timing: Timing,
     handling: Handling,
     bench: Workshop,
@@ -270,7 +270,7 @@ impl Chooser {
         Ok(Chooser {
             model: model.clone(),
             profile: workshop::profile(model)?,
-            kin: vimc4_catalogue::kin(model),
+            like: vimc4_catalogue::models_like(model),
             timing,
             handling,
             bench,
@@ -324,7 +324,7 @@ impl Chooser {
 
     /// Whether a port is enough for it, as far as the session says so itself.
     fn fits(&self, session: &Session) -> Result<(), Reason> {
-        if !session.models.iter().any(|model| self.kin.contains(model)) {
+        if !session.models.iter().any(|model| self.like.contains(model)) {
             return Err(Reason::Model);
         }
         for (key, value) in leaves(&session.profile) {

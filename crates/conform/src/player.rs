@@ -35,7 +35,7 @@ pub enum Act {
     Mark,
 }
 
-/// How patient and how exact a player is. A port is reached through cables, adapters and an
+/// How long a player waits and how exact it is. A port is reached through cables, adapters and an
 /// operating system, each of which may hold a byte for some milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {

@@ -233,7 +233,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// A set of kinds of events. What nobody wants is not made.
+/// A set of kinds of events. Events of other kinds are not produced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Kinds(u16);
 

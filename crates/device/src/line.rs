@@ -163,7 +163,7 @@ impl<D: Device> Device for Line<D> {
             }
             Input::Power(false) => {
                 // What the transmitter had not sent is gone; what is on its way to the device
-                // arrives, and finds nobody at home.
+                // arrives at a device that is switched off.
                 self.wires.from_device = Lane::default();
                 self.device.accept(input, at);
             }

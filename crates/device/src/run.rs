@@ -113,7 +113,7 @@ pub trait Device {
     fn details(&self) -> Self::Details;
 
     /// The things of the outside world that can be set with [`Input::Signal`]. The list is made
-    /// for who asks; a device does not carry its own description with it.
+    /// for whoever asks; a device does not carry its own description with it.
     fn signals(&self) -> Vec<Signal>;
 
     /// The signal behind a bit of an input port, if something outside drives that bit.

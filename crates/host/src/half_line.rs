@@ -64,7 +64,7 @@ impl HalfLine {
         if let Source::Client { transport, .. } = gone {
             self.deserted = Some(transport.clone());
         }
-        // Who comes later is told then.
+        // A client that comes later is told then.
         let left = self.owner.as_ref() == Some(gone) && !clients.is_empty();
         self.leave(left)
     }

@@ -10,7 +10,7 @@ use crate::clock::Clock;
 use crate::journey::Journey;
 use crate::reply::{ControlError, Reply};
 use crate::report::{Deed, Effect, Sink, SinkId, Source};
-use crate::runner::{Destination, Job, Runner};
+use crate::runner::{Deferred, Destination, Runner};
 use crate::transport::Transport;
 
 /// Buttons that stay pressed until somebody releases them.
@@ -23,7 +23,7 @@ const LATCHING: [&str; 1] = ["estop"];
 /// last handle is dropped.
 #[derive(Debug)]
 pub struct Handle<D: Device> {
-    jobs: mpsc::UnboundedSender<Job<D>>,
+    jobs: mpsc::UnboundedSender<Deferred<D>>,
     /// Has the controller look at what is wished of its journeys.
     nudge: mpsc::UnboundedSender<()>,
     stop: Arc<Mutex<Option<oneshot::Sender<()>>>>,

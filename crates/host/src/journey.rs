@@ -16,7 +16,7 @@ use crate::reply::{ControlError, Reply};
 ///
 /// A long way, such as a program of an hour in manual time, can be watched while it is gone, paused
 /// and resumed, and given up. While it is paused time stands still, and the controller can be
-/// looked at, asked and operated as at any other moment. Who drops a journey does not end it.
+/// looked at, asked and operated as at any other moment. Dropping a journey does not end it.
 #[derive(Debug)]
 #[must_use = "without waiting for the journey nobody learns whether time has arrived"]
 pub struct Journey {

@@ -1,4 +1,4 @@
-//! What a controller answers to who controls it.
+//! What a controller answers to those who control it.
 
 use std::future::Future;
 use std::pin::Pin;

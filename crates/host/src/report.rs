@@ -36,10 +36,10 @@ pub enum What {
         /// What.
         input: OwnedInput,
     },
-    /// The device is in this state: told once to who begins to watch what goes in, and whenever
+    /// The device is in this state: told once to a sink that begins to watch what goes in, and whenever
     /// somebody puts it back into an earlier one. Its time goes on from there.
     State {
-        /// Who has put it into the state; `None` for who begins to watch.
+        /// Who has put it into the state; `None` for a sink that begins to watch.
         by: Option<Source>,
         /// The device's [state](vimc4_device::Device::State), as it is written down.
         state: serde_json::Value,
@@ -329,7 +329,7 @@ pub enum News {
     },
 }
 
-/// What a sink wants to see, besides the news. What nobody wants is not made.
+/// What a sink wants to see, besides the news. What no sink wants is not produced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wants {
     /// Kinds of events of the device.

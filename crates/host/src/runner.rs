@@ -85,7 +85,7 @@ pub struct Runner<D: Device> {
     baud: u32,
     /// Whether clients may send, as the handshake lines say.
     ready: bool,
-    jobs: mpsc::UnboundedReceiver<Job<D>>,
+    jobs: mpsc::UnboundedReceiver<Deferred<D>>,
     stop: oneshot::Receiver<()>,
     /// Wakes the task when something is wished of a journey.
     nudges: mpsc::UnboundedReceiver<()>,
@@ -126,7 +126,7 @@ pub enum RunError {
 }
 
 /// What a [`Handle`](crate::Handle) asks for.
-pub(crate) type Job<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
+pub(crate) type Deferred<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
 
 pub(crate) enum Destination {
     After(Duration),
@@ -227,7 +227,7 @@ impl Leaving {
 enum Woken<D: Device> {
     /// Something has arrived on the line, and was passed on.
     Line,
-    Job(Job<D>),
+    Job(Deferred<D>),
     Stop,
     /// Something is wished of a journey.
     Nudge,
@@ -239,7 +239,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     pub(crate) fn new(
         device: D,
         clock: Clock,
-        jobs: mpsc::UnboundedReceiver<Job<D>>,
+        jobs: mpsc::UnboundedReceiver<Deferred<D>>,
         nudges: mpsc::UnboundedReceiver<()>,
         stop: oneshot::Receiver<()>,
     ) -> Runner<D> {
@@ -481,13 +481,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Takes in everything that was sent before a control was used, although its news may still
-    /// be under way: who writes a command and then asks where the machine is means that order.
+    /// be under way: a program that writes a command and then asks where the machine is expects them to
+    /// be handled in that order.
     async fn settle(&mut self) {
         // A client that never stops sending must not keep the control from being used.
         for _ in 0..64 {
             reactor_turn().await;
             for transport in &mut self.transports {
-                transport.be_thorough();
+                transport.look_closely();
             }
             let looked = poll_fn(|cx| Poll::Ready(self.poll_line(cx))).await;
             if looked.is_pending() {
@@ -515,7 +516,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 let at = self.catch_up_to_present();
                 let half = self.mind_clients(&news);
                 let coming = matches!(news, News::Opened { .. });
-                // Of who comes it is told what awaits him, of who goes what he has left.
+                // A client that comes is told what it will find, and of one that goes what it has left.
                 if coming {
                     half.into_iter().for_each(|half| self.news_at(at, half));
                     self.news_at(at, news);
@@ -624,7 +625,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             client: Some(client.clone()),
         };
         let (transport, half) = match news {
-            // Who observes sends nothing.
+            // An observer sends nothing.
             News::Opened { observes: true, .. } | News::Closed { observes: true, .. } => {
                 return None;
             }
@@ -640,7 +641,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.clients.remove(place);
                 }
                 if self.clients.is_empty() {
-                    // Who comes next is the only one who can speak.
+                    // The next client is the only one that can send.
                     self.speaker = None;
                 }
                 (transport, self.half.goes(&gone, &self.clients))

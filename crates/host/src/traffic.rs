@@ -101,7 +101,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     }
 
     /// Says how many warnings about a transport were left out that nothing has been said of yet.
-    /// Who comes and goes all the time gets no more lines by that.
+    /// A client that comes and goes all the time gets no more lines by that.
     fn settle(&mut self, at: Time, transport: &str) {
         let now = Instant::now();
         let mut lines = Vec::new();
@@ -509,7 +509,7 @@ mod tests {
                 tell(news(at, News::WrongSpeed { transport: label(name), client, line }));
             }
         }
-        // Who comes and goes gets no more lines by that.
+        // A client that comes and goes gets no more lines by that.
         for _ in 0..500 {
             let (transport, taken_by) = (label("tcp"), None);
             tell(news(at, News::Closed { transport, client: client(), observes: false, taken_by }));

@@ -1,6 +1,6 @@
 //! Commands in words, for traces and messages.
 //!
-//! The words are for people and may change; who needs something stable takes the mnemonic of
+//! The words are for people and may change; a program that needs something stable takes the mnemonic of
 //! the table.
 
 use std::fmt::{self, Display, Formatter};

@@ -158,7 +158,7 @@ pub enum Class {
     /// here too, but storing it moves nothing.
     Motion,
     /// Writes an output. Whether that switches the spindle or the power stages on, which the plant
-    /// can refuse like a motion, is known to who knows the ports.
+    /// can refuse like a motion, only the ports tell.
     Output,
     /// Begins, ends, erases or directs the stored program.
     Program,

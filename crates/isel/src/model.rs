@@ -503,7 +503,7 @@ impl Model {
             return error(
                 "line",
                 "baud",
-                format!("{baud} baud is no setting"),
+                format!("the line cannot run at {baud} baud"),
                 "use 19200 or 9600",
             );
         }

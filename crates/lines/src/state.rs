@@ -109,7 +109,7 @@ impl Default for Settings {
 
 /// What something did to the lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[must_use = "who waits for a change must be told"]
+#[must_use = "whoever waits for a change must be told"]
 pub struct Changed {
     bits: u32,
     levels: u32,

@@ -395,7 +395,7 @@ impl Model {
             );
         }
         if !(300..=115_200).contains(&self.line.baud) {
-            let message = format!("{} baud is no setting", self.line.baud);
+            let message = format!("the line cannot run at {} baud", self.line.baud);
             return error("line", "baud", message, "9600 is common, 4800 and 57600 occur");
         }
         let Buffer { bytes, high_water } = self.buffer;

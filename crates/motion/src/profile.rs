@@ -156,7 +156,7 @@ impl Profile {
 
 /// Iterator over the times of a profile's steps. See [`Profile::times`].
 ///
-/// From the time of one step it gropes forward to the first nanosecond at which the motion has
+/// From the time of one step it searches for the first nanosecond at which the motion has
 /// reached the next. It knows how far the motion is at a time, but no formula for a time and no
 /// square root.
 #[derive(Clone, Debug)]

@@ -13,7 +13,7 @@ pub struct Diagnostic {
     pub span: Span,
     /// What is to be said.
     pub problem: Problem,
-    /// Whether who lets errors pass leaves the line out, because nothing that the tool does
+    /// Whether a lenient reading leaves the line out, because nothing that the tool does
     /// depends on it. At other errors the job ends.
     pub left_out: bool,
 }

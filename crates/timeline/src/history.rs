@@ -420,7 +420,7 @@ impl<D: Device> History<D> {
         let track = &mut self.tracks[self.present.branch.0 as usize];
         track.end = track.end.max(moment);
         self.since = if moment <= track.snapshots.last().0 { 0 } else { self.since + 1 };
-        // A snapshot is taken just after an act, where everybody comes by who goes over it again.
+        // A snapshot is taken just after an act, which everybody passes who goes over it again.
         if self.since >= self.limits.spacing.max(1) && moment.at == self.acted {
             track.snapshots.push(moment, self.device.state().clone(), self.limits.snapshots);
             self.since = 0;

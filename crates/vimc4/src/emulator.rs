@@ -62,7 +62,7 @@ pub struct Emulator {
     link: Option<Link>,
     ended: watch::Receiver<End>,
     /// Whether dropping it waits for its end.
-    patient: bool,
+    waits_for_end: bool,
     /// Its thread, which ends with the last emulator that runs there.
     worker: Worker,
 }
@@ -92,7 +92,7 @@ impl Emulator {
             #[cfg(all(unix, feature = "pty"))]
             link: None,
             ended,
-            patient: true,
+            waits_for_end: true,
             worker,
         }
     }
@@ -309,7 +309,7 @@ impl Emulator {
     /// about to end itself and has no time to lose.
     pub fn abandon(mut self) {
         self.control.stop();
-        self.patient = false;
+        self.waits_for_end = false;
     }
 }
 
@@ -319,7 +319,7 @@ impl Drop for Emulator {
         drop(self.link.take());
         self.control.stop();
         // Its own thread would wait for itself.
-        if self.patient && !self.worker.is_here() {
+        if self.waits_for_end && !self.worker.is_here() {
             // Its ports are free afterwards. A panic in it has been printed already.
             let _ = block_on(pin!(self.ended.wait_for(Option::is_some)));
         }

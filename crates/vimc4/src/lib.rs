@@ -61,7 +61,7 @@ pub use record::Command;
 pub use vimc4_catalogue::lpkf;
 pub use vimc4_catalogue::{
     Details, Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, axis, bare, isel,
-    kin, machines, models, quirks,
+    machines, models, models_like, quirks,
 };
 pub use vimc4_device::{
     AXES, Activity, AxisView, Cause, CommandNumber, Condition, Event, Fill, Kinds, Motion, Point,

@@ -83,7 +83,7 @@ impl Memory {
                 // Who asked may have stopped waiting.
                 let _ = answer.send(Ok(command.clone()));
             }
-            // Who waits learns from the answer that is dropped that there will be none.
+            // A waiting caller learns from the answer that is dropped that there will be none.
             None if self.over => {}
             None => {
                 self.passed = self.commands.len();

@@ -26,7 +26,7 @@ const EXCERPT: usize = 24;
 
 /// Why nothing more can be played.
 #[derive(Debug)]
-pub(super) enum Trouble {
+pub(super) enum ClientError {
     /// Nothing answers.
     Silent,
     /// What answers is no controller.
@@ -41,9 +41,9 @@ pub(super) enum Trouble {
     Port(PortError),
 }
 
-impl From<PortError> for Trouble {
-    fn from(error: PortError) -> Trouble {
-        Trouble::Port(error)
+impl From<PortError> for ClientError {
+    fn from(error: PortError) -> ClientError {
+        ClientError::Port(error)
     }
 }
 
@@ -66,20 +66,20 @@ impl Client {
     }
 
     /// Finds the controller, if need be at another speed of the line. Says at which, if so.
-    pub(super) fn find(&mut self) -> Result<Option<u32>, Trouble> {
+    pub(super) fn find(&mut self) -> Result<Option<u32>, ClientError> {
         let found = self.find_speed()?;
         if self.handling.homing.is_some()
             && let Some(places) = self.places()?
             && places.iter().any(|place| *place != 0)
         {
-            return Err(Trouble::Elsewhere(places));
+            return Err(ClientError::Elsewhere(places));
         }
         Ok(found)
     }
 
-    fn find_speed(&mut self) -> Result<Option<u32>, Trouble> {
+    fn find_speed(&mut self) -> Result<Option<u32>, ClientError> {
         let first = match self.reset_within(Duration::ZERO) {
-            Err(first @ (Trouble::Silent | Trouble::Garbage(_))) => first,
+            Err(first @ (ClientError::Silent | ClientError::Garbage(_))) => first,
             other => return other.map(|()| None),
         };
         let Some(given) = self.port.baud() else { return Err(first) };
@@ -87,7 +87,7 @@ impl Client {
             self.port.set_baud(speed)?;
             match self.reset_within(Duration::ZERO) {
                 Ok(()) => return Ok(Some(speed)),
-                Err(Trouble::Silent | Trouble::Garbage(_)) => {}
+                Err(ClientError::Silent | ClientError::Garbage(_)) => {}
                 Err(other) => return Err(other),
             }
         }
@@ -96,12 +96,12 @@ impl Client {
 
     /// Makes the controller as it is after power-on, as far as a reset does, and waits until it
     /// answers again.
-    pub(super) fn reset(&mut self) -> Result<(), Trouble> {
+    pub(super) fn reset(&mut self) -> Result<(), ClientError> {
         self.reset_within(self.handling.running)
     }
 
     /// Resets a controller that goes on with what it does for at most this time.
-    fn reset_within(&mut self, running: Duration) -> Result<(), Trouble> {
+    fn reset_within(&mut self, running: Duration) -> Result<(), ClientError> {
         self.send(self.handling.reset)?;
         let deaf = Instant::now() + running + self.handling.boot + DEAF;
         self.quiet()?;
@@ -116,7 +116,7 @@ impl Client {
                 return Ok(());
             }
             if answer.starts_with(&question) {
-                return Err(Trouble::Echo);
+                return Err(ClientError::Echo);
             }
             if !answer.is_empty() {
                 garbage = answer;
@@ -124,21 +124,25 @@ impl Client {
             }
             if Instant::now() > deaf {
                 return Err(match garbage.is_empty() {
-                    true => Trouble::Silent,
-                    false => Trouble::Garbage(garbage),
+                    true => ClientError::Silent,
+                    false => ClientError::Garbage(garbage),
                 });
             }
         }
     }
 
     /// Where the counters are; `None` if the controller does not say.
-    pub(super) fn places(&mut self) -> Result<Option<Vec<i64>>, Trouble> {
+    pub(super) fn places(&mut self) -> Result<Option<Vec<i64>>, ClientError> {
         let answer = self.ask(self.handling.position)?;
         Ok(self.handling.read_position(&answer))
     }
 
     /// Sends lines that must each be carried out within `patience`; says whether they were.
-    pub(super) fn obeys(&mut self, lines: &[&str], patience: Duration) -> Result<bool, Trouble> {
+    pub(super) fn obeys(
+        &mut self,
+        lines: &[&str],
+        patience: Duration,
+    ) -> Result<bool, ClientError> {
         for line in lines {
             self.send(format!("{line}\r").as_bytes())?;
             if self.answer(patience)? != self.handling.done {
@@ -149,7 +153,7 @@ impl Client {
     }
 
     /// Ends whatever still moves, as far as the line can.
-    pub(super) fn abandon(&mut self, patience: Duration) -> Result<(), Trouble> {
+    pub(super) fn abandon(&mut self, patience: Duration) -> Result<(), ClientError> {
         self.send(self.handling.abandon)?;
         self.answer(patience).map(drop)
     }
@@ -160,7 +164,7 @@ impl Client {
     }
 
     /// Moves the axes of a controller that has just been reset; says whether it did.
-    pub(super) fn go(&mut self, by: Point, speed: u64) -> Result<bool, Trouble> {
+    pub(super) fn go(&mut self, by: Point, speed: u64) -> Result<bool, ClientError> {
         let lines = self.handling.moving(by, speed);
         let longest = by.iter().map(|way| way.unsigned_abs()).max().unwrap_or_default();
         // The partial moves follow one another, and each has its ramp.
@@ -170,7 +174,7 @@ impl Client {
     }
 
     /// Plays a row.
-    pub(super) fn play(&mut self, row: &Row) -> Result<Result<(), Miss>, Trouble> {
+    pub(super) fn play(&mut self, row: &Row) -> Result<Result<(), Miss>, ClientError> {
         let mut player = Player::new(&row.steps, self.timing);
         loop {
             match player.next(self.now()) {
@@ -190,13 +194,13 @@ impl Client {
     }
 
     /// Asks something and says what comes.
-    fn ask(&mut self, line: &str) -> Result<Vec<u8>, Trouble> {
+    fn ask(&mut self, line: &str) -> Result<Vec<u8>, ClientError> {
         self.send(format!("{line}\r").as_bytes())?;
         self.answer(ANSWER)
     }
 
     /// What comes, up to the first pause.
-    fn answer(&mut self, patience: Duration) -> Result<Vec<u8>, Trouble> {
+    fn answer(&mut self, patience: Duration) -> Result<Vec<u8>, ClientError> {
         let mut answer = Vec::new();
         let mut until = Instant::now() + patience;
         let end = until + NOISE;
@@ -205,7 +209,7 @@ impl Client {
             let now = Instant::now();
             if now > end || answer.len() > LONGEST {
                 answer.truncate(EXCERPT);
-                return Err(Trouble::Endless(answer));
+                return Err(ClientError::Endless(answer));
             }
             until = (now + PAUSE).min(end);
         }
@@ -213,18 +217,18 @@ impl Client {
     }
 
     /// Lets everything pass that still comes.
-    fn quiet(&mut self) -> Result<(), Trouble> {
+    fn quiet(&mut self) -> Result<(), ClientError> {
         self.answer(PAUSE).map(drop)
     }
 
-    fn send(&mut self, bytes: &[u8]) -> Result<(), Trouble> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
         if self.verbose {
             self.tell(Instant::now(), '>', bytes);
         }
         Ok(self.port.send(bytes)?)
     }
 
-    fn next(&mut self, until: Instant) -> Result<Option<(Instant, Vec<u8>)>, Trouble> {
+    fn next(&mut self, until: Instant) -> Result<Option<(Instant, Vec<u8>)>, ClientError> {
         let next = self.port.next(until)?;
         if let (true, Some((at, bytes))) = (self.verbose, &next) {
             self.tell(*at, '<', bytes);
@@ -246,7 +250,7 @@ impl Client {
     }
 }
 
-impl Trouble {
+impl ClientError {
     /// What a person can do about it. `last` is the session that was being played.
     pub(super) fn failure(self, client: &Client, last: Option<&str>) -> Failure {
         let Client { port, handling, .. } = client;
@@ -258,16 +262,16 @@ impl Trouble {
             format!(" at {} baud", speeds.join(", "))
         });
         Failure::usage(match self {
-            Trouble::Silent if last.is_some() => format!(
+            ClientError::Silent if last.is_some() => format!(
                 "the controller at {name} has stopped answering{during}; it may be off, or hang: \
                  switch it off and on, and begin again with that session's name as filter"
             ),
-            Trouble::Silent => format!(
+            ClientError::Silent => format!(
                 "nothing answers at {name}{speed}; check that it is the right port, that the \
                  controller is on, and that the cable is the right one: a crossed (null modem) \
                  cable where the controller needs it, with nobody else on it"
             ),
-            Trouble::Garbage(bytes) => {
+            ClientError::Garbage(bytes) => {
                 let bytes = escape(bytes.get(..EXCERPT).unwrap_or(&bytes));
                 match port.baud() {
                     Some(_) => format!(
@@ -284,25 +288,25 @@ impl Trouble {
                     ),
                 }
             }
-            Trouble::Echo => format!(
+            ClientError::Echo => format!(
                 "{name} sends back what it is sent; switch the local echo of the adapter or the \
                  terminal server off, or remove the loop-back plug"
             ),
-            Trouble::Endless(bytes) => format!(
+            ClientError::Endless(bytes) => format!(
                 "what is at {name} never falls silent{during}: `{}` and so on; it is no {maker} \
                  controller, or runs a program that sends all the time, which STOP at its panel \
                  ends",
                 escape(bytes.get(..EXCERPT).unwrap_or(&bytes)),
             ),
-            Trouble::Port(PortError::Gone(why)) if last.is_none() => format!(
+            ClientError::Port(PortError::Gone(why)) if last.is_none() => format!(
                 "{name} was closed before anything was answered: {why}; another client may hold \
                  it, so close that one and try again"
             ),
-            Trouble::Port(PortError::Gone(why)) => format!(
+            ClientError::Port(PortError::Gone(why)) => format!(
                 "{name} is gone{during}: {why}; plug it in or start it again, and go on with that \
                  session's name as filter"
             ),
-            Trouble::Elsewhere(places) => {
+            ClientError::Elsewhere(places) => {
                 let axes = handling.model().axis_names().iter().zip(&places);
                 let places: Vec<String> =
                     axes.map(|(axis, place)| format!("{axis} {place}")).collect();
@@ -313,7 +317,7 @@ impl Trouble {
                     handling.homing.unwrap_or_default()
                 )
             }
-            Trouble::Port(PortError::Interrupted) => {
+            ClientError::Port(PortError::Interrupted) => {
                 format!("interrupted{during}; {}", handling.halting)
             }
         })

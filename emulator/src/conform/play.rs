@@ -10,7 +10,7 @@ use vimc4_conform::travel::Travel;
 use vimc4_device::Point;
 
 use super::chosen::Choice;
-use super::client::{Client, Trouble};
+use super::client::{Client, ClientError};
 use super::report::{Outcome, Report};
 use crate::port::Port;
 
@@ -66,7 +66,7 @@ impl<'a> Conductor<'a> {
         &mut self,
         choices: &[Choice<'_>],
         report: &mut Report,
-    ) -> Result<(), (Trouble, Option<String>)> {
+    ) -> Result<(), (ClientError, Option<String>)> {
         let other = self.client.find().map_err(|trouble| (trouble, None))?;
         if let Some(speed) = other {
             report.note(&format!("it answers at {speed} baud; going on at that speed"));
@@ -87,7 +87,7 @@ impl<'a> Conductor<'a> {
         self.leave().map_err(|trouble| (trouble, Some("the last reset".to_owned())))
     }
 
-    fn session(&mut self, plan: &Plan) -> Result<Outcome, Trouble> {
+    fn session(&mut self, plan: &Plan) -> Result<Outcome, ClientError> {
         for row in &plan.rows {
             if plan.moves && !self.home {
                 return Ok(Outcome::Skipped("where the axes are is not known any more"));
@@ -118,7 +118,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// Erases the memory of a controller that has just been reset; says whether it could.
-    fn erase(&mut self) -> Result<bool, Trouble> {
+    fn erase(&mut self) -> Result<bool, ClientError> {
         self.erased = self.client.obeys(self.chooser.erase(), ERASING)?;
         self.used &= !self.erased;
         self.client.reset()?;
@@ -127,7 +127,7 @@ impl<'a> Conductor<'a> {
 
     /// Where the axes are after a step of a session, seen from where they were before the row;
     /// `None` if the controller does not say.
-    fn place(&mut self, row: &Row, step: usize) -> Result<Option<Point>, Trouble> {
+    fn place(&mut self, row: &Row, step: usize) -> Result<Option<Point>, ClientError> {
         let mut ways = row.travel.low.iter().zip(&row.travel.high);
         let axes = ways.rposition(|way| way != (&0, &0)).map_or(0, |last| last + 1);
         for _ in 0..TRIES {
@@ -144,7 +144,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// Brings the axes back from where they are to where they were.
-    fn back(&mut self, place: Option<Point>, row: &Row) -> Result<(), Trouble> {
+    fn back(&mut self, place: Option<Point>, row: &Row) -> Result<(), ClientError> {
         let Some(place) = place else {
             self.home = false;
             return Ok(());
@@ -163,7 +163,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// Leaves the controller as after power-on, and no program of a session in it.
-    fn leave(&mut self) -> Result<(), Trouble> {
+    fn leave(&mut self) -> Result<(), ClientError> {
         self.client.reset()?;
         if self.used && !self.chooser.erase().is_empty() {
             self.erase()?;

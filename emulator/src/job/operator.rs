@@ -253,7 +253,7 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// Whether somebody agrees to what was just said. Who listens already is asked here.
+    /// Whether somebody agrees to what was just said. An operator who listens already is asked here.
     pub(crate) fn agrees(&mut self) -> bool {
         if self.yes {
             return true;

@@ -93,7 +93,7 @@ pub(crate) enum Unit {
 }
 
 impl Reading {
-    /// How bad a problem is to who reads so: a line that is left out is no reason not to carry the
+    /// How bad a problem is in such a reading: a line that is left out is no reason not to carry the
     /// others out.
     pub(crate) fn severity(self, diagnostic: &Diagnostic) -> Severity {
         let severity = diagnostic.problem.severity();

@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             "{name} cannot be stored as a program; mend what is wrong, or send it with `vimc4 send`"
         )));
     };
-    // Who runs it must do so on the same controller and machine, with the same axes. A controller
+    // It must be run on the same controller and machine, with the same axes. A controller
     // never sees the comments.
     let axes = format!("; axes: {} ({})\n", field.axes.bits(), field.axes);
     let whole = job.setup.comments() + &axes + &field.text;

@@ -159,7 +159,7 @@ impl<'t> Problems<'t> {
         write!(self.out, "{comma}\n{object}")
     }
 
-    /// Where the job ends, for who is lenient: a sentence.
+    /// Where the job ends in a lenient reading: a sentence.
     pub(crate) fn end(&self) -> Option<String> {
         let (line, problem) = self.first_error.filter(|_| self.reading.lenient)?;
         Some(format!("{}: the job ends at line {line}: {problem}", self.name))

@@ -156,7 +156,7 @@ impl Checked {
             let line = all.get(diagnostic.line.saturating_sub(1) as usize);
             checked.told.push(as_json(&diagnostic, severity, line.map_or("", |line| line.text)));
             let first = checked.refused.as_ref().is_none_or(|found| diagnostic.line < found.line);
-            // Who is lenient goes as far as it goes.
+            // A lenient reading goes as far as it goes.
             if severity == Severity::Error && first && !job.reading.lenient {
                 checked.refused = Some(Refused {
                     line: diagnostic.line,

@@ -22,7 +22,7 @@ const NOISE: Duration = Duration::from_secs(3);
 const PAUSE: Duration = Duration::from_millis(100);
 /// How long a controller may take to come to rest.
 const HALTING: Duration = Duration::from_secs(10);
-/// Who waits longer for that is told so.
+/// A wait longer than that is told of.
 const REMARK: Duration = Duration::from_secs(1);
 /// What takes so much longer than in rehearsal is worth a remark: a motion whose time is foreseen, a
 /// reference run, whose way may be longer than there, and anything else.

@@ -57,12 +57,12 @@ pub trait Transport: Send {
     fn label(&self) -> &Arc<str>;
 
     /// Takes what has arrived, or arranges to be woken when something does. With an empty buffer
-    /// nothing is read: who sends has to wait.
+    /// nothing is read: the sender has to wait.
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received>;
 
     /// Somebody wants to know what has happened up to now: what has arrived is to be received
     /// next time although the system has not told of it yet.
-    fn be_thorough(&mut self) {}
+    fn look_closely(&mut self) {}
 
     /// Passes on what could not be sent at once, and arranges to be woken when more can be.
     fn poll_send(&mut self, cx: &mut Context<'_>);

@@ -63,7 +63,7 @@ pub struct Pty {
     /// When it was told that several programs have it open.
     told: Option<Instant>,
     /// The system is asked what has arrived, although it has not told.
-    thorough: bool,
+    closely: bool,
 }
 
 /// Why no pseudo terminal can be had.
@@ -109,7 +109,7 @@ impl Pty {
             early: VecDeque::new(),
             looks: 0,
             told: None,
-            thorough: false,
+            closely: false,
             path,
         })
     }
@@ -148,7 +148,7 @@ impl Pty {
                 self.news.push_back(closed());
                 closings = closings.saturating_sub(1);
             }
-            // Who has come and gone since the last look was here all the same.
+            // A client that has come and gone since the last look was here all the same.
             for _ in 0..closings.min(VISITS) {
                 self.news.push_back(opened());
                 self.news.push_back(closed());
@@ -165,7 +165,7 @@ impl Pty {
         } else if seen.opens > self.seen.opens {
             self.looks = LOOKS;
         }
-        // Who opens it is told of a moment before it can be seen to have it.
+        // A program that opens it is told of a moment before it can be seen to have it.
         if self.looks > 0 {
             self.looks -= 1;
             if self.told.is_none_or(|told| told.elapsed() >= REMINDER)
@@ -198,7 +198,7 @@ impl Pty {
     }
 
     fn poll_read(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<io::Result<usize>> {
-        if std::mem::take(&mut self.thorough) {
+        if std::mem::take(&mut self.closely) {
             match self.near.try_read(buffer) {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                 read => return Poll::Ready(read),
@@ -300,8 +300,8 @@ impl Transport for Pty {
         }
     }
 
-    fn be_thorough(&mut self) {
-        self.thorough = true;
+    fn look_closely(&mut self) {
+        self.closely = true;
     }
 
     fn set_baud(&mut self, baud: u32) {

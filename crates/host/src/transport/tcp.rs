@@ -27,7 +27,7 @@ use crate::report::News;
 /// and connects again at once overtakes the news of its own closing.
 const GRACE: Duration = Duration::from_millis(100);
 
-/// How many newcomers wait, and how many clients watch. Who floods the port with connections
+/// How many newcomers wait, and how many clients watch. Whoever floods the port with connections
 /// gets no further than this.
 const CROWD: usize = 16;
 
@@ -233,7 +233,7 @@ impl Tcp {
         self.news.push_back(News::Opened { transport, client, observes });
     }
 
-    /// The holder is gone, or somebody takes its place; who has waited longest comes next.
+    /// The holder is gone, or somebody takes its place; the one that has waited longest comes next.
     fn release(&mut self, taken_by: Option<String>) {
         if let Some(mut holder) = self.holder.take() {
             let (transport, client) = (Arc::clone(&self.label), holder.peer.to_string());
@@ -321,7 +321,7 @@ impl Transport for Tcp {
                 continue;
             }
             if holder.finished {
-                // Who waits for the line comes before who only listens on.
+                // A client that waits for the line comes before one that only listens on.
                 if self.waiting.is_empty() && !(holder.dismissed && holder.outbox.is_empty()) {
                     break;
                 }

@@ -3,12 +3,12 @@
 //! A PTY does not tell its near end when a client opens or closes the far end as long as
 //! somebody, here we ourselves, keeps it open. inotify does: the kernel queues an event within
 //! the client's `open` and `close`. One inotify instance serves all controllers of the process
-//! (users may have 128), and one thread waits for it; but who receives something from a terminal
+//! (users may have 128), and one thread waits for it; but a program that receives something from a terminal
 //! that counts as closed, or is about to send to one that counts as open, drains the queue first,
 //! so that the answer to a client's first byte is never sent to nobody.
 //!
 //! inotify merges equal events that follow each other unread, so that two quick opens would be
-//! counted as one. But who watches the folder too is told of each opening twice, in turns: once of
+//! counted as one. But a program that watches the folder too is told of each opening twice, in turns: once of
 //! the folder and once of the terminal, and no two equal events follow each other. Only when two
 //! processors do it at the very same time they still may. Where the count contradicts what is seen,
 //! the open files of all processes that we may look at decide.

@@ -285,7 +285,7 @@ impl Running {
             return;
         }
         let _ = kill_process(getpid(), Signal::STOP);
-        // Here it goes on; who has woken us alone means the program too.
+        // Here it goes on; whoever has woken us alone means the program too.
         let _ = kill_process(self.program, Signal::CONT);
     }
 

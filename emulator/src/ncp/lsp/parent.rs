@@ -1,4 +1,4 @@
-//! The end of who has started the server.
+//! The end of the program that has started the server.
 //!
 //! An editor that ends closes the server's input, which ends the server too. One that is killed
 //! may leave the input open with somebody else, and nobody would ever speak to the server again.

@@ -45,7 +45,7 @@ pub(super) struct Server {
     reading: Reading,
     /// What explanations depend on.
     context: Context,
-    /// What sees to it that the server ends with who has started it.
+    /// What sees to it that the server ends with the program that has started it.
     guard: fn(u32),
     stage: Stage,
     /// Whether the editor knows snippets.
@@ -78,7 +78,7 @@ impl Server {
                 vec![Outgoing::answer(id, self.request(&method, params))]
             }
             Incoming::Notification { method, params } if self.stage == Stage::Running => {
-                // Who is wrong here is not waiting for an answer.
+                // A client that is wrong here is not waiting for an answer.
                 self.notification(&method, params).ok().flatten().into_iter().collect()
             }
             Incoming::Notification { .. } | Incoming::Answer => Vec::new(),

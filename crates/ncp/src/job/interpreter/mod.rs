@@ -2,8 +2,8 @@
 //!
 //! The interpreter knows what holds: where the tool is, exactly; the work-piece zero; speeds,
 //! plane, drilling cycle. It checks every command before anything of it is done. What a line asks
-//! for comes out as [`Action`]s, which are cheap to make and need not be carried out: who only
-//! checks a job drops them.
+//! for comes out as [`Action`]s, which are cheap to make and need not be carried out: a mere check
+//! of a job drops them.
 
 mod approach;
 mod arcs;

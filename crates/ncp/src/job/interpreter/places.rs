@@ -119,7 +119,7 @@ impl Interpreter<'_> {
         {
             sink.say(Problem::AtSurface);
         }
-        // Who goes down from the surface has come to cut.
+        // A tool that goes down from the surface has come to cut.
         let stays = depth > Value::ZERO && left >= Value::ZERO;
         state.in_work = (stays || !across && rise == 0).then_some(left);
     }
