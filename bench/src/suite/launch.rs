@@ -22,12 +22,12 @@ pub(crate) struct Launcher {
 }
 
 impl Launcher {
-    /// Builds the emulator as users build it.
+    /// Builds the emulator as it is handed out.
     pub(crate) fn build() -> Outcome<Launcher> {
         let cargo = env!("CARGO");
         let mut build = Command::new(cargo);
         build
-            .args(["build", "--release", "--package", "vimc4-emulator"])
+            .args(["build", "--profile", "dist", "--package", "vimc4-emulator"])
             .args(["--message-format", "json-render-diagnostics"])
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .stderr(Stdio::inherit());
