@@ -1,8 +1,6 @@
 //! What is left without any feature: a controller of isel in memory, without a pseudo-terminal, a
 //! serial port and the other family. It is all that a test of a driver needs.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::io::{Read, Write};
 
 use vimc4::{Clock, Emulator, Family};

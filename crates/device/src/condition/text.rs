@@ -29,7 +29,7 @@ use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
 use super::Condition;
-use crate::{AXES, Device, Point, Signal, SignalId, SignalKind, Time};
+use crate::{AXES, Device, Point, Signal, SignalId, SignalKind, Time, parse_duration};
 
 /// How deep brackets may be within each other.
 const DEEPEST: u32 = 32;
@@ -573,28 +573,7 @@ fn range(word: &str) -> Option<(i64, i64)> {
 
 /// A time with its unit, to the nanosecond.
 fn time(word: &str) -> Option<Time> {
-    let unit = word.find(|c: char| c.is_ascii_alphabetic() || c == 'µ')?;
-    let (number, unit) = word.split_at(unit);
-    let nanos: u128 = match unit {
-        "ns" => 1,
-        "us" | "µs" => 1_000,
-        "ms" => 1_000_000,
-        "s" => 1_000_000_000,
-        "min" => 60_000_000_000,
-        "h" => 3_600_000_000_000,
-        _ => return None,
-    };
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.is_empty() || fraction.len() > 18 || !digits(whole) || !digits(fraction) {
-        return None;
-    }
-    let scale = 10_u128.pow(u32::try_from(fraction.len()).ok()?);
-    let fraction: u128 = if fraction.is_empty() { 0 } else { fraction.parse().ok()? };
-    let whole = u128::from(whole.parse::<u64>().ok()?);
-    let exact = whole.checked_mul(nanos)?.checked_add(fraction * nanos / scale)?;
-    (fraction * nanos).is_multiple_of(scale).then_some(())?;
-    u64::try_from(exact).ok().map(Time::from_nanos)
+    Some(Time::ZERO + parse_duration(word).ok()?)
 }
 
 /// `< 5`, `= 5` and the like, or only `5`.
