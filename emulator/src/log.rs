@@ -22,6 +22,9 @@ const WAITING: usize = 4 << 20;
 /// So many bytes are written to the file at once, as long as more wait.
 const PIECE: usize = 64 << 10;
 
+/// So long is waited at the end for what is still to be written: a terminal may stand still.
+const FAREWELL: Duration = Duration::from_millis(500);
+
 /// Writes lines in a thread of its own, so that a terminal that stands still does not hold up
 /// a controller. The thread begins with the first line.
 #[derive(Clone)]
@@ -112,7 +115,7 @@ impl Log {
         let Some(Some(lines)) = self.0.lines.get() else { return };
         let (done, flushed) = sync_channel(1);
         if lines.send(Entry::Flush(done)).is_ok() {
-            let _ = flushed.recv_timeout(Duration::from_millis(10));
+            let _ = flushed.recv_timeout(FAREWELL);
         }
     }
 }

@@ -78,6 +78,15 @@ impl Model {
         both!(Model, self, Model, other, one, other => one.has_commands_of(other)).unwrap_or(false)
     }
 
+    /// How long its panel takes to erase the memory, in ms, if it can.
+    #[must_use]
+    pub fn panel_erase_ms(&self) -> Option<u64> {
+        match self {
+            Model::Isel(model) => model.timing.panel_erase_ms,
+            Model::Lpkf(_) => None,
+        }
+    }
+
     /// Why its panel cannot erase the memory, unless it can.
     #[must_use]
     pub fn refuses_to_erase(&self) -> Option<&'static str> {

@@ -21,7 +21,8 @@ pub enum Event {
     Command {
         /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
         mnemonic: Cow<'static, str>,
-        /// The line as it was received, without its end.
+        /// The line as it was received, without its end; of one that is longer than any command
+        /// its beginning and three points.
         bytes: Bytes,
     },
     /// Something came that the device leaves alone, and says nothing about.
@@ -49,6 +50,14 @@ pub enum Event {
         /// lower-case fragment.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         why: Option<Box<str>>,
+    },
+    /// A command or a program was ended before its time, and no error answer says so: its answer
+    /// follows, or never comes.
+    CutShort {
+        /// The mnemonic of the command; that of what begins a program, for a program.
+        mnemonic: Cow<'static, str>,
+        /// By whom or what, and what is lost with it, for people: a lower-case fragment.
+        why: Cow<'static, str>,
     },
     // --- segment ---
     /// A motion begins, changes its course or ends.
@@ -103,7 +112,7 @@ impl Event {
     pub fn kind(&self) -> Kinds {
         match self {
             Event::Command { .. } | Event::Ignored { .. } | Event::Line { .. } => Kinds::COMMAND,
-            Event::Answer { .. } => Kinds::ANSWER,
+            Event::Answer { .. } | Event::CutShort { .. } => Kinds::ANSWER,
             Event::Motion(_) => Kinds::MOTION,
             Event::Switch { .. } => Kinds::SWITCH,
             Event::Signal { .. } => Kinds::SIGNAL,
@@ -181,6 +190,22 @@ pub enum Warning {
         /// What the controller calls the axis.
         name: Cow<'static, str>,
     },
+    /// Nothing ahead ends the reference run of an axis.
+    EndlessReference {
+        /// The axis, 0 for X.
+        axis: u8,
+        /// What the controller calls the axis.
+        name: Cow<'static, str>,
+    },
+    /// A step counter has gone beyond its end, and on from the other one.
+    CounterWrapped {
+        /// The axis, 0 for X.
+        axis: u8,
+        /// What the controller calls the axis.
+        name: Cow<'static, str>,
+        /// What it reads now, in steps.
+        reads: i64,
+    },
     /// A program ended with an error.
     ProgramError {
         /// The reply code that names the error.
@@ -226,6 +251,16 @@ impl fmt::Display for Warning {
                 "the reference of {name} is false: STOP has stood in for its switch, and where it \
                  was stopped counts as 0; a reference run to its end makes it true again"
             ),
+            Warning::EndlessReference { name, .. } => write!(
+                f,
+                "no switch is ahead of {name}: its reference run goes on until STOP or 253 stands in \
+                 for one"
+            ),
+            Warning::CounterWrapped { name, reads, .. } => write!(
+                f,
+                "the {name} counter came to its end and went on from the other one: it reads {}",
+                Grouped(*reads)
+            ),
             Warning::ProgramError { code, line, why } => {
                 write!(f, "the program ended in line {line} with error {code}: {why}")
             }
@@ -242,7 +277,7 @@ impl Kinds {
     pub const NONE: Kinds = Kinds(0);
     /// Commands, and the lines of a running program.
     pub const COMMAND: Kinds = Kinds(1);
-    /// Answers, and why they are errors.
+    /// Answers, why they are errors, and what ended without.
     pub const ANSWER: Kinds = Kinds(1 << 1);
     /// Motions.
     pub const MOTION: Kinds = Kinds(1 << 2);

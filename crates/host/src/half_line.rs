@@ -66,11 +66,11 @@ impl HalfLine {
         }
         // A client that comes later is told then.
         let left = self.owner.as_ref() == Some(gone) && !clients.is_empty();
-        self.leave(left)
+        self.leave(left && !self.left)
     }
 
-    /// Something has arrived: what of it somebody has left who is gone already. What he has sent
-    /// last may come in behind the news of his leaving.
+    /// Something has arrived: what of it somebody has left who is gone already. What
+    /// he has sent last may come in behind the news of his leaving.
     pub(crate) fn comes_late(&mut self, clients: &[Source]) -> Option<Bytes> {
         let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
         self.leave(gone && !self.left)

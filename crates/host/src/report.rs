@@ -287,7 +287,8 @@ pub enum News {
     /// A client that has left has begun a line and not ended it. As on a real cable the next
     /// client's first command becomes the rest of it.
     HalfLine {
-        /// The transport of the next client, by its label.
+        /// The transport of the client that has left if others are still there, of the next one
+        /// else; and of who spoils it.
         transport: Arc<str>,
         /// The half line.
         half: Bytes,
@@ -320,6 +321,8 @@ pub enum News {
         /// How many bytes.
         bytes: u64,
     },
+    /// The controller ends, and its line with it. What that cuts short follows.
+    Ends,
     /// The flash file was not as the device would have left it, and is now.
     FlashMended {
         /// The file.

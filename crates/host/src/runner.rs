@@ -15,8 +15,8 @@ use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
 use vimc4_device::{
-    Condition, Device, Event, Forecast, Foresight, Input, Kinds, MAX_CAUSES, Output, Stamp, Time,
-    Warning,
+    Condition, Device, Event, Forecast, Foresight, Input, Kinds, MAX_CAUSES, Output, SignalId,
+    Stamp, Time, Warning,
 };
 
 use crate::clock::{Clock, Ticking};
@@ -388,7 +388,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let busy = self.move_time();
             self.dismiss_listeners();
             if let Some(failure) = self.failure.take() {
-                self.tell_unheard(self.device.now());
+                self.end(self.device.now());
                 return Err(failure);
             }
             // In vain until there is a timer for it, but then the clock stands still anyway.
@@ -405,12 +405,24 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     job(&mut self);
                 }
                 Woken::Stop => {
-                    self.tell_unheard(self.present());
+                    self.end(self.present());
                     return Ok(());
                 }
                 Woken::Nudge => self.give_up_waiting(),
                 Woken::Time => self.jump(),
             }
+        }
+    }
+
+    /// The device ends with its task, as if the power had gone: who watches learns what that cuts
+    /// short, and what has not been told yet. For a recording of what goes in it is over.
+    fn end(&mut self, at: Time) {
+        self.tell_unheard(at);
+        self.news_at(at, News::Ends);
+        self.sinks.retain(|watching| !watching.wants.inputs);
+        self.mind_wants();
+        if self.wants.kinds.contain(Kinds::ANSWER) {
+            self.input_at(Input::Power(false), at, None);
         }
     }
 
@@ -547,11 +559,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
             Cow::Owned(bytes) if bytes.is_empty() => {}
             Cow::Owned(bytes) => self.bytes(from, &bytes, at),
         }
-        // What somebody has written last may come in only when the next one is there, elsewhere.
-        if let Some(Source::Client { transport, .. }) = self.clients.last()
+        // What somebody has written last may come in only when others are alone, elsewhere.
+        if !self.clients.is_empty()
             && let Some(half) = self.half.comes_late(&self.clients)
         {
-            let transport = Arc::from(transport.as_str());
+            let transport = Arc::clone(self.transports[from].label());
             self.news_at(at, News::HalfLine { transport, half, spoils: false });
         }
     }
@@ -575,7 +587,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let deed = Deed::Byte(first.first().copied().unwrap_or_default());
             self.pass_time(at);
             self.news_at(at, News::Deed { by: by.clone(), deed: deed.clone() });
-            if !self.changes(by, &[Input::Bytes(first)], at) {
+            // A device may answer such a byte although nothing comes of it.
+            let before = self.device.state().clone();
+            self.input_at(Input::Bytes(first), at, Some(by));
+            if *self.device.state() == before {
                 let off = self.unpowered.is_some();
                 let why =
                     if off { "the power is off" } else { "there is nothing that it could end" };
@@ -707,17 +722,33 @@ impl<D: Device + Clone + 'static> Runner<D> {
         if changed {
             return Effect::Something;
         }
-        let why = inputs.first().and_then(|input| match input {
-            Input::Signal(signal, value) => self.device.why_without_effect(*signal, *value),
-            _ => None,
-        });
-        // One thing that changes nothing was so before; of two the second has undone the first.
-        let why = why.or((inputs.len() == 1).then_some("it was so already"));
+        let why = self.why_without_effect(inputs, at);
         if told {
             let by = by.clone();
             self.news_at(at, News::NoEffect { by, deed, why: why.map(Cow::Borrowed) });
         }
         Effect::Nothing { why }
+    }
+
+    /// Why inputs have changed nothing.
+    fn why_without_effect(&self, inputs: &[Input<'_>], at: Time) -> Option<&'static str> {
+        // Nothing has changed, so what is so now was so before.
+        let is_so = |id: SignalId, value: i32| {
+            let signals = self.device.view(at).signals;
+            signals.iter().any(|signal| signal.id == id && signal.value == Some(value))
+        };
+        let already = "it was so already";
+        match inputs {
+            [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
+            // Of several things each may have undone the one before: the first reason that there is.
+            _ => inputs
+                .iter()
+                .find_map(|input| match input {
+                    Input::Signal(signal, value) => self.device.why_without_effect(*signal, *value),
+                    _ => None,
+                })
+                .or((inputs.len() == 1).then_some(already)),
+        }
     }
 
     /// Something happens to the device, of which all that is due by then has been done. Returns

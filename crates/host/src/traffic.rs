@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_device::{Event, Kinds, Time, Warning, escape};
+use vimc4_device::{Event, Grouped, Kinds, Time, Warning, escape};
 
 use crate::report::{Deed, News, Report, Sink, Wants, What};
 
@@ -38,6 +38,8 @@ struct Flood {
     told: Instant,
     /// How many were not since then.
     left_out: u64,
+    /// Of how many bytes those were that are about bytes.
+    bytes: u64,
     /// When their number was told last although no other one came.
     settled: Option<Instant>,
 }
@@ -52,6 +54,13 @@ pub enum Verbosity {
     Warnings,
     /// That, who comes and goes, and every command with its answer.
     Conversation,
+}
+
+impl Flood {
+    /// How many were left out, of how many bytes: they are told now.
+    fn take(&mut self) -> (u64, u64) {
+        (std::mem::take(&mut self.left_out), std::mem::take(&mut self.bytes))
+    }
 }
 
 impl<F: FnMut(String) + Send> Traffic<F> {
@@ -74,8 +83,15 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     }
 
     /// Tells a warning, unless one of its kind and about the same transport has just been told:
-    /// then it is counted, and not even put into words.
-    fn warn(&mut self, at: Time, kind: &'static str, transport: &str, text: fmt::Arguments<'_>) {
+    /// then it is counted, with the bytes that it is about, and not even put into words.
+    fn warn(
+        &mut self,
+        at: Time,
+        kind: &'static str,
+        transport: &str,
+        bytes: u64,
+        text: fmt::Arguments<'_>,
+    ) {
         let now = Instant::now();
         let place = self
             .floods
@@ -84,19 +100,26 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             Ok(place) => &mut self.floods[place],
             Err(place) => {
                 let about = transport.to_owned();
-                let flood = Flood { kind, about, told: now, left_out: 0, settled: None };
+                let flood = Flood { kind, about, told: now, left_out: 0, bytes: 0, settled: None };
                 self.floods.insert(place, flood);
                 return self.line(at, text);
             }
         };
         if now.duration_since(flood.told) < self.respite {
             flood.left_out += 1;
+            flood.bytes = flood.bytes.saturating_add(bytes);
             return;
         }
         flood.told = now;
-        match std::mem::take(&mut flood.left_out) {
-            0 => self.line(at, text),
-            many => self.line(at, format_args!("{text} ({many} of the kind were left out before)")),
+        match flood.take() {
+            (0, _) => self.line(at, text),
+            (many, bytes) => {
+                let (bytes, were) = (of_bytes(bytes), if many == 1 { "was" } else { "were" });
+                self.line(
+                    at,
+                    format_args!("{text} ({many} of the kind{bytes} {were} left out before)"),
+                );
+            }
         }
     }
 
@@ -104,16 +127,22 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     /// A client that comes and goes all the time gets no more lines by that.
     fn settle(&mut self, at: Time, transport: &str) {
         let now = Instant::now();
+        self.settle_if(at, |flood, respite| {
+            let concerns = flood.about.is_empty() || flood.about == transport;
+            concerns && flood.settled.is_none_or(|told| now.duration_since(told) >= respite)
+        });
+    }
+
+    fn settle_if(&mut self, at: Time, which: impl Fn(&Flood, Duration) -> bool) {
         let mut lines = Vec::new();
         for flood in &mut self.floods {
-            let Flood { kind, about, .. } = &*flood;
-            let concerns = about.is_empty() || about == transport;
-            let rests = flood.settled.is_none_or(|told| now.duration_since(told) >= self.respite);
-            if concerns && rests && flood.left_out > 0 {
+            if flood.left_out > 0 && which(flood, self.respite) {
+                flood.settled = Some(Instant::now());
+                let (many, bytes) = flood.take();
+                let Flood { kind, about, .. } = &*flood;
                 let about = if about.is_empty() { String::new() } else { format!("{about}: ") };
-                lines.push(format!("{about}{} more were left out: {kind}", flood.left_out));
-                flood.settled = Some(now);
-                flood.left_out = 0;
+                let (bytes, were) = (of_bytes(bytes), if many == 1 { "was" } else { "were" });
+                lines.push(format!("{about}{many} more{bytes} {were} left out: {kind}"));
             }
         }
         for line in lines {
@@ -144,6 +173,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 let blanks = if took.is_empty() && why.is_empty() { "" } else { "  " };
                 self.line(at, format_args!("{}{blanks}{took}{comma}{why}", escape(bytes)));
             }
+            Event::CutShort { why, .. } => self.line(at, format_args!("        cut short: {why}")),
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
             Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
             // That nobody listens is part of a conversation, or of its absence: a program that
@@ -151,9 +181,19 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             Event::Warning(Warning::NobodyListens { .. })
                 if self.verbosity == Verbosity::Warnings => {}
             Event::Warning(warning) => {
-                let speaker = std::mem::take(&mut self.speaker);
-                self.warn(at, kind_of(warning), &speaker, format_args!("warning: {warning}"));
-                self.speaker = speaker;
+                let text = format_args!("warning: {warning}");
+                let in_conversation = self.verbosity == Verbosity::Conversation
+                    && matches!(warning, Warning::NoEffect { .. });
+                match kind_of(warning) {
+                    // It belongs to a command, and of those all are told.
+                    _ if in_conversation => self.line(at, text),
+                    Some((kind, bytes)) => {
+                        let speaker = std::mem::take(&mut self.speaker);
+                        self.warn(at, kind, &speaker, bytes, text);
+                        self.speaker = speaker;
+                    }
+                    None => self.line(at, text),
+                }
             }
             _ => {}
         }
@@ -162,6 +202,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     fn news(&mut self, at: Time, news: &News, explain: &dyn Fn(&[u8]) -> String) {
         match news {
             News::Closed { transport, .. } => self.settle(at, transport),
+            News::Ends => self.settle_if(at, |_, _| true),
             News::Opened { transport, .. } | News::Speaks { transport, .. } => {
                 transport.as_ref().clone_into(&mut self.speaker);
             }
@@ -172,6 +213,11 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 if self.verbosity == Verbosity::Warnings => {}
             News::Deed { by, deed: Deed::Byte(byte) } => {
                 self.line(at, format_args!("{by}: {byte}  {}", explain(&[*byte])));
+            }
+            News::Deed { by, deed: Deed::Several { what, signals } } => {
+                let signals: Vec<String> =
+                    signals.iter().map(|(signal, value)| format!("{signal} {value}")).collect();
+                self.line(at, format_args!("{by}: {what} ({})", signals.join(", ")));
             }
             News::Deed { by, deed } => self.line(at, format_args!("{by}: {deed}")),
             News::NoEffect { why: Some(why), .. } => {
@@ -200,29 +246,36 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 let state = if *on { "on" } else { "off" };
                 self.line(at, format_args!("{transport}: the host has switched {line} {state}"));
             }
-            News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } => {}
+            News::Ends if self.verbosity == Verbosity::Conversation => {
+                self.line(at, format_args!("the controller ends"));
+            }
+            News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } | News::Ends => {}
             News::Refused { transport, client, holder } => self.warn(
                 at,
                 "clients that were refused",
                 transport,
+                0,
                 format_args!("{transport}: refused {client}, because {holder} holds the line"),
             ),
             News::Unheard { transport, client } => self.warn(
                 at,
                 "observers that have sent something",
                 transport,
+                0,
                 format_args!("{transport}: {client} only observes, what it sends is ignored"),
             ),
             News::Lost { transport, bytes } => self.warn(
                 at,
                 "answers that were not read",
                 transport,
+                *bytes,
                 format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
             News::WrongSpeed { transport, client, line } => self.warn(
                 at,
                 "changes of the speed",
                 transport,
+                0,
                 format_args!(
                     "{transport}: the client has set {client} baud, the controller has {line}; a \
                      real one would hear noise"
@@ -232,6 +285,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "changes of the parity",
                 transport,
+                0,
                 format_args!(
                     "{transport}: the client has set {parity} parity, the controller has none; a \
                      real one would hear noise"
@@ -241,6 +295,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "programs at one port",
                 transport,
+                0,
                 format_args!(
                     "{transport}: {programs} have it open at once and take the answers from each \
                      other; close all but one"
@@ -250,6 +305,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "half lines",
                 transport,
+                0,
                 format_args!(
                     "{transport}: an earlier client left half a line, `{}`; the next command \
                      continues it, as on a real cable (--fresh-clients forgets it)",
@@ -260,6 +316,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "commands behind half lines",
                 transport,
+                0,
                 format_args!(
                     "{transport}: this command continues the half line `{}` that an earlier client \
                      left",
@@ -270,13 +327,14 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 "clients that end their lines with LF alone",
                 transport,
+                0,
                 format_args!("{transport}: LF alone ends no command; {right}"),
             ),
             News::Gone { transport, error } => self.line(
                 at,
-                format_args!("{transport}: is gone: {error}; it is opened again when it is back"),
+                format_args!("{transport} is gone ({error}); it is opened again when it is back"),
             ),
-            News::Back { transport } => self.line(at, format_args!("{transport}: is back")),
+            News::Back { transport } => self.line(at, format_args!("{transport} is back")),
             News::PowerWasOff { bytes } => self.line(
                 at,
                 format_args!("the power was off: {} lost, nobody heard what came", count(*bytes)),
@@ -317,16 +375,23 @@ impl<F> fmt::Debug for Traffic<F> {
     }
 }
 
-/// What is left out when there are many, in words.
-fn kind_of(warning: &Warning) -> &'static str {
+/// What is left out when there are many, in words, and how many bytes it is about. Of what happens to the machine or to a program
+/// nothing is left out: each is another event, and time on the wall is none of the controller's.
+fn kind_of(warning: &Warning) -> Option<(&'static str, u64)> {
     match warning {
-        Warning::ReceiveOverflow { .. } => "overflows of the receive buffer",
-        Warning::NobodyListens { .. } => "answers while nobody had the line open",
-        Warning::NoEffect { .. } => "commands without effect",
-        Warning::StepsLost { .. } => "losses of steps",
-        Warning::FalseReference { .. } => "false reference points",
-        Warning::ProgramError { .. } => "programs that ended with an error",
-        _ => "other warnings",
+        Warning::ReceiveOverflow { lost } => Some(("overflows of the receive buffer", *lost)),
+        Warning::NobodyListens { lost } => Some(("answers while nobody had the line open", *lost)),
+        Warning::NoEffect { .. } => Some(("commands without effect", 0)),
+        _ => None,
+    }
+}
+
+/// ` of 5 bytes`, where it is about bytes.
+fn of_bytes(bytes: u64) -> String {
+    match bytes {
+        0 => String::new(),
+        1 => " of 1 byte".to_owned(),
+        bytes => format!(" of {} bytes", Grouped(i64::try_from(bytes).unwrap_or(i64::MAX))),
     }
 }
 
@@ -465,7 +530,7 @@ mod tests {
         traffic.respite = Duration::from_secs(3_600);
         let made = Cell::new(0);
         for _ in 0..100 {
-            traffic.warn(Time::ZERO, "a kind", "pty", format_args!("{}", Words(&made)));
+            traffic.warn(Time::ZERO, "a kind", "pty", 0, format_args!("{}", Words(&made)));
         }
         assert_eq!(made.get(), 1);
     }
@@ -487,6 +552,41 @@ mod tests {
                 ]
             );
         }
+    }
+
+    #[test]
+    fn nothing_that_happens_to_the_machine_or_a_program_is_left_out() {
+        let (sender, lines) = mpsc::channel();
+        let mut traffic = Traffic::new(Verbosity::Warnings, move |line| sender.send(line).unwrap());
+        // However slow the computer is.
+        traffic.respite = Duration::from_secs(3_600);
+        let lost = |axis, name: &'static str| Warning::StepsLost {
+            axis,
+            name: name.into(),
+            steps: 1,
+            um: None,
+            overran: true,
+        };
+        let error = || Warning::ProgramError { code: '2', line: 1, why: "limit switch X+".into() };
+        let false_one =
+            |axis, name: &'static str| Warning::FalseReference { axis, name: name.into() };
+        let warnings = [
+            lost(0, "X"),
+            lost(1, "Y"),
+            lost(1, "Y"),
+            error(),
+            error(),
+            false_one(0, "X"),
+            false_one(2, "Z"),
+        ];
+        for warning in &warnings {
+            let event = Event::Warning(warning.clone());
+            traffic.report(&happened(Time::ZERO, event), &|_| String::new());
+        }
+        assert_eq!(
+            lines.try_iter().map(|line| line[17..].to_owned()).collect::<Vec<_>>(),
+            warnings.map(|warning| format!("warning: {warning}"))
+        );
     }
 
     #[test]

@@ -14,6 +14,9 @@ use serde::{Deserialize, Serialize};
 /// Assumed: no manual says. LF is never part of a line, blanks are.
 pub const LINE_MAX: usize = 255;
 
+/// So much is kept of a line that is too long.
+const LINE_SHOWN: usize = 40;
+
 /// Hardly a line is longer than this, in bytes: one allocation for each line is enough.
 const LINE_USUAL: usize = 64;
 
@@ -62,8 +65,8 @@ pub fn control(byte: u8) -> Option<Control> {
 pub enum Line {
     /// Its bytes, without CR and LF. At least one is not a blank.
     Text(Vec<u8>),
-    /// It had more than [`LINE_MAX`] bytes; they are gone.
-    TooLong,
+    /// It had more than [`LINE_MAX`] bytes, of which these are the first; the others are gone.
+    TooLong(Vec<u8>),
 }
 
 /// Collects the bytes of one line.
@@ -72,8 +75,8 @@ pub enum Line {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineBuffer {
     bytes: Vec<u8>,
-    /// The line already has more than [`LINE_MAX`] bytes. Then `bytes` is empty, so that equal
-    /// futures have equal states.
+    /// The line already has more than [`LINE_MAX`] bytes. Then `bytes` has no more of them than
+    /// people are shown.
     too_long: bool,
 }
 
@@ -85,7 +88,7 @@ impl LineBuffer {
             b'\n' => None,
             _ if self.too_long => None,
             _ if self.bytes.len() >= LINE_MAX => {
-                self.bytes.clear();
+                self.bytes.truncate(LINE_SHOWN);
                 self.too_long = true;
                 None
             }
@@ -108,12 +111,12 @@ impl LineBuffer {
     /// Whether nothing of a line has arrived yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.bytes.is_empty() && !self.too_long
+        self.bytes.is_empty()
     }
 
     fn finish(&mut self) -> Option<Line> {
         if mem::take(&mut self.too_long) {
-            return Some(Line::TooLong);
+            return Some(Line::TooLong(mem::take(&mut self.bytes)));
         }
         if self.bytes.iter().all(|&byte| byte == b' ') {
             self.bytes.clear();

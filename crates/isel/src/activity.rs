@@ -7,7 +7,7 @@ use vimc4_device::{Segment, Time};
 use vimc4_isel_wire::{BitTest, Op, PortTest};
 use vimc4_motion::Path;
 
-use crate::why::{By, Opened};
+use crate::why::{Breaker, By, Opened};
 
 /// What the controller is doing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -89,8 +89,8 @@ pub(crate) struct Moving {
     pub(crate) job: Job,
     pub(crate) segment: Segment,
     pub(crate) began: Time,
-    /// The step at which the carriage runs onto a limit switch, and the axis.
-    pub(crate) hit: Option<(u64, usize)>,
+    /// The step at which a carriage runs onto a limit switch.
+    pub(crate) hit: Option<u64>,
     /// The speed of the segment, for what is left of it.
     pub(crate) speed: u32,
     /// What comes after this segment.
@@ -109,7 +109,7 @@ pub(crate) enum Ending {
     /// The condition of the motion was met: what is left is forgotten.
     Event,
     /// The motion was broken off: what is left is forgotten.
-    Break,
+    Break(Breaker),
     /// The cover was opened: what is left is forgotten.
     Cover(Opened),
 }
@@ -121,7 +121,7 @@ impl Ending {
             Ending::Complete => 0,
             Ending::Stop(_) => 1,
             Ending::Event => 2,
-            Ending::Break => 3,
+            Ending::Break(_) => 3,
             Ending::Cover(_) => 4,
         };
         hardness(self) > hardness(other)
@@ -161,7 +161,7 @@ impl Moving {
     /// When the segment ends, by itself or at a limit switch.
     pub(crate) fn due(&self) -> Time {
         let nanos = match self.hit {
-            Some((step, _)) if step <= self.segment.profile.steps() => {
+            Some(step) if step <= self.segment.profile.steps() => {
                 self.segment.profile.time_of(step)
             }
             _ => self.segment.profile.duration(),

@@ -130,7 +130,7 @@ impl Device for Controller {
         if let [byte] = command
             && let Some(control) = control(*byte)
         {
-            return control.meaning().to_owned();
+            return self.0.control_in_words(control);
         }
         let capital = self.0.capital(command);
         let command = capital.as_deref().unwrap_or(command);

@@ -49,8 +49,10 @@ impl Firmware {
     }
 
     /// Answers a line that is longer than any command.
-    pub(crate) fn refuse_long_line(&mut self) {
-        self.announce("?", b"");
+    pub(crate) fn refuse_long_line(&mut self, beginning: &[u8]) {
+        if self.wants(Kinds::COMMAND) {
+            self.announce("?", &[beginning, b"..."].concat());
+        }
         if self.state.storing {
             self.invalidate_program();
         }

@@ -7,7 +7,7 @@ use vimc4_motion::Path;
 use vimc4_plant::End;
 
 use crate::activity::{Activity, Ending, Job, PortCondition, Wait};
-use crate::axes::moving_axes;
+use crate::axes::{AXES, moving_axes};
 use crate::firmware::Firmware;
 use crate::model::{StopInMoveUntil, StopInReference};
 use crate::outcome::Outcome;
@@ -31,7 +31,7 @@ impl Firmware {
             Activity::Moving(moving) => match (moving.job, moving.plan.until) {
                 (Job::SelfTest, _) => Outcome::Nothing,
                 (Job::Command(_), Some(PortCondition::Mask(_))) if forgets_until => {
-                    self.brake(Ending::Break)
+                    self.brake(Ending::Break(Breaker::Stop(by)))
                 }
                 _ => self.brake(Ending::Stop(by)),
             },
@@ -46,9 +46,12 @@ impl Firmware {
     pub(crate) fn break_off(&mut self) -> Outcome {
         match &self.state.activity {
             Activity::Moving(moving) if moving.job == Job::SelfTest => Outcome::Nothing,
-            Activity::Moving(_) => self.brake(Ending::Break),
+            Activity::Moving(_) => self.brake(Ending::Break(Breaker::Line)),
             Activity::Referencing(_) => self.halt(Why::ReferenceBroken(Breaker::Line)),
-            _ if self.state.is_running() => Outcome::ProgramEnds(Ok(())),
+            _ if self.state.is_running() => {
+                self.tell_cut_short(Job::Program, |c| c.breaker_in_words(Breaker::Line), true);
+                Outcome::ProgramEnds(Ok(()))
+            }
             Activity::Idle => {
                 self.state.forget_stopped_motion();
                 self.answer_control("255", self.state.model.quirks.break_reply);
@@ -60,6 +63,7 @@ impl Firmware {
 
     /// 254: everything stops at once, as after power-on.
     pub(crate) fn software_reset(&mut self) {
+        self.tell_unanswered("254 from the line");
         self.halt_motors();
         self.reset();
         self.answer_control("254", self.state.model.quirks.reset_reply);
@@ -98,7 +102,9 @@ impl Firmware {
             if at_once {
                 return self.segment_ended();
             }
-        } else if !moving.plan.parts.is_empty() || !Ending::Break.is_harder_than(ending) {
+        } else if !moving.plan.parts.is_empty()
+            || !Ending::Break(Breaker::Line).is_harder_than(ending)
+        {
             // This segment ends by itself at least as early; what follows it does not begin.
             moving.ending = ending;
         }
@@ -147,8 +153,10 @@ impl Firmware {
             Activity::Moving(mut moving) if !self.state.test_mode => {
                 let step = moving.steps_at(now);
                 let path = &moving.segment.path;
-                if let Some(switch) = self.limit_after(path, step) {
-                    return self.halt_on_switch(&moving, step, switch, true);
+                if let Some((axis, end)) = self.limit_after(path, step) {
+                    let mut hit = [None; AXES];
+                    hit[axis] = Some(end);
+                    return self.halt_on_switch(&moving, step, hit, true);
                 }
                 moving.hit = self.first_hit(path, step);
                 self.state.activity = Activity::Moving(moving);
@@ -167,5 +175,50 @@ impl Firmware {
             let carriage = self.carriage_after(axis, &offset);
             Some((axis, self.active_limit_at(axis, carriage)?))
         })
+    }
+
+    /// Something ends before its time, and no error says so.
+    pub(crate) fn tell_cut_short(
+        &mut self,
+        job: Job,
+        by: impl FnOnce(&Self) -> String,
+        answered: bool,
+    ) {
+        if !self.wants(Kinds::ANSWER) {
+            return;
+        }
+        let run = self.state.run.as_ref().filter(|_| job == Job::Program);
+        let (op, place) = match job {
+            Job::Command(op) | Job::Answered(op) => (op, String::new()),
+            Job::SelfTest => (Op::SelfTest, String::new()),
+            Job::Program => {
+                let line = run.map_or(0, |run| run.line) + 1;
+                (Op::Start, format!("in line {line} of the program, "))
+            }
+        };
+        let awaited = matches!(job, Job::Command(_)) || run.is_some_and(|run| run.by_command);
+        let silence = if awaited && !answered { ", without an answer" } else { "" };
+        let lost = match self.state.receiver.waiting.len() {
+            _ if answered => String::new(),
+            0 => String::new(),
+            1 => "; 1 character that waited is lost".to_owned(),
+            many => format!("; {many} characters that waited are lost"),
+        };
+        let why = format!("{place}by {}{silence}{lost}", by(self)).into();
+        let mnemonic = self.mnemonic(Mode::Direct, op).into();
+        self.emit(Event::CutShort { mnemonic, why });
+    }
+
+    /// Says what a reset or the loss of power ends without an answer.
+    pub(crate) fn tell_unanswered(&mut self, by: &'static str) {
+        let job = match &self.state.activity {
+            Activity::Moving(moving) => Some(moving.job),
+            Activity::Referencing(run) => Some(run.job),
+            Activity::Waiting { what: Wait::Erase, .. } => Some(Job::Command(Op::Erase)),
+            _ => self.state.is_running().then_some(Job::Program),
+        };
+        if let Some(job) = job {
+            self.tell_cut_short(job, |_| by.to_owned(), false);
+        }
     }
 }

@@ -1,8 +1,12 @@
-//! Why a button at the panel did nothing.
+//! Why a button at the panel did nothing, and what a control code does now.
 
+use vimc4_isel_wire::Control;
 use vimc4_plant::PlantSignal;
 
+use crate::activity::{Activity, Job, Phase, PortCondition};
+use crate::axes::AXIS_NAMES;
 use crate::firmware::Firmware;
+use crate::model::{StopInMoveUntil, StopInReference};
 use crate::program::Validity;
 use crate::why::{COVER_OPEN, Off, Why};
 
@@ -25,6 +29,48 @@ impl Firmware {
             PlantSignal::On if !self.state.motors_on() => Some(self.state.why_off().in_words()),
             PlantSignal::On => Some("the stages are on already"),
             _ => None,
+        }
+    }
+
+    /// What a control code does to what the controller is doing.
+    pub(crate) fn control_in_words(&self, control: Control) -> String {
+        let quirks = &self.state.model.quirks;
+        let forgets = quirks.stop_in_move_until == StopInMoveUntil::Forget;
+        match (control, &self.state.activity) {
+            (Control::Stop, Activity::Referencing(run)) => {
+                let axis = AXIS_NAMES.get(run.axis).copied().unwrap_or("?");
+                match (run.job, quirks.stop_in_reference) {
+                    (Job::Program, StopInReference::End) => format!(
+                        "stop: the reference run of the program ends, {axis} has no reference \
+                         point (stop_in_reference)"
+                    ),
+                    _ if run.phase == Phase::Free => {
+                        format!("stop: the reference run goes on, {axis} has left its switch")
+                    }
+                    _ if !run.whole => {
+                        format!("stop: {axis} stops, and counts as off its limit switch")
+                    }
+                    (Job::Program, StopInReference::Switch) => format!(
+                        "stop: stands in for the switch of {axis}, the reference run goes on \
+                         (stop_in_reference)"
+                    ),
+                    _ => format!(
+                        "stop: stands in for the switch of {axis}, the reference run goes on"
+                    ),
+                }
+            }
+            (Control::Break, Activity::Referencing(_)) => {
+                "break: the reference run ends at once".to_owned()
+            }
+            (Control::Stop, Activity::Moving(moving))
+                if forgets
+                    && matches!(moving.job, Job::Command(_))
+                    && matches!(moving.plan.until, Some(PortCondition::Mask(_))) =>
+            {
+                "stop: what moves brakes, and the rest of it is forgotten (stop_in_move_until)"
+                    .to_owned()
+            }
+            _ => control.meaning().to_owned(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Moves: from a command to segments, and from segment to segment.
 
-use vimc4_device::{Event, Kinds, Motion, Point};
+use vimc4_device::{Event, Kinds, Motion, Point, Warning};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
 use vimc4_plant::End;
@@ -148,10 +148,9 @@ impl Firmware {
     pub(crate) fn segment_ended(&mut self) -> Outcome {
         let Activity::Moving(moving) = self.take_activity() else { return Outcome::Nothing };
         let steps = moving.segment.profile.steps();
-        if let Some((step, axis)) = moving.hit.filter(|(step, _)| *step <= steps) {
-            let carriage = self.carriage_after(axis, &moving.segment.path.at(step));
-            let end = self.active_limit_at(axis, carriage).unwrap_or(End::Positive);
-            return self.halt_on_switch(&moving, step, (axis, end), false);
+        if let Some(step) = moving.hit.filter(|step| *step <= steps) {
+            let hit = self.hit_with(&moving.segment.path, step);
+            return self.halt_on_switch(&moving, step, hit, false);
         }
         let Moving { job, segment, speed, mut plan, ending, .. } = *moving;
         self.commit(&segment, steps, false);
@@ -164,26 +163,33 @@ impl Firmware {
                 }
                 Outcome::Stopped(job, plan, by)
             }
-            Ending::Break if job == Job::Program => Outcome::ProgramEnds(Ok(())),
-            Ending::Event | Ending::Break => Outcome::Finished(job, Ok(())),
+            Ending::Break(by) => {
+                self.tell_cut_short(job, |c| c.breaker_in_words(by), true);
+                match job {
+                    Job::Program => Outcome::ProgramEnds(Ok(())),
+                    _ => Outcome::Finished(job, Ok(())),
+                }
+            }
+            Ending::Event => Outcome::Finished(job, Ok(())),
             Ending::Cover(opened) => Outcome::Finished(job, Err(Why::Cover(opened))),
         }
     }
 
-    /// The carriage is on a limit switch: the motion halts at this step without a ramp. No
+    /// Carriages are on limit switches: the motion halts at this step without a ramp. No
     /// axis that moved knows any more where it is, and the error is kept until that is mended.
     pub(crate) fn halt_on_switch(
         &mut self,
         moving: &Moving,
         step: u64,
-        (axis, end): (usize, End),
+        hit: [Option<End>; AXES],
         by_hand: bool,
     ) -> Outcome {
         let axes = self.commit(&moving.segment, step, true);
         self.state.unreference(axes);
         self.state.latched = self.state.latched.union(axes);
-        let at = self.state.position[axis];
-        Outcome::Finished(moving.job, Err(Why::Switch { axis: axis as u8, end, at, by_hand }))
+        let position = self.state.position;
+        let hit = std::array::from_fn(|axis| hit[axis].map(|end| (end, position[axis])));
+        Outcome::Finished(moving.job, Err(Why::Switch { hit, by_hand }))
     }
 
     /// Makes `steps` steps of a segment final: counters and carriages move. Halted without a
@@ -194,8 +200,15 @@ impl Firmware {
         let path = &segment.path;
         let offset = path.at(steps);
         let (low, high) = path.extent(steps);
-        for (position, offset) in self.state.position.iter_mut().zip(offset) {
-            *position = wrap(*position + offset);
+        for (axis, offset) in offset.into_iter().enumerate() {
+            let position = self.state.position[axis] + offset;
+            let reads = wrap(position);
+            self.state.position[axis] = reads;
+            if reads != position && self.wants(Kinds::WARNING) {
+                let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").into();
+                let axis = axis as u8;
+                self.emit(Event::Warning(Warning::CounterWrapped { axis, name, reads }));
+            }
         }
         let mut lost = self.move_carriages(&offset, &low, &high);
         let mut overran = [false; AXES];

@@ -95,6 +95,10 @@ impl Firmware {
             self.state.storing = false;
             let until = self.state.now.after_nanos(ms.saturating_mul(1_000_000));
             self.state.activity = Activity::Waiting { what: Wait::PanelErase, until: Some(until) };
+            if self.wants(Kinds::FLASH) {
+                let what = format!("erasing, which takes {} s", ms as f64 / 1_000.0).into();
+                self.emit(Event::Flash { what });
+            }
             return Outcome::Nothing;
         }
         if self.state.cover_forbids() {
@@ -133,6 +137,7 @@ impl Firmware {
             return;
         }
         if !on {
+            self.tell_unanswered("the loss of power");
             self.halt_motors();
         }
         let outputs = self.state.driven();

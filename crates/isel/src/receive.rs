@@ -72,7 +72,7 @@ impl Firmware {
             match self.state.receiver.line.push(byte) {
                 None => continue,
                 Some(Line::Text(text)) => self.execute_line(&text),
-                Some(Line::TooLong) => self.refuse_long_line(),
+                Some(Line::TooLong(beginning)) => self.refuse_long_line(&beginning),
             }
             return self.state.command_ended();
         }

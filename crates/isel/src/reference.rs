@@ -119,6 +119,12 @@ impl Firmware {
             }
             self.watch_switches(&mut run, 0);
         }
+        let endless = phase == Phase::Approach && run.goal.is_none() && run.wrong.is_none();
+        if endless && !home && self.wants(Kinds::WARNING) {
+            let name = AXIS_NAMES.get(axis).copied().unwrap_or("?").into();
+            let axis = axis as u8;
+            self.emit(Event::Warning(Warning::EndlessReference { axis, name }));
+        }
         self.motion_begins(&run.segment);
         self.state.activity = Activity::Referencing(Box::new(run));
         Outcome::Nothing

@@ -345,7 +345,7 @@ impl Firmware {
             let opened = Opened::Input;
             return self.end_program_motion(Ending::Cover(opened), Err(Why::Cover(opened)));
         } else if abort {
-            return self.end_program_motion(Ending::Break, Ok(()));
+            return self.end_program_motion(Ending::Break(Breaker::Input), Ok(()));
         }
         Outcome::Nothing
     }
@@ -357,7 +357,12 @@ impl Firmware {
             Activity::Referencing(_) => {
                 self.halt(result.err().unwrap_or(Why::ReferenceBroken(Breaker::Input)))
             }
-            _ => Outcome::ProgramEnds(result),
+            _ => {
+                if let Ending::Break(by) = ending {
+                    self.tell_cut_short(Job::Program, |c| c.breaker_in_words(by), true);
+                }
+                Outcome::ProgramEnds(result)
+            }
         }
     }
 

@@ -55,9 +55,9 @@ impl Firmware {
     }
 
     /// The first step after step `from` at which a path, which begins where the carriages
-    /// stand, runs onto a limit switch, and the axis. A switch that is already active counts
-    /// only after it has been left.
-    pub(crate) fn first_hit(&self, path: &Path, from: u64) -> Option<(u64, usize)> {
+    /// stand, runs onto a limit switch. A switch that is already active counts only after it has
+    /// been left.
+    pub(crate) fn first_hit(&self, path: &Path, from: u64) -> Option<u64> {
         let rest = path.after(from);
         let done = path.at(from);
         (0..AXES)
@@ -70,9 +70,18 @@ impl Firmware {
                 };
                 let outside = self.carriage_after_from(axis, start, &rest.at(left));
                 let step = self.first_change(&rest.after(left), axis, outside, &active, true)?;
-                Some((from + left + step, axis))
+                Some(from + left + step)
             })
             .min()
+    }
+
+    /// The limit switches onto which a path runs with this step.
+    pub(crate) fn hit_with(&self, path: &Path, step: u64) -> [Option<End>; AXES] {
+        let (before, after) = (path.at(step.saturating_sub(1)), path.at(step));
+        std::array::from_fn(|axis| {
+            let limit = |offset| self.active_limit_at(axis, self.carriage_after(axis, offset));
+            limit(&after).filter(|_| limit(&before).is_none())
+        })
     }
 
     /// The first step at which a predicate of the carriage's place, which is now `!wanted`,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{AxisSet, Fault, Reply};
 use vimc4_plant::End;
 
+use crate::axes::AXES;
 use crate::model::Unreferenced;
 
 /// Why a command is refused, or ended before its time.
@@ -40,14 +41,9 @@ pub(crate) enum Why {
     Latched(AxisSet),
     /// `2`: an axis stands on a limit switch, and would go away from it or not.
     OnSwitch { axis: u8, end: End, away: bool },
-    /// `2`: an axis ran onto a limit switch, or somebody pressed one.
-    Switch {
-        axis: u8,
-        end: End,
-        /// The step counter then.
-        at: i64,
-        by_hand: bool,
-    },
+    /// `2`: axes ran onto their limit switches with the same step, or somebody pressed one. With the
+    /// step counters then.
+    Switch { hit: [Option<(End, i64)>; AXES], by_hand: bool },
     /// `2`: an axis met the wrong switch in its reference run, or on its way off another.
     WrongSwitch { axis: u8, end: Option<End>, referencing: bool },
     /// `2`: a reference run was broken off.
@@ -86,13 +82,15 @@ pub(crate) enum By {
     ButtonHeld,
 }
 
-/// What breaks off a reference run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What breaks off a motion, a reference run or a program, so that nothing is left of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Breaker {
     /// The byte 255 from the line.
     Line,
     /// The abort input of `IA`.
     Input,
+    /// What stops other motions, and this one for good.
+    Stop(By),
 }
 
 /// What the cover has to do with it.

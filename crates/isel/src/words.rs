@@ -2,10 +2,12 @@
 //! of the profile with which it would have been otherwise. They are made only where somebody
 //! watches.
 
+use std::slice::EscapeAscii;
+
 use vimc4_device::Grouped;
 use vimc4_isel_wire::{
     Addressed, AxisSet, Context, Dialect, Fault, Fractions, Frame, LINE_MAX, Mode, Op, PortTest,
-    Text32, WrongAxes, WrongNumber, parse,
+    Text32, WrongAxes, WrongNumber, parse, table,
 };
 use vimc4_plant::End;
 
@@ -80,9 +82,13 @@ impl Firmware {
                 let quirk = if away { " (leave_switch)" } else { "" };
                 format!("{} stands on {}{quirk}", AXIS_NAMES[usize::from(axis)], switch(axis, end))
             }
-            Why::Switch { axis, end, at, by_hand } => {
+            Why::Switch { hit, by_hand } => {
                 let pressed = if by_hand { " pressed" } else { "" };
-                format!("{}{pressed} at step {}", switch(axis, end), Grouped(at))
+                let one = |(axis, hit): (u8, Option<(End, i64)>)| {
+                    let (end, at) = hit?;
+                    Some(format!("{}{pressed} at step {}", switch(axis, end), Grouped(at)))
+                };
+                (0..).zip(hit).filter_map(one).collect::<Vec<_>>().join(" and ")
             }
             Why::WrongSwitch { axis, end, referencing } => {
                 let name = AXIS_NAMES[usize::from(axis)];
@@ -96,13 +102,9 @@ impl Firmware {
                     }
                 }
             }
-            Why::ReferenceBroken(breaker) => match breaker {
-                Breaker::Line => "the reference run was broken off by 255 from the line".to_owned(),
-                Breaker::Input => format!(
-                    "the reference run was broken off by the abort input: {}",
-                    self.input_in_words(state.settings.abort)
-                ),
-            },
+            Why::ReferenceBroken(breaker) => {
+                format!("the reference run was broken off by {}", self.breaker_in_words(breaker))
+            }
             Why::NoReference(axes, _) => {
                 let find = if axes.has(3) && axes != AxisSet::A { "find" } else { "finds" };
                 let run = self.reference_run(axes);
@@ -116,11 +118,19 @@ impl Firmware {
                 )
             }
             Why::ProgramStored => {
+                let program = state.flash.program.as_ref().map(|program| program.validity);
+                let there = match program {
+                    Some(Validity::Invalid) => {
+                        "a program is stored already, of which a line was refused"
+                    }
+                    Some(Validity::Incomplete) => "a program is stored already, which has no end",
+                    _ => "a program is stored already",
+                };
                 let eraser = match state.model.command_set {
                     CommandSet::Imc4 => "the panel".to_owned(),
                     _ => self.sent("k"),
                 };
-                format!("a program is stored already: {eraser} erases it (store_over)")
+                format!("{there}: {eraser} erases it (store_over)")
             }
             Why::NothingToStart => self.nothing_to_start().to_owned(),
             Why::Jump { to, other_base } => {
@@ -186,6 +196,20 @@ impl Firmware {
         }
     }
 
+    /// Who or what breaks something off.
+    pub(crate) fn breaker_in_words(&self, breaker: Breaker) -> String {
+        match breaker {
+            Breaker::Line => "255 from the line".to_owned(),
+            Breaker::Input => {
+                format!("the abort input: {}", self.input_in_words(self.state.settings.abort))
+            }
+            Breaker::Stop(By::Line) => "253 from the line (stop_in_move_until)".to_owned(),
+            Breaker::Stop(By::Button | By::ButtonHeld) => {
+                "STOP at the panel (stop_in_move_until)".to_owned()
+            }
+        }
+    }
+
     fn input_in_words(&self, PortTest { port, mask, value }: PortTest) -> String {
         let reads = self.read_port(port);
         format!("port {port} reads {reads}; with mask {mask} it should be {}", value & mask)
@@ -212,7 +236,10 @@ impl Firmware {
         let context = self.state.context(stored.filter(|_| mode == Mode::Stored));
         let dialect = self.state.model.command_set.dialect();
         let Ok(Addressed::Frame(frame)) = parse(text, dialect, mode, self.state.device) else {
-            return no_command_in_words(fault, text, dialect, mode, self.state.device);
+            let incomplete = || self.incomplete_in_words(text);
+            return no_command_in_words(fault, text, dialect, mode, self.state.device)
+                .or_else(incomplete)
+                .unwrap_or_else(|| format!("{}: no command begins like this", shown(text)));
         };
         let field = fault.field().unwrap_or(0);
         let sent = frame.field(field).unwrap_or_default();
@@ -229,11 +256,11 @@ impl Firmware {
                 } else {
                     String::new()
                 };
-                let came = match frame.field_count() {
-                    0 => "none".to_owned(),
-                    count => count.to_string(),
-                };
-                format!("{}{axes} takes {takes}, {came} came", frame.spec().title)
+                format!(
+                    "{}{axes} takes {takes}, {}",
+                    frame.spec().title,
+                    came(&frame, right.into(), or.into())
+                )
             }
             Fault::CountWithoutAxes => format!("{} without axes", frame.spec().title),
             Fault::Text => format!("the text has more than {} characters", Text32::MAX),
@@ -272,6 +299,37 @@ impl Firmware {
         match self.decisive_value(fault, &frame, &context) {
             Some(value) => format!("{words} ({value})"),
             None => words,
+        }
+    }
+
+    /// What is missing, or may follow, where a direct command has been begun and not ended.
+    fn incomplete_in_words(&self, text: &[u8]) -> Option<String> {
+        let shown = shown(text);
+        let mut rest = text.iter().filter(|byte| **byte != b' ').skip_while(|byte| **byte == b'@');
+        rest.next().filter(|byte| byte.is_ascii_digit()).filter(|_| text.contains(&b'@'))?;
+        match (rest.next(), rest.next()) {
+            (None, _) => Some(format!("{shown}: a command is missing, as in {}", self.sent("P"))),
+            (Some(b'D'), _) => {
+                let codes: Vec<&str> =
+                    self.state.model.diagnosis.keys().map(String::as_str).collect();
+                let codes = match codes.as_slice() {
+                    [codes @ .., last] if !codes.is_empty() => {
+                        format!("{} or {last}", codes.join(", "))
+                    }
+                    codes => codes.concat(),
+                };
+                Some(format!("{shown}: behind D comes what is asked for, {codes}"))
+            }
+            (Some(b'I'), code) => {
+                let table = table(self.state.model.command_set.dialect(), Mode::Direct);
+                let inits = table.iter().filter_map(|spec| spec.mnemonic.strip_prefix("@I"));
+                let inits: Vec<&str> = inits.filter(|code| !code.is_empty()).collect();
+                let there =
+                    code.is_none_or(|code| !inits.iter().any(|it| it.as_bytes() == [*code]));
+                let inits = inits.join(" ");
+                there.then(|| format!("{shown}: behind I comes one of the letters {inits}"))
+            }
+            _ => None,
         }
     }
 
@@ -364,22 +422,22 @@ fn number_in_words(
     }
 }
 
-/// Why a text does not even begin like a command.
+/// Why a text does not even begin like a command, where more is to be said.
 fn no_command_in_words(
     fault: Fault,
     text: &[u8],
     dialect: Dialect,
     mode: Mode,
     device: u8,
-) -> String {
-    let shown = text.trim_ascii().escape_ascii();
+) -> Option<String> {
+    let shown = shown(text);
     let is_direct = text.trim_ascii_start().starts_with(b"@");
     let elsewhere = Dialect::ALL.into_iter().filter(|other| *other != dialect);
     let is_known = |mode| {
         let known = |dialect| matches!(parse(text, dialect, mode, device), Ok(Addressed::Frame(_)));
         elsewhere.clone().any(known)
     };
-    match fault {
+    Some(match fault {
         Fault::NotStorable if is_direct => {
             format!("{shown}: a direct command while a program is being stored")
         }
@@ -395,7 +453,28 @@ fn no_command_in_words(
                 "{shown}: a command begins with @ and the number of the controller, as in @{device}P"
             )
         }
-        _ => format!("{shown}: no command begins like this"),
+        _ => return None,
+    })
+}
+
+/// A line as it is shown.
+fn shown(text: &[u8]) -> EscapeAscii<'_> {
+    text.trim_ascii().escape_ascii()
+}
+
+/// How many fields came, where another number is right.
+fn came(frame: &Frame<'_>, right: usize, or: usize) -> String {
+    let fields = || (0..frame.field_count()).filter_map(|place| frame.field(place));
+    let full = fields().filter(|field| !field.trim_ascii().is_empty()).count();
+    let is_number = |field: &[u8]| field.iter().all(|byte| b"+-.0123456789 ".contains(byte));
+    match (full, fields().next()) {
+        _ if full == right || full == or => "there is a comma too many".to_owned(),
+        // Where nothing is to come, what came need not be numbers.
+        (1, Some(text)) if right == 0 && !is_number(text) => {
+            format!("{} came", text.trim_ascii().escape_ascii())
+        }
+        (0, _) => "none came".to_owned(),
+        (full, _) => format!("{full} came"),
     }
 }
 

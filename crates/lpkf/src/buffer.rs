@@ -54,6 +54,14 @@ impl Buffer {
         self.waiting.is_empty()
     }
 
+    /// The first command that waits.
+    pub(crate) fn first_command(&self) -> Option<(&[u8], &Result<Command, Status>)> {
+        self.waiting.iter().find_map(|entry| match entry {
+            Entry::Command { raw, command, .. } => Some((&raw[..], command)),
+            Entry::Through(_) => None,
+        })
+    }
+
     /// How many commands wait.
     pub(crate) fn commands(&self) -> usize {
         self.waiting.iter().filter(|entry| matches!(entry, Entry::Command { .. })).count()

@@ -29,7 +29,7 @@ use crate::cause::Cause;
 use crate::execute::Effect;
 use crate::halting::{Ending, Interruption, Pressed, Resumed};
 use crate::job::Begun;
-use crate::language::{Axis, Command, Item, Reader, Status};
+use crate::language::{Axis, Command, Item, Reader, Status, why_ignored};
 use crate::model::{InitReply, Model, StatusDigits};
 use crate::signals::Leads;
 use crate::state::{Activity, Job, Moving, Stage, State};
@@ -116,12 +116,13 @@ impl Controller {
                 self.take(item);
             });
             let opened = !was_open && reader.channel_open();
-            let stray = reader.take_stray();
-            if opened || stray {
+            let ignored = reader.take_ignored();
+            if opened || ignored.is_some() {
                 self.go_on();
             }
-            if stray {
-                self.warn_no_effect(None, "numbers without a command mean nothing".into());
+            if let Some(ignored) = ignored.filter(|_| self.out.wants(Kinds::WARNING)) {
+                let why = why_ignored(&ignored, self.state.model.grammar());
+                self.warn_no_effect(None, why.into());
             }
             // A `!OC` that is refused opens nothing.
             if opened && self.state.refusal(None).is_some() {
@@ -421,6 +422,9 @@ impl Controller {
         if on == self.state.powered {
             return;
         }
+        if !on {
+            self.tell_lost();
+        }
         self.abandon_motion();
         self.switching(None, |state| {
             state.powered = on;
@@ -429,6 +433,46 @@ impl Controller {
         });
         if on {
             self.state.home();
+        }
+    }
+
+    /// Says what is lost with the power without an answer: what is at work, what a stop has broken
+    /// off, and what waits.
+    fn tell_lost(&mut self) {
+        if !self.out.wants(Kinds::ANSWER) {
+            return;
+        }
+        let written = |command: &Command| {
+            let mut raw = Vec::new();
+            command.print(&mut raw);
+            // The end belongs to no command.
+            raw.pop();
+            raw.escape_ascii().to_string()
+        };
+        let mut lost = Vec::new();
+        let mut mnemonic = None;
+        if let Some(job) = self.state.job.as_ref().filter(|job| job.number.is_some()) {
+            lost.push(written(&job.command));
+            mnemonic = Some(job.command.form().mnemonic);
+        }
+        if let Some(broken) = self.state.broken.as_ref().filter(|b| !b.stages.is_empty()) {
+            lost.push(format!("what is left of {}", written(&broken.command)));
+            mnemonic = mnemonic.or(Some(broken.command.form().mnemonic));
+        }
+        if let Some((first, command)) = self.state.buffer.first_command() {
+            let first = first.escape_ascii();
+            lost.push(match self.state.buffer.commands() {
+                1 => format!("{first}, which waited"),
+                many => format!("{many} commands that waited, {first} the first of them"),
+            });
+            mnemonic = mnemonic.or(Some(letters(command)));
+        }
+        if !lost.is_empty() {
+            let mnemonic = mnemonic.unwrap_or("?").into();
+            let why =
+                format!("by the loss of power, without an answer: {}", lost.join("; ")).into();
+            let number = self.job_number();
+            self.emit(number, Kinds::ANSWER, || Event::CutShort { mnemonic, why });
         }
     }
 

@@ -4,7 +4,7 @@ use vimc4_device::{Activity, Device, Fact, Input, Kinds, Output, Signal, SignalI
 use vimc4_plant::PlantSignal;
 
 use crate::controller::Controller;
-use crate::language::why_refused;
+use crate::language::{remarks, why_refused};
 use crate::state::State;
 use crate::view::Details;
 
@@ -87,7 +87,7 @@ impl Device for Controller {
 
     fn explain(&self, command: &[u8]) -> String {
         match self.state.reader.understand(command) {
-            Ok(command) => command.describe(),
+            Ok(known) => known.describe() + &remarks(command, self.state.model.grammar()),
             Err(status) => why_refused(command, self.state.model.grammar(), status),
         }
     }

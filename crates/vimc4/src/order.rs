@@ -43,7 +43,10 @@ pub fn help(model: &Model, signals: &[Signal]) -> String {
     }
     line("set SIGNAL VALUE", "set any signal; `signals` lists them");
     if model.refuses_to_erase().is_none() {
-        line("erase", "erase the stored program at the panel: emergency stop, then STOP and ON");
+        line(
+            "erase",
+            "erase the stored program at the panel: emergency stop, then STOP and ON, all released",
+        );
     }
     line("power off|on", "the mains switch");
     line("advance 250ms", "move time forward (manual or instant clock)");
@@ -207,7 +210,23 @@ impl Control {
             Order::Turn(name, position) => done(self.turn(name, position)),
             Order::Input { port, bit, level } => done(self.input(*port, *bit, *level)),
             Order::Set(name, value) => done(self.set_signal(name, *value)),
-            Order::Erase => done(self.erase()),
+            Order::Erase => {
+                let seconds = self.model().panel_erase_ms().unwrap_or(0) as f64 / 1_000.0;
+                let (before, effect) = (self.view(), self.erase());
+                Box::pin(async move {
+                    let (before, effect) = (before.await?, effect.await?);
+                    Ok(match effect {
+                        Effect::Something if before.powered => format!(
+                            "ok: the memory is erased, which takes {seconds} s; then press on, for \
+                             the emergency stop has switched the stages off"
+                        ),
+                        Effect::Something => {
+                            "ok, but nothing is erased: the power is off".to_owned()
+                        }
+                        effect => said(&effect),
+                    })
+                })
+            }
             Order::Power(on) => done(self.power(*on)),
             Order::Advance(span) => answer(self.advance(*span), |at| format!("now {at}")),
             Order::RunUntilIdle => answer(self.run_until_idle(), |at| format!("idle at {at}")),
@@ -231,11 +250,15 @@ impl Control {
 
 /// That something changed nothing is worth a word.
 fn done(reply: impl Future<Output = Result<Effect, ControlError>> + Send + 'static) -> Outcome {
-    answer(reply, |effect| match effect {
+    answer(reply, |effect| said(&effect))
+}
+
+fn said(effect: &Effect) -> String {
+    match effect {
         Effect::Something => "ok".to_owned(),
         Effect::Nothing { why: Some(why) } => format!("ok, without effect: {why}"),
         Effect::Nothing { why: None } => "ok, without effect".to_owned(),
-    })
+    }
 }
 
 fn answer<T: Send + 'static>(

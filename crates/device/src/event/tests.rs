@@ -120,6 +120,12 @@ fn warnings() -> impl Strategy<Value = Warning> {
             }
         ),
         (axis(), words()).prop_map(|(axis, name)| Warning::FalseReference { axis, name }),
+        (axis(), words()).prop_map(|(axis, name)| Warning::EndlessReference { axis, name }),
+        (axis(), words(), any::<i64>()).prop_map(|(axis, name, reads)| Warning::CounterWrapped {
+            axis,
+            name,
+            reads
+        }),
         (any::<char>(), any::<u32>(), boxed())
             .prop_map(|(code, line, why)| Warning::ProgramError { code, line, why }),
     ]
@@ -137,6 +143,8 @@ fn events() -> impl Strategy<Value = Event> {
         1 => (any::<u32>(), words()).prop_map(|(line, mnemonic)| Event::Line { line, mnemonic }),
         1 => (words(), bytes(), prop::option::of(boxed()))
             .prop_map(|(mnemonic, bytes, why)| Event::Answer { mnemonic, bytes, why }),
+        1 => (words(), words())
+            .prop_map(|(mnemonic, why)| Event::CutShort { mnemonic, why }),
         3 => motions.prop_map(Event::Motion),
         1 => (0..6_u8, any::<bool>(), any::<bool>())
             .prop_map(|(axis, positive, active)| Event::Switch { axis, positive, active }),
@@ -172,11 +180,14 @@ fn variant(event: &Event) -> u32 {
         Event::Warning(Warning::FalseReference { .. }) => 15,
         Event::Warning(Warning::ProgramError { .. }) => 16,
         Event::Signal { .. } => 17,
+        Event::CutShort { .. } => 18,
+        Event::Warning(Warning::EndlessReference { .. }) => 19,
+        Event::Warning(Warning::CounterWrapped { .. }) => 20,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 18;
+const VARIANTS: u32 = 21;
 
 #[test]
 fn what_is_written_is_read_again() {

@@ -220,6 +220,14 @@ impl Transport for Pty {
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
         let known = self.watch.known(cx.waker());
         self.notice(known);
+        // What a client wrote before it closed comes before the news of that.
+        let leaves = matches!(self.news.front(), Some(News::Closed { .. })) && !self.seen.open;
+        if leaves
+            && self.early.is_empty()
+            && let Ok(n @ 1..) = self.near.try_read(buffer)
+        {
+            return Poll::Ready(Received::Bytes(n));
+        }
         if let Some(news) = self.news.pop_front() {
             return Poll::Ready(Received::News(news));
         }

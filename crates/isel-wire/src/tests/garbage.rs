@@ -174,7 +174,7 @@ proptest! {
                     prop_assert!(!text.contains(&b'\r') && !text.contains(&b'\n'));
                     prop_assert!(buffer.is_empty());
                 }
-                Some(Line::TooLong) => prop_assert!(buffer.is_empty()),
+                Some(Line::TooLong(_)) => prop_assert!(buffer.is_empty()),
                 None => {}
             }
         }

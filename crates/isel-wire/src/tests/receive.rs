@@ -45,8 +45,10 @@ fn a_line_has_255_bytes_at_most() {
     let fits = [b'5'; 255];
     assert_eq!(lines(&[&fits[..], b"\r"].concat()), [Line::Text(fits.to_vec())]);
     assert_eq!(lines(&[&fits[..], b"\n\n\r"].concat()), [Line::Text(fits.to_vec())]);
-    assert_eq!(lines(&[&fits[..], b"5\r@0P\r"].concat()), [Line::TooLong, text("@0P")]);
-    assert_eq!(lines(&[&fits[..], &fits[..], b"\r"].concat()), [Line::TooLong]);
+    // Of a longer one the beginning is kept, so that people can be shown which it was.
+    let too_long = || Line::TooLong(fits[..40].to_vec());
+    assert_eq!(lines(&[&fits[..], b"5\r@0P\r"].concat()), [too_long(), text("@0P")]);
+    assert_eq!(lines(&[&fits[..], &fits[..], b"\r"].concat()), [too_long()]);
 }
 
 #[test]

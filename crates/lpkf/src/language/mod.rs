@@ -66,6 +66,6 @@ pub use parameter::{Kind, Parameter};
 pub(crate) use parse::TURN;
 pub use parse::{VECTORS_MAX, letters, parse};
 pub use read::{COMMAND_MAX, Item, Reader};
-pub use refusal::why_refused;
+pub use refusal::{remarks, why_ignored, why_refused};
 pub use status::{Side, Status};
 pub use table::{Answer, Count, Form, Op, forms};

@@ -32,6 +32,12 @@ impl Number {
         clip(self.nearest())
     }
 
+    /// Whether it is beyond the 32 bits.
+    #[must_use]
+    pub fn is_clipped(self) -> bool {
+        i64::from(self.whole()) != self.nearest()
+    }
+
     /// A speed in µm/s. With `metres`, as an early program in the field took it, a number below 1 is
     /// in m/s: `0.005` is 5,000 µm/s.
     #[must_use]

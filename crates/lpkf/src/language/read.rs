@@ -43,6 +43,9 @@ pub const COMMAND_MAX: usize = 8192;
 /// Hardly a command is longer than this, in bytes: one allocation for each is enough.
 const COMMAND_USUAL: usize = 64;
 
+/// So much of what means nothing is kept.
+const OUTSIDE_MAX: usize = 101;
+
 /// What closes the second channel.
 const CLOSE_CHANNEL: &[u8] = b"!CC";
 
@@ -91,6 +94,10 @@ pub struct Reader {
     ignores: bool,
     /// That has not been told yet.
     stray: bool,
+    /// What has arrived outside a command since the last end or command, as far as it is kept.
+    outside: Vec<u8>,
+    /// A command or an end has come after it.
+    is_past: bool,
 }
 
 impl Reader {
@@ -105,6 +112,8 @@ impl Reader {
             channel: None,
             ignores: false,
             stray: false,
+            outside: Vec::new(),
+            is_past: false,
         }
     }
 
@@ -132,6 +141,10 @@ impl Reader {
             _ if self.raw.is_empty() => {
                 self.stray |= byte.is_ascii_digit() && !self.ignores;
                 self.ignores |= self.stray;
+                let begins = !byte.is_ascii_whitespace() && !b",.+-\0".contains(&byte);
+                if (begins || !self.outside.is_empty()) && self.outside.len() < OUTSIDE_MAX {
+                    self.outside.push(byte);
+                }
             }
             _ => self.push(byte, emit),
         }
@@ -152,6 +165,13 @@ impl Reader {
     /// Whether numbers outside a command have been ignored that this has not been asked for.
     pub fn take_stray(&mut self) -> bool {
         mem::take(&mut self.stray)
+    }
+
+    /// What has arrived outside a command and means nothing, once a command or an end has come after
+    /// it and if this has not been asked for: letters, digits and the like, no more of it than a
+    /// person reads. Blanks, commas and signs on their own are nothing.
+    pub fn take_ignored(&mut self) -> Option<Vec<u8>> {
+        mem::take(&mut self.is_past).then(|| mem::take(&mut self.outside))
     }
 
     /// Whether what arrives is for the unit on the second channel.
@@ -182,6 +202,7 @@ impl Reader {
     /// Takes a byte that ends the command before it and belongs to none.
     fn end_here(&mut self, mut emit: impl FnMut(Item<&[u8]>)) {
         self.ignores = false;
+        self.is_past = !self.outside.is_empty();
         self.end(&mut emit);
     }
 
@@ -199,6 +220,7 @@ impl Reader {
             return;
         }
         if self.raw.is_empty() {
+            self.is_past = !self.outside.is_empty();
             self.raw.reserve(COMMAND_USUAL);
         }
         self.raw.push(byte);

@@ -3,6 +3,8 @@
 //! The status says what kind of mistake it is; the bytes say which. They are looked at again only
 //! when somebody wants to know.
 
+use vimc4_device::Grouped;
+
 use super::command::Axis;
 use super::dialect::Dialect;
 use super::grammar::Grammar;
@@ -62,6 +64,65 @@ pub fn why_refused(raw: &[u8], grammar: impl Into<Grammar>, status: Status) -> S
             }
         },
     }
+}
+
+/// Why bytes outside a command mean nothing, for people: they, and a lower-case fragment.
+#[must_use]
+pub fn why_ignored(bytes: &[u8], grammar: impl Into<Grammar>) -> String {
+    let bytes = bytes.trim_ascii();
+    let shown = match bytes.get(..SHOWN) {
+        Some(beginning) => format!("{}…", beginning.escape_ascii()),
+        None => bytes.escape_ascii().to_string(),
+    };
+    format!("{shown}: {}", why_meaningless(bytes, grammar.into()))
+}
+
+/// So much of what means nothing is shown.
+const SHOWN: usize = 40;
+
+/// Why bytes that belong to no command, and are no numbers of one, mean nothing.
+fn why_meaningless(bytes: &[u8], grammar: Grammar) -> String {
+    let Some(at) = bytes.iter().position(u8::is_ascii_lowercase) else {
+        let numbers = bytes.iter().any(u8::is_ascii_digit);
+        let what = if numbers { "numbers without a command mean" } else { "no command, it means" };
+        return format!("{what} nothing");
+    };
+    let word = bytes.get(at..at + 2).unwrap_or_default();
+    let capitals = word.to_ascii_uppercase();
+    match forms_for(&capitals, grammar.dialect).any(|form| grammar.knows(form)) {
+        true => format!(
+            "lower-case letters are no commands: write {}, not {}",
+            capitals.escape_ascii(),
+            word.escape_ascii()
+        ),
+        false => "lower-case letters are no commands".to_owned(),
+    }
+}
+
+/// What a command that is understood has in it that means nothing or is read as something else, for
+/// people: the end of a sentence, or nothing.
+#[must_use]
+pub fn remarks(raw: &[u8], grammar: impl Into<Grammar>) -> String {
+    let mut text = String::new();
+    let rest = &raw[letters(raw).len()..];
+    let letter = |byte: &u8| byte.is_ascii_lowercase();
+    if let Some(at) = rest.iter().position(letter) {
+        let word = rest[at..].split(|byte| !letter(byte)).next().unwrap_or_default();
+        let why = why_meaningless(word, grammar.into());
+        text += &format!("; {} means nothing: {why}", word.escape_ascii());
+    }
+    let clipped =
+        rest.split(|byte| !byte.is_ascii_digit() && !b"+-.".contains(byte)).find(|text| {
+            let mut read = numbers(text);
+            read.next().is_some_and(Number::is_clipped)
+        });
+    if let Some(text_of) = clipped
+        && let Some(number) = numbers(text_of).next()
+    {
+        let read = Grouped(number.whole().into());
+        text += &format!("; {} is read as {read}, numbers go no further", text_of.escape_ascii());
+    }
+    text
 }
 
 /// Why a model does not know a command.

@@ -41,7 +41,7 @@ fn is_nothing(bytes: &[u8]) -> bool {
 fn line(bytes: &[u8]) -> Option<Line> {
     let text: Vec<u8> = bytes.iter().copied().filter(|byte| !b"\r\n".contains(byte)).collect();
     if text.len() > LINE_MAX {
-        Some(Line::TooLong)
+        Some(Line::TooLong(text[..40].to_vec()))
     } else if text.iter().all(|&byte| byte == b' ') {
         None
     } else {

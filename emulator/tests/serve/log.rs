@@ -1,0 +1,339 @@
+//! The conversation as `serve -v` tells it.
+
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use tempfile::TempDir;
+
+use super::{Serve, ask, connect, ready};
+
+/// A controller that tells its conversation.
+struct Talk {
+    serve: Serve,
+    client: TcpStream,
+    pty: String,
+    _folder: TempDir,
+}
+
+impl Talk {
+    fn start(arguments: &str) -> Talk {
+        let folder = tempfile::tempdir().unwrap();
+        let mut all = vec!["--tcp", "127.0.0.1:0", "--json", "-v"];
+        all.extend(arguments.split_whitespace());
+        let mut serve = Serve::start(folder.path(), &all);
+        let controller = ready(&serve.line())["controllers"][0].clone();
+        let pty = controller["pty"].as_str().unwrap().to_owned();
+        let client = connect(&controller);
+        // Else the system keeps short messages back that nothing answers.
+        client.set_nodelay(true).unwrap();
+        Talk { serve, client, pty, _folder: folder }
+    }
+
+    /// Sends something; the controller has it then.
+    fn send(&mut self, bytes: &[u8]) {
+        self.client.write_all(bytes).unwrap();
+        self.settle();
+    }
+
+    /// Waits until everything that was sent has been taken in.
+    fn settle(&mut self) {
+        assert!(self.order("position").contains("X "));
+    }
+
+    fn order(&mut self, order: &str) -> String {
+        self.serve.order(order)
+    }
+
+    fn ask(&mut self, line: &str, count: usize) -> String {
+        ask(&mut self.client, line, count)
+    }
+
+    fn open_pty(&self) -> File {
+        fs::OpenOptions::new().read(true).write(true).open(&self.pty).unwrap()
+    }
+
+    /// What was told, without the times.
+    fn end(mut self) -> Vec<String> {
+        self.serve.order("quit");
+        let (code, errors) = self.serve.end();
+        assert_eq!(code, 0, "{errors}");
+        let told = errors.lines().map(|line| line.split_once(" s  ").map_or(line, |line| line.1));
+        told.map(str::to_owned).collect()
+    }
+}
+
+/// These are the ends of lines, or their beginnings if they end in `…`, in this order.
+#[track_caller]
+fn assert_told(told: &[String], lines: &[&str]) {
+    let mut rest = told.iter();
+    for line in lines {
+        let is_it = |told: &&String| match line.strip_suffix('…') {
+            Some(beginning) => told.starts_with(beginning),
+            None => told.ends_with(line),
+        };
+        assert!(rest.any(|told| is_it(&told)), "{line}: {told:#?}");
+    }
+}
+
+#[test]
+fn nothing_that_happens_to_the_machine_or_a_program_is_left_out() {
+    let mut talk = Talk::start("--model imc-s8 --machine mill --time instant");
+    assert_eq!(talk.ask("@07\r@0R7\r", 2), "00");
+    assert_eq!(talk.ask("@0A30000,4000,20000,4000,0,900,0,900\r", 1), "2");
+    assert_eq!(talk.ask("@0R7\r@0i\rm50000,9000,0,900,0,900,0,900\r9\r@0S\r", 5), "00002");
+    assert_eq!(talk.order("press start"), "ok");
+    assert_told(
+        &talk.end(),
+        &[
+            "warning: the X carriage ran on when its motor was halted without a ramp: 79 steps…",
+            "warning: the Y carriage ran on when its motor was halted without a ramp: 52 steps…",
+            "2  after 6 s: limit switch X+ at step 24,001 and limit switch Y+ at step 16,001",
+            "@0S  start",
+            "line 1: m",
+            "warning: the X carriage ran on…",
+            "warning: the program ended in line 1 with error 2: limit switch X+ at step 24,001",
+            "2  after 2.7 s: line 1 of the program, `m50000,9000,0,900,0,900,0,900`: limit switch…",
+            "standard input: press start",
+            "line 1: m",
+            "warning: the program ended in line 1 with error 2: X stands on limit switch X+",
+        ],
+    );
+}
+
+#[test]
+fn what_a_client_wrote_before_it_closed_comes_before_the_news_of_that() {
+    let mut talk = Talk::start("");
+    let mut pty = talk.open_pty();
+    let mut answer = [0];
+    pty.write_all(b"@01\r").unwrap();
+    pty.read_exact(&mut answer).unwrap();
+    pty.write_all(b"@0A3000,900\r").unwrap();
+    talk.settle();
+    for _ in 0..20 {
+        talk.client.write_all(b"@0P\r").unwrap();
+        pty.write_all(b"@0A1").unwrap();
+        drop(pty);
+        talk.settle();
+        pty = talk.open_pty();
+        pty.write_all(b"\r").unwrap();
+        talk.settle();
+    }
+    drop(pty);
+    let told = talk.end();
+    for (number, line) in told.iter().enumerate() {
+        let before = |text: &str| told[..number].iter().rfind(|line| line.ends_with(text)).cloned();
+        if line.contains("left half a line") {
+            let coming = told[number + 1].ends_with("a client opened the line");
+            assert!(line.starts_with("pty: an earlier client left half a line, `@0A1`"), "{line}");
+            let closed = told[number - 1] == "pty: a client closed the line";
+            assert!(coming || closed, "{number}: {told:#?}");
+        }
+        if line == "pty: a client closed the line" {
+            assert_eq!(before("speaks").unwrap(), "pty: a client speaks", "{number}: {told:#?}");
+        }
+    }
+}
+
+#[test]
+fn what_was_so_already_is_said_to_have_been() {
+    let mut talk = Talk::start("--machine bench");
+    assert_eq!(talk.ask("@01\r", 1), "0");
+    talk.send(b"@0R1\r");
+    assert_eq!(talk.order("hold stop"), "ok");
+    assert_eq!(talk.order("hold stop"), "ok, without effect: it was so already");
+    assert_eq!(talk.order("power off"), "ok");
+    assert_eq!(talk.order("hold stop"), "ok, without effect: it was so already");
+    assert_eq!(talk.order("release stop"), "ok");
+    assert_eq!(talk.order("press stop"), "ok, without effect: the power is off");
+
+    let mut talk = Talk::start("--model motionsystem");
+    assert_eq!(talk.order("set fault data-memory-error 1"), "ok");
+    let again = talk.order("set fault data-memory-error 1");
+    assert_eq!(again, "ok, without effect: it was so already");
+}
+
+#[test]
+fn a_control_code_is_told_by_what_it_does_now() {
+    let mut talk = Talk::start("--model imc4 --machine mill --time manual");
+    assert_eq!(talk.ask("@03\r", 1), "0");
+    talk.send(b"@0R3\r");
+    talk.order("advance 10ms");
+    talk.send(b"\xFD");
+    talk.order("advance 100ms");
+    talk.send(b"\xFF");
+    assert_eq!(talk.ask("", 1), "2");
+    assert_eq!(talk.ask("@01\r", 1), "0");
+    talk.send(b"@0A5000,900\r");
+    talk.order("advance 100ms");
+    talk.send(b"\xFF");
+    talk.order("run until idle");
+    assert_eq!(talk.ask("", 1), "0");
+    talk.send(b"@0A5000,900\r@0P\r");
+    talk.order("advance 100ms");
+    talk.send(b"\xFE");
+    assert_eq!(talk.ask("@01\r", 1), "0");
+    talk.send(b"@0A5000,900\r");
+    talk.order("power off");
+    talk.order("power on");
+    assert_eq!(talk.ask("@01\r@0i\r0 5000,900\r9\r", 4), "0000");
+    assert_eq!(talk.order("press start"), "ok");
+    talk.order("advance 100ms");
+    talk.send(b"\xFF");
+    talk.order("run until idle");
+    assert_eq!(talk.order("press start"), "ok");
+    assert_told(
+        &talk.end(),
+        &[
+            ": 253  stop: stands in for the switch of Y, the reference run goes on",
+            ": 255  break: the reference run ends at once",
+            ": the reference run was broken off by 255 from the line",
+            "@0A5000,900  relative move…",
+            ": 255  break: what moves brakes, and the rest of it is forgotten",
+            "        cut short: by 255 from the line",
+            "0  after…",
+            "@0A5000,900  relative move…",
+            ": 254  reset: everything as after power-on",
+            "        cut short: by 254 from the line, without an answer; 4 characters that waited are \
+             lost",
+            "@0A5000,900  relative move…",
+            "standard input: power off",
+            "        cut short: by the loss of power, without an answer",
+            "line 1: 0",
+            ": 255  break: what moves brakes, and the rest of it is forgotten",
+            "        cut short: in line 1 of the program, by 255 from the line",
+            "standard input: press start",
+            "line 1: 0",
+            "the controller ends",
+            "        cut short: in line 1 of the program, by the loss of power",
+        ],
+    );
+}
+
+#[test]
+fn a_control_code_with_nothing_to_end_has_no_effect_although_it_is_answered() {
+    let mut talk = Talk::start("--model c142");
+    for code in [b"\xFE", b"\xFF"] {
+        talk.send(code);
+        assert_eq!(talk.ask("", 1), "0");
+    }
+    let nothing = "        no effect: there is nothing that it could end";
+    assert_told(
+        &talk.end(),
+        &[
+            ": 254  reset: everything as after power-on",
+            "0",
+            nothing,
+            ": 255  break: what moves brakes, and the rest of it is forgotten",
+            "0",
+            nothing,
+        ],
+    );
+}
+
+#[test]
+fn erasing_at_the_panel_is_told_with_all_that_it_does() {
+    let mut talk = Talk::start("--model imc4");
+    assert_eq!(talk.order("power off"), "ok");
+    assert_eq!(talk.order("erase"), "ok, without effect: the power is off");
+    assert_eq!(talk.order("hold stop"), "ok");
+    assert_eq!(talk.order("erase"), "ok, but nothing is erased: the power is off");
+    assert_eq!(talk.order("power on"), "ok");
+    assert_eq!(talk.order("hold stop"), "ok");
+    assert_eq!(
+        talk.order("erase"),
+        "ok: the memory is erased, which takes 20 s; then press on, for the emergency stop has \
+         switched the stages off"
+    );
+    assert_told(
+        &talk.end(),
+        &[
+            "standard input: power off",
+            "standard input: erase (estop 1, estop 0, key 0, stop 1, on 1, on 0, stop 0, key 1)",
+            "        no effect: the power is off",
+            "standard input: hold stop",
+            "standard input: erase (estop 1, estop 0, key 0, stop 1, on 1, on 0, stop 0, key 1)",
+            "standard input: power on",
+            "standard input: erase (estop 1, estop 0, key 0, stop 1, on 1, on 0, stop 0, key 1)",
+            "flash: erasing, which takes 20 s",
+        ],
+    );
+}
+
+#[test]
+fn what_was_left_out_is_told_at_the_end() {
+    let mut talk = Talk::start("--time manual");
+    talk.send(b"@01\r@0A5000,900\r");
+    let flood = vec![b'x'; 100_000];
+    talk.send(&flood);
+    talk.send(&flood);
+    let told = talk.end();
+    let number = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
+    let mut lost = 0;
+    for line in told.iter().filter(|line| line.contains("receive buffer")) {
+        let bytes = match line.strip_prefix("warning: the receive buffer was full, ") {
+            Some(rest) => number(rest.split(" byte").next().unwrap()),
+            None => number(line.split(" of ").nth(1).unwrap()),
+        };
+        lost += bytes.parse::<u64>().unwrap();
+    }
+    // The receive buffer has the rest.
+    assert!((198_000..200_000).contains(&lost), "{lost}: {told:#?}");
+}
+
+#[test]
+fn what_belongs_to_no_command_is_told_with_its_bytes() {
+    let mut talk = Talk::start("--model smcu --time instant");
+    talk.send(b"IN;!CT1;pu;PA5,5;pa100,100;5,6;xy;PA1,2pu;VS9999999999;");
+    talk.order("run until idle");
+    assert_told(
+        &talk.end(),
+        &[
+            "warning: no effect: pu: lower-case letters are no commands: write PU, not pu",
+            "PA5,5  move to X 5 Y 5",
+            "warning: no effect: pa100,100: lower-case letters are no commands: write PA, not pa",
+            "warning: no effect: 5,6: numbers without a command mean nothing",
+            "warning: no effect: xy: lower-case letters are no commands",
+            "PA1,2pu  move to X 1 Y 2; pu means nothing: lower-case letters are no commands: write \
+             PU, not pu",
+            "; 9999999999 is read as 2,147,483,647, numbers go no further",
+        ],
+    );
+}
+
+#[test]
+fn of_a_line_that_is_too_long_the_beginning_is_shown() {
+    let mut talk = Talk::start("");
+    talk.send(&[&b"@0A"[..], &[b'5'; 300], b"\r"].concat());
+    assert_eq!(talk.ask("", 1), "5");
+    let beginning = format!("@0A{}...  relative move", "5".repeat(37));
+    assert_told(&talk.end(), &[&beginning, "5  at once: a line of more than 255 characters"]);
+}
+
+#[test]
+fn what_is_lost_with_the_power_is_told() {
+    let mut talk = Talk::start("--model smcu --machine board-plotter --time manual");
+    talk.send(b"IN;!ES1;");
+    talk.order("advance 5s");
+    talk.send(b"PA3000,0;PA1,1;PD;");
+    talk.order("advance 100ms");
+    assert_eq!(talk.order("power off"), "ok");
+    assert_eq!(talk.order("power on"), "ok");
+    talk.send(b"!ES1;");
+    talk.order("advance 5s");
+    talk.send(b"PA3000,0;PA1,1;");
+    talk.order("advance 100ms");
+    assert_eq!(talk.order("press stop"), "ok");
+    talk.order("advance 5s");
+    assert_told(
+        &talk.end(),
+        &[
+            "standard input: power off",
+            "        cut short: by the loss of power, without an answer: PA3000,0; 2 commands that \
+             waited, PA1,1 the first of them",
+            "the controller ends",
+            "        cut short: by the loss of power, without an answer: what is left of PA3000,0; \
+             PA1,1, which waited",
+        ],
+    );
+}
