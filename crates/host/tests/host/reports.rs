@@ -192,6 +192,8 @@ fn one_that_takes_its_time_is_told_what_it_has_missed() {
     running.handle.watch(late).wait().unwrap();
     converse(&running.handle, &mut port);
     running.end().unwrap();
+    // The end is news for everybody, and the last one.
+    assert_eq!(late_reports.wait().unwrap().news(), Some(&News::Ends));
     assert_eq!(late_reports.wait(), None);
 }
 
