@@ -81,10 +81,7 @@ impl Model {
     /// How long its panel takes to erase the memory, in ms, if it can.
     #[must_use]
     pub fn panel_erase_ms(&self) -> Option<u64> {
-        match self {
-            Model::Isel(model) => model.timing.panel_erase_ms,
-            Model::Lpkf(_) => None,
-        }
+        of!(Model, self, model => model.panel_erase_ms())
     }
 
     /// Why its panel cannot erase the memory, unless it can.

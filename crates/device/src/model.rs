@@ -75,6 +75,11 @@ pub trait Model: Sized {
     /// Why its panel cannot erase the memory, unless it can.
     fn refuses_to_erase(&self) -> Option<&'static str>;
 
+    /// How long its panel takes to erase the memory, in ms, if it can.
+    fn panel_erase_ms(&self) -> Option<u64> {
+        None
+    }
+
     /// Whether its commands are the same.
     fn has_commands_of(&self, other: &Self) -> bool;
 

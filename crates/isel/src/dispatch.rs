@@ -50,9 +50,7 @@ impl Firmware {
 
     /// Answers a line that is longer than any command.
     pub(crate) fn refuse_long_line(&mut self, beginning: &[u8]) {
-        if self.wants(Kinds::COMMAND) {
-            self.announce("?", &[beginning, b"..."].concat());
-        }
+        self.announce("?", &[beginning, b"..."].concat());
         if self.state.storing {
             self.invalidate_program();
         }

@@ -172,6 +172,10 @@ impl vimc4_device::Model for Model {
         })
     }
 
+    fn panel_erase_ms(&self) -> Option<u64> {
+        self.timing.panel_erase_ms
+    }
+
     fn has_commands_of(&self, other: &Model) -> bool {
         self.command_set == other.command_set
     }
