@@ -24,17 +24,23 @@ pub(crate) enum Cause {
 impl State {
     /// What happens next, and when: at equal times in this order.
     pub(crate) fn next_cause(&self) -> Option<(Time, Cause)> {
-        let now = |holds: bool| holds.then_some(self.now);
-        let causes = [
-            (self.job_due(), Cause::Activity),
-            (now(self.ball_turn()), Cause::Ball),
-            (now(self.job.is_none() && self.stop_requested), Cause::Stop),
-            (now(self.entry_turn()), Cause::Entry),
-            (self.unit.due, Cause::SpindleSpeed),
-            (self.ball.due, Cause::BallReport),
-        ];
-        let due = causes.into_iter().filter_map(|(due, cause)| Some((due?, cause)));
-        due.filter(|(due, _)| *due != Time::NEVER).min_by_key(|(due, _)| *due)
+        let mut next = match self.job_due() {
+            Some(due) => Some((due, Cause::Activity)),
+            // Nothing begins while a command executes.
+            None if self.ball_turn() => Some((self.now, Cause::Ball)),
+            None if self.stop_requested => Some((self.now, Cause::Stop)),
+            None if self.entry_turn() => Some((self.now, Cause::Entry)),
+            None => None,
+        };
+        let beside = [(self.unit.due, Cause::SpindleSpeed), (self.ball.due, Cause::BallReport)];
+        for (due, cause) in beside {
+            if let Some(due) = due
+                && next.is_none_or(|(first, _)| due < first)
+            {
+                next = Some((due, cause));
+            }
+        }
+        next.filter(|(due, _)| *due != Time::NEVER)
     }
 
     /// Whether it does nothing by itself. The trackball may go on sending where the axis is.
@@ -44,6 +50,6 @@ impl State {
 
     /// Whether an axis is to move as the trackball was turned.
     fn ball_turn(&self) -> bool {
-        self.job.is_none() && self.ball_way().is_some()
+        self.job.is_none() && self.ball.waiting != 0 && self.ball_way().is_some()
     }
 }
