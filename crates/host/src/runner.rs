@@ -1,6 +1,7 @@
 //! The task that runs a controller.
 
 use std::borrow::Cow;
+use std::collections::VecDeque;
 use std::fmt;
 use std::future::{Future, poll_fn};
 use std::io;
@@ -91,6 +92,8 @@ pub struct Runner<D: Device> {
     nudges: mpsc::UnboundedReceiver<()>,
     journey: Option<Travel<D>>,
     waiters: Vec<Waiter>,
+    /// What has come out of the device while it was looked at moment by moment.
+    seen: VecDeque<Output>,
     failure: Option<RunError>,
     /// What happened before anybody watched.
     early: Vec<News>,
@@ -264,6 +267,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             stop,
             journey: None,
             waiters: Vec::new(),
+            seen: VecDeque::new(),
             failure: None,
             early: Vec::new(),
             half: HalfLine::default(),
@@ -360,7 +364,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     fn watch_kinds(&mut self) {
-        self.device.watch(self.wants.kinds);
+        let needed = self.waiters.iter().map(|waiter| waiter.condition.kinds());
+        self.device.watch(needed.fold(self.wants.kinds, Kinds::and));
     }
 
     /// The state of the device as it is written down. Every state can be; if one should not, there
@@ -690,11 +695,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
         let Some(condition) = until else {
             return ticket.end(Err(ControlError::RunsByItself));
         };
-        if self.device.foresee(&condition, FORESIGHT) == Foresight::Never {
+        // What comes from outside can happen at any time.
+        let by_itself = !condition.has_happenings();
+        if by_itself && self.device.foresee(&condition, FORESIGHT) == Foresight::Never {
             return ticket.end(Err(ControlError::Never));
         }
         let at = self.device.crossing(&condition);
         self.waiters.push(Waiter { condition, at, ticket });
+        self.watch_kinds();
         // It may have been given up before it began.
         self.give_up_waiting();
     }
@@ -766,7 +774,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
         if self.waiters.is_empty() || self.device.wake().is_some_and(|at| at != Time::NEVER) {
             return;
         }
-        for waiter in self.waiters.extract_if(.., |waiter| waiter.at.is_none()) {
+        let hopeless =
+            |waiter: &mut Waiter| waiter.at.is_none() && !waiter.condition.has_happenings();
+        for waiter in self.waiters.extract_if(.., hopeless) {
             waiter.ticket.end(Err(ControlError::Never));
         }
     }
@@ -776,6 +786,44 @@ impl<D: Device + Clone + 'static> Runner<D> {
         let at = self.device.now();
         for waiter in self.waiters.extract_if(.., |waiter| waiter.ticket.wish() == Wish::Cancel) {
             waiter.ticket.end(Err(ControlError::Cancelled { at }));
+        }
+        self.watch_kinds();
+    }
+
+    /// The same as [`Device::handle`], and after each cause those are answered who have waited for
+    /// what happened in it.
+    fn handle_by_moments(&mut self, input: Input<'_>, at: Time) {
+        while self.device.perform(at) {
+            self.answer_waiters();
+        }
+        self.device.accept(input, at);
+        self.answer_waiters();
+        while self.device.perform(at) {
+            self.answer_waiters();
+        }
+    }
+
+    fn answer_waiters(&mut self) {
+        let before = self.seen.len();
+        while let Some(output) = self.device.poll_output() {
+            self.seen.push_back(output);
+        }
+        let Runner { seen, device, waiters, .. } = self;
+        let events = seen.range(before..).filter_map(|output| match output {
+            Output::Event(_, event) => Some(event),
+            Output::Bytes(..) | Output::Flash(..) => None,
+        });
+        let met = |waiter: &mut Waiter| {
+            let Waiter { condition, .. } = waiter;
+            condition.has_happenings() && device.holds(condition, events.clone())
+        };
+        let now = device.now();
+        let met: Vec<Waiter> = waiters.extract_if(.., met).collect();
+        if !met.is_empty() {
+            self.watch_kinds();
+        }
+        for waiter in met {
+            waiter.ticket.end(Ok(now));
         }
     }
 
@@ -799,7 +847,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
             (Input::Power(false), None) => self.unpowered = Some(0),
             _ => {}
         }
-        self.device.handle(input, at);
+        if self.waiters.iter().any(|waiter| waiter.condition.has_happenings()) {
+            self.handle_by_moments(input, at);
+        } else {
+            self.device.handle(input, at);
+        }
         self.drain();
         for waiter in &mut self.waiters {
             waiter.at = self.device.crossing(&waiter.condition);
@@ -993,7 +1045,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// piece.
     fn drain(&mut self) {
         let mut leaving = Leaving::default();
-        while let Some(output) = self.device.poll_output() {
+        while let Some(output) = self.seen.pop_front().or_else(|| self.device.poll_output()) {
             match output {
                 Output::Bytes(at, bytes) => {
                     if !leaving.is_at(at) {

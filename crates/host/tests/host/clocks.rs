@@ -74,6 +74,38 @@ fn waiting_for_a_condition_lets_time_run() {
 }
 
 #[test]
+fn what_happens_is_waited_for_while_time_passes_by_itself() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    let until = |text: &str| running.handle.run_until(text.parse().unwrap());
+    let (first, second) = (until("command e1"), until("command e2 and axis0 = 0 or command e3"));
+    let (moved, given_up) = (until("command e2 and axis0 > 5"), until("command e9"));
+    // They wait before anything is sent.
+    running.handle.now().wait().unwrap();
+    assert_eq!(ask(&mut port, "e1\r", 1), "1");
+    let first = first.wait().unwrap();
+    assert_eq!(ask(&mut port, "w6\r", 1), "0");
+    // Three commands at one instant: the axis stands elsewhere by now.
+    assert_eq!(ask(&mut port, "e4\re2\re3\r", 3), "423");
+    let second = second.wait().unwrap();
+    assert!(second >= first + Duration::from_millis(6));
+    assert_eq!(moved.wait(), Ok(second));
+    given_up.cancel();
+    assert!(matches!(given_up.wait(), Err(ControlError::Cancelled { .. })));
+    running.end().unwrap();
+}
+
+#[test]
+fn what_happens_is_run_to_where_time_is_moved() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    let until = |text: &str| running.handle.run_until(text.parse().unwrap());
+    port.write_all(b"w5\rw7\re7\r").unwrap();
+    assert_eq!(until("command w7").wait(), Ok(Time::from_millis(5)));
+    assert_eq!(until("command e7").wait(), Ok(Time::from_millis(12)));
+    assert_eq!(until("command e7").wait(), Err(ControlError::Never));
+    running.end().unwrap();
+}
+
+#[test]
 fn the_instant_clock_jumps_to_the_answer() {
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Instant);
     assert_eq!(ask(&mut port, "w3600000\r", 1), "0");
