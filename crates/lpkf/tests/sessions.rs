@@ -270,6 +270,7 @@ fn commands_are_numbered_as_they_come_whenever_they_begin() {
             Event::Motion(Motion::Begins { .. }) => "begins".to_owned(),
             Event::Motion(Motion::Changes { .. }) => "brakes".to_owned(),
             Event::Motion(Motion::Ends { .. }) => "ends".to_owned(),
+            Event::Signal { .. } => "STOP".to_owned(),
             other => format!("{other:?}"),
         };
         format!("{} {what}", stamp.command.map_or("-".to_owned(), |number| number.to_string()))
@@ -277,7 +278,7 @@ fn commands_are_numbered_as_they_come_whenever_they_begin() {
     let told: Vec<String> = events.iter().map(of).collect();
     #[rustfmt::skip]
     let expected = [
-        "1 !ES", "1 !ES C", "2 PA", "2 begins", "2 brakes", "2 ends", "2 PA E110",
+        "1 !ES", "1 !ES C", "2 PA", "2 begins", "- STOP", "2 brakes", "2 ends", "2 PA E110",
         // !CS goes on with what was broken off, before what waits. Direct commands wait for nothing.
         "4 !CS", "4 begins", "6 !GO", "6 !GO C", "7 !RP", "4 ends", "4 PA C",
         // What !RP repeats comes first, and is what had been executed last when it came.
