@@ -6,6 +6,7 @@
 //! directly; a [`Handle`] controls it from elsewhere.
 #![forbid(unsafe_code)]
 
+mod bell;
 mod clock;
 mod flash;
 mod half_line;

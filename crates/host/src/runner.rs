@@ -1,6 +1,7 @@
 //! The task that runs a controller.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::fmt;
 use std::future::{Future, poll_fn};
@@ -20,6 +21,7 @@ use vimc4_device::{
     Stamp, Time, Warning,
 };
 
+use crate::bell::Bell;
 use crate::clock::{Clock, Ticking};
 use crate::flash::{FlashFile, FlashFileError, unix_lines};
 use crate::half_line::HalfLine;
@@ -46,6 +48,11 @@ const PATIENCE: Duration = Duration::from_millis(250);
 /// How much is read at once. The controllers of a thread take turns after each piece, and a
 /// client may fill every piece with the shortest commands there are.
 const CHUNK: usize = 1_024;
+
+thread_local! {
+    /// What is being read. Nobody reads while he takes in what he has read.
+    static BUFFER: RefCell<[u8; CHUNK]> = const { RefCell::new([0; CHUNK]) };
+}
 
 /// Owns a device and its transports and lets it live in the time of a [`Clock`]. It comes
 /// with a [`Handle`](crate::Handle), see [there](crate::Handle::pair).
@@ -87,7 +94,11 @@ pub struct Runner<D: Device> {
     /// Whether clients may send, as the handshake lines say.
     ready: bool,
     jobs: mpsc::UnboundedReceiver<Deferred<D>>,
+    /// Rings when there is a job.
+    asked: Bell,
     stop: oneshot::Receiver<()>,
+    /// Rings when it is to stop, or something is wished of a journey.
+    orders: Bell,
     /// Wakes the task when something is wished of a journey.
     nudges: mpsc::UnboundedReceiver<()>,
     journey: Option<Travel<D>>,
@@ -263,6 +274,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
             baud,
             ready: true,
             jobs,
+            asked: Bell::default(),
+            orders: Bell::default(),
             nudges,
             stop,
             journey: None,
@@ -434,18 +447,23 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Waits for something to happen; with `busy` it only looks.
     async fn look_up(&mut self, timer: &mut Timer, busy: bool) -> Woken<D> {
         poll_fn(|cx| {
-            if Pin::new(&mut self.stop).poll(cx).is_ready() {
-                return Poll::Ready(Woken::Stop);
+            let Runner { stop, nudges, orders, .. } = &mut *self;
+            let ordered = orders.answer(cx, |cx| {
+                if Pin::new(stop).poll(cx).is_ready() {
+                    return Poll::Ready(Woken::Stop);
+                }
+                match nudges.poll_recv(cx) {
+                    Poll::Ready(Some(())) => Poll::Ready(Woken::Nudge),
+                    // The handle that has the sender is gone; nothing will be wished any more.
+                    Poll::Ready(None) | Poll::Pending => Poll::Pending,
+                }
+            });
+            if ordered.is_ready() {
+                return ordered;
             }
             // Before anything is received: a client that never stops sending gets its answers too.
             for transport in &mut self.transports {
                 transport.poll_send(cx);
-            }
-            // Without anybody on the way nothing can be wished; who sets out looks for himself.
-            let wished = self.journey.is_some() || !self.waiters.is_empty();
-            // The handle that has the sender may be gone; then nothing will be wished any more.
-            if wished && let Poll::Ready(Some(())) = self.nudges.poll_recv(cx) {
-                return Poll::Ready(Woken::Nudge);
             }
             // A journey through time and its catching up are not disturbed: what arrives in
             // between arrives when they have ended, or in a pause.
@@ -454,7 +472,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 if self.poll_line(cx).is_ready() {
                     return Poll::Ready(Woken::Line);
                 }
-                match self.jobs.poll_recv(cx) {
+                let Runner { jobs, asked, .. } = &mut *self;
+                match asked.answer(cx, |cx| jobs.poll_recv(cx)) {
                     Poll::Ready(Some(job)) => return Poll::Ready(Woken::Job(job)),
                     Poll::Ready(None) => return Poll::Ready(Woken::Stop),
                     Poll::Pending => {}
@@ -469,9 +488,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
     }
 
     /// Asks the transports for what has arrived, beginning after the one that spoke last, and
-    /// takes it in. What is read lies on the stack: a controller that waits keeps no buffer.
+    /// takes it in. What is read lies in a buffer of the thread: a controller that waits keeps none.
     fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        let mut buffer = [0; CHUNK];
+        BUFFER.with_borrow_mut(|buffer| self.poll_transports(cx, buffer))
+    }
+
+    fn poll_transports(&mut self, cx: &mut Context<'_>, buffer: &mut [u8; CHUNK]) -> Poll<()> {
         let count = self.transports.len();
         for offset in 0..count {
             let index = (self.first + offset) % count;
@@ -481,7 +503,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             let room = self.device.room(transport.has_handshake()).min(buffer.len());
             if let Poll::Ready(received) = transport.poll_receive(cx, &mut buffer[..room]) {
                 self.first = index + 1;
-                self.receive(index, received, &buffer);
+                self.receive(index, received, buffer);
                 return Poll::Ready(());
             }
         }
@@ -934,7 +956,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
         if let Some(ticking) = self.ticking {
             // A device that has nothing to do yet need not be told that time passes.
-            return self.is_due(ticking.now()) && self.catch_up();
+            return self.has_deadline() && self.is_due(ticking.now()) && self.catch_up();
         }
         self.clock == Clock::Instant && self.next_deadline().is_some()
     }
@@ -1025,6 +1047,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Whether something is to be done by then, or the device is behind its clock.
     fn is_due(&self, at: Time) -> bool {
         self.behind.is_some() || self.next_deadline().is_some_and(|due| due <= at)
+    }
+
+    /// Whether anything will be due at all. To look at the clock would cost more.
+    fn has_deadline(&self) -> bool {
+        self.behind.is_some() || self.next_deadline().is_some()
     }
 
     /// The next time at which the device does something, or somebody waits for it.

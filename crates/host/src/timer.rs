@@ -22,6 +22,8 @@ mod linux {
     };
     use tokio::net::unix::pipe;
 
+    use crate::bell::Bell;
+
     /// One alarm, which can be set, moved and cleared.
     ///
     /// A timerfd is readable when it rings, which is all that tokio's reading end of a pipe
@@ -30,13 +32,18 @@ mod linux {
     pub(crate) struct Timer {
         fd: pipe::Receiver,
         armed: Option<Instant>,
+        bell: Bell,
     }
 
     impl Timer {
         pub(crate) fn new() -> io::Result<Timer> {
             let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
             let fd = timerfd_create(TimerfdClockId::Monotonic, flags)?;
-            Ok(Timer { fd: pipe::Receiver::from_owned_fd_unchecked(fd)?, armed: None })
+            Ok(Timer {
+                fd: pipe::Receiver::from_owned_fd_unchecked(fd)?,
+                armed: None,
+                bell: Bell::default(),
+            })
         }
 
         /// Rings at `moment`, at once if that is past, never with `None`. Setting the alarm it
@@ -68,19 +75,22 @@ mod linux {
 
         /// Ready once after the alarm rang.
         pub(crate) fn poll(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-            let mut rings = [0; 8];
-            while let Poll::Ready(Ok(())) = self.fd.poll_read_ready(cx) {
-                match self.fd.try_read(&mut rings) {
-                    Ok(_) => {
-                        self.armed = None;
-                        return Poll::Ready(());
+            let Timer { fd, armed, bell } = self;
+            bell.answer(cx, |cx| {
+                let mut rings = [0; 8];
+                while let Poll::Ready(Ok(())) = fd.poll_read_ready(cx) {
+                    match fd.try_read(&mut rings) {
+                        Ok(_) => {
+                            *armed = None;
+                            return Poll::Ready(());
+                        }
+                        // The readiness was stale and is cleared now; asking again registers us.
+                        Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                        Err(_) => break,
                     }
-                    // The readiness was stale and is cleared now; asking again registers us.
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-                    Err(_) => break,
                 }
-            }
-            Poll::Pending
+                Poll::Pending
+            })
         }
     }
 }

@@ -21,6 +21,7 @@ use super::outbox::Outbox;
 #[cfg(target_os = "linux")]
 use super::vigil::{self, Vigil};
 use super::{Received, Sent, Transport};
+use crate::bell::Bell;
 use crate::report::News;
 
 /// How long a newcomer waits for the holder's end before it is refused. A client that closes
@@ -75,6 +76,8 @@ impl fmt::Display for Clients {
 pub struct Tcp {
     label: Arc<str>,
     listener: TcpListener,
+    /// Rings when somebody knocks.
+    bell: Bell,
     address: SocketAddr,
     policy: Clients,
     holder: Option<Client>,
@@ -156,6 +159,7 @@ impl Tcp {
         Ok(Tcp {
             label: Arc::from(format!("tcp {address}")),
             listener: TcpListener::from_std(listener).map_err(failed)?,
+            bell: Bell::default(),
             address,
             policy,
             holder: None,
@@ -180,7 +184,11 @@ impl Tcp {
             }
             self.exhausted = None;
         }
-        while let Poll::Ready(accepted) = self.listener.poll_accept(cx) {
+        loop {
+            let Tcp { listener, bell, .. } = self;
+            let Poll::Ready(accepted) = bell.answer(cx, |cx| listener.poll_accept(cx)) else {
+                return;
+            };
             match accepted {
                 Ok((stream, peer)) => {
                     prepare(&stream);

@@ -20,6 +20,8 @@ use socket2::SockRef;
 use tokio::net::TcpStream;
 use tokio::time::{Sleep, sleep};
 
+use crate::bell::Bell;
+
 /// How long a client may leave unanswered what it was asked.
 pub(super) const SILENCE: Duration = Duration::from_secs(12);
 
@@ -37,6 +39,8 @@ const ASKED: Duration = Duration::from_secs(6);
 #[derive(Debug, Default)]
 pub(super) struct Vigil {
     look: Option<Pin<Box<Sleep>>>,
+    /// Rings when it is time to look.
+    bell: Bell,
     /// Since when something is, or may be, stuck.
     since: Option<Instant>,
     /// Since when it does not answer.
@@ -56,14 +60,19 @@ impl Vigil {
     pub(super) fn begin(&mut self) {
         if self.look.is_none() {
             self.since = Some(Instant::now());
-            self.look = Some(Box::pin(sleep(LATER)));
+            self.look_after(LATER);
         }
+    }
+
+    fn look_after(&mut self, span: Duration) {
+        self.look = Some(Box::pin(sleep(span)));
+        self.bell = Bell::default();
     }
 
     /// Is ready when the client has vanished.
     pub(super) fn poll(&mut self, cx: &mut Context<'_>, stream: &TcpStream) -> Poll<()> {
         while let Some(look) = &mut self.look {
-            if look.as_mut().poll(cx).is_pending() {
+            if self.bell.answer(cx, |cx| look.as_mut().poll(cx)).is_pending() {
                 break;
             }
             let socket = SockRef::from(stream);
@@ -84,7 +93,7 @@ impl Vigil {
             }
             let stuck = now.duration_since(self.since.unwrap_or(now));
             let _ = socket.set_tcp_user_timeout(Some(stuck + ASKED));
-            self.look = Some(Box::pin(sleep(OFTEN)));
+            self.look_after(OFTEN);
         }
         Poll::Pending
     }
