@@ -19,7 +19,8 @@ impl Firmware {
             return;
         }
         if self.wants(Kinds::SIGNAL) {
-            self.emit(Event::Signal { signal: signal.id(), value: level.into() });
+            let event = Event::Signal { signal: signal.id(), value: level.into() };
+            self.for_no_command(|firmware| firmware.emit(event));
         }
         if !self.state.powered {
             return;

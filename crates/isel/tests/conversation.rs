@@ -179,6 +179,7 @@ fn what_happens_has_the_number_of_its_command() {
             Event::Motion(Motion::Begins { .. }) => "begins".to_owned(),
             Event::Motion(Motion::Changes { .. }) => "brakes".to_owned(),
             Event::Motion(Motion::Ends { .. }) => "ends".to_owned(),
+            Event::Signal { value, .. } => format!("signal {value}"),
             _ => continue,
         };
         let number = stamp.command.map_or_else(|| "-".to_owned(), |number| number.to_string());
@@ -205,10 +206,13 @@ fn what_happens_has_the_number_of_its_command() {
         "7 command @S",
         "7 line 1",
         "7 begins",
+        "- signal 1",
         "7 brakes",
+        "- signal 0",
         "7 ends",
         "7 answer F",
         // START goes on with it, and the host, which has had an answer, hears of the end.
+        "- signal 1",
         "- begins",
         "- ends",
         "- line 2",
