@@ -131,7 +131,7 @@ impl<'a> Desk<'a> {
         let Some(emulator) = self.emulators.get(number.saturating_sub(1)) else {
             return Next::Continue;
         };
-        match Order::parse(order, self.signals) {
+        match Order::parse(order, emulator.model().axis_names(), self.signals) {
             Ok(None) => {}
             Ok(Some(Order::Quit)) => return Next::Quit,
             Ok(Some(given)) => {

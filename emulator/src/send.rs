@@ -62,8 +62,8 @@ Examples:
   vimc4 send examples/board.plt --to /dev/ttyUSB0 --model smcu --machine board-plotter
   vimc4 send examples/commands.txt --to tcp:127.0.0.1:4004 --machine mill --yes
 
-Exit codes: 0 all was done, 1 an error in the file, an error reply, or no answer, 2 wrong usage, 3 it was
-ended before its end."
+Exit codes: 0 all was done, 1 an error in the file, an error reply, no answer, or a stop by Ctrl-C, 2 wrong
+usage, 3 it was ended before its end."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]

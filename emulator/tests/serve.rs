@@ -266,7 +266,14 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     assert_eq!(ask(&mut client, "IW0,0,25,25;PA90,10;", 6), "C\rE08\r");
     assert_eq!(ask(&mut client, "PA5,5;IN;!CT1;", 3), "ZC\r");
     assert!(serve.order("erase").contains("no memory that could be erased"));
-    assert!(serve.order("run until z9 5").contains("as in `run until x 2500`"));
+    let wrong = serve.order("run until z9 5");
+    assert!(wrong.contains("axes are x, y, z"), "{wrong}");
+    let never = "error: this never happens unless something else does first";
+    assert!(serve.order("run until x > 5000").starts_with(never));
+    serve.give("run until command PA and x >= 0\nposition\n");
+    assert!(serve.line().starts_with("X "));
+    assert_eq!(ask(&mut client, "PA7,7;", 2), "C\r");
+    assert!(serve.line().starts_with("run until command PA and x >= 0: there at "));
     assert_eq!(serve.order("quit"), "");
     let (code, errors) = serve.end();
     assert_eq!(code, 0, "{errors}");

@@ -8,11 +8,19 @@ pub struct Grouped(pub i64);
 
 impl Display for Grouped {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Grouped(number) = *self;
-        if number.unsigned_abs() < 1_000 {
-            return write!(f, "{number}");
+        let mut rest = self.0.unsigned_abs();
+        let mut digits = String::new();
+        while rest >= 1_000 {
+            digits.insert_str(0, &format!(",{:03}", rest % 1_000));
+            rest /= 1_000;
         }
-        write!(f, "{},{:03}", Grouped(number / 1_000), (number % 1_000).unsigned_abs())
+        let sign = if self.0 < 0 { "-" } else { "" };
+        // With a width it stands right, as every number does.
+        let text = format!("{sign}{rest}{digits}");
+        match f.width() {
+            Some(width) => write!(f, "{text:>width$}"),
+            None => f.write_str(&text),
+        }
     }
 }
 
@@ -32,5 +40,6 @@ mod tests {
         ] {
             assert_eq!(Grouped(number).to_string(), text);
         }
+        assert_eq!(format!("{:>7}|{:8}", Grouped(-1_000), Grouped(1)), " -1,000|       1");
     }
 }

@@ -247,7 +247,10 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 self.line(at, format_args!("{transport}: the host has switched {line} {state}"));
             }
             News::Ends if self.verbosity == Verbosity::Conversation => {
-                self.line(at, format_args!("the controller ends"));
+                self.line(
+                    at,
+                    format_args!("the controller ends, as if its power were switched off"),
+                );
             }
             News::Opened { .. } | News::Closed { .. } | News::HostLine { .. } | News::Ends => {}
             News::Refused { transport, client, holder } => self.warn(

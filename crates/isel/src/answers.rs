@@ -4,6 +4,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{Mode, Op, Reply, table};
 
+use crate::activity::{Activity, Job, Wait};
 use crate::firmware::Firmware;
 use crate::model::{ControlReply, LowerCase, StopReply};
 use crate::why::{By, Why};
@@ -115,5 +116,52 @@ impl Firmware {
     pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
         let specs = table(self.state.model.command_set.dialect(), mode);
         specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+    }
+
+    // --- what is not answered ---
+
+    /// Something ends before its time, and no error says so.
+    pub(crate) fn tell_cut_short(
+        &mut self,
+        job: Job,
+        by: impl FnOnce(&Self) -> String,
+        answered: bool,
+    ) {
+        if !self.wants(Kinds::ANSWER) {
+            return;
+        }
+        let run = self.state.run.as_ref().filter(|_| job == Job::Program);
+        let (op, place) = match job {
+            Job::Command(op) | Job::Answered(op) => (op, String::new()),
+            Job::SelfTest => (Op::SelfTest, String::new()),
+            Job::Program => {
+                let line = run.map_or(0, |run| run.line) + 1;
+                (Op::Start, format!("in line {line} of the program, "))
+            }
+        };
+        let awaited = matches!(job, Job::Command(_)) || run.is_some_and(|run| run.by_command);
+        let silence = if awaited && !answered { ", without an answer" } else { "" };
+        let lost = match self.state.receiver.waiting.len() {
+            _ if answered => String::new(),
+            0 => String::new(),
+            1 => "; 1 character that waited is lost".to_owned(),
+            many => format!("; {many} characters that waited are lost"),
+        };
+        let why = format!("{place}by {}{silence}{lost}", by(self)).into();
+        let mnemonic = self.mnemonic(Mode::Direct, op).into();
+        self.emit(Event::CutShort { mnemonic, why });
+    }
+
+    /// Says what a reset or the loss of power ends without an answer.
+    pub(crate) fn tell_unanswered(&mut self, by: &'static str) {
+        let job = match &self.state.activity {
+            Activity::Moving(moving) => Some(moving.job),
+            Activity::Referencing(run) => Some(run.job),
+            Activity::Waiting { what: Wait::Erase, .. } => Some(Job::Command(Op::Erase)),
+            _ => self.state.is_running().then_some(Job::Program),
+        };
+        if let Some(job) = job {
+            self.tell_cut_short(job, |_| by.to_owned(), false);
+        }
     }
 }

@@ -176,49 +176,4 @@ impl Firmware {
             Some((axis, self.active_limit_at(axis, carriage)?))
         })
     }
-
-    /// Something ends before its time, and no error says so.
-    pub(crate) fn tell_cut_short(
-        &mut self,
-        job: Job,
-        by: impl FnOnce(&Self) -> String,
-        answered: bool,
-    ) {
-        if !self.wants(Kinds::ANSWER) {
-            return;
-        }
-        let run = self.state.run.as_ref().filter(|_| job == Job::Program);
-        let (op, place) = match job {
-            Job::Command(op) | Job::Answered(op) => (op, String::new()),
-            Job::SelfTest => (Op::SelfTest, String::new()),
-            Job::Program => {
-                let line = run.map_or(0, |run| run.line) + 1;
-                (Op::Start, format!("in line {line} of the program, "))
-            }
-        };
-        let awaited = matches!(job, Job::Command(_)) || run.is_some_and(|run| run.by_command);
-        let silence = if awaited && !answered { ", without an answer" } else { "" };
-        let lost = match self.state.receiver.waiting.len() {
-            _ if answered => String::new(),
-            0 => String::new(),
-            1 => "; 1 character that waited is lost".to_owned(),
-            many => format!("; {many} characters that waited are lost"),
-        };
-        let why = format!("{place}by {}{silence}{lost}", by(self)).into();
-        let mnemonic = self.mnemonic(Mode::Direct, op).into();
-        self.emit(Event::CutShort { mnemonic, why });
-    }
-
-    /// Says what a reset or the loss of power ends without an answer.
-    pub(crate) fn tell_unanswered(&mut self, by: &'static str) {
-        let job = match &self.state.activity {
-            Activity::Moving(moving) => Some(moving.job),
-            Activity::Referencing(run) => Some(run.job),
-            Activity::Waiting { what: Wait::Erase, .. } => Some(Job::Command(Op::Erase)),
-            _ => self.state.is_running().then_some(Job::Program),
-        };
-        if let Some(job) = job {
-            self.tell_cut_short(job, |_| by.to_owned(), false);
-        }
-    }
 }

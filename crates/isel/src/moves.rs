@@ -176,7 +176,8 @@ impl Firmware {
     }
 
     /// Carriages are on limit switches: the motion halts at this step without a ramp. No
-    /// axis that moved knows any more where it is, and the error is kept until that is mended.
+    /// axis that moved knows any more where it is, and the error of those on switches is kept until
+    /// that is mended.
     pub(crate) fn halt_on_switch(
         &mut self,
         moving: &Moving,
@@ -186,7 +187,10 @@ impl Firmware {
     ) -> Outcome {
         let axes = self.commit(&moving.segment, step, true);
         self.state.unreference(axes);
-        self.state.latched = self.state.latched.union(axes);
+        for (axis, _) in hit.iter().enumerate().filter(|(_, end)| end.is_some()) {
+            let bits = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+            self.state.latched = self.state.latched.union(bits);
+        }
         let position = self.state.position;
         let hit = std::array::from_fn(|axis| hit[axis].map(|end| (end, position[axis])));
         Outcome::Finished(moving.job, Err(Why::Switch { hit, by_hand }))

@@ -64,8 +64,9 @@ pub use vimc4_catalogue::{
     machines, models, models_like, quirks,
 };
 pub use vimc4_device::{
-    AXES, Activity, AxisView, Cause, CommandNumber, Condition, Event, Fill, Kinds, Motion, Point,
-    PortView, Signal, SignalKind, SignalView, Stamp, Time, TimerView, WaitsFor, Warning, escape,
+    AXES, Activity, AxisView, Cause, CommandNumber, Condition, ConditionError, Event, Fill, Kinds,
+    Motion, Names, Point, PortView, Signal, SignalKind, SignalView, Stamp, Time, TimerView,
+    WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, Deed, Effect, HostLines, Journey, MemoryPort, News, Progress,

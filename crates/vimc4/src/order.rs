@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vimc4_catalogue::{Model, axis};
-use vimc4_device::{Condition, Signal, SignalKind, parse_duration};
+use vimc4_device::{Condition, Names, Signal, SignalKind, parse_duration};
 use vimc4_host::{ControlError, Effect};
 
 use crate::control::Control;
@@ -52,6 +52,10 @@ pub fn help(model: &Model, signals: &[Signal]) -> String {
     line("advance 250ms", "move time forward (manual or instant clock)");
     line("run until idle", "let time pass until nothing moves");
     line("run until x 2500", "let time pass until the axis is there");
+    line(
+        "run until CONDITION",
+        "such as z < -5000, port 2 bit 0 on, limit x+, command @A, answer error 2, line 12; and, or",
+    );
     line("position", "where the axes are");
     line("signals", "what can be pressed, turned and set");
     line("help", "this list");
@@ -89,8 +93,8 @@ pub enum Order {
     Advance(Duration),
     /// Let time pass until the controller is idle.
     RunUntilIdle,
-    /// Let time pass until the counter of an axis (0 for X) is at a position, in steps.
-    RunUntilAt(u8, i64),
+    /// Let time pass until a condition holds.
+    RunUntil(Condition),
     /// Say where the axes are.
     Position,
     /// Say what can be set.
@@ -111,24 +115,29 @@ impl Order {
     /// what is ordered next is not held up by it.
     #[must_use]
     pub fn lasts(&self) -> bool {
-        matches!(self, Order::Advance(_) | Order::RunUntilIdle | Order::RunUntilAt(..))
+        matches!(self, Order::Advance(_) | Order::RunUntilIdle | Order::RunUntil(_))
     }
 
-    /// Reads a line, with the signals that can be set; `None` if it is empty.
+    /// Reads a line, with the names of the axes in their order and the signals that can be set;
+    /// `None` if it is empty.
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// use vimc4::{Emulator, Order};
     ///
     /// let emu = Emulator::builder().start()?;
-    /// let signals = emu.signals()?;
-    /// assert_eq!(Order::parse("power off", &signals)?, Some(Order::Power(false)));
-    /// let wrong = Order::parse("cover shut", &signals).unwrap_err();
+    /// let (axes, signals) = (emu.model().axis_names(), emu.signals()?);
+    /// assert_eq!(Order::parse("power off", axes, &signals)?, Some(Order::Power(false)));
+    /// let wrong = Order::parse("cover shut", axes, &signals).unwrap_err();
     /// assert_eq!(wrong.to_string(), "`cover shut` is wrong: cover open or cover closed");
     /// # Ok(())
     /// # }
     /// ```
-    pub fn parse(line: &str, signals: &[Signal]) -> Result<Option<Order>, OrderError> {
+    pub fn parse(
+        line: &str,
+        axes: &[&str],
+        signals: &[Signal],
+    ) -> Result<Option<Order>, OrderError> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let wrong = |right: &str| Err(OrderError(format!("`{}` is wrong: {right}", line.trim())));
         let button = |name: &str, verb: &str, order: fn(String) -> Order| {
@@ -168,11 +177,21 @@ impl Order {
                 Err(_) => wrong("a number with a unit, as in `advance 250ms` or `advance 2s`"),
             },
             ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
-            ["run", "until", name, position] => match (axis(name), position.parse()) {
-                (Some(axis), Ok(position)) => Ok(Some(Order::RunUntilAt(axis, position))),
-                _ => wrong("run until idle, or an axis and a position, as in `run until x 2500`"),
-            },
-            ["run", ..] => wrong("run until idle or run until x 2500"),
+            ["run", "until", rest @ ..] if !rest.is_empty() => {
+                if let [name, position] = rest
+                    && let (Some(axis), Ok(position)) = (axis(name), position.parse())
+                {
+                    return Ok(Some(Order::RunUntil(Condition::AxisAt { axis, position })));
+                }
+                let text = line.split_once("until").map_or("", |(_, text)| text);
+                let named = (0..).zip(axes).map(|(index, name)| (index, (*name).to_owned()));
+                match Names::new(named, signals.to_vec()).read(text) {
+                    Ok(Condition::Idle) => Ok(Some(Order::RunUntilIdle)),
+                    Ok(condition) => Ok(Some(Order::RunUntil(condition))),
+                    Err(error) => Err(OrderError(format!("run until: {error}"))),
+                }
+            }
+            ["run", ..] => wrong("run until idle, run until x 2500 or run until CONDITION"),
             ["position"] => Ok(Some(Order::Position)),
             ["signals"] => Ok(Some(Order::Signals)),
             ["help"] => Ok(Some(Order::Help)),
@@ -230,9 +249,8 @@ impl Control {
             Order::Power(on) => done(self.power(*on)),
             Order::Advance(span) => answer(self.advance(*span), |at| format!("now {at}")),
             Order::RunUntilIdle => answer(self.run_until_idle(), |at| format!("idle at {at}")),
-            Order::RunUntilAt(axis, position) => {
-                let there = Condition::AxisAt { axis: *axis, position: *position };
-                answer(self.run_until(there), |at| format!("there at {at}"))
+            Order::RunUntil(condition) => {
+                answer(self.run_until(condition.clone()), |at| format!("there at {at}"))
             }
             Order::Position => answer(self.view(), |view| position(&view)),
             Order::Signals => answer(self.signals(), |signals| list(&signals)),
@@ -406,7 +424,7 @@ mod tests {
     }
 
     fn parse(line: &str) -> Result<Option<Order>, String> {
-        Order::parse(line, &signals()).map_err(|error| error.to_string())
+        Order::parse(line, &["X", "Y", "Z", "A"], &signals()).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -430,9 +448,16 @@ mod tests {
             ("advance 1.5s", Order::Advance(Duration::from_millis(1_500))),
             ("advance 0.1h", Order::Advance(Duration::from_secs(360))),
             ("run until idle", Order::RunUntilIdle),
-            ("run until x 2500", Order::RunUntilAt(0, 2_500)),
-            ("run until A -5", Order::RunUntilAt(3, -5)),
-            ("run until z3 0", Order::RunUntilAt(5, 0)),
+            ("run until x 2500", Order::RunUntil(Condition::AxisAt { axis: 0, position: 2_500 })),
+            ("run until A -5", Order::RunUntil(Condition::AxisAt { axis: 3, position: -5 })),
+            ("run until z3 0", Order::RunUntil(Condition::AxisAt { axis: 5, position: 0 })),
+            (
+                "run  until z < -5000 or limit x+",
+                Order::RunUntil(Condition::Any(vec![
+                    Condition::AxisBelow { axis: 2, position: -5_000 },
+                    Condition::Limit { axis: 0, positive: true, active: true },
+                ])),
+            ),
             ("position", Order::Position),
             ("signals", Order::Signals),
             ("help", Order::Help),
@@ -467,11 +492,15 @@ mod tests {
             ("advance 99999999999h", "as in `advance 250ms`"),
             ("power", "power on or power off"),
             ("run", "run until idle"),
-            ("run until b 5", "run until x 2500"),
+            ("run until", "run until CONDITION"),
+            ("run until b 5", "axes are x, y, z, a"),
+            ("run until x < far", "is wrong at `far`: a position in steps"),
             ("dance", "type help"),
         ] {
             let error = parse(line).unwrap_err();
-            assert!(error.contains(right) && error.contains(line), "{line}: {error}");
+            assert!(error.contains(right), "{line}: {error}");
+            let said = line.strip_prefix("run until ").unwrap_or(line);
+            assert!(error.contains(said), "{line}: {error}");
         }
     }
 }

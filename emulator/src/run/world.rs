@@ -81,7 +81,7 @@ fn input(model: &str, device: &impl Device, text: &str) -> Result<(SignalId, i32
     let (name, value) = text.rsplit_once('=').unwrap_or((text, ""));
     let is_bit = name.starts_with(|first: char| first.is_ascii_digit());
     let order = format!("{} {name} {value}", if is_bit { "input" } else { "set" });
-    let (name, value) = match Order::parse(&order, &signals).map_err(Failure::usage)? {
+    let (name, value) = match Order::parse(&order, &[], &signals).map_err(Failure::usage)? {
         Some(Order::Input { port, bit, level }) => {
             let signal = device.input_signal(port, bit).ok_or_else(|| {
                 Failure::usage(format!(
@@ -116,7 +116,7 @@ pub(super) fn press(
     name: &str,
     after: Duration,
 ) -> Result<Vec<Scheduled>, Failure> {
-    let button = match Order::parse(&format!("press {name}"), &device.signals()) {
+    let button = match Order::parse(&format!("press {name}"), &[], &device.signals()) {
         Ok(Some(Order::Press(button))) => button,
         Ok(_) => name.to_owned(),
         Err(error) => return Err(Failure::usage(error)),

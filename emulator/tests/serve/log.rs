@@ -204,7 +204,7 @@ fn a_control_code_is_told_by_what_it_does_now() {
             "        cut short: in line 1 of the program, by 255 from the line",
             "standard input: press start",
             "line 1: 0",
-            "the controller ends",
+            "the controller ends, as if its power were switched off",
             "        cut short: in line 1 of the program, by the loss of power",
         ],
     );
@@ -331,7 +331,7 @@ fn what_is_lost_with_the_power_is_told() {
             "standard input: power off",
             "        cut short: by the loss of power, without an answer: PA3000,0; 2 commands that \
              waited, PA1,1 the first of them",
-            "the controller ends",
+            "the controller ends, as if its power were switched off",
             "        cut short: by the loss of power, without an answer: what is left of PA3000,0; \
              PA1,1, which waited",
         ],

@@ -134,6 +134,9 @@ impl<'j> Bench<'j> {
         }
         let counters = player.counters();
         let expected = running.counters();
+        // That only STOP ends a reference run was said before.
+        let endless = said.lines.iter().any(|line| line.contains("no-reference-switch"));
+        player.warnings.retain(|warning| !(endless && warning.starts_with("EndlessReference")));
         if !player.warnings.is_empty() {
             return Err(format!("the controller warns: {}", player.warnings.join(", ")));
         }
@@ -241,6 +244,9 @@ impl<'j> Bench<'j> {
             player.send(format!("{line}\r").as_bytes())?;
         }
         player.run_program()?;
+        // That only STOP ends a reference run was said before.
+        let endless = said.lines.iter().any(|line| line.contains("no-reference-switch"));
+        player.warnings.retain(|warning| !(endless && warning.starts_with("EndlessReference")));
         if !player.warnings.is_empty() {
             return Err(format!("the field makes it warn: {}", player.warnings.join(", ")));
         }
