@@ -316,8 +316,9 @@ impl Controller {
             Ending::Arrived => {}
             Ending::OnLimit(axis, end) => {
                 self.switch_event(self.job_number(), axis, end, true);
+                let stop = Stop::Limit(axis, self.state.side(axis, end));
                 let why = self.state.on_limit(axis, end, false);
-                self.break_off(Some((moving, steps)), Stop::Limit, why);
+                self.break_off(Some((moving, steps)), stop, why);
             }
             Ending::Halted(stop, why) => self.break_off(Some((moving, steps)), stop, why),
         }
@@ -365,7 +366,7 @@ impl Controller {
         match self.state.signal(id, value) {
             Leads::Nowhere => {}
             Leads::Interruption(stop, why) => self.interrupt(stop, why),
-            Leads::Halt(why) => self.halt(why),
+            Leads::Halt(fault) => self.halt(fault),
             Leads::Report(why) => self.report(why),
             Leads::Switch(axis, end, active) => self.switch_changed(axis, end, active),
             Leads::Says(bytes) => self.send(bytes),
@@ -384,13 +385,14 @@ impl Controller {
     }
 
     /// Something from outside takes the motors' ability to move: they halt where they are.
-    fn halt(&mut self, why: Why) {
+    fn halt(&mut self, fault: Status) {
+        let (stop, why) = (Stop::Fault(fault), Why::Fault(fault));
         if self.state.job.is_none() {
             return self.report(why);
         }
         match self.abandon_motion() {
-            Some((moving, steps)) => self.break_off(Some((&moving, steps)), Stop::Limit, why),
-            None => self.break_off(None, Stop::Limit, why),
+            Some((moving, steps)) => self.break_off(Some((&moving, steps)), stop, why),
+            None => self.break_off(None, stop, why),
         }
     }
 
@@ -410,8 +412,9 @@ impl Controller {
             Pressed::Found(moving, steps) => self.commit(&moving, steps),
             Pressed::Blocked(moving, steps) => {
                 self.commit(&moving, steps);
+                let stop = Stop::Limit(axis, self.state.side(axis, end));
                 let why = self.state.on_limit(axis, end, true);
-                self.break_off(Some((&moving, steps)), Stop::Limit, why);
+                self.break_off(Some((&moving, steps)), stop, why);
             }
         }
     }

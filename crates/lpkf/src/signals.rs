@@ -96,7 +96,7 @@ pub(crate) enum Leads {
     /// It stops whatever executes, along the ramp if it moves.
     Interruption(Stop, Why),
     /// It takes the motors' ability to move.
-    Halt(Why),
+    Halt(Status),
     /// It is told.
     Report(Why),
     /// Somebody presses or releases a limit switch.
@@ -271,7 +271,7 @@ impl State {
             _ if !changed || !active || !self.powered => Leads::Nowhere,
             // It is said when somebody opens the interface.
             Status::JoystickNotConnected if self.ball.open.is_none() => Leads::Nowhere,
-            status if status.forbids_motion() => Leads::Halt(Why::Fault(status)),
+            status if status.forbids_motion() => Leads::Halt(status),
             status => Leads::Report(Why::Fault(status)),
         }
     }

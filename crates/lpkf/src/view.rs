@@ -179,7 +179,7 @@ impl State {
             stopped: state.stopped.map(|stop| match stop {
                 Stop::Command => StoppedBy::Command,
                 Stop::External => StoppedBy::ExternalStop,
-                Stop::Limit => StoppedBy::Limit,
+                Stop::Limit(..) | Stop::Fault(_) => StoppedBy::Limit,
                 Stop::SoftFrame => StoppedBy::Border,
                 Stop::Message => StoppedBy::Message,
             }),

@@ -13,8 +13,10 @@ pub(crate) enum Stop {
     Command,
     /// The external stop.
     External,
-    /// A limit switch, or something at the power stages.
-    Limit,
+    /// A limit switch.
+    Limit(Axis, Side),
+    /// Something at the power stages.
+    Fault(Status),
     /// The border of the window or of a range.
     SoftFrame,
     /// A message interrupt.
@@ -75,7 +77,7 @@ impl Why {
             Why::BufferFull(_) => Status::CommandBufferFull,
             Why::Misfit(misfit) => misfit.status(),
             Why::After(Stop::External | Stop::Command) => Status::WrongAfterStop,
-            Why::After(Stop::Limit) => Status::WrongAfterLimit,
+            Why::After(Stop::Limit(..) | Stop::Fault(_)) => Status::WrongAfterLimit,
             Why::After(Stop::SoftFrame) => Status::WrongAfterSoftFrame,
             Why::After(Stop::Message) => Status::WrongAfterMessage,
             Why::InterfaceOpen => Status::WrongAfterOpenInterface,

@@ -31,13 +31,15 @@ impl State {
                 Grouped(model.buffer.bytes as i64)
             ),
             Why::After(stop) => match stop {
-                Stop::Command => "refused since !ST",
-                Stop::External => "refused since the external stop",
-                Stop::Limit => "refused since a limit switch or a fault",
-                Stop::SoftFrame => "refused since the end of a range or of the window",
-                Stop::Message => "refused since a message interrupt",
-            }
-            .to_owned(),
+                Stop::Command => "refused since !ST".to_owned(),
+                Stop::External => "refused since the external stop".to_owned(),
+                Stop::Limit(axis, side) => {
+                    format!("refused since limit switch {}", self.switch_in_words(axis, side))
+                }
+                Stop::Fault(status) => format!("refused since fault {}", status.name()),
+                Stop::SoftFrame => "refused since the end of a range or of the window".to_owned(),
+                Stop::Message => "refused since a message interrupt".to_owned(),
+            },
             Why::InterfaceOpen => "refused while the trackball is open".to_owned(),
             Why::NoPosition(axis) => {
                 format!("this model has no positions of {}", self.axis_name(axis))
@@ -60,15 +62,18 @@ impl State {
             Why::VectorsStandStill => "a vector begins and ends at a standstill".to_owned(),
             Why::Limit { axis, side, at, by_hand } => {
                 let pressed = if by_hand { " pressed" } else { "" };
-                let sign = if side == Side::Negative { '-' } else { '+' };
-                let (name, at) = (self.axis_name(axis), Grouped(at));
-                format!("limit switch {name}{sign}{pressed} at step {at}")
+                let (name, at) = (self.switch_in_words(axis, side), Grouped(at));
+                format!("limit switch {name}{pressed} at step {at}")
             }
             Why::Border(axis, side) => self.border_in_words(axis, side),
             Why::ExternalStop => "stopped by STOP, the external stop".to_owned(),
             Why::Message(number) => format!("stopped by message interrupt {number}"),
             Why::Fault(status) => format!("fault {} is set: {}", status.name(), status.meaning()),
         }
+    }
+
+    fn switch_in_words(&self, axis: Axis, side: Side) -> String {
+        format!("{}{}", self.axis_name(axis), if side == Side::Negative { '-' } else { '+' })
     }
 
     fn misfit_in_words(&self, misfit: Misfit) -> String {

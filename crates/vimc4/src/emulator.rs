@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::record::Command;
 
 /// A virtual controller that runs until it is dropped, in a thread of its own or one that it
-/// shares with [others](Builder::on).
+/// shares with [others](crate::Builder::on).
 ///
 /// ```
 /// use std::io::{Read, Write};
