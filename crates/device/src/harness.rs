@@ -5,7 +5,9 @@ use std::error::Error;
 use std::fmt;
 use std::time::Duration;
 
-use crate::{Condition, Device, Input, Kinds, MAX_CAUSES, Output, OwnedInput, Time, TimedInput};
+use crate::{
+    Condition, Device, Event, Input, Kinds, MAX_CAUSES, Output, OwnedInput, Time, TimedInput,
+};
 
 /// A device in virtual time: what is due happens, and then what is due next, as fast as the
 /// computer goes and the same on every computer.
@@ -243,16 +245,12 @@ impl<D: Device> Harness<D> {
             let before = self.outputs.len();
             self.step()?;
             if condition.has_happenings() {
-                let events = self.outputs.range(before..).filter_map(|output| match output {
-                    Output::Event(_, event) => Some(event),
-                    Output::Bytes(..) | Output::Flash(..) => None,
-                });
+                let events = self.outputs.range(before..).filter_map(Output::event);
                 let happened = self.device.holds(condition, events);
                 let news = self.outputs.split_off(before);
-                self.outputs.extend(news.into_iter().filter(|output| match output {
-                    Output::Event(_, event) => watched.contain(event.kind()),
-                    Output::Bytes(..) | Output::Flash(..) => true,
-                }));
+                let is_wanted = |event: &Event| watched.contain(event.kind());
+                self.outputs
+                    .extend(news.into_iter().filter(|output| output.event().is_none_or(is_wanted)));
                 if happened {
                     return Some(self.now());
                 }

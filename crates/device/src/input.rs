@@ -1,5 +1,7 @@
 //! What goes into a device.
 
+use std::ops::RangeInclusive;
+
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
@@ -112,4 +114,29 @@ pub struct Signal {
     pub positions: Option<[String; 2]>,
     /// What it does, in a few words.
     pub about: String,
+}
+
+impl Signal {
+    /// The values that it takes.
+    #[must_use]
+    pub fn values(&self) -> RangeInclusive<i32> {
+        match self.kind {
+            SignalKind::Analogue { low, high } => low..=high,
+            SignalKind::Button | SignalKind::Switch | SignalKind::Input => 0..=1,
+        }
+    }
+
+    /// The value of a switch in the position of that name.
+    #[must_use]
+    pub fn position(&self, name: &str) -> Option<i32> {
+        let mut positions = (0..).zip(self.positions.iter().flatten());
+        positions.find(|(_, position)| *position == name).map(|(value, _)| value)
+    }
+
+    /// The value that a word stands for: the name of a position, or a number that it takes.
+    #[must_use]
+    pub fn value_of(&self, word: &str) -> Option<i32> {
+        let number = || word.parse().ok().filter(|value| self.values().contains(value));
+        self.position(word).or_else(number)
+    }
 }

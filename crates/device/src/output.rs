@@ -21,6 +21,17 @@ pub enum Output {
     Event(Stamp, Event),
 }
 
+impl Output {
+    /// What happened, if it is an event.
+    #[must_use]
+    pub fn event(&self) -> Option<&Event> {
+        match self {
+            Output::Event(_, event) => Some(event),
+            Output::Bytes(..) | Output::Flash(..) => None,
+        }
+    }
+}
+
 /// When something happened, and because of which command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stamp {

@@ -275,29 +275,21 @@ fn names(signals: &[Signal], fits: impl Fn(&Signal) -> bool) -> String {
 }
 
 fn check(signal: &Signal, value: i32) -> Result<(), ControlError> {
-    let (low, high) = match signal.kind {
-        SignalKind::Analogue { low, high } => (low, high),
-        SignalKind::Button | SignalKind::Switch | SignalKind::Input => (0, 1),
-    };
-    if (low..=high).contains(&value) {
+    let values = signal.values();
+    if values.contains(&value) {
         return Ok(());
     }
     Err(ControlError::NoSuchValue {
         name: signal.name.clone(),
         value: value.to_string(),
-        possible: format!("{low} to {high}"),
+        possible: format!("{} to {}", values.start(), values.end()),
     })
 }
 
 fn position_of(signal: &Signal, position: &str) -> Result<i32, ControlError> {
-    let positions = signal.positions.as_ref().map_or(&[] as &[String], |p| p.as_slice());
-    match positions.iter().position(|p| p == position) {
-        Some(0) => Ok(0),
-        Some(_) => Ok(1),
-        None => Err(ControlError::NoSuchValue {
-            name: signal.name.clone(),
-            value: position.to_owned(),
-            possible: positions.join(" or "),
-        }),
-    }
+    signal.position(position).ok_or_else(|| ControlError::NoSuchValue {
+        name: signal.name.clone(),
+        value: position.to_owned(),
+        possible: signal.positions.as_ref().map_or_else(String::new, |names| names.join(" or ")),
+    })
 }

@@ -798,18 +798,30 @@ impl<D: Device + Clone + 'static> Runner<D> {
         }
         let hopeless =
             |waiter: &mut Waiter| waiter.at.is_none() && !waiter.condition.has_happenings();
-        for waiter in self.waiters.extract_if(.., hopeless) {
-            waiter.ticket.end(Err(ControlError::Never));
+        let hopeless = self.waiters.extract_if(.., hopeless).collect();
+        self.dismiss_waiters(hopeless, || Err(ControlError::Never));
+    }
+
+    /// Nobody waits for these conditions any more, nor needs to see what they need.
+    fn dismiss_waiters(
+        &mut self,
+        waiters: Vec<Waiter>,
+        end: impl Fn() -> Result<Time, ControlError>,
+    ) {
+        if !waiters.is_empty() {
+            self.watch_kinds();
+        }
+        for waiter in waiters {
+            waiter.ticket.end(end());
         }
     }
 
     /// Lets go of those who do not want to wait any more.
     fn give_up_waiting(&mut self) {
         let at = self.device.now();
-        for waiter in self.waiters.extract_if(.., |waiter| waiter.ticket.wish() == Wish::Cancel) {
-            waiter.ticket.end(Err(ControlError::Cancelled { at }));
-        }
-        self.watch_kinds();
+        let wish = |waiter: &mut Waiter| waiter.ticket.wish() == Wish::Cancel;
+        let given_up = self.waiters.extract_if(.., wish).collect();
+        self.dismiss_waiters(given_up, || Err(ControlError::Cancelled { at }));
     }
 
     /// The same as [`Device::handle`], and after each cause those are answered who have waited for
@@ -831,22 +843,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
             self.seen.push_back(output);
         }
         let Runner { seen, device, waiters, .. } = self;
-        let events = seen.range(before..).filter_map(|output| match output {
-            Output::Event(_, event) => Some(event),
-            Output::Bytes(..) | Output::Flash(..) => None,
-        });
+        let events = seen.range(before..).filter_map(Output::event);
         let met = |waiter: &mut Waiter| {
             let Waiter { condition, .. } = waiter;
             condition.has_happenings() && device.holds(condition, events.clone())
         };
         let now = device.now();
-        let met: Vec<Waiter> = waiters.extract_if(.., met).collect();
-        if !met.is_empty() {
-            self.watch_kinds();
-        }
-        for waiter in met {
-            waiter.ticket.end(Ok(now));
-        }
+        let met = waiters.extract_if(.., met).collect();
+        self.dismiss_waiters(met, || Ok(now));
     }
 
     /// Something happens to the device. Who has done it has to be known if anybody wants to see
@@ -1034,13 +1038,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
     fn step(&mut self, at: Time) {
         self.pass_time(at);
         let now = self.device.now();
-        let (due, rest) = std::mem::take(&mut self.waiters)
-            .into_iter()
-            .partition::<Vec<_>, _>(|waiter| waiter.at.is_some_and(|at| at <= now));
-        self.waiters = rest;
-        for waiter in due {
-            waiter.ticket.end(Ok(now));
-        }
+        let is_due = |waiter: &mut Waiter| waiter.at.is_some_and(|at| at <= now);
+        let due = self.waiters.extract_if(.., is_due).collect();
+        self.dismiss_waiters(due, || Ok(now));
         self.disappoint();
     }
 

@@ -43,6 +43,12 @@ impl AxisSet {
         if bits <= Self::ALL.0 { Some(Self(bits)) } else { None }
     }
 
+    /// The axis with this index (0 X … 3 A) alone; nothing above 3.
+    #[must_use]
+    pub const fn of(axis: usize) -> Self {
+        if axis < 4 { Self(1 << axis) } else { Self::NONE }
+    }
+
     /// The bits of the set, 0 to 15.
     #[must_use]
     pub const fn bits(self) -> u8 {

@@ -187,9 +187,8 @@ impl Firmware {
     ) -> Outcome {
         let axes = self.commit(&moving.segment, step, true);
         self.state.unreference(axes);
-        for (axis, _) in hit.iter().enumerate().filter(|(_, end)| end.is_some()) {
-            let bits = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
-            self.state.latched = self.state.latched.union(bits);
+        for axis in (0..AXES).filter(|axis| hit[*axis].is_some()) {
+            self.state.latched = self.state.latched.union(AxisSet::of(axis));
         }
         let position = self.state.position;
         let hit = std::array::from_fn(|axis| hit[axis].map(|end| (end, position[axis])));

@@ -46,7 +46,7 @@ impl Firmware {
     pub(crate) fn set_reference_point(&mut self, axis: usize) {
         self.state.position[axis] = 0;
         self.state.zero[axis] = 0;
-        let axis = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+        let axis = AxisSet::of(axis);
         self.state.referenced = self.state.referenced.union(axis);
         self.state.latched = self.state.latched.without(axis);
         self.state.freed = self.state.freed.without(axis);
@@ -64,7 +64,7 @@ impl Firmware {
     fn reference_next(&mut self, job: Job, mut next: VecDeque<u8>) -> Outcome {
         let Some(axis) = next.pop_front() else { return Outcome::Finished(job, Ok(())) };
         let axis = usize::from(axis);
-        self.state.unreference(AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE));
+        self.state.unreference(AxisSet::of(axis));
         let on_switch = self.limit_active(axis, self.reference_end(axis));
         let begin_outside =
             on_switch && self.state.plant.machine().axis(axis).reference != Reference::Home;
@@ -181,7 +181,7 @@ impl Firmware {
     }
 
     fn wrong_switch(&mut self, run: &Referencing) -> Outcome {
-        let axis = AxisSet::from_bits(1 << run.axis).unwrap_or(AxisSet::NONE);
+        let axis = AxisSet::of(run.axis);
         self.state.unreference(axis);
         self.state.latched = self.state.latched.union(axis);
         let both = [End::Negative, End::Positive].map(|end| self.limit_active(run.axis, end));
@@ -194,7 +194,7 @@ impl Firmware {
     fn phase_reached(&mut self, run: Referencing) -> Outcome {
         let Referencing { job, whole, next, axis, phase, .. } = run;
         if !whole {
-            let axes = AxisSet::from_bits(1 << axis).unwrap_or(AxisSet::NONE);
+            let axes = AxisSet::of(axis);
             self.state.unreference(axes);
             self.state.latched = self.state.latched.without(axes);
             self.state.freed = self.state.freed.union(axes);

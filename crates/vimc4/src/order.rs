@@ -178,6 +178,7 @@ impl Order {
             },
             ["run", "until", "idle"] => Ok(Some(Order::RunUntilIdle)),
             ["run", "until", rest @ ..] if !rest.is_empty() => {
+                // Here an axis has the names that any model gives it.
                 if let [name, position] = rest
                     && let (Some(axis), Ok(position)) = (axis(name), position.parse())
                 {
@@ -329,22 +330,11 @@ fn parse_set(words: &[&str], signals: &[Signal]) -> Result<Order, String> {
             None => like(if name.is_empty() { &whole } else { &name }, signals),
         });
     };
-    let positions = signal.positions.as_ref().map_or(&[] as &[String], |names| names);
-    if positions.iter().any(|position| position == value) {
+    if signal.position(value).is_some() {
         return Ok(Order::Turn(name, (*value).to_owned()));
     }
-    let (low, high) = range(signal);
-    match value.parse() {
-        Ok(value) if (low..=high).contains(&value) => Ok(Order::Set(name, value)),
-        _ => Err(values(signal)),
-    }
-}
-
-fn range(signal: &Signal) -> (i32, i32) {
-    match signal.kind {
-        SignalKind::Analogue { low, high } => (low, high),
-        SignalKind::Button | SignalKind::Switch | SignalKind::Input => (0, 1),
-    }
+    let value = signal.value_of(value).ok_or_else(|| values(signal))?;
+    Ok(Order::Set(name, value))
 }
 
 /// What a signal can be set to.

@@ -96,11 +96,8 @@ fn input(model: &str, device: &impl Device, text: &str) -> Result<(SignalId, i32
         Some(Order::Turn(name, position)) => (name, position),
         _ => (name.to_owned(), value.to_owned()),
     };
-    let found = signals.iter().find(|signal| signal.name == name).and_then(|signal| {
-        let named = signal.positions.iter().flatten().position(|position| *position == value);
-        let value = named.map_or_else(|| value.parse().ok(), |place| i32::try_from(place).ok())?;
-        Some((signal.id, value))
-    });
+    let found = signals.iter().find(|signal| signal.name == name);
+    let found = found.and_then(|signal| Some((signal.id, signal.value_of(&value)?)));
     found.ok_or_else(|| Failure::usage(format!("there is no signal {name}")))
 }
 

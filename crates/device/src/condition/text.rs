@@ -238,18 +238,17 @@ impl Names {
         })?;
         let value = |rest: &'t str| {
             let names = known.and_then(|signal| signal.positions.as_ref());
-            let (right, low, high) = match (known.map(|signal| signal.kind), names) {
-                (_, Some([first, second])) => (format!("{first} or {second}"), 0, 1),
+            let right = match (known.map(|signal| signal.kind), names) {
+                (_, Some([first, second])) => format!("{first} or {second}"),
                 (Some(SignalKind::Analogue { low, high }), _) => {
-                    (format!("a value, {low} to {high}"), low, high)
+                    format!("a value, {low} to {high}")
                 }
-                (Some(_), _) => ("0 or 1".to_owned(), 0, 1),
-                (None, _) => ("a value".to_owned(), i32::MIN, i32::MAX),
+                (Some(_), _) => "0 or 1".to_owned(),
+                (None, _) => "a value".to_owned(),
             };
-            expected(rest, &right, |word| {
-                let place = names.and_then(|names| names.iter().position(|name| name == word));
-                let place = place.and_then(|place| i32::try_from(place).ok());
-                place.or_else(|| word.parse().ok()).filter(|value| (low..=high).contains(value))
+            expected(rest, &right, |word| match known {
+                Some(signal) => signal.value_of(word),
+                None => word.parse().ok(),
             })
         };
         if verb == "is" {
