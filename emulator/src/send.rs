@@ -48,12 +48,11 @@ to a real machine the travel is shown, and somebody has to agree.
 
 Enter, and any other line, stops a motion along its ramp; then Enter goes on with it, as does START
 at the panel, and q ends the job; a plot halts behind the command that runs. In a wait it holds what
-comes next. At a HALT, s goes on
-line by line. What is typed before a question is no answer to it. An error reply, and what is no
-answer of such a controller, ends the job, as does a HALT, a GETTOOL and a WPTEACH where nobody is
-at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it rests; Ctrl-C again does
-not wait. What is switched on stays on. Whatever ends it, the line is said with which --from goes
-on.",
+comes next. At a HALT, s goes on line by line. What is typed before a question is no answer to it. An
+error reply, and what is no answer of such a controller, ends the job, as does a HALT, a GETTOOL and a
+WPTEACH where nobody is at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it
+rests; Ctrl-C again does not wait. What is switched on stays on. Whatever ends it, the line is said
+with which --from goes on.",
     after_long_help = "\
 Examples:
   vimc4 send examples/plate.ncp --to ./vimc4.pty --machine mill
