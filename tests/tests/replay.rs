@@ -178,7 +178,7 @@ fn replay(reports: &[Report], fresh: &Line<Controller>) -> Replayed {
                 recorded.restore(state);
                 recorded.run_to(*at);
                 due = taken(&mut recorded);
-                states.push([recorded, harness.clone()].map(|of| of.device().state().clone()));
+                states.push([recorded, harness.clone()].map(|of| of.device().state()));
             }
             _ => {}
         }

@@ -1,6 +1,5 @@
 //! A controller of any family as a device.
 
-use std::cell::OnceCell;
 use std::sync::Arc;
 
 use vimc4_device::{
@@ -12,11 +11,7 @@ use crate::list::{Details, Inner, Model, State, both, of};
 
 /// A virtual controller with its machine.
 #[derive(Clone, Debug)]
-pub struct Controller {
-    inner: Inner,
-    /// The state, from when it is asked for to the next input.
-    state: OnceCell<State>,
-}
+pub struct Controller(Inner);
 
 impl Details {
     /// The stored program, if there is one.
@@ -58,7 +53,7 @@ impl Controller {
         image: &[u8],
     ) -> Result<Controller, MemoryError> {
         let inner = of!(Model, model, model => Inner::from(model.switched_on(machine, image)?));
-        Ok(Controller { inner, state: OnceCell::new() })
+        Ok(Controller(inner))
     }
 }
 
@@ -67,96 +62,87 @@ impl Device for Controller {
     type Details = Details;
 
     fn perform(&mut self, at: Time) -> bool {
-        self.state.take();
-        of!(Inner, &mut self.inner, device => device.perform(at))
+        of!(Inner, &mut self.0, device => device.perform(at))
     }
 
     fn accept(&mut self, input: Input<'_>, at: Time) {
-        self.state.take();
-        of!(Inner, &mut self.inner, device => device.accept(input, at));
-    }
-
-    fn handle(&mut self, input: Input<'_>, at: Time) {
-        self.state.take();
-        of!(Inner, &mut self.inner, device => device.handle(input, at));
+        of!(Inner, &mut self.0, device => device.accept(input, at));
     }
 
     fn poll_output(&mut self) -> Option<Output> {
-        of!(Inner, &mut self.inner, device => device.poll_output())
+        of!(Inner, &mut self.0, device => device.poll_output())
     }
 
     fn watch(&mut self, kinds: Kinds) -> Kinds {
-        of!(Inner, &mut self.inner, device => device.watch(kinds))
+        of!(Inner, &mut self.0, device => device.watch(kinds))
     }
 
-    fn state(&self) -> &State {
-        let state = || of!(Inner, &self.inner, device => State::from(device.state().clone()));
-        self.state.get_or_init(state)
+    fn state(&self) -> State {
+        of!(Inner, &self.0, device => State::from(device.state()))
     }
 
     /// The state of another family is none of this device's, and changes nothing.
     fn restore(&mut self, state: State) {
-        self.state.take();
-        both!(Inner, &mut self.inner, State, state, device, state => device.restore(*state));
+        both!(Inner, &mut self.0, State, state, device, state => device.restore(*state));
     }
 
     fn now(&self) -> Time {
-        of!(Inner, &self.inner, device => device.now())
+        of!(Inner, &self.0, device => device.now())
     }
 
     fn wake(&self) -> Option<Time> {
-        of!(Inner, &self.inner, device => device.wake())
+        of!(Inner, &self.0, device => device.wake())
     }
 
     fn view(&self, at: Time) -> View<Details> {
-        of!(Inner, &self.inner, device => device.view(at).with(Details::from))
+        of!(Inner, &self.0, device => device.view(at).with(Details::from))
     }
 
     fn activity(&self) -> Activity {
-        of!(Inner, &self.inner, device => device.activity())
+        of!(Inner, &self.0, device => device.activity())
     }
 
     fn details(&self) -> Details {
-        of!(Inner, &self.inner, device => Details::from(device.details()))
+        of!(Inner, &self.0, device => Details::from(device.details()))
     }
 
     fn signals(&self) -> Vec<Signal> {
-        of!(Inner, &self.inner, device => device.signals())
+        of!(Inner, &self.0, device => device.signals())
     }
 
     fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        of!(Inner, &self.inner, device => device.input_signal(port, bit))
+        of!(Inner, &self.0, device => device.input_signal(port, bit))
     }
 
     fn baud(&self) -> u32 {
-        of!(Inner, &self.inner, device => device.baud())
+        of!(Inner, &self.0, device => device.baud())
     }
 
     fn room(&self, handshake: bool) -> usize {
-        of!(Inner, &self.inner, device => device.room(handshake))
+        of!(Inner, &self.0, device => device.room(handshake))
     }
 
     fn flash_image(&self) -> Vec<u8> {
-        of!(Inner, &self.inner, device => device.flash_image())
+        of!(Inner, &self.0, device => device.flash_image())
     }
 
     fn explain(&self, command: &[u8]) -> String {
-        of!(Inner, &self.inner, device => device.explain(command))
+        of!(Inner, &self.0, device => device.explain(command))
     }
 
     fn is_urgent(&self, byte: u8) -> bool {
-        of!(Inner, &self.inner, device => device.is_urgent(byte))
+        of!(Inner, &self.0, device => device.is_urgent(byte))
     }
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
-        of!(Inner, &self.inner, device => device.why_without_effect(signal, value))
+        of!(Inner, &self.0, device => device.why_without_effect(signal, value))
     }
 
     fn is_idle(&self) -> bool {
-        of!(Inner, &self.inner, device => device.is_idle())
+        of!(Inner, &self.0, device => device.is_idle())
     }
 
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
-        of!(Inner, &self.inner, device => device.first_time(fact, from))
+        of!(Inner, &self.0, device => device.first_time(fact, from))
     }
 }

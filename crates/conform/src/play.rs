@@ -167,7 +167,7 @@ pub fn play_watched<D: Device>(
     player
         .check_end(session, &build)
         .map_err(|Mismatch(e, g)| player.failure(session, last, e, g))?;
-    Ok((player.record, player.harness.device().state().clone()))
+    Ok((player.record, player.harness.device().state()))
 }
 
 /// What was expected, and what came instead.
@@ -459,9 +459,9 @@ impl<D: Device> Player<D> {
 
     fn save_and_restore(&mut self) -> Result<(), Mismatch> {
         let before = self.harness.device().state();
-        let after = serde_json::to_string(before).map(|text| serde_json::from_str(&text));
+        let after = serde_json::to_string(&before).map(|text| serde_json::from_str(&text));
         match after {
-            Ok(Ok(after)) if after == *before => {
+            Ok(Ok(after)) if after == before => {
                 self.harness.restore(after);
                 Ok(())
             }

@@ -84,8 +84,8 @@ impl Device for Lamp {
 
     // What it is.
 
-    fn state(&self) -> &State {
-        &self.state
+    fn state(&self) -> State {
+        self.state.clone()
     }
 
     fn restore(&mut self, state: State) {
@@ -171,7 +171,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     println!("it will rest at {rests}");
 
     // A state can be kept and gone on from.
-    let kept = lamp.device().state().clone();
+    let kept = lamp.device().state();
     assert_eq!(lamp.ask(b"0")?, b"k");
     lamp.restore(kept);
     assert_eq!(lamp.ask(b"")?, b"k");

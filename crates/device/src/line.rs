@@ -1,6 +1,5 @@
 //! The serial line, with the time its characters take.
 
-use std::cell::OnceCell;
 use std::collections::VecDeque;
 
 use bytes::Bytes;
@@ -26,8 +25,6 @@ pub struct Line<D: Device> {
     device: D,
     wires: Wires,
     ready: VecDeque<Output>,
-    /// The state is put together when somebody asks, which is far less often than bytes pass.
-    state: OnceCell<LineState<D::State>>,
 }
 
 /// The state of a device and its line.
@@ -101,7 +98,7 @@ impl<D: Device> Line<D> {
 
     fn new(device: D, paced: bool) -> Line<D> {
         let wires = Wires { paced, to_device: Lane::default(), from_device: Lane::default() };
-        Line { device, wires, ready: VecDeque::new(), state: OnceCell::new() }
+        Line { device, wires, ready: VecDeque::new() }
     }
 
     /// The device at the end of the line.
@@ -137,7 +134,6 @@ impl<D: Device> Device for Line<D> {
         if first > at || first == Time::NEVER {
             return false;
         }
-        self.state.take();
         let baud = self.device.baud();
         if first == leaves {
             self.device.accept(Input::Wake, first);
@@ -154,7 +150,6 @@ impl<D: Device> Device for Line<D> {
     }
 
     fn accept(&mut self, input: Input<'_>, at: Time) {
-        self.state.take();
         match input {
             Input::Bytes(bytes) if self.wires.paced => {
                 self.device.accept(Input::Wake, at);
@@ -180,15 +175,11 @@ impl<D: Device> Device for Line<D> {
         self.device.watch(kinds)
     }
 
-    fn state(&self) -> &Self::State {
-        self.state.get_or_init(|| LineState {
-            device: self.device.state().clone(),
-            wires: self.wires.clone(),
-        })
+    fn state(&self) -> Self::State {
+        LineState { device: self.device.state(), wires: self.wires.clone() }
     }
 
     fn restore(&mut self, state: Self::State) {
-        self.state.take();
         self.ready.clear();
         self.wires = state.wires;
         self.device.restore(state.device);

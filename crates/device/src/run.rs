@@ -88,8 +88,8 @@ pub trait Device {
     /// before. It is not part of the state.
     fn watch(&mut self, kinds: Kinds) -> Kinds;
 
-    /// The state. Take it after the outputs are drained.
-    fn state(&self) -> &Self::State;
+    /// A copy of the state. Take it after the outputs are drained.
+    fn state(&self) -> Self::State;
 
     /// Continues from a state taken earlier, of the same kind of device.
     fn restore(&mut self, state: Self::State);

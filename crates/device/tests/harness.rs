@@ -196,7 +196,7 @@ fn a_state_taken_earlier_goes_on_from_there() {
     let mut cart = Harness::new(Cart::default());
     cart.send(b"m10\r");
     cart.run_to(ms(4));
-    let state = cart.device().state().clone();
+    let state = cart.device().state();
     let first = (cart.ask(b"p\r").unwrap(), cart.now());
     cart.restore(state);
     assert_eq!(cart.now(), ms(4));

@@ -200,7 +200,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     where
         D::State: Send,
     {
-        self.with(|runner| Ok(runner.device().state().clone()))
+        self.with(|runner| Ok(runner.device().state()))
     }
 
     /// Continues from a state taken earlier, its time included.

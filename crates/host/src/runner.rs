@@ -615,9 +615,9 @@ impl<D: Device + Clone + 'static> Runner<D> {
             self.pass_time(at);
             self.news_at(at, News::Deed { by: by.clone(), deed: deed.clone() });
             // A device may answer such a byte although nothing comes of it.
-            let before = self.device.state().clone();
+            let before = self.device.state();
             self.input_at(Input::Bytes(first), at, Some(by));
-            if *self.device.state() == before {
+            if self.device.state() == before {
                 let off = self.unpowered.is_some();
                 let why =
                     if off { "the power is off" } else { "there is nothing that it could end" };
@@ -784,11 +784,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Something happens to the device, of which all that is due by then has been done. Returns
     /// whether the device is another one than before, or has said or stored something.
     fn changes(&mut self, by: &Source, inputs: &[Input<'_>], at: Time) -> bool {
-        let (before, said) = (self.device.state().clone(), self.said);
+        let (before, said) = (self.device.state(), self.said);
         for input in inputs {
             self.input_at(*input, at, Some(by));
         }
-        self.said != said || *self.device.state() != before
+        self.said != said || self.device.state() != before
     }
 
     /// Tells those who wait for what cannot come any more: the device rests.

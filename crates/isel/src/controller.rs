@@ -79,8 +79,8 @@ impl Device for Controller {
         self.0.out.watch(kinds)
     }
 
-    fn state(&self) -> &State {
-        &self.0.state
+    fn state(&self) -> State {
+        self.0.state.clone()
     }
 
     fn restore(&mut self, state: State) {

@@ -117,12 +117,12 @@ fn a_snapshot_is_small_and_continues_anywhere() {
     let mut imc = controller("imc4", "bench");
     assert_eq!(ask(&mut imc, "@03"), "0");
     imc.send(b"@0A5000,10000,-77,300\r");
-    let snapshot = imc.device().state().clone();
+    let snapshot = imc.device().state();
     let first = imc.ask(b"").unwrap();
-    let end = imc.device().state().clone();
+    let end = imc.device().state();
     imc.restore(snapshot);
     assert_eq!(imc.ask(b"").unwrap(), first);
-    assert_eq!(*imc.device().state(), end);
+    assert_eq!(imc.device().state(), end);
 }
 
 #[test]

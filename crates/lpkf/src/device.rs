@@ -34,8 +34,8 @@ impl Device for Controller {
         self.out.watch(kinds)
     }
 
-    fn state(&self) -> &State {
-        &self.state
+    fn state(&self) -> State {
+        self.state.clone()
     }
 
     fn restore(&mut self, state: State) {

@@ -237,7 +237,7 @@ fn try_numbers(seed: u64) {
         first.input(act.input());
     }
     let mut resumed = Harness::new(blind).watching(Kinds::ALL);
-    resumed.restore(first.device().state().clone());
+    resumed.restore(first.device().state());
     let rest = watch(resumed, after);
     assert!(events.ends_with(&rest), "numbers differ after a snapshot");
 }

@@ -132,7 +132,7 @@ impl<D: Device> History<D> {
             outputs.push_back(output);
         }
         let first = Moment { at: device.now(), ..Moment::default() };
-        let trunk = Track::new("main".to_owned(), None, first, device.state().clone());
+        let trunk = Track::new("main".to_owned(), None, first, device.state());
         History {
             acted: first.at,
             present: Place { branch: BranchId(0), moment: first },
@@ -422,7 +422,7 @@ impl<D: Device> History<D> {
         self.since = if moment <= track.snapshots.last().0 { 0 } else { self.since + 1 };
         // A snapshot is taken just after an act, which everybody passes who goes over it again.
         if self.since >= self.limits.spacing.max(1) && moment.at == self.acted {
-            track.snapshots.push(moment, self.device.state().clone(), self.limits.snapshots);
+            track.snapshots.push(moment, self.device.state(), self.limits.snapshots);
             self.since = 0;
         }
     }
@@ -470,7 +470,7 @@ impl<D: Device> History<D> {
         let from = self.present;
         let first = Moment { at: from.moment.at, ..Moment::default() };
         let branch = BranchId(self.tracks.len() as u32);
-        let (name, state) = (format!("branch {}", branch.0), self.device.state().clone());
+        let (name, state) = (format!("branch {}", branch.0), self.device.state());
         self.tracks.push(Track::new(name, Some(from), first, state));
         self.present = Place { branch, moment: first };
         self.acted = first.at;

@@ -122,7 +122,7 @@ fn an_input_at_the_end_begins_none() {
 fn a_place_that_is_none_is_not_gone_to() {
     let mut history = driven(Limits::default());
     let here = history.present();
-    let state = history.device().state().clone();
+    let state = history.device().state();
     for place in [
         // Beyond the end; in the middle of what takes no time; later or earlier than it was.
         trunk(moment(2, 0, 2, 201)),
@@ -133,7 +133,7 @@ fn a_place_that_is_none_is_not_gone_to() {
     ] {
         assert!(!history.go_to(place), "{place:?}");
         assert_eq!(history.present(), here);
-        assert_eq!(*history.device().state(), state);
+        assert_eq!(history.device().state(), state);
     }
     // A time at which nothing happens is one.
     assert!(history.go_to(trunk(moment(2, 0, 1, 120))));

@@ -296,8 +296,7 @@ impl Control {
     /// The present state.
     pub fn snapshot(&self) -> Reply<Snapshot> {
         let family = self.model.family();
-        self.handle
-            .with(move |runner| Ok(Snapshot { family, state: runner.device().state().clone() }))
+        self.handle.with(move |runner| Ok(Snapshot { family, state: runner.device().state() }))
     }
 
     /// Goes back to a state taken earlier, of this or another emulator of the same model.

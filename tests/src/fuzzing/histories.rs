@@ -96,7 +96,7 @@ impl<D: Family> Wandering<D> {
             Operation::Restore | Operation::Restart => {
                 if let Some((place, state)) = self.any_kept() {
                     assert!(self.history.go_to(place), "{place:?} is no longer there");
-                    assert_eq!(*self.history.device().state(), state, "is another at {place:?}");
+                    assert_eq!(self.history.device().state(), state, "is another at {place:?}");
                 }
             }
             Operation::Look(axis, way) => {
@@ -133,7 +133,7 @@ impl<D: Family> Wandering<D> {
     }
 
     fn keep(&mut self) {
-        let kept = (self.history.present(), self.history.device().state().clone());
+        let kept = (self.history.present(), self.history.device().state());
         if self.kept.len() < KEPT_MAX {
             self.kept.push(kept);
         } else {
@@ -151,7 +151,7 @@ impl<D: Family> Wandering<D> {
     fn everything_is_as_it_was(&mut self) {
         for (place, state) in std::mem::take(&mut self.kept) {
             assert!(self.history.go_to(place), "{place:?} is no longer there");
-            assert_eq!(*self.history.device().state(), state, "is another at {place:?}");
+            assert_eq!(self.history.device().state(), state, "is another at {place:?}");
             self.history.go_to_time(place.moment.at);
             assert_eq!(self.history.now(), place.moment.at, "{place:?}");
         }
@@ -164,7 +164,7 @@ impl<D: Family> Wandering<D> {
         self.history.go_to_end(branch);
         let mut trail = Vec::new();
         for _ in 0..self.chance.below(50) {
-            let here = (self.history.present(), self.history.device().state().clone());
+            let here = (self.history.present(), self.history.device().state());
             if !self.history.back() || self.history.present().branch != branch {
                 break;
             }
@@ -178,7 +178,7 @@ impl<D: Family> Wandering<D> {
         for (place, state) in trail.drain(natural..).rev() {
             assert!(self.history.step().is_some(), "nothing leads to {place:?}");
             assert_eq!(self.history.present(), place);
-            assert_eq!(*self.history.device().state(), state, "is another at {place:?}");
+            assert_eq!(self.history.device().state(), state, "is another at {place:?}");
         }
     }
 
@@ -190,7 +190,7 @@ impl<D: Family> Wandering<D> {
             let mut said = Said::new();
             if let Some(parted) = branch.parted {
                 assert!(self.history.go_to(parted));
-                plain.restore(self.history.device().state().clone());
+                plain.restore(self.history.device().state());
             }
             for timed in self.history.inputs(branch.id, 0) {
                 plain.handle(timed.input.as_input(), timed.at);

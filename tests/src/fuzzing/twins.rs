@@ -396,7 +396,7 @@ impl<D: Family> Twins<D> {
         self.said_alone = Record::default();
         self.said_watched = Record::default();
         let (a, b) = (self.alone.state(), self.watched.state());
-        assert!(a == b, "states differ in {:?}", difference(a, b));
+        assert!(a == b, "states differ in {:?}", difference(&a, &b));
         if self.chance.below(4) == 0 {
             check_view::<D>(&self.watched.view(self.watched.now()));
         }
@@ -406,10 +406,10 @@ impl<D: Family> Twins<D> {
     /// takes more memory than there is, and what is on the disk is what the controller has.
     fn keep(&mut self) {
         let state = self.alone.state();
-        let text = serde_json::to_string(state).unwrap_or_default();
+        let text = serde_json::to_string(&state).unwrap_or_default();
         let back: D::State =
             serde_json::from_str(&text).unwrap_or_else(|error| unreachable!("{error}: {text}"));
-        assert!(back == *state, "written and read back differ in {:?}", difference(&back, state));
+        assert!(back == state, "written and read back differ in {:?}", difference(&back, &state));
         self.alone.check_memory(&serde_json::from_str(&text).unwrap_or_default());
         let from_disk = D::open(self.setup, &self.disk);
         assert_eq!(from_disk.flash_image(), self.alone.flash_image(), "the disk is different");

@@ -70,7 +70,7 @@ fn it_is_driven_as_the_others_are() {
 fn its_state_can_be_kept_and_is_of_no_other_family() {
     let mut moved = cart();
     moved.ask(b"m5\r").unwrap();
-    let state = moved.device().state().clone();
+    let state = moved.device().state();
     assert_eq!(state.family(), Family::Cart);
     let text = serde_json::to_string(&state).unwrap();
     let with = |state| {
@@ -82,7 +82,7 @@ fn its_state_can_be_kept_and_is_of_no_other_family() {
     assert_eq!(other.ask(b"p\r").unwrap(), b"5");
 
     let imc4 = bare(&model("imc4").unwrap(), &machine("bench").unwrap(), b"").unwrap();
-    let other = with(imc4.state().clone());
+    let other = with(imc4.state());
     assert_eq!(other.device().state().family(), Family::Cart);
     let memory = bare(&model("cart").unwrap(), &machine("bench").unwrap(), b"?");
     assert_eq!(memory.unwrap_err(), MemoryError::NoMemory);

@@ -180,8 +180,8 @@ impl Device for Cart {
         self.out.watch(kinds)
     }
 
-    fn state(&self) -> &State {
-        &self.state
+    fn state(&self) -> State {
+        self.state.clone()
     }
 
     fn restore(&mut self, state: State) {

@@ -195,8 +195,8 @@ impl Device for Fake {
         std::mem::replace(&mut self.kinds, kinds)
     }
 
-    fn state(&self) -> &State {
-        &self.state
+    fn state(&self) -> State {
+        self.state.clone()
     }
 
     fn restore(&mut self, state: State) {

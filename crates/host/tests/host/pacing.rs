@@ -137,7 +137,7 @@ fn a_line_continues_from_its_state() {
     line.send(b"ehello\rw5\r");
     line.run_to(Time::from_millis(3));
     line.drain();
-    let state = line.device().state().clone();
+    let state = line.device().state();
     let mut other = ideal();
     other.restore(state);
     assert_eq!(run(&mut other), run(&mut line));

@@ -99,7 +99,7 @@ fn everything_that_goes_in_is_told_and_can_be_given_again() {
         .collect();
     let (replayed, fake) = replay(&read);
     assert_eq!(said, [(ms(50), b'0'), (ms(50), b's'), (ms(50), b'\xFD'), (ms(50), b'x')]);
-    assert_eq!((replayed, fake.state()), (said, &end));
+    assert_eq!((replayed, fake.state()), (said, end));
     running.end().unwrap();
 }
 

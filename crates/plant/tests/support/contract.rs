@@ -36,7 +36,7 @@ pub(crate) fn hold<D: Device + Clone>(blind: D, acts: &[(Time, Act)], random: &m
     for (at, act) in acts {
         plain.run_to(*at);
         plain.input(act.input());
-        snapshots.push(plain.device().state().clone());
+        snapshots.push(plain.device().state());
         heard.push(said(&plain).len());
     }
     plain.run_to(end);
@@ -102,7 +102,7 @@ fn cause_by_cause<D: Device + Clone>(
         let now = single.step();
         assert!(now >= Some(before) && now >= due, "{due:?} came at {now:?} after {before:?}");
         if random.one_in(20) {
-            let state = single.device().state().clone();
+            let state = single.device().state();
             assert_eq!(single.device().view(single.now()).at, single.now());
             single.restore(state);
         }
