@@ -10,8 +10,9 @@ use crate::clock::Clock;
 use crate::journey::Journey;
 use crate::reply::{ControlError, Reply};
 use crate::report::{Deed, Effect, Sink, SinkId, Source};
-use crate::runner::{Deferred, Destination, Runner};
+use crate::runner::{Deferred, Runner};
 use crate::transport::Transport;
+use crate::travel::Destination;
 
 /// Buttons that stay pressed until somebody releases them.
 const LATCHING: [&str; 1] = ["estop"];

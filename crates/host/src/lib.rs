@@ -7,19 +7,32 @@
 #![forbid(unsafe_code)]
 
 mod bell;
+mod clients;
 mod clock;
+mod deeds;
+mod drive;
 mod flash;
 mod half_line;
 mod handle;
 mod journey;
+mod leaving;
 mod line_feeds;
+mod pace;
+mod reception;
 mod reply;
 mod report;
 mod reports;
+mod rig;
 mod runner;
+mod sinks;
+mod storage;
 mod timer;
 mod traffic;
 mod transport;
+mod travel;
+mod turn;
+mod waiting;
+mod wire;
 mod worker;
 
 pub use clock::{Clock, ClockError, Rate};

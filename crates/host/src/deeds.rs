@@ -1,0 +1,113 @@
+//! What is done to a device and is no command, and what comes of it.
+
+use std::borrow::Cow;
+
+use vimc4_device::{Device, Input, Kinds, SignalId, Time};
+
+use crate::drive::Drive;
+use crate::report::{Deed, Effect, News, Source};
+use crate::rig::Rig;
+
+/// Somebody does something to the device, and learns whether anything has come of it.
+pub(crate) fn act<D: Device + Clone>(
+    drive: &mut Drive<D>,
+    by: &Source,
+    deed: Deed,
+    inputs: &[Input<'_>],
+) -> Effect {
+    let at = drive.catch_up_to_present();
+    let rig = &mut drive.rig;
+    rig.pass_time(at);
+    let told = rig.is_wanted(Kinds::COMMAND);
+    if told {
+        rig.tell_news(at, News::Deed { by: by.clone(), deed: deed.clone() });
+    }
+    let changed = changes(rig, by, inputs, at);
+    rig.disappoint();
+    if changed {
+        return Effect::Something;
+    }
+    let why = why_without_effect(&rig.device, inputs, at);
+    if told {
+        let by = by.clone();
+        rig.tell_news(at, News::NoEffect { by, deed, why: why.map(Cow::Borrowed) });
+    }
+    Effect::Nothing { why }
+}
+
+/// Something happens to the device, of which all that is due by then has been done. Returns
+/// whether the device is another one than before, or has said or stored something.
+fn changes<D: Device>(rig: &mut Rig<D>, by: &Source, inputs: &[Input<'_>], at: Time) -> bool {
+    let (before, said) = (rig.device.state(), rig.said);
+    for input in inputs {
+        rig.input(*input, at, Some(by));
+    }
+    rig.said != said || rig.device.state() != before
+}
+
+/// Why inputs have changed nothing.
+fn why_without_effect<D: Device>(
+    device: &D,
+    inputs: &[Input<'_>],
+    at: Time,
+) -> Option<&'static str> {
+    // Nothing has changed, so what is so now was so before.
+    let is_so = |id: SignalId, value: i32| {
+        let signals = device.view(at).signals;
+        signals.iter().any(|signal| signal.id == id && signal.value == Some(value))
+    };
+    let already = "it was so already";
+    match inputs {
+        [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
+        // Of several things each may have undone the one before: the first reason that there is.
+        _ => inputs
+            .iter()
+            .find_map(|input| match input {
+                Input::Signal(signal, value) => device.why_without_effect(*signal, *value),
+                _ => None,
+            })
+            .or((inputs.len() == 1).then_some(already)),
+    }
+}
+
+/// Bytes reach the device. Of those that act at once it is said who has sent them.
+pub(crate) fn send<D: Device>(
+    rig: &mut Rig<D>,
+    bytes: &[u8],
+    at: Time,
+    source: impl FnOnce() -> Source,
+) {
+    let urgent =
+        rig.is_wanted(Kinds::COMMAND) && bytes.iter().any(|byte| rig.device.is_urgent(*byte));
+    // Who has sent them takes some finding out.
+    let by = (rig.sinks.wants().inputs || urgent).then(source);
+    let Some(by) = by.as_ref().filter(|_| urgent) else {
+        return rig.input(Input::Bytes(bytes), at, by.as_ref());
+    };
+    let mut rest = bytes;
+    while let Some(place) = rest.iter().position(|byte| rig.device.is_urgent(*byte)) {
+        let (before, after) = rest.split_at(place);
+        if !before.is_empty() {
+            rig.input(Input::Bytes(before), at, Some(by));
+        }
+        let (first, after) = after.split_at(1);
+        let deed = Deed::Byte(first.first().copied().unwrap_or_default());
+        rig.pass_time(at);
+        rig.tell_news(at, News::Deed { by: by.clone(), deed: deed.clone() });
+        // A device may answer such a byte although nothing comes of it.
+        let before = rig.device.state();
+        rig.input(Input::Bytes(first), at, Some(by));
+        if rig.device.state() == before {
+            let why = if rig.is_off() {
+                "the power is off"
+            } else {
+                "there is nothing that it could end"
+            };
+            rig.tell_news(at, News::NoEffect { by: by.clone(), deed, why: Some(why.into()) });
+        }
+        rest = after;
+    }
+    if !rest.is_empty() {
+        rig.input(Input::Bytes(rest), at, Some(by));
+    }
+}

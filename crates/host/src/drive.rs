@@ -1,0 +1,241 @@
+//! Time passes for a device.
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use vimc4_device::{Condition, Device, Foresight, Input, Kinds, Time};
+
+use crate::clock::Clock;
+use crate::journey::{Progress, Ticket, Wish};
+use crate::pace::Pace;
+use crate::reply::ControlError;
+use crate::report::{Deed, News, Source};
+use crate::rig::Rig;
+use crate::travel::{Destination, Travel};
+
+/// How many deadlines are performed before the line is looked at again.
+const BATCH: u32 = 10_000;
+
+/// How long that may take.
+const BATCH_TIME: Duration = Duration::from_millis(5);
+
+/// How many causes are looked ahead for somebody who waits while time runs by itself, without
+/// holding up the line. What is not decided by then is waited for.
+const FORESIGHT: u32 = 1_000;
+
+/// A device in its rig, and how its time passes: as its clock says, or as somebody sends it.
+pub(crate) struct Drive<D: Device> {
+    pub(crate) rig: Rig<D>,
+    pace: Pace,
+    journey: Option<Travel<D>>,
+}
+
+impl<D: Device + Clone> Drive<D> {
+    pub(crate) fn new(device: D, clock: Clock) -> Drive<D> {
+        Drive { rig: Rig::new(device), pace: Pace::new(clock), journey: None }
+    }
+
+    /// Time begins.
+    pub(crate) fn start(&mut self) {
+        self.pace.start(self.rig.device.now());
+    }
+
+    // --- the present ---
+
+    /// The model time at this moment.
+    pub(crate) fn present(&self) -> Time {
+        let now = self.rig.device.now();
+        // While the device is behind, its own time is the present one.
+        if self.pace.is_behind() { now } else { self.pace.now().map_or(now, |at| at.max(now)) }
+    }
+
+    /// The time at which something happens now; what is due before has been done.
+    pub(crate) fn catch_up_to_present(&mut self) -> Time {
+        let at = self.present();
+        if !self.is_due(at) {
+            return at;
+        }
+        self.catch_up();
+        self.present()
+    }
+
+    /// Performs what is due by now. Returns whether that did not come to an end.
+    pub(crate) fn catch_up(&mut self) -> bool {
+        let Some(present) = self.pace.now() else { return false };
+        let done = self.run_to(present);
+        if done {
+            self.pace.caught_up();
+        } else {
+            self.pace.fell_behind(self.rig.device.now());
+        }
+        !done
+    }
+
+    /// Whether what arrives has to wait: time is on its way, or catches up. What arrives in between
+    /// arrives when that has ended, or in a pause.
+    pub(crate) fn is_away(&self) -> bool {
+        self.pace.is_behind() || self.journey.as_ref().is_some_and(|travel| !travel.paused)
+    }
+
+    /// The moment on the wall at which something is to be done next.
+    pub(crate) fn next_moment(&self) -> Option<Instant> {
+        if !self.pace.runs() {
+            return None;
+        }
+        self.pace.moment_of(self.rig.next_deadline()?)
+    }
+
+    // --- how it passes ---
+
+    /// Lets time pass as far as the clock says. Returns whether more is to be done at once.
+    pub(crate) fn move_time(&mut self) -> bool {
+        if let Some(mut travel) = self.journey.take() {
+            let Some(end) = self.travel(&mut travel) else {
+                let busy = !travel.paused;
+                self.journey = Some(travel);
+                return busy;
+            };
+            let Travel { by, ticket, began, .. } = travel;
+            let now = self.rig.device.now();
+            if end.is_ok() || now > began {
+                self.rig.input(Input::Wake, now, Some(&by));
+            }
+            ticket.end(end);
+        }
+        if self.pace.runs() {
+            // A device that has nothing to do yet need not be told that time passes. To look at
+            // the clock would cost more than to see that nothing will be due at all.
+            return self.has_deadline()
+                && self.pace.now().is_some_and(|now| self.is_due(now))
+                && self.catch_up();
+        }
+        self.pace.jumps() && self.rig.next_deadline().is_some()
+    }
+
+    /// Time jumps, where the clock says so: nothing is readable.
+    pub(crate) fn jump(&mut self) {
+        if self.pace.jumps() && self.journey.is_none() {
+            let began = Instant::now();
+            for _ in 0..BATCH {
+                let Some(due) = self.rig.next_deadline() else { return };
+                self.rig.step(due);
+                if self.rig.storage.has_failed() || began.elapsed() >= BATCH_TIME {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Performs causes one by one until `target`, for a few milliseconds at most. Returns
+    /// whether it arrived.
+    fn run_to(&mut self, target: Time) -> bool {
+        let began = Instant::now();
+        for _ in 0..BATCH {
+            match self.rig.next_deadline() {
+                Some(due) if due <= target => self.rig.step(due),
+                _ => {
+                    if self.rig.device.now() < target {
+                        self.rig.step(target);
+                    }
+                    return true;
+                }
+            }
+            if self.rig.storage.has_failed() || began.elapsed() >= BATCH_TIME {
+                break;
+            }
+        }
+        false
+    }
+
+    /// Whether something is to be done by then, or the device is behind its clock.
+    fn is_due(&self, at: Time) -> bool {
+        self.pace.is_behind() || self.rig.next_deadline().is_some_and(|due| due <= at)
+    }
+
+    /// Whether anything will be due at all.
+    fn has_deadline(&self) -> bool {
+        self.pace.is_behind() || self.rig.next_deadline().is_some()
+    }
+
+    // --- where it is sent ---
+
+    /// Lets time pass until the destination is reached, and then replies.
+    pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
+        let now = self.rig.device.now();
+        ticket.tell(Progress { now, ..Progress::default() });
+        if self.journey.is_some() {
+            return ticket.end(Err(ControlError::Unsupported(
+                "time is on its way already, and paused; resume or cancel that journey first",
+            )));
+        }
+        match destination {
+            destination if !self.pace.runs() => {
+                self.journey = Some(Travel::begin(by, ticket, now, destination));
+            }
+            Destination::Until(condition) => self.wait_for(condition, ticket),
+            Destination::After(_) => ticket.end(Err(ControlError::RunsByItself)),
+        }
+    }
+
+    /// Somebody waits for a condition while time runs by itself.
+    fn wait_for(&mut self, condition: Condition, ticket: Ticket) {
+        let Rig { device, waiters, .. } = &mut self.rig;
+        // What comes from outside can happen at any time.
+        let by_itself = !condition.has_happenings();
+        if by_itself && device.foresee(&condition, FORESIGHT) == Foresight::Never {
+            return ticket.end(Err(ControlError::Never));
+        }
+        waiters.add(device, condition, ticket);
+        self.rig.watch_kinds();
+        // It may have been given up before it began.
+        self.rig.give_up_waiting();
+    }
+
+    /// Goes on with a journey for a few milliseconds at most. Returns how it ends, if it does.
+    fn travel(&mut self, travel: &mut Travel<D>) -> Option<Result<Time, ControlError>> {
+        travel.paused = false;
+        match travel.ticket.wish() {
+            Wish::Cancel => {
+                return Some(Err(ControlError::Cancelled { at: self.rig.device.now() }));
+            }
+            Wish::Pause => travel.pause(),
+            Wish::Go => match travel.foresee(&self.rig.device) {
+                Foresight::Never => return Some(Err(ControlError::Never)),
+                Foresight::Open => {}
+                Foresight::At(to) if self.run_to(to) => return Some(Ok(to)),
+                Foresight::At(_) => {}
+            },
+        }
+        travel.tell(self.rig.device.now());
+        None
+    }
+
+    /// Continues from an earlier state.
+    pub(crate) fn restore(&mut self, by: &Source, state: D::State) {
+        let at = self.catch_up_to_present();
+        self.rig.pass_time(at);
+        if self.rig.is_wanted(Kinds::COMMAND) {
+            self.rig.tell_news(at, News::Deed { by: by.clone(), deed: Deed::Restore });
+        }
+        self.rig.tell_unheard(at);
+        if let Some(travel) = self.journey.take() {
+            // It is paused, and its destination belongs to another time.
+            travel.ticket.end(Err(ControlError::Cancelled { at }));
+        }
+        self.rig.restore(by, state);
+        let now = self.rig.device.now();
+        self.pace.start(now);
+        self.rig.pass_time(now);
+        self.rig.disappoint();
+    }
+}
+
+impl<D: Device + fmt::Debug> fmt::Debug for Drive<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Drive { rig, pace, .. } = self;
+        f.debug_struct("Drive")
+            .field("device", &rig.device)
+            .field("pace", pace)
+            .finish_non_exhaustive()
+    }
+}

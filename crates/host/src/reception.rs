@@ -1,0 +1,83 @@
+//! What a transport has to say, taken in.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use vimc4_device::{Device, Time};
+
+use crate::clients::ClientsOfLine;
+use crate::deeds;
+use crate::drive::Drive;
+use crate::report::News;
+use crate::rig::Rig;
+use crate::transport::Received;
+
+/// Takes in what a transport has to say. All that comes of it has one time.
+pub(crate) fn receive<D: Device + Clone>(
+    drive: &mut Drive<D>,
+    clients: &mut ClientsOfLine,
+    from: usize,
+    received: Received,
+    buffer: &[u8],
+) {
+    match received {
+        Received::Bytes(count) => {
+            let at = drive.catch_up_to_present();
+            let bytes = buffer.get(..count).unwrap_or_default();
+            let rig = &mut drive.rig;
+            if clients.are_several()
+                && !rig.sinks.is_empty()
+                && let Some(news) = clients.speaks(&rig.wire.label(from))
+            {
+                rig.tell_news(at, news);
+            }
+            take_line(rig, clients, from, bytes, at);
+            if let Some(right) = clients.wrong_end(bytes) {
+                let transport = rig.wire.label(from);
+                rig.tell_news(at, News::LineFeed { transport, right: right.into() });
+            }
+            rig.disappoint();
+        }
+        Received::Finished => {}
+        Received::News(news) => {
+            let at = drive.catch_up_to_present();
+            let half = clients.come_or_go(&news);
+            // A client that comes is told what it will find, and of one that goes what it has left.
+            let comes = matches!(news, News::Opened { .. });
+            let (first, second) = if comes { (half, Some(news)) } else { (Some(news), half) };
+            for news in first.into_iter().chain(second) {
+                drive.rig.tell_news(at, news);
+            }
+        }
+    }
+    drive.rig.wire.drop_finished();
+}
+
+/// Passes on what has arrived, and says when it begins behind a half line of somebody else.
+fn take_line<D: Device>(
+    rig: &mut Rig<D>,
+    clients: &mut ClientsOfLine,
+    from: usize,
+    bytes: &[u8],
+    at: Time,
+) {
+    let label = rig.wire.label(from);
+    let half_line = |half, spoils| News::HalfLine { transport: Arc::clone(&label), half, spoils };
+    if !clients.know_lines() {
+        return deeds::send(rig, bytes, at, || clients.source(&label));
+    }
+    let by = clients.source_of_half(&label, bytes);
+    if let Some(by) = &by
+        && let Some(half) = clients.spoilt_half(by)
+    {
+        rig.tell_news(at, half_line(half, true));
+    }
+    match clients.take(bytes, by) {
+        Cow::Borrowed(bytes) => deeds::send(rig, bytes, at, || clients.source(&label)),
+        Cow::Owned(bytes) if bytes.is_empty() => {}
+        Cow::Owned(bytes) => deeds::send(rig, &bytes, at, || clients.source(&label)),
+    }
+    if let Some(half) = clients.late_half() {
+        rig.tell_news(at, half_line(half, false));
+    }
+}

@@ -1,0 +1,105 @@
+//! Those who watch a controller.
+
+use std::sync::Arc;
+
+use vimc4_device::{Device, Time};
+
+use crate::report::{Report, Sink, SinkId, Wants, What};
+
+/// The sinks of a controller, and what they want together. What nobody wants is not made.
+#[derive(Default)]
+pub(crate) struct Sinks {
+    /// What the controller is called in reports.
+    name: Arc<str>,
+    watching: Vec<Watching>,
+    /// The last number that a sink was given.
+    last: u64,
+    wants: Wants,
+}
+
+/// A sink, and what it wants.
+struct Watching {
+    id: SinkId,
+    wants: Wants,
+    sink: Box<dyn Sink>,
+}
+
+impl Sinks {
+    /// Gives the controller its name.
+    pub(crate) fn call(&mut self, name: &str) {
+        self.name = Arc::from(name);
+    }
+
+    /// What all of them want.
+    pub(crate) fn wants(&self) -> Wants {
+        self.wants
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.watching.is_empty()
+    }
+
+    /// Lets a sink watch from now on, once it has been told in which state that begins.
+    pub(crate) fn add<D: Device>(
+        &mut self,
+        mut sink: Box<dyn Sink>,
+        device: &D,
+        state: impl FnOnce() -> serde_json::Value,
+    ) -> SinkId {
+        let wants = sink.wants();
+        if wants.inputs {
+            let what = What::State { by: None, state: state() };
+            let report = Report { controller: Arc::clone(&self.name), at: device.now(), what };
+            sink.report(&report, &|command| device.explain(command));
+        }
+        self.last += 1;
+        let id = SinkId(self.last);
+        self.watching.push(Watching { id, wants, sink });
+        self.add_up();
+        id
+    }
+
+    /// Lets go of a sink. Returns whether it was still there.
+    pub(crate) fn remove(&mut self, id: SinkId) -> bool {
+        let before = self.watching.len();
+        self.watching.retain(|watching| watching.id != id);
+        self.add_up();
+        self.watching.len() < before
+    }
+
+    /// Lets go of those who want to see what goes in.
+    pub(crate) fn end_recordings(&mut self) {
+        self.watching.retain(|watching| !watching.wants.inputs);
+        self.add_up();
+    }
+
+    /// Tells those who want it, and lets go of those who have seen enough. Returns whether less is
+    /// wanted since.
+    pub(crate) fn tell<D: Device>(
+        &mut self,
+        device: &D,
+        at: Time,
+        wanted: impl Fn(&Wants) -> bool,
+        what: impl FnOnce() -> What,
+    ) -> bool {
+        if self.watching.is_empty() || !wanted(&self.wants) {
+            return false;
+        }
+        let report = Report { controller: Arc::clone(&self.name), at, what: what() };
+        let explain = |command: &[u8]| device.explain(command);
+        let mut enough = false;
+        for Watching { sink, .. } in self.watching.iter_mut().filter(|of| wanted(&of.wants)) {
+            sink.report(&report, &explain);
+            enough |= sink.has_enough();
+        }
+        if enough {
+            self.watching.retain(|of| !of.sink.has_enough());
+            self.add_up();
+        }
+        enough
+    }
+
+    fn add_up(&mut self) {
+        self.wants = self.watching.iter().fold(Wants::default(), |all, of| all.and(of.wants));
+    }
+}
