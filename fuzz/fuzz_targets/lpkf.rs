@@ -1,5 +1,3 @@
 #![no_main]
 
-use vimc4_tests::fuzzing::{Reached, lpkf};
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| lpkf(data, &mut Reached::default()));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| vimc4_tests::fuzzing::lpkf(data));

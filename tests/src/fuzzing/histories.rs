@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use vimc4_device::{Input, Output, SignalId, Time};
+use vimc4_device::{Device, Event, Input, Kinds, Line, Output, SignalId, Stamp, Time, Warning};
 use vimc4_isel::Controller as Isel;
 use vimc4_lpkf::Controller as Lpkf;
 use vimc4_timeline::{BranchId, History, Limits, Place};
@@ -32,16 +32,33 @@ const LATEST: Time = Time::from_millis(86_400_000_000);
 /// If something does not hold.
 pub fn history(data: &[u8]) {
     match data.split_first() {
-        Some((b'i', rest)) => histories::<Isel>(rest),
-        Some((_, rest)) => histories::<Lpkf>(rest),
+        Some((b'i', rest)) => of_family::<Isel>(rest),
+        Some((_, rest)) => of_family::<Lpkf>(rest),
         None => {}
     }
 }
 
-/// What came out as bytes, with the times.
-type Said = Vec<(Time, u8)>;
+/// Every fourth of them is at the end of a line on which characters take their time.
+fn of_family<D: Family>(data: &[u8]) {
+    let (setup, operations) = Setup::decode(data);
+    let mut chance = Chance::of(data);
+    let device = D::open(setup, b"");
+    match chance.below(4) {
+        0 => wander(Line::paced(device), operations, chance),
+        _ => wander(device, operations, chance),
+    }
+}
 
-struct Wandering<D: Family> {
+/// What came out, with the times.
+#[derive(Debug, Default, PartialEq)]
+struct Said {
+    bytes: Vec<(Time, u8)>,
+    events: Vec<(Stamp, Event)>,
+}
+
+struct Wandering<D: Device> {
+    /// As it was at first.
+    new: D,
     history: History<D>,
     chance: Chance,
     /// Some of the moments that were present, and what was then.
@@ -50,12 +67,11 @@ struct Wandering<D: Family> {
     moments: usize,
 }
 
-fn histories<D: Family>(data: &[u8]) {
-    let (setup, operations) = Setup::decode(data);
-    let mut chance = Chance::of(data);
+fn wander<D: Device + Clone>(mut new: D, operations: &[u8], mut chance: Chance) {
+    new.watch(Kinds::ALL);
     let limits = Limits { spacing: 1 + chance.below(40), snapshots: 2 + chance.below(6) as usize };
-    let history = History::within(D::open(setup, b""), limits);
-    let mut wandering = Wandering { history, chance, kept: Vec::new(), moments: 0 };
+    let history = History::within(new.clone(), limits);
+    let mut wandering = Wandering { new, history, chance, kept: Vec::new(), moments: 0 };
     for operation in Operations::new(operations).take(OPERATIONS_MAX) {
         wandering.perform(operation);
         if wandering.moments > MOMENTS_MAX {
@@ -64,10 +80,10 @@ fn histories<D: Family>(data: &[u8]) {
     }
     wandering.everything_is_as_it_was();
     wandering.the_way_back_is_the_way_there();
-    wandering.a_controller_without_history_does_the_same(setup);
+    wandering.a_controller_without_history_does_the_same();
 }
 
-impl<D: Family> Wandering<D> {
+impl<D: Device + Clone> Wandering<D> {
     fn perform(&mut self, operation: Operation<'_>) {
         let now = self.history.now();
         match operation {
@@ -182,12 +198,12 @@ impl<D: Family> Wandering<D> {
         }
     }
 
-    /// Each branch, played into a controller that nobody watches, says the same and ends the same.
-    fn a_controller_without_history_does_the_same(&mut self, setup: Setup) {
+    /// Each branch, played into a controller whole, says the same and ends the same.
+    fn a_controller_without_history_does_the_same(&mut self) {
         let branches: Vec<_> = self.history.branches().collect();
         for branch in branches {
-            let mut plain = D::open(setup, b"");
-            let mut said = Said::new();
+            let mut plain = self.new.clone();
+            let mut said = Said::default();
             if let Some(parted) = branch.parted {
                 assert!(self.history.go_to(parted));
                 plain.restore(self.history.device().state());
@@ -204,7 +220,7 @@ impl<D: Family> Wandering<D> {
             }
             let first = Place { branch: branch.id, moment: branch.first };
             assert!(self.history.go_to(first));
-            let mut replayed = Said::new();
+            let mut replayed = Said::default();
             self.history.find_next(branch.end.at, |_, _, outputs: &VecDeque<Output>| {
                 outputs.iter().for_each(|output| note(output, &mut replayed));
                 false
@@ -217,7 +233,10 @@ impl<D: Family> Wandering<D> {
 }
 
 fn note(output: &Output, said: &mut Said) {
-    if let Output::Bytes(at, bytes) = output {
-        said.extend(bytes.iter().map(|byte| (*at, *byte)));
+    match output {
+        Output::Bytes(at, bytes) => said.bytes.extend(bytes.iter().map(|byte| (*at, *byte))),
+        // How many are lost at a time depends on how many come at a time.
+        Output::Event(_, Event::Warning(Warning::ReceiveOverflow { .. })) | Output::Flash(..) => {}
+        Output::Event(stamp, event) => said.events.push((*stamp, event.clone())),
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! The targets in `fuzz/` call these functions, and so does the replay of the corpus in
 //! `tests/corpus.rs`, so that a finding once made is looked for by every `cargo test`.
-//! [`seeds`] makes the inputs to begin with from the command tables.
+//! [`seeds`] makes the inputs to begin with from the sessions.
 
 mod chance;
 mod exercise;
@@ -14,8 +14,6 @@ mod motions;
 mod ncp;
 mod operations;
 mod profiles;
-mod reached;
-mod script;
 pub mod seeds;
 mod twins;
 
@@ -25,7 +23,6 @@ pub use lpkf::{language, lpkf};
 pub use ncp::ncp;
 pub use operations::{Operation, Operations, Setup};
 pub use profiles::profiles;
-pub use reached::Reached;
 
 use std::path::PathBuf;
 use std::{fs, io};
@@ -41,13 +38,22 @@ pub const TARGETS: [Target; 8] = [
     ("ncp", ncp),
     ("profiles", profiles),
     ("flash", flash),
-    ("controller", |data| controller(data, &mut Reached::default())),
-    ("lpkf", |data| lpkf(data, &mut Reached::default())),
+    ("controller", controller),
+    ("lpkf", lpkf),
 ];
 
 /// Where the finds of fuzzing are kept, a folder for each target that has some.
 fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/corpus"))
+}
+
+/// The beginning of each input with the end of another one: other commands in other states.
+pub fn mixed(inputs: &[(String, Vec<u8>)]) -> impl Iterator<Item = (String, Vec<u8>)> {
+    inputs.iter().enumerate().map(|(number, (name, data))| {
+        let (end, other) = &inputs[(number * 7 + 13) % inputs.len()];
+        let mixed = [&data[..data.len() / 2], &other[other.len() / 2..]].concat();
+        (format!("{name}, then {end}"), mixed)
+    })
 }
 
 /// The inputs of a target by name: its seeds, and what fuzzing has found.

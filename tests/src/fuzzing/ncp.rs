@@ -10,7 +10,7 @@ use vimc4_ncp::language::{decode, lines};
 use vimc4_ncp::{Diagnostic, Severity};
 use vimc4_plant::Machine;
 
-use super::script::Seed;
+use super::seeds::Seed;
 use crate::jobs;
 
 /// So many commands of a job are looked at: a movement can take millions.

@@ -1,18 +1,165 @@
-//! The inputs to begin with, made from the command tables.
+//! The inputs to begin with: what the sessions do, and what is in the profiles.
 //!
-//! The replay makes them anew each time, so that they are those of the tables as they are now.
+//! The replay makes them anew each time, so that they are those of the sessions as they are now.
 //! `cargo run -p vimc4-tests --bin corpus-seeds` writes them down for fuzzing.
 
+use std::collections::BTreeSet;
+
+use vimc4_catalogue::Family;
+use vimc4_conform::fixtures;
+use vimc4_conform::format::Session;
+use vimc4_conform::script::{Action, SignalName};
+use vimc4_isel::Controller as Isel;
+use vimc4_isel_wire::{Dialect, Mode};
+use vimc4_lpkf::Controller as Lpkf;
 use vimc4_plant::Machine;
 
-use super::{isel, lpkf, ncp};
+use super::operations::{Operation, Setup};
+use super::{ncp, twins};
 
-pub use super::script::Seed;
+/// An input to begin with.
+#[derive(Clone, Debug)]
+pub struct Seed {
+    /// The target it is for.
+    pub target: &'static str,
+    /// What it is about; the name of its file.
+    pub name: String,
+    /// The input.
+    pub data: Vec<u8>,
+}
 
 /// All of them.
+///
+/// # Panics
+///
+/// If a session cannot be read.
 #[must_use]
 pub fn seeds() -> Vec<Seed> {
-    [isel::seeds::seeds(), lpkf::seeds::seeds(), ncp::seeds(), profiles()].concat()
+    let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
+    [controllers(&sessions), lines(&sessions), flash(), ncp::seeds(), profiles()].concat()
+}
+
+/// What each session does to each of its models.
+fn controllers(sessions: &[Session]) -> Vec<Seed> {
+    let mut seeds = Vec::new();
+    for (number, session) in sessions.iter().enumerate() {
+        for model in &session.models {
+            let (target, names) = match session.family {
+                Family::Isel => ("controller", vimc4_isel::Model::names()),
+                Family::Lpkf => ("lpkf", vimc4_lpkf::Model::names()),
+            };
+            let place = |names: &[&str], name: &str| names.iter().position(|known| *known == name);
+            let model_place = place(&names, model).unwrap_or(0);
+            let machine = place(&Machine::names(), &session.machine.name).unwrap_or(0);
+            let mut setup = Setup::new(model_place, machine);
+            if !session.profile.is_empty() {
+                setup = setup.with_quirks(number as u8);
+            }
+            let scripts = match session.family {
+                Family::Isel => scripts::<Isel>(session, setup),
+                Family::Lpkf => scripts::<Lpkf>(session, setup),
+            };
+            for (row, data) in scripts.into_iter().enumerate() {
+                let name = format!("{}-{model}-{row}", session.id.replace('/', "-"));
+                seeds.push(Seed { target, name, data });
+            }
+        }
+    }
+    seeds
+}
+
+/// The operations of a session, once for each controller that it takes. Wherever time has passed
+/// the state is kept and something is forecast; at the end each goes on from there once more.
+fn scripts<D: twins::Family>(session: &Session, setup: Setup) -> Vec<Vec<u8>> {
+    let device = D::open(setup, b"");
+    let signals = device.signals();
+    let mut scripts = vec![setup.encode()];
+    let ways = [1, -1, 40, -40, 300, -300];
+    for (number, step) in session.steps.iter().enumerate() {
+        let mut then = |operation: Operation<'_>| {
+            if let Some(script) = scripts.last_mut() {
+                operation.encode(script);
+            }
+        };
+        match &step.action {
+            Action::Send(bytes) => then(Operation::Send(bytes)),
+            Action::Control(byte) => then(Operation::Send(&[*byte])),
+            Action::Expect(_) | Action::Rest => then(Operation::Rest),
+            Action::Wait(nanos) | Action::Silent(nanos) => {
+                then(Operation::Wait(*nanos));
+                then(Operation::Snapshot);
+                then(Operation::Look(number as u8, ways[number % ways.len()]));
+            }
+            Action::Power(on) => then(Operation::Power(*on)),
+            Action::Restart => then(Operation::Restart),
+            Action::Signal(name, values) => {
+                let is_meant = |id, known: &str| match name {
+                    SignalName::Named(name) => name == known,
+                    SignalName::Bit(port, bit) => device.input_signal(*port, *bit) == Some(id),
+                };
+                let place = signals.iter().position(|signal| is_meant(signal.id, &signal.name));
+                for value in values {
+                    let value = (*value).clamp(i8::MIN.into(), i8::MAX.into()) as i8;
+                    then(Operation::Signal(place.unwrap_or(signals.len()) as u8, value));
+                }
+            }
+            Action::New => scripts.push(setup.encode()),
+            _ => {}
+        }
+    }
+    for script in &mut scripts {
+        for operation in [Operation::Restore, Operation::Next, Operation::Before(1)] {
+            operation.encode(script);
+        }
+    }
+    scripts
+}
+
+/// What is sent in the sessions, for what reads lines.
+fn lines(sessions: &[Session]) -> Vec<Seed> {
+    let sent = |session: &Session| -> Vec<u8> {
+        let steps = session.steps.iter().filter_map(|step| match &step.action {
+            Action::Send(bytes) => Some(bytes.as_slice()),
+            _ => None,
+        });
+        steps.flatten().copied().collect()
+    };
+    let of = |family| sessions.iter().filter(move |session| session.family == family);
+    let isel: BTreeSet<_> = of(Family::Isel).map(sent).collect();
+    let isel = isel.into_iter().collect::<Vec<_>>().concat();
+    let mut seeds = Vec::new();
+    let mut add = |target, name: String, data| seeds.push(Seed { target, name, data });
+    for (number, dialect) in Dialect::ALL.into_iter().enumerate() {
+        for (which, mode) in Mode::ALL.into_iter().enumerate() {
+            let head = [(number << 1 | which) as u8, 0x77, 0b1000];
+            let name = format!("{dialect:?}-{mode:?}").to_lowercase();
+            add("parser", name, [&head[..], &isel].concat());
+        }
+    }
+    add("lexer", "lines".to_owned(), isel);
+    add("lexer", "255-bytes".to_owned(), [&[b'x'; 255], &b"\r"[..]].concat());
+    add("lexer", "256-bytes".to_owned(), [&[b' '; 256], &b"\r@0P\r"[..]].concat());
+    for (number, session) in of(Family::Lpkf).enumerate() {
+        // Of each dialect, with and without bare pairs, and written down now and then.
+        let data = [vec![b'0' | number as u8 & 7], sent(session)].concat();
+        add("language", session.id.replace('/', "-"), data);
+    }
+    seeds
+}
+
+/// An image of the flash memory with lines of every kind, for each model and end.
+fn flash() -> Vec<Seed> {
+    let image = "vimc4 flash 1\nsettings directions=1 start_stop=200 abort=0,1,0 user_info=61\n\
+                 program axes=7 speeds=900,900,900,2000\nline 0300,900,-20,900,10,900,-10,900\n\
+                 line 34,-1\nline o0,3,1,0\nline 77\nline y400,2000,-50,100,0,-1,1\n";
+    let mut seeds = Vec::new();
+    for number in 0..vimc4_isel::Model::names().len() {
+        for end in ["end speeds=900,900,900,2000", "invalid", "line e1"] {
+            let data = [Setup::new(number, 0).encode(), format!("{image}{end}\n").into()].concat();
+            seeds.push(Seed { target: "flash", name: format!("{number}-{end}"), data });
+        }
+    }
+    seeds
 }
 
 /// Profiles to change, and some that are whole.

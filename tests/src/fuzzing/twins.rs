@@ -6,10 +6,9 @@ use serde::Serialize;
 use serde_json::Value;
 use vimc4_device::{
     AxisView, Condition, Device, Event, FlashChange, Input, Kinds, Output, Point, SignalId,
-    SignalKind, Time, View,
+    SignalKind, Stamp, Time, View,
 };
 
-use super::Reached;
 use super::chance::Chance;
 use super::operations::{Operation, Operations, Setup};
 
@@ -23,7 +22,7 @@ const BYTES_MAX: usize = 20_000;
 const REST_CAUSES_MAX: u32 = 400;
 const REST_MAX_NANOS: u64 = 600_000_000_000;
 /// So many things become due at one and the same time at most.
-const AT_ONCE_MAX: u32 = 50;
+const AT_ONCE_MAX: u32 = 5_000;
 /// So many outputs follow from a few bytes and a full receive buffer at most.
 const OUTPUTS_MAX: usize = 20_000;
 
@@ -34,9 +33,6 @@ pub(super) trait Family: Device + Clone {
 
     /// Where a counter can be, in steps.
     const COUNTERS: Range<i64>;
-
-    /// The name of the built-in model that a setup is about.
-    fn model_name(setup: Setup) -> &'static str;
 
     /// The controller that a setup is about, just switched on with the image of its flash memory.
     fn open(setup: Setup, image: &[u8]) -> Self;
@@ -58,7 +54,7 @@ pub(super) trait Family: Device + Clone {
 /// What a controller says and what it may say: everything that is watched goes through here.
 pub(super) trait Conversation<D>: Clone {
     /// The conversation with a controller that has just been switched on.
-    fn new(setup: Setup, controller: &D) -> Self;
+    fn new(controller: &D) -> Self;
 
     /// A byte that acts at once, or the first of some others, has arrived.
     fn received(&mut self, _byte: u8) {}
@@ -70,7 +66,7 @@ pub(super) trait Conversation<D>: Clone {
     fn flash(&mut self) {}
 
     /// Something has happened.
-    fn event(&mut self, event: &Event, reached: &mut Reached);
+    fn event(&mut self, stamp: Stamp, event: &Event);
 
     /// Bytes leave.
     fn sent(&mut self, bytes: &[u8]);
@@ -89,11 +85,11 @@ pub(super) trait Conversation<D>: Clone {
 /// # Panics
 ///
 /// If something of this does not hold.
-pub(super) fn twins<D: Family>(data: &[u8], reached: &mut Reached) {
+pub(super) fn twins<D: Family>(data: &[u8]) {
     let (setup, operations) = Setup::decode(data);
     let mut twins = Twins::<D>::new(setup, Chance::of(data));
     for operation in Operations::new(operations).take(OPERATIONS_MAX) {
-        twins.perform(operation, reached);
+        twins.perform(operation);
         twins.compare();
         if twins.causes_left == 0 || twins.bytes_left == 0 {
             break;
@@ -133,7 +129,7 @@ struct Twins<D: Family> {
 impl<D: Family> Twins<D> {
     fn new(setup: Setup, chance: Chance) -> Self {
         let alone = D::open(setup, b"");
-        let conversation = D::Conversation::new(setup, &alone);
+        let conversation = D::Conversation::new(&alone);
         let mut watched = alone.clone();
         watched.watch(Kinds::ALL);
         Twins {
@@ -152,50 +148,44 @@ impl<D: Family> Twins<D> {
         }
     }
 
-    fn perform(&mut self, operation: Operation<'_>, reached: &mut Reached) {
+    fn perform(&mut self, operation: Operation<'_>) {
         let now = self.watched.now();
         match operation {
             Operation::Send(bytes) => {
                 self.last = bytes.to_vec();
-                self.send(bytes, reached);
+                self.send(bytes);
             }
             Operation::Again(count) => {
                 let bytes = std::mem::take(&mut self.last);
                 for _ in 0..count {
-                    self.send(&bytes, reached);
+                    self.send(&bytes);
                 }
                 self.last = bytes;
             }
-            Operation::Wait(nanos) => self.run_to(now.after_nanos(nanos), reached),
-            Operation::Rest => self.rest(reached),
+            Operation::Wait(nanos) => self.run_to(now.after_nanos(nanos)),
+            Operation::Rest => self.rest(),
             Operation::Next => {
                 if let Some(wake) = self.watched.wake() {
-                    self.run_to(wake, reached);
+                    self.run_to(wake);
                 }
             }
             Operation::Before(nanos) => {
                 if let Some(wake) = self.watched.wake() {
                     let at = wake.as_nanos().saturating_sub(u64::from(nanos));
-                    self.run_to(Time::from_nanos(at).max(now), reached);
+                    self.run_to(Time::from_nanos(at).max(now));
                 }
             }
             Operation::Signal(place, value) => {
                 let listed = self.watched.signals();
                 let number = usize::from(place);
                 // Numbers of signals that the model does not have mean nothing to it.
-                let id = match listed.get(number % (listed.len() + 1)) {
-                    Some(signal) => {
-                        let name = signal.name.clone();
-                        reached.signals.insert((D::model_name(self.setup), name, value != 0));
-                        signal.id
-                    }
-                    None => SignalId(u16::from(place)),
-                };
-                self.both(Input::Signal(id, i32::from(value)), reached);
+                let signal = listed.get(number % (listed.len() + 1));
+                let id = signal.map_or(SignalId(u16::from(place)), |signal| signal.id);
+                self.both(Input::Signal(id, i32::from(value)));
                 self.check_signal(id, i32::from(value));
             }
             Operation::Power(on) => {
-                self.both(Input::Power(on), reached);
+                self.both(Input::Power(on));
                 if !on {
                     self.conversation.reset();
                 }
@@ -213,7 +203,7 @@ impl<D: Family> Twins<D> {
                 self.alone = D::open(self.setup, &self.disk);
                 self.watched = self.alone.clone();
                 self.watched.watch(Kinds::ALL);
-                self.conversation = D::Conversation::new(self.setup, &self.alone);
+                self.conversation = D::Conversation::new(&self.alone);
             }
             Operation::Look(axis, way) => self.look(axis, i64::from(way)),
         }
@@ -239,7 +229,7 @@ impl<D: Family> Twins<D> {
     // --- inputs ---
 
     /// Sends bytes: whole to the one, in small pieces to the other.
-    fn send(&mut self, bytes: &[u8], reached: &mut Reached) {
+    fn send(&mut self, bytes: &[u8]) {
         let bytes = &bytes[..bytes.len().min(self.bytes_left)];
         self.bytes_left -= bytes.len();
         let at = self.watched.now();
@@ -255,16 +245,16 @@ impl<D: Family> Twins<D> {
             // An earlier time counts as the present.
             let at = if self.chance.below(2) == 0 { at } else { Time::ZERO };
             self.watched.handle(Input::Bytes(piece), at);
-            self.drain_watched(reached);
+            self.drain_watched();
             self.conversation.received(first);
         }
     }
 
     /// Gives both the same input, now.
-    fn both(&mut self, input: Input<'_>, reached: &mut Reached) {
+    fn both(&mut self, input: Input<'_>) {
         let at = self.watched.now();
         self.watched.handle(input, at);
-        self.drain_watched(reached);
+        self.drain_watched();
         self.alone.handle(input, at);
         self.drain_alone();
     }
@@ -272,51 +262,55 @@ impl<D: Family> Twins<D> {
     // --- time ---
 
     /// Lets both run: the one is woken once, at the end, the other whenever it asks.
-    fn run_to(&mut self, at: Time, reached: &mut Reached) {
+    fn run_to(&mut self, at: Time) {
         while let Some(wake) = self.watched.wake().filter(|wake| *wake <= at) {
             if self.causes_left == 0 {
                 break;
             }
-            self.wake_at(wake, reached);
+            self.wake_at(wake);
         }
         let at = if self.causes_left == 0 { self.watched.now() } else { at };
-        self.disturb(at, reached);
-        self.both_at(at, reached);
+        self.disturb(at);
+        self.both_at(at);
     }
 
-    fn both_at(&mut self, at: Time, reached: &mut Reached) {
+    fn both_at(&mut self, at: Time) {
         self.watched.handle(Input::Wake, at);
-        self.drain_watched(reached);
+        self.drain_watched();
         self.alone.handle(Input::Wake, at);
         self.drain_alone();
     }
 
-    fn rest(&mut self, reached: &mut Reached) {
+    fn rest(&mut self) {
         let end = self.watched.now().after_nanos(REST_MAX_NANOS);
         for _ in 0..REST_CAUSES_MAX.min(self.causes_left) {
             match self.watched.wake().filter(|wake| *wake <= end) {
-                Some(wake) => self.wake_at(wake, reached),
+                Some(wake) => self.wake_at(wake),
                 None => break,
             }
         }
-        self.both_at(self.watched.now(), reached);
+        self.both_at(self.watched.now());
     }
 
     /// Wakes the watched one when it asked for it.
-    fn wake_at(&mut self, wake: Time, reached: &mut Reached) {
+    fn wake_at(&mut self, wake: Time) {
         self.causes_left = self.causes_left.saturating_sub(1);
-        self.disturb(wake, reached);
+        self.disturb(wake);
         let mut at_once = 0;
         while self.watched.wake() == Some(wake) {
             at_once += 1;
             assert!(at_once < AT_ONCE_MAX, "does more and more in no time");
-            self.watched.handle(Input::Wake, wake);
-            self.drain_watched(reached);
+            // All that is due then, or one cause of it.
+            match self.chance.below(2) {
+                0 => self.watched.handle(Input::Wake, wake),
+                _ => assert!(self.watched.perform(wake), "nothing is due"),
+            }
+            self.drain_watched();
         }
     }
 
     /// Wakes the watched one before it asked for it, and looks at it: nothing comes of it.
-    fn disturb(&mut self, before: Time, reached: &mut Reached) {
+    fn disturb(&mut self, before: Time) {
         for _ in 0..self.chance.below(3) {
             let now = self.watched.now();
             let early = now.after_nanos(self.chance.below(before.nanos_since(now)));
@@ -327,7 +321,7 @@ impl<D: Family> Twins<D> {
             let wake = self.watched.wake();
             let ahead = self.watched.view(early);
             self.watched.handle(Input::Wake, early);
-            self.drain_watched(reached);
+            self.drain_watched();
             assert_eq!(self.watched.wake(), wake, "waking early changes what is due");
             let now_said = (self.said_watched.said.len(), self.said_watched.written.len());
             assert_eq!(now_said, said, "waking early makes it say something");
@@ -352,7 +346,7 @@ impl<D: Family> Twins<D> {
         }
     }
 
-    fn drain_watched(&mut self, reached: &mut Reached) {
+    fn drain_watched(&mut self) {
         let now = self.watched.now();
         let mut latest = Time::ZERO;
         for _ in 0..OUTPUTS_MAX {
@@ -378,7 +372,7 @@ impl<D: Family> Twins<D> {
                     at
                 }
                 Output::Event(stamp, event) => {
-                    self.conversation.event(&event, reached);
+                    self.conversation.event(stamp, &event);
                     stamp.at
                 }
             };

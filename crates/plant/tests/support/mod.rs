@@ -1,17 +1,8 @@
 //! What the tests of random cases share, whatever controller they try.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
-
-pub(crate) mod contract;
 pub(crate) mod walk;
 
-use vimc4_device::{Device, Harness, Output, Time};
-
-/// How many random cases to try: `VIMC4_CASES`, or `default`.
-#[expect(clippy::disallowed_methods, reason = "a test may be asked for more cases")]
-pub(crate) fn cases(default: u64) -> u64 {
-    std::env::var("VIMC4_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
+use vimc4_device::{Device, Harness};
 
 /// Random numbers that are the same everywhere (splitmix64). A failing case names its seed.
 pub(crate) struct Random(pub(crate) u64);
@@ -40,15 +31,6 @@ impl Random {
     }
 }
 
-/// What a controller has said, and when.
-pub(crate) fn said(harness: &Harness<impl Device>) -> Vec<(Time, u8)> {
-    let said = harness.outputs().iter().filter_map(|output| match output {
-        Output::Bytes(at, bytes) => Some(bytes.iter().map(|byte| (*at, *byte))),
-        Output::Flash(..) | Output::Event(..) => None,
-    });
-    said.flatten().collect()
-}
-
 /// What a controller has said since that was last taken, as text.
 pub(crate) fn text(harness: &mut Harness<impl Device>) -> String {
     harness.take_bytes().into_iter().map(char::from).collect()
@@ -63,9 +45,11 @@ pub(crate) fn run_out(harness: &mut Harness<impl Device>, limit: u32) {
     }
 }
 
-/// Tries the cases one after the other. A failing one names its seed.
+/// Tries `VIMC4_CASES` cases, or `default`, one after the other. A failing one names its seed.
+#[expect(clippy::disallowed_methods, reason = "a test may be asked for more cases")]
 pub(crate) fn try_all(default: u64, try_case: impl Fn(u64) + std::panic::RefUnwindSafe) {
-    for seed in 0..cases(default) {
+    let asked = std::env::var("VIMC4_CASES").ok().and_then(|text| text.parse().ok());
+    for seed in 0..asked.unwrap_or(default) {
         if let Err(reason) = std::panic::catch_unwind(|| try_case(seed)) {
             eprintln!("seed {seed}");
             std::panic::resume_unwind(reason);

@@ -1,16 +1,14 @@
 //! What a controller may say, and when.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
-use vimc4_device::{Activity, Device, Event};
+use vimc4_device::{Activity, CommandNumber, Device, Event, Stamp, Warning};
 use vimc4_isel::{ControlReply, Controller, LowerCase};
 use vimc4_isel_wire::{CommandSpec, Dialect, Mode, Reply, table};
 
 use crate::fuzzing::motions::Motions;
-use crate::fuzzing::operations::Setup;
-use crate::fuzzing::{Reached, twins};
-
-use super::setups::model_name;
+use crate::fuzzing::twins;
 
 /// The byte that resets a controller.
 const RESET: u8 = 254;
@@ -24,10 +22,12 @@ const UNLISTED: [(&str, Reply); 1] = [("@k", Reply::Plant)];
 /// Follows what a watched controller says and holds it against the tables.
 #[derive(Clone, Debug)]
 pub(in crate::fuzzing) struct Conversation {
-    model: &'static str,
     dialect: Dialect,
     /// The command that is being executed.
     pending: Option<&'static str>,
+    /// The number of the command that comes next, and those that were answered.
+    next: CommandNumber,
+    answered: BTreeSet<CommandNumber>,
     /// An answer that was announced and must be the next bytes.
     announced: Option<Vec<u8>>,
     /// A line of a program sends a character: it must be the next byte.
@@ -35,8 +35,6 @@ pub(in crate::fuzzing) struct Conversation {
     /// The flash memory has changed since the last command.
     flashed: bool,
     motions: Motions,
-    /// START goes on with motions that were stopped.
-    start_resumes: bool,
     /// What ends a motion early is told although it was answered before.
     late_errors: bool,
     /// 254 and 255 are answered at rest, too.
@@ -48,16 +46,16 @@ pub(in crate::fuzzing) struct Conversation {
 }
 
 impl twins::Conversation<Controller> for Conversation {
-    fn new(setup: Setup, controller: &Controller) -> Conversation {
+    fn new(controller: &Controller) -> Conversation {
         let model = controller.model();
         Conversation {
-            model: model_name(setup),
             dialect: model.command_set.dialect(),
-            start_resumes: model.quirks.start_resumes_dnc,
             late_errors: model.quirks.lower_case == LowerCase::BeforeAndError,
             controls_answer: model.quirks.reset_reply == ControlReply::Done
                 && model.quirks.break_reply == ControlReply::Done,
             pending: None,
+            next: CommandNumber::FIRST,
+            answered: BTreeSet::new(),
             announced: None,
             character: false,
             flashed: false,
@@ -83,21 +81,22 @@ impl twins::Conversation<Controller> for Conversation {
         self.flashed = true;
     }
 
-    fn event(&mut self, event: &Event, reached: &mut Reached) {
+    fn event(&mut self, stamp: Stamp, event: &Event) {
+        let number = stamp.command;
         match event {
             Event::Command { mnemonic: Cow::Borrowed(mnemonic), .. } => {
                 if let Some(pending) = self.pending {
                     unreachable!("{mnemonic} is executed, but {pending} is not answered");
                 }
                 assert!(*mnemonic == "?" || self.spec(mnemonic).is_some(), "no command {mnemonic}");
+                assert_eq!(number, Some(self.next), "{mnemonic} has another's number");
+                self.next = self.next.next();
                 self.pending = Some(mnemonic);
                 self.flashed = false;
-                reached.commands.insert((self.model, mnemonic));
             }
             Event::Line { mnemonic: Cow::Borrowed(mnemonic), .. } => {
                 assert!(self.spec(mnemonic).is_some(), "no command {mnemonic}");
                 self.character = *mnemonic == "1";
-                reached.lines.insert((self.model, mnemonic));
             }
             Event::Answer { mnemonic: Cow::Borrowed("254" | "255"), bytes, .. } => {
                 assert!(self.controls_answer && bytes == &b"0"[..], "a control byte is answered");
@@ -105,17 +104,24 @@ impl twins::Conversation<Controller> for Conversation {
             }
             Event::Answer { mnemonic: Cow::Borrowed(mnemonic), bytes, why } => {
                 let pending = self.pending.take();
-                // Known: a motion that START goes on with (a quirk) is answered like an `S`.
-                let resumed = pending.is_none() && *mnemonic == "@S" && self.start_resumes;
+                // What START goes on with belongs to no command and is answered like an `S`.
+                let resumed = number.is_none() && *mnemonic == "@S";
                 let late = pending.is_none() && bytes != &b"0"[..] && self.late_errors;
                 assert!(resumed || late || pending == Some(*mnemonic), "{mnemonic} was not asked");
+                if let Some(number) = number {
+                    assert!(number < self.next, "{mnemonic} is answered before it came");
+                    assert!(self.answered.insert(number) || late, "{mnemonic} is answered twice");
+                }
                 let is_error =
                     matches!(**bytes, [b'F', ..] | [b'1'..=b'9' | b'D' | b'G' | b'H' | b'R']);
                 assert_eq!(why.is_some(), is_error, "an error says why");
-                self.check_answer(mnemonic, bytes, reached);
+                self.check_answer(mnemonic, bytes);
                 self.announced = Some(bytes.to_vec());
             }
-            Event::Motion(motion) => self.motions.follow(motion),
+            Event::Motion(motion) => self.motions.follow(number, motion),
+            Event::Ignored { .. }
+            | Event::Switch { .. }
+            | Event::Warning(Warning::ReceiveOverflow { .. }) => assert_eq!(number, None),
             _ => {}
         }
     }
@@ -147,13 +153,12 @@ impl twins::Conversation<Controller> for Conversation {
 }
 
 impl Conversation {
-    fn check_answer(&self, mnemonic: &'static str, bytes: &[u8], reached: &mut Reached) {
+    fn check_answer(&self, mnemonic: &'static str, bytes: &[u8]) {
         let reply = bytes.first().copied().and_then(Reply::from_code);
         let hex = |digits: &[u8]| digits.iter().all(|d| matches!(d, b'0'..=b'9' | b'A'..=b'F'));
         let well_formed = match (mnemonic, bytes) {
             (_, [_]) => {
                 let reply = reply.unwrap_or_else(|| unreachable!("{mnemonic} answers {bytes:?}"));
-                reached.replies.insert((self.model, mnemonic, reply));
                 match self.spec(mnemonic) {
                     Some(spec) => {
                         spec.replies.contains(&reply) || UNLISTED.contains(&(mnemonic, reply))
@@ -170,9 +175,6 @@ impl Conversation {
             _ => false,
         };
         assert!(well_formed, "{mnemonic} answers {}", bytes.escape_ascii());
-        if bytes.len() > 1 && bytes != b"F0" {
-            reached.replies.insert((self.model, mnemonic, Reply::Done));
-        }
         // What is answered `0` is in the flash memory.
         let keeps = !mnemonic.starts_with('@') || ["@i", "@k", "@IW"].contains(&mnemonic);
         assert!(self.flashed || !keeps || bytes != b"0", "{mnemonic} confirms what is not kept");

@@ -4,7 +4,6 @@ mod answers;
 mod flash;
 mod lexer;
 mod parser;
-pub(super) mod seeds;
 mod setups;
 
 pub use flash::flash;
@@ -18,28 +17,23 @@ use serde_json::Value;
 use vimc4_isel::Controller;
 use vimc4_isel_wire::{LINE_MAX, control};
 
-use super::Reached;
 use super::operations::Setup;
 use super::twins::{Family, twins};
-use setups::{model, model_name};
+use setups::model;
 
 /// An isel controller and its twin get the operations that some bytes stand for.
 ///
 /// # Panics
 ///
 /// If something does not hold.
-pub fn controller(data: &[u8], reached: &mut Reached) {
-    twins::<Controller>(data, reached);
+pub fn controller(data: &[u8]) {
+    twins::<Controller>(data);
 }
 
 impl Family for Controller {
     type Conversation = answers::Conversation;
 
     const COUNTERS: Range<i64> = -(1 << 23)..1 << 23;
-
-    fn model_name(setup: Setup) -> &'static str {
-        model_name(setup)
-    }
 
     fn open(setup: Setup, image: &[u8]) -> Controller {
         Controller::new(model(setup), setup.machine(), image)

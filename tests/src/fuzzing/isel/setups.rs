@@ -13,15 +13,11 @@ use vimc4_plant::PlantSignal;
 
 use crate::fuzzing::operations::Setup;
 
-/// The name of the model that a setup is about.
-pub(super) fn model_name(setup: Setup) -> &'static str {
-    setup.model_of(&Model::names())
-}
-
 /// The model that a setup is about. Every bit of the quirks turns some of them over; the
 /// highest makes the memories so small that they fill up.
 pub(super) fn model(setup: Setup) -> Arc<Model> {
-    let mut model = Model::builtin(model_name(setup)).unwrap_or_else(|| unreachable!());
+    let mut model =
+        Model::builtin(setup.model_of(&Model::names())).unwrap_or_else(|| unreachable!());
     if setup.is_plain() {
         return model;
     }

@@ -1,16 +1,14 @@
 //! What a controller may say, and when.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
-use vimc4_device::Event;
+use vimc4_device::{CommandNumber, Event, Stamp};
 use vimc4_lpkf::language::{Answer, Dialect, Form, Status, forms};
 use vimc4_lpkf::{Controller, InitReply, StatusDigits};
 
 use crate::fuzzing::motions::Motions;
-use crate::fuzzing::operations::Setup;
-use crate::fuzzing::{Reached, twins};
-
-use super::setups::model_name;
+use crate::fuzzing::twins;
 
 /// What goes on with a command that was broken off: what it answers is that command's answer.
 const GOING_ON: [&str; 2] = ["!CS", "!RC"];
@@ -18,7 +16,6 @@ const GOING_ON: [&str; 2] = ["!CS", "!RC"];
 /// Follows what a watched controller says and holds it against the tables.
 #[derive(Clone, Debug)]
 pub(in crate::fuzzing) struct Conversation {
-    model: &'static str,
     dialect: Dialect,
     decimal: bool,
     init_reply: InitReply,
@@ -26,6 +23,8 @@ pub(in crate::fuzzing) struct Conversation {
     latest: Option<Open>,
     /// The one that executes, if others that bypass it have been taken since.
     running: Option<Open>,
+    /// What has begun under each number: a command, and what `!RP` repeats has the number of that.
+    begun: BTreeMap<CommandNumber, Vec<&'static str>>,
     /// An answer that was announced and must be the next bytes.
     announced: Option<Vec<u8>>,
     motions: Motions,
@@ -40,15 +39,15 @@ struct Open {
 }
 
 impl twins::Conversation<Controller> for Conversation {
-    fn new(setup: Setup, controller: &Controller) -> Conversation {
+    fn new(controller: &Controller) -> Conversation {
         let model = controller.model();
         Conversation {
-            model: model_name(setup),
             dialect: model.command_set,
             decimal: model.quirks.status_digits == StatusDigits::Decimal,
             init_reply: model.quirks.init_reply,
             latest: None,
             running: None,
+            begun: BTreeMap::new(),
             announced: None,
             motions: Motions::default(),
         }
@@ -59,7 +58,7 @@ impl twins::Conversation<Controller> for Conversation {
         (self.latest, self.running) = (None, None);
     }
 
-    fn event(&mut self, event: &Event, reached: &mut Reached) {
+    fn event(&mut self, stamp: Stamp, event: &Event) {
         assert!(self.announced.is_none(), "{event:?} before what was announced is sent");
         match event {
             Event::Command { mnemonic: Cow::Borrowed(mnemonic), .. } => {
@@ -68,14 +67,26 @@ impl twins::Conversation<Controller> for Conversation {
                 if let Some(before) = before.filter(|open| self.takes_turns(open.mnemonic)) {
                     self.running = Some(before);
                 }
-                reached.commands.insert((self.model, mnemonic));
+                let number = stamp.command.unwrap_or_else(|| unreachable!("{mnemonic} has none"));
+                let before = self.begun.entry(number).or_default();
+                assert!(before.last().is_none_or(|last| *last == "!RP"), "{number} came twice");
+                before.push(mnemonic);
             }
             Event::Answer { mnemonic: Cow::Borrowed(mnemonic), bytes, why } => {
                 assert_eq!(why.is_some(), bytes.starts_with(b"E"), "an error says why");
-                self.check_answer(mnemonic, bytes, reached);
+                match stamp.command {
+                    Some(number) => {
+                        let by = self.begun.get(&number).map_or(&[][..], Vec::as_slice);
+                        // What was broken off is answered by what goes on with it.
+                        let answers = |by: &&str| by == mnemonic || GOING_ON.contains(by);
+                        assert!(by.iter().any(answers), "{by:?} answers as {mnemonic}");
+                    }
+                    None => assert_eq!(*mnemonic, "", "nobody asked"),
+                }
+                self.check_answer(mnemonic, bytes);
                 self.announced = Some(bytes.to_vec());
             }
-            Event::Motion(motion) => self.motions.follow(motion),
+            Event::Motion(motion) => self.motions.follow(stamp.command, motion),
             _ => {}
         }
     }
@@ -111,15 +122,12 @@ impl Conversation {
         })
     }
 
-    fn check_answer(&mut self, mnemonic: &'static str, bytes: &[u8], reached: &mut Reached) {
+    fn check_answer(&mut self, mnemonic: &'static str, bytes: &[u8]) {
         let text = bytes.escape_ascii();
         let status = Status::ALL.iter().find(|status| {
             let written = status.written(self.dialect, self.decimal);
             written.is_some_and(|written| bytes.strip_suffix(b"\r") == Some(written.as_bytes()))
         });
-        if let Some(status) = status {
-            reached.statuses.insert((self.model, *status));
-        }
         if mnemonic.is_empty() {
             return assert!(status.is_some(), "says {text} unasked");
         }
@@ -136,7 +144,6 @@ impl Conversation {
             assert!(!sent_data, "{mnemonic} answers twice");
             open.data = true;
             assert!(is_data(letter, bytes, self.dialect), "{mnemonic} answers {text}");
-            reached.data.insert((self.model, mnemonic));
             return;
         }
         *slot = None;
@@ -146,11 +153,9 @@ impl Conversation {
                 assert_eq!(answer.letter().is_some(), sent_data, "{mnemonic} answers C");
                 let zed = mnemonic == "IN" && self.init_reply == InitReply::Z;
                 assert!(!zed, "IN answers C");
-                reached.done.insert((self.model, mnemonic));
             }
             b"Z" => {
                 assert!(mnemonic == "IN" && self.init_reply == InitReply::Z, "{mnemonic}: Z");
-                reached.done.insert((self.model, mnemonic));
             }
             _ => {
                 assert!(status.is_some(), "{mnemonic} answers {text}");

@@ -2,7 +2,6 @@
 
 mod answers;
 mod language;
-pub(super) mod seeds;
 mod setups;
 
 pub use language::language;
@@ -15,10 +14,9 @@ use vimc4_device::Device;
 use vimc4_lpkf::Controller;
 use vimc4_lpkf::language::COMMAND_MAX;
 
-use super::Reached;
 use super::operations::Setup;
 use super::twins::{Family, twins};
-use setups::{model, model_name};
+use setups::model;
 
 /// The longest command that the unit on the second channel reads.
 const UNIT_COMMAND_MAX: usize = 64;
@@ -28,18 +26,14 @@ const UNIT_COMMAND_MAX: usize = 64;
 /// # Panics
 ///
 /// If something does not hold.
-pub fn lpkf(data: &[u8], reached: &mut Reached) {
-    twins::<Controller>(data, reached);
+pub fn lpkf(data: &[u8]) {
+    twins::<Controller>(data);
 }
 
 impl Family for Controller {
     type Conversation = answers::Conversation;
 
     const COUNTERS: Range<i64> = -(1 << 31)..1 << 31;
-
-    fn model_name(setup: Setup) -> &'static str {
-        model_name(setup)
-    }
 
     /// It stores nothing, so that there is nothing in the image.
     fn open(setup: Setup, image: &[u8]) -> Controller {
