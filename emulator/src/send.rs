@@ -389,10 +389,19 @@ struct Sending<'a> {
     found: Option<Zero>,
     /// The line of a WPTEACH behind which the zero was kept.
     kept: Option<u32>,
-    /// Whether a reference run was stopped, so that no place counts.
-    false_reference: bool,
-    /// Whether an emergency stop or a loss of power may have set the counters to 0.
-    counters_reset: bool,
+    /// Why the counters do not tell where the axes are, if they do not.
+    distrust: Option<Distrust>,
+}
+
+/// Why the counters of a controller do not tell where the axes are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Distrust {
+    /// A reference run was stopped, so that no place counts.
+    FalseReference,
+    /// An emergency stop or a loss of power may have set them to 0.
+    Reset,
+    /// At a limit switch axes halt without a ramp, and one that was there before has no reference.
+    LimitSwitch,
 }
 
 impl<'a> Sending<'a> {
@@ -419,8 +428,7 @@ impl<'a> Sending<'a> {
             listens: false,
             found: None,
             kept: None,
-            false_reference: false,
-            counters_reset: false,
+            distrust: None,
         };
         sending.identify()?;
         Ok(sending)
@@ -608,7 +616,7 @@ impl<'a> Sending<'a> {
                 (format!("line {line} cannot be carried out: {why}{}", self.place()), line)
             }
             Ending::FalseReference { line } => {
-                self.false_reference = true;
+                self.distrust = Some(Distrust::FalseReference);
                 let failure =
                     format!("{FALSE_REFERENCE}, and where the axes are is not known{REPEATED}");
                 let onward = self.onward(line).map(|onward| format!("; {onward}"));
@@ -635,9 +643,13 @@ impl<'a> Sending<'a> {
             }
             Ending::Refused { line, sent, answer } => {
                 // What a semicolon parts from it would be the remedy.
-                let refusal = refusal(self.model.family(), &answer).replace("; ", ", ");
+                let refusal = refusal(&self.handling, &sent, &answer).replace("; ", ", ");
                 let sent = shown(&sent);
-                self.counters_reset |= self.link.has_forgotten(&answer);
+                if self.link.has_forgotten(&answer) {
+                    self.distrust.get_or_insert(Distrust::Reset);
+                } else if self.model.family().distrusts_counters(&answer) {
+                    self.distrust.get_or_insert(Distrust::LimitSwitch);
+                }
                 let place = self.place();
                 (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
@@ -708,9 +720,7 @@ impl<'a> Sending<'a> {
         let names = |axes: &[usize]| {
             axes.iter().map(|axis| self.model.axis_names()[*axis]).collect::<Vec<_>>().join(", ")
         };
-        if (job.reading.no_ref || !untold.is_empty())
-            && (self.false_reference || self.counters_reset)
-        {
+        if (job.reading.no_ref || !untold.is_empty()) && self.distrust.is_some() {
             let axes = if untold.is_empty() { "the axes".to_owned() } else { names(&untold) };
             return Err(format!(
                 "--from {line} cannot go on with that line: it would believe the counters, and where \
@@ -834,16 +844,18 @@ impl<'a> Sending<'a> {
 
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
-        if self.false_reference {
-            return String::new();
-        }
-        if self.counters_reset {
-            return ", and where the axes are is not known, for the counters may have been reset"
-                .to_owned();
+        let why = match self.distrust {
+            None => "",
+            Some(Distrust::FalseReference) => return String::new(),
+            Some(Distrust::Reset) => "the counters may have been reset",
+            Some(Distrust::LimitSwitch) => "steps may have been lost",
+        };
+        if !why.is_empty() {
+            return format!(", and where the axes are is not known, for {why}");
         }
         let Some((places, stayed)) = self.link.places() else { return String::new() };
         if !stayed {
-            self.counters_reset = true;
+            self.distrust = Some(Distrust::Reset);
             return self.place();
         }
         // One that tells of configured axes only does not say which they are.
@@ -868,8 +880,10 @@ impl<'a> Sending<'a> {
 
     fn broken(&mut self, broken: Broken) -> Failure {
         // A terminal may stand still; the machine is halted before anything is said.
-        self.false_reference |= self.link.is_referencing()
-            || matches!(broken, Broken::Early { is_reference: true, .. });
+        if self.link.is_referencing() || matches!(broken, Broken::Early { is_reference: true, .. })
+        {
+            self.distrust = Some(Distrust::FalseReference);
+        }
         let halted = match broken {
             Broken::Port(PortError::Interrupted) => Some(self.link.halt()),
             Broken::Strange { .. } | Broken::Early { .. } => {
@@ -881,7 +895,9 @@ impl<'a> Sending<'a> {
         };
         let stop = self.handling.stop.map(|stop| format!("{} was sent", stop.name));
         let and_stop = stop.as_ref().map(|stop| format!(", and {stop}")).unwrap_or_default();
-        self.counters_reset |= stop.is_some() && halted == Some(Halted::NoAnswer);
+        if stop.is_some() && halted == Some(Halted::NoAnswer) {
+            self.distrust.get_or_insert(Distrust::Reset);
+        }
         self.clear();
         let line = self.link.line();
         let name = self.arguments.job.name();
@@ -914,7 +930,8 @@ impl<'a> Sending<'a> {
                     ),
                     (None, _) => self.handling.halting.to_owned(),
                 };
-                let halted = match (self.false_reference, &after) {
+                let is_false = self.distrust == Some(Distrust::FalseReference);
+                let halted = match (is_false, &after) {
                     (true, Some(Halted::Rests)) => {
                         format!("the reference run has ended, and its reference is false{REPEATED}")
                     }

@@ -15,6 +15,14 @@ pub(crate) fn shown_in_line(text: &str) -> String {
     text.chars().map(|c| if c == '\n' { '\u{240A}' } else { picture(c) }).collect()
 }
 
+/// What an answer refuses, as its bytes alone say it, with the reason in place of what they mean.
+pub(crate) fn explained(refusal: String, why: Option<&str>) -> String {
+    match (refusal.split_once(": "), why) {
+        (Some((code, _)), Some(why)) => format!("{code}: {why}"),
+        _ => refusal,
+    }
+}
+
 /// The name of a file that is read, for people: `-` is standard input.
 pub(crate) fn name(path: &Path) -> String {
     match path.to_str() {

@@ -1156,7 +1156,7 @@ fn what_the_virtual_controller_refuses_is_not_sent() {
     let (emulator, port) = listening("imc4", "bench", Clock::Instant);
     let send = ["send", "list.txt", "--to", &port, "--yes"];
     let (_, err) = ends(&folder, &send, 1);
-    assert!(err.contains("would answer 7") && err.contains("--refused-too"), "{err}");
+    assert!(err.contains("with 7: ") && err.contains("--refused-too"), "{err}");
     assert!(sent(&emulator).is_empty());
     let (_, err) = ends(&folder, &[&send[..], &["--refused-too"]].concat(), 1);
     assert!(err.contains("it is sent nevertheless"), "{err}");
@@ -1188,7 +1188,7 @@ fn rest_is_not_claimed_without_an_answer() {
 #[test]
 fn no_place_is_claimed_after_an_emergency_stop() {
     let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
-    for (answer, is_known) in [(b"9", false), (b"2", true)] {
+    for (answer, is_known) in [(b"9", false), (b"D", true)] {
         let (port, _heard) = peer(move |line| like_an_imc4(line, 'A', answer));
         let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port, "--any-time"], 1);
         assert_eq!(err.contains("at X 0.000 mm"), is_known, "{err}");
@@ -1982,4 +1982,48 @@ fn a_motion_without_an_answer_is_remarked_soon() {
     assert!(begun.elapsed() < PATIENCE);
     child.kill().unwrap();
     child.wait().unwrap();
+}
+
+#[test]
+fn where_the_axes_are_is_not_known_after_a_limit_switch() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\nHALT\nMOVEABS X5000\n");
+    let unknown = "where the axes are is not known, for steps may have been lost";
+    for model in ["imc4", "imc-s8"] {
+        let send = ["job.ncp", "--model", model, "--machine", "mill", "--to"];
+        // In a reference run.
+        let (emulator, port) = listening(model, "mill", Clock::Instant);
+        emulator.set_signal("limit x+", 1).unwrap();
+        let (_, err) = Typist::new(&folder, &[&send[..], &[&port]].concat()).ends(1);
+        assert!(err.contains("answered 2: limit switch to @0R7"), "{model} {err}");
+        assert!(err.contains(unknown) && !err.contains(" at X "), "{model} {err}");
+        // In a move, where going on would believe the counters.
+        for no_ref in [false, true] {
+            emulator.set_signal("limit x+", 0).unwrap();
+            let options: &[&str] = if no_ref { &["--no-ref"] } else { &[] };
+            let mut typist = Typist::new(&folder, &[&send[..], &[&port], options].concat());
+            typist.hears("line 4: HALT");
+            emulator.set_signal("limit x+", 1).unwrap();
+            writeln!(typist.terminal).unwrap();
+            let (_, err) = typist.ends(1);
+            assert!(err.contains("answered 2: limit switch"), "{model} {err}");
+            assert!(err.contains(unknown) && !err.contains(" at X "), "{model} {err}");
+            assert_eq!(err.contains("--from 5 cannot go on"), no_ref, "{model} {err}");
+            assert_eq!(err.contains("to go on with line 5:"), !no_ref, "{model} {err}");
+        }
+    }
+}
+
+#[test]
+fn a_code_of_two_meanings_is_told_with_both() {
+    let folder = Folder::with("");
+    fs::write(folder.join("list.txt"), "@07\n@0M100,1000,0,1000,0,1000,0,300\n").unwrap();
+    let (_emulator, port) = listening("imc4", "mill", Clock::Instant);
+    let send = ["send", "list.txt", "--to", &port, "--machine", "mill", "--refused-too", "--yes"];
+    let (_, err) = ends(&folder, &send, 1);
+    let virtual_one = "with 2: X has no reference point: @0R1 finds it";
+    assert!(err.contains(virtual_one), "{err}");
+    assert!(
+        err.contains("the controller answered 2: limit switch, or no reference point to @0M"),
+        "{err}"
+    );
 }

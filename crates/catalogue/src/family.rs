@@ -77,6 +77,13 @@ impl Family {
         by!(self, M => M::resets_counters(answer))
     }
 
+    /// Whether the counters may say something else than where the axes are, where this was answered:
+    /// steps may have been lost, or the axes had no reference point.
+    #[must_use]
+    pub fn distrusts_counters(self, answer: &[u8]) -> bool {
+        by!(self, M => M::distrusts_counters(answer))
+    }
+
     /// Whether a controller that has moved its axes answers so only where it has forgotten, without
     /// power or in an emergency stop, what it was told before.
     #[must_use]

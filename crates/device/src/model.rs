@@ -49,6 +49,12 @@ pub trait Model: Sized {
         false
     }
 
+    /// Whether the counters may say something else than where the axes are, where this was answered:
+    /// steps may have been lost, or the axes had no reference point.
+    fn distrusts_counters(_answer: &[u8]) -> bool {
+        false
+    }
+
     /// Whether a controller that has moved its axes answers so only where it has forgotten, without
     /// power or in an emergency stop, what it was told before.
     fn has_forgotten(_answer: &[u8]) -> bool {

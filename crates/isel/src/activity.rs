@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Segment, Time};
+use vimc4_device::{Point, Segment, Time};
 use vimc4_isel_wire::{BitTest, Op, PortTest};
 use vimc4_motion::Path;
 
@@ -72,6 +72,28 @@ pub(crate) struct Plan {
     pub(crate) parts: VecDeque<(Path, u32)>,
     /// The condition that ends them early.
     pub(crate) until: Option<PortCondition>,
+}
+
+impl Plan {
+    /// Where the motions take each axis first; 0 for an axis that they do not move. An axis that
+    /// comes back to where it was has moved.
+    pub(crate) fn way(&self) -> Point {
+        let mut way = Point::default();
+        for (path, _) in &self.parts {
+            let there = path.at(path.length());
+            let (low, high) = path.extent(path.length());
+            for (axis, way) in way.iter_mut().enumerate().filter(|(_, way)| **way == 0) {
+                let places = [there[axis], high[axis], low[axis]];
+                *way = places.into_iter().find(|place| *place != 0).unwrap_or(0);
+            }
+        }
+        way
+    }
+
+    /// Whether it goes round, so that no axis only leads away from where it stands.
+    pub(crate) fn turns(&self) -> bool {
+        self.parts.iter().any(|(path, _)| !matches!(path, Path::Line(_)))
+    }
 }
 
 /// A condition on a port.

@@ -56,7 +56,7 @@ impl Firmware {
                 self.check_freed()
             }
             Command::RelativeMove(_) | Command::MoveUntil { .. } | Command::AbsoluteMove(_) => {
-                let way = self.way_of(command);
+                let way = self.plan_of(command).way();
                 self.check_speeds(command, &way)?;
                 self.check_limits(|axis| way[axis], false)?;
                 self.check_freed()?;
@@ -142,7 +142,7 @@ impl Firmware {
 
     /// `2` while a limit switch error is latched, and for an axis that stands on an active
     /// limit switch. In test mode neither counts.
-    fn check_limits(&self, way: impl Fn(usize) -> i64, turns: bool) -> Result<(), Why> {
+    pub(crate) fn check_limits(&self, way: impl Fn(usize) -> i64, turns: bool) -> Result<(), Why> {
         let state = &self.state;
         if state.test_mode {
             return Ok(());

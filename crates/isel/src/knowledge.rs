@@ -139,6 +139,12 @@ impl vimc4_device::Model for Model {
         answer == [Reply::Plant.code()]
     }
 
+    /// Whatever was under way was halted without a ramp, or an axis had no reference point before
+    /// (99 4; 12 5).
+    fn distrusts_counters(answer: &[u8]) -> bool {
+        answer == [Reply::LimitSwitch.code()]
+    }
+
     /// It has no axes any more, or no reference.
     fn has_forgotten(answer: &[u8]) -> bool {
         [Reply::NoAxes, Reply::Reference].iter().any(|reply| answer == [reply.code()])
@@ -221,6 +227,10 @@ impl vimc4_device::Model for Model {
             takes_stream: false,
             volunteers: false,
         }
+    }
+
+    fn refusal_of(&self, command: &[u8], answer: &[u8]) -> Option<String> {
+        answers::refusal_of(self, command, answer)
     }
 
     fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {

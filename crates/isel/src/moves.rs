@@ -15,18 +15,6 @@ use crate::why::{By, Why};
 impl Firmware {
     // --- from a command to a plan ---
 
-    /// Where a straight move takes each axis first; 0 for an axis that it does not move. An
-    /// axis that comes back to where it was has moved.
-    pub(crate) fn way_of(&self, command: &Command) -> Point {
-        let mut way = Point::default();
-        for (path, _) in self.plan_of(command).parts {
-            for (way, part) in way.iter_mut().zip(path.at(path.length())) {
-                *way = if *way == 0 { part } else { *way };
-            }
-        }
-        way
-    }
-
     /// The partial moves of a command, without those that go nowhere.
     pub(crate) fn plan_of(&self, command: &Command) -> Plan {
         let (parts, until) = match command {

@@ -8,7 +8,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Time, Warning};
 use vimc4_isel_wire::{Command, Mode, Op, PortTest};
 
-use crate::activity::{Activity, Ending, Job, PortCondition, Wait};
+use crate::activity::{Activity, Ending, Job, Plan, PortCondition, Wait};
 use crate::answers::Answer;
 use crate::firmware::Firmware;
 use crate::model::LoopCount;
@@ -26,11 +26,21 @@ impl Firmware {
     pub(crate) fn start_command(&mut self, job: Job) -> Outcome {
         let answers = matches!(job, Job::Command(_));
         if let Some(plan) = self.state.remainder.take() {
-            self.begin_plan(job, plan)
+            self.take_up(job, plan)
         } else if self.state.run.is_some() {
             self.resume(answers)
         } else {
             self.begin_run(answers)
+        }
+    }
+
+    /// Goes on with what is left of a stopped motion. It is a move like any other: from a limit
+    /// switch that has become active meanwhile it does not begin, and is gone then.
+    pub(crate) fn take_up(&mut self, job: Job, plan: Plan) -> Outcome {
+        let way = plan.way();
+        match self.check_limits(|axis| way[axis], plan.turns()) {
+            Ok(()) => self.begin_plan(job, plan),
+            Err(why) => Outcome::Finished(job, Err(why)),
         }
     }
 
@@ -72,7 +82,7 @@ impl Firmware {
         let remainder = run.remainder.take();
         match (self.watch_program_inputs(), remainder) {
             (Outcome::Nothing, Some(plan)) if self.state.is_running() => {
-                self.begin_plan(Job::Program, plan)
+                self.take_up(Job::Program, plan)
             }
             (Outcome::Nothing, _) => self.next_line(),
             (ended, _) => ended,

@@ -108,7 +108,10 @@ impl Firmware {
             Why::NoReference(axes, _) => {
                 let find = if axes.has(3) && axes != AxisSet::A { "find" } else { "finds" };
                 let run = self.reference_run(axes);
-                format!("{axes} {} no reference point: {run} {find} it", has(axes))
+                match axes.count() {
+                    1 => format!("{axes} has no reference point: {run} finds it"),
+                    _ => format!("{axes} have no reference points: {run} {find} them"),
+                }
             }
             Why::Freed(axes) => {
                 let run = self.reference_run(axes);
@@ -489,10 +492,6 @@ fn waits(axes: AxisSet) -> &'static str {
 
 fn is(axes: AxisSet) -> &'static str {
     if axes.count() == 1 { "is" } else { "are" }
-}
-
-fn has(axes: AxisSet) -> &'static str {
-    if axes.count() == 1 { "has" } else { "have" }
 }
 
 /// `X is`, `X+Y are`.

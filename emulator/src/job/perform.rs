@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use vimc4_catalogue::{Family, Handling};
+use vimc4_catalogue::Handling;
 use vimc4_device::{StartButton, Travel, escape};
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
@@ -180,15 +180,16 @@ pub(crate) enum Ending {
 }
 
 impl Work<'_> {
-    /// What is next; where the job ends with a line that is wrong, `why` says it.
-    fn next(&mut self, why: &mut String) -> Option<(u32, Task)> {
+    /// What is next; where the job ends with a line that is wrong, `wrong` has what was wrong first.
+    fn next(&mut self, wrong: &mut (u32, String)) -> Option<(u32, Task)> {
         match self {
             Work::List(lines) => lines.next().map(|(line, bytes)| (line, Task::Send(bytes))),
             Work::Plot(pieces) => pieces.next().map(|piece| (piece.line, Task::Plot(piece))),
             Work::Job(job) => {
                 let Order { line, step, .. } = job.next(&mut |diagnostic| {
-                    if diagnostic.problem.severity() == Severity::Error {
-                        *why = said(&diagnostic.problem);
+                    let is_error = diagnostic.problem.severity() == Severity::Error;
+                    if is_error && wrong.0 != diagnostic.line {
+                        *wrong = (diagnostic.line, said(&diagnostic.problem));
                     }
                 })?;
                 let task = match step {
@@ -218,8 +219,8 @@ pub(crate) fn perform<L: Link>(
     attendant: &mut dyn Attendant,
 ) -> Result<Ending, L::Broken> {
     let mut before = 0;
-    let mut why = String::new();
-    while let Some((line, task)) = work.next(&mut why) {
+    let mut wrong = (0, String::new());
+    while let Some((line, task)) = work.next(&mut wrong) {
         // What was typed while nothing was asked comes before what is next.
         let done = if before == 0 { line } else { before };
         if let Some(ending) = hold(done, link, attendant, |attendant| attendant.held(done))? {
@@ -246,7 +247,7 @@ pub(crate) fn perform<L: Link>(
         }
         link.done();
     }
-    Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line, why }))
+    Ok(work.impossible().map_or(Ending::Done, |line| Ending::Impossible { line, why: wrong.1 }))
 }
 
 /// A problem and what would be right.
@@ -468,8 +469,8 @@ fn ask<L: Link>(
 }
 
 /// What an answer refuses, for people.
-pub(crate) fn refusal(family: Family, answer: &[u8]) -> String {
-    family.refusal(answer).unwrap_or_else(|| format!("`{}`", escape(answer)))
+pub(crate) fn refusal(handling: &Handling, sent: &[u8], answer: &[u8]) -> String {
+    handling.refusal(sent, answer).unwrap_or_else(|| format!("`{}`", escape(answer)))
 }
 
 /// A command, for people.

@@ -5,9 +5,10 @@ use std::time::Duration;
 use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Heard, Time, Travel, Warning};
 
-use super::perform::Link;
+use super::perform::{Link, refusal};
 use super::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::run::driver::{Driver, Halt, News};
+use crate::text::explained;
 
 /// A virtual controller that a job is carried out on.
 pub(crate) struct Virtual {
@@ -23,6 +24,8 @@ pub(crate) struct Virtual {
     /// What was sent last for each of them, if somebody wants to know.
     pub(crate) sent: Vec<Vec<u8>>,
     last: Vec<u8>,
+    /// Why the last answer is an error, if it is one.
+    why: Option<Box<str>>,
     /// How many warnings had come when the last command was sent.
     warned: usize,
     keeps_times: bool,
@@ -43,6 +46,7 @@ impl Virtual {
             times: Vec::new(),
             sent: Vec::new(),
             last: Vec::new(),
+            why: None,
             warned: 0,
             keeps_times,
             line: 0,
@@ -56,12 +60,22 @@ impl Virtual {
         self.driver.now() - Time::ZERO
     }
 
+    /// What the last answer refuses, and why, for people.
+    pub(crate) fn refusal(&self, sent: &[u8], answer: &[u8]) -> String {
+        explained(refusal(&self.handling, sent, answer), self.why.as_deref())
+    }
+
     /// Takes what was answered by now.
     fn answer(&mut self) -> Vec<u8> {
         let mut all = Vec::new();
         while let Some((at, news)) = self.driver.news.pop_front() {
             match news {
-                News::Answer(bytes, _) | News::Sent(bytes) => {
+                News::Answer(bytes, why) => {
+                    self.characters += bytes.len() as u64;
+                    all.extend(bytes);
+                    self.why = why;
+                }
+                News::Sent(bytes) => {
                     self.characters += bytes.len() as u64;
                     all.extend(bytes);
                 }

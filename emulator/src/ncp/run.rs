@@ -183,7 +183,7 @@ impl Outcome {
         let (code, word, text, line) = match ending {
             Ok(Ending::Done) => (0, "done", "the job is done".to_owned(), None),
             Ok(Ending::Refused { line, sent, answer }) => {
-                let answer = vimc4_device::escape(&answer);
+                let answer = link.refusal(&sent, &answer);
                 (
                     1,
                     "error",

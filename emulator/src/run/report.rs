@@ -13,7 +13,7 @@ use super::meter::Meter;
 use super::script::{Kind, Line, Script};
 use crate::failure::Failure;
 use crate::output;
-use crate::text::{self, shortened, shown_in_line};
+use crate::text::{self, explained, shortened, shown_in_line};
 
 /// So many characters of a line are quoted to a person.
 const QUOTE: usize = 200;
@@ -121,10 +121,7 @@ pub(super) struct Answered {
 impl Answered {
     /// A refusal in words, as its bytes alone say it, with the reason in place of what they mean.
     pub(super) fn explain(&self, refusal: String) -> String {
-        match (refusal.split_once(": "), &self.why) {
-            (Some((code, _)), Some(why)) => format!("{code}: {why}"),
-            _ => refusal,
-        }
+        explained(refusal, self.why.as_deref())
     }
 }
 

@@ -10,7 +10,7 @@ use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
 
 use crate::failure::Failure;
-use crate::job::perform::{Attendant, Decision, Ending, Link, Work, perform, refusal, shown};
+use crate::job::perform::{Attendant, Decision, Ending, Link, Work, perform, shown};
 use crate::job::virtual_time::Virtual;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::Meter;
@@ -87,10 +87,9 @@ impl Rehearsal {
         text: &str,
         list: Option<Nevertheless>,
     ) -> Option<Failure> {
-        let family = self.link.handling().model().family();
         match &self.ending {
             Ok(Ending::Refused { line, sent, answer }) => {
-                let refusal = refusal(family, answer);
+                let refusal = self.link.refusal(sent, answer).replace("; ", ", ");
                 let help = match list {
                     Some(Nevertheless(true)) => {
                         "it is sent nevertheless, in case the controller knows more; what is said \
@@ -103,7 +102,8 @@ impl Rehearsal {
                     None => "nothing was sent",
                 };
                 let (model, sent) = (self.link.handling().model().name(), shown(sent));
-                let message = format!("the model {model} would answer {refusal} to {sent}; {help}");
+                let message =
+                    format!("the model {model} would answer {sent} with {refusal}; {help}");
                 Some(Failure::at_line(message, name, text, *line))
             }
             Err(_) => Some(Failure::midway(format!(

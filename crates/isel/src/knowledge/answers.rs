@@ -3,7 +3,7 @@
 use vimc4_device::{Heard, escape};
 use vimc4_isel_wire::Reply;
 
-use crate::{Model, PositionAxes};
+use crate::{Model, PositionAxes, Unreferenced};
 
 /// What is wrong, if the answer says that something is.
 pub(super) fn refusal(answer: &[u8]) -> Option<String> {
@@ -15,6 +15,19 @@ pub(super) fn refusal(answer: &[u8]) -> Option<String> {
     Some(match Reply::from_code(code) {
         Some(reply) => format!("{}: {}", char::from(code), reply.meaning()),
         None => escape(&[code]),
+    })
+}
+
+/// What is wrong with a command. An absolute move of an axis without a reference point may be
+/// answered as one that meets a limit switch.
+pub(super) fn refusal_of(model: &Model, command: &[u8], answer: &[u8]) -> Option<String> {
+    let refusal = refusal(answer)?;
+    let is_absolute = matches!(letter(command), Some(b'M' | b'm'));
+    let is_limit = answer == [Reply::LimitSwitch.code()];
+    let may_be_either = model.quirks.unreferenced == Unreferenced::LimitSwitch;
+    Some(match is_absolute && is_limit && may_be_either {
+        true => format!("{refusal}, or no reference point"),
+        false => refusal,
     })
 }
 
@@ -154,6 +167,17 @@ mod tests {
         assert_eq!(refusal(b"F0").unwrap(), "F: stopped by the user");
         assert_eq!(refusal(b"\xFF").unwrap(), "\\xFF");
         assert_eq!(Model::kind_of(b"one\r\ntwo\r\n0").unwrap(), "0");
+    }
+
+    #[test]
+    fn where_a_code_means_two_things_both_are_said() {
+        let (later, new) = (model("imc4"), model("imc-s8"));
+        let both = "2: limit switch, or no reference point";
+        assert_eq!(refusal_of(&later, b"@0M5,300", b"2").unwrap(), both);
+        assert_eq!(refusal_of(&later, b"@0m 5,300", b"2").unwrap(), both);
+        assert_eq!(refusal_of(&later, b"@0A5,300", b"2").unwrap(), "2: limit switch");
+        assert_eq!(refusal_of(&new, b"@0M5,300", b"2").unwrap(), "2: limit switch");
+        assert_eq!(refusal_of(&later, b"@0M5,300", b"0"), None);
     }
 
     #[test]
