@@ -1,6 +1,5 @@
 //! Job files of the isel NC intermediate format: read, checked, cut into commands, compiled.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use vimc4_isel_wire::{Addressed, Command, Context, Fault, Fractions, Mode, Pairs, Plane, parse};
@@ -10,7 +9,6 @@ use vimc4_ncp::language::{decode, lines};
 use vimc4_ncp::{Diagnostic, Severity};
 use vimc4_plant::Machine;
 
-use super::seeds::Seed;
 use crate::jobs;
 
 /// So many commands of a job are looked at: a movement can take millions.
@@ -135,17 +133,4 @@ fn decoded(
         Addressed::Frame(frame) => frame.decode(&context),
         Addressed::OtherDevice => Err(Fault::NoAddress),
     }
-}
-
-/// The jobs of the fixtures, each for one of the sites.
-pub(super) fn seeds() -> Vec<Seed> {
-    let mut programs = BTreeMap::new();
-    for job in jobs::jobs().unwrap_or_default() {
-        programs.entry(job.program).or_insert(job.id);
-    }
-    let seed = |(number, (program, id)): (usize, (Vec<u8>, String))| {
-        let name = id.split("::").next().unwrap_or_default().replace('/', "-");
-        Seed { target: "ncp", name, data: [vec![number as u8], program].concat() }
-    };
-    programs.into_iter().enumerate().map(seed).collect()
 }

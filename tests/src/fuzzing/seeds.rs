@@ -3,7 +3,7 @@
 //! The replay makes them anew each time, so that they are those of the sessions as they are now.
 //! `cargo run -p vimc4-tests --bin corpus-seeds` writes them down for fuzzing.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use vimc4_catalogue::Family;
 use vimc4_conform::fixtures;
@@ -15,7 +15,8 @@ use vimc4_lpkf::Controller as Lpkf;
 use vimc4_plant::Machine;
 
 use super::operations::{Operation, Setup};
-use super::{ncp, twins};
+use super::twins;
+use crate::jobs;
 
 /// An input to begin with.
 #[derive(Clone, Debug)]
@@ -36,7 +37,7 @@ pub struct Seed {
 #[must_use]
 pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
-    [controllers(&sessions), lines(&sessions), flash(), ncp::seeds(), profiles()].concat()
+    [controllers(&sessions), lines(&sessions), flash(), job_files(), profiles()].concat()
 }
 
 /// What each session does to each of its models.
@@ -160,6 +161,19 @@ fn flash() -> Vec<Seed> {
         }
     }
     seeds
+}
+
+/// The jobs of the fixtures, each for one model and machine.
+fn job_files() -> Vec<Seed> {
+    let mut programs = BTreeMap::new();
+    for job in jobs::jobs().unwrap_or_default() {
+        programs.entry(job.program).or_insert(job.id);
+    }
+    let seed = |(number, (program, id)): (usize, (Vec<u8>, String))| {
+        let name = id.split("::").next().unwrap_or_default().replace('/', "-");
+        Seed { target: "ncp", name, data: [vec![number as u8], program].concat() }
+    };
+    programs.into_iter().enumerate().map(seed).collect()
 }
 
 /// Profiles to change, and some that are whole.
