@@ -1,5 +1,6 @@
 //! Time passes for a device.
 
+use std::collections::VecDeque;
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -28,11 +29,14 @@ pub(crate) struct Drive<D: Device> {
     pub(crate) rig: Rig<D>,
     pace: Pace,
     journey: Option<Travel<D>>,
+    /// The journeys that begin when that has ended.
+    later: VecDeque<(Source, Destination, Ticket)>,
 }
 
 impl<D: Device + Clone> Drive<D> {
     pub(crate) fn new(device: D, clock: Clock) -> Drive<D> {
-        Drive { rig: Rig::new(device), pace: Pace::new(clock), journey: None }
+        let (rig, pace) = (Rig::new(device), Pace::new(clock));
+        Drive { rig, pace, journey: None, later: VecDeque::new() }
     }
 
     /// Time begins.
@@ -62,7 +66,7 @@ impl<D: Device + Clone> Drive<D> {
     /// Performs what is due by now. Returns whether that did not come to an end.
     pub(crate) fn catch_up(&mut self) -> bool {
         let Some(present) = self.pace.now() else { return false };
-        let done = self.run_to(present);
+        let (_, done) = self.run_to(present, BATCH);
         if done {
             self.pace.caught_up();
         } else {
@@ -72,9 +76,9 @@ impl<D: Device + Clone> Drive<D> {
     }
 
     /// Whether what arrives has to wait: time is on its way, or catches up. What arrives in between
-    /// arrives when that has ended, or in a pause.
+    /// arrives when that has ended, in a pause, or when time has been on its way for long.
     pub(crate) fn is_away(&self) -> bool {
-        self.pace.is_behind() || self.journey.as_ref().is_some_and(|travel| !travel.paused)
+        self.pace.is_behind() || self.journey.as_ref().is_some_and(Travel::is_undisturbed)
     }
 
     /// The moment on the wall at which something is to be done next.
@@ -89,6 +93,12 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Lets time pass as far as the clock says. Returns whether more is to be done at once.
     pub(crate) fn move_time(&mut self) -> bool {
+        if self.journey.is_none()
+            && let Some((by, destination, ticket)) = self.later.pop_front()
+        {
+            let now = self.rig.device.now();
+            self.journey = Some(Travel::begin(by, ticket, now, destination));
+        }
         if let Some(mut travel) = self.journey.take() {
             let Some(end) = self.travel(&mut travel) else {
                 let busy = !travel.paused;
@@ -101,6 +111,9 @@ impl<D: Device + Clone> Drive<D> {
                 self.rig.input(Input::Wake, now, Some(&by));
             }
             ticket.end(end);
+            if !self.later.is_empty() {
+                return true;
+            }
         }
         if self.pace.runs() {
             // A device that has nothing to do yet need not be told that time passes. To look at
@@ -126,25 +139,25 @@ impl<D: Device + Clone> Drive<D> {
         }
     }
 
-    /// Performs causes one by one until `target`, for a few milliseconds at most. Returns
-    /// whether it arrived.
-    fn run_to(&mut self, target: Time) -> bool {
+    /// Performs causes one by one until `target`, so many and for a few milliseconds at most.
+    /// Returns how many, and whether it arrived.
+    fn run_to(&mut self, target: Time, most: u32) -> (u32, bool) {
         let began = Instant::now();
-        for _ in 0..BATCH {
+        for causes in 0..most {
             match self.rig.next_deadline() {
                 Some(due) if due <= target => self.rig.step(due),
                 _ => {
                     if self.rig.device.now() < target {
                         self.rig.step(target);
                     }
-                    return true;
+                    return (causes, true);
                 }
             }
             if self.rig.storage.has_failed() || began.elapsed() >= BATCH_TIME {
-                break;
+                return (causes + 1, false);
             }
         }
-        false
+        (most, false)
     }
 
     /// Whether something is to be done by then, or the device is behind its clock.
@@ -163,10 +176,14 @@ impl<D: Device + Clone> Drive<D> {
     pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
         let now = self.rig.device.now();
         ticket.tell(Progress { now, ..Progress::default() });
-        if self.journey.is_some() {
-            return ticket.end(Err(ControlError::Unsupported(
-                "time is on its way already, and paused; resume or cancel that journey first",
-            )));
+        match &self.journey {
+            Some(travel) if travel.paused => {
+                return ticket.end(Err(ControlError::Unsupported(
+                    "time is on its way already, and paused; resume or cancel that journey first",
+                )));
+            }
+            Some(_) => return self.later.push_back((by, destination, ticket)),
+            None => {}
         }
         match destination {
             destination if !self.pace.runs() => {
@@ -188,6 +205,19 @@ impl<D: Device + Clone> Drive<D> {
         waiters.add(device, condition, ticket);
         self.rig.watch_kinds();
         // It may have been given up before it began.
+        self.give_up_waiting();
+    }
+
+    /// Lets go of those who do not want to wait any more.
+    pub(crate) fn give_up_waiting(&mut self) {
+        let at = self.rig.device.now();
+        let later = std::mem::take(&mut self.later).into_iter();
+        let (given_up, later): (Vec<_>, Vec<_>) =
+            later.partition(|(.., ticket)| ticket.wish() == Wish::Cancel);
+        self.later = later.into();
+        for (.., ticket) in given_up {
+            ticket.end(Err(ControlError::Cancelled { at }));
+        }
         self.rig.give_up_waiting();
     }
 
@@ -198,12 +228,17 @@ impl<D: Device + Clone> Drive<D> {
             Wish::Cancel => {
                 return Some(Err(ControlError::Cancelled { at: self.rig.device.now() }));
             }
-            Wish::Pause => travel.pause(),
-            Wish::Go => match travel.foresee(&self.rig.device) {
+            Wish::Pause => travel.paused = true,
+            Wish::Go => match travel.foresee(&self.rig.device, self.rig.inputs) {
                 Foresight::Never => return Some(Err(ControlError::Never)),
                 Foresight::Open => {}
-                Foresight::At(to) if self.run_to(to) => return Some(Ok(to)),
-                Foresight::At(_) => {}
+                Foresight::At(to) => {
+                    let (causes, arrived) = self.run_to(to, travel.stage(BATCH));
+                    if arrived {
+                        return Some(Ok(to));
+                    }
+                    travel.came(causes);
+                }
             },
         }
         travel.tell(self.rig.device.now());
@@ -219,7 +254,7 @@ impl<D: Device + Clone> Drive<D> {
         }
         self.rig.tell_unheard(at);
         if let Some(travel) = self.journey.take() {
-            // It is paused, and its destination belongs to another time.
+            // Its destination belongs to another time.
             travel.ticket.end(Err(ControlError::Cancelled { at }));
         }
         self.rig.restore(by, state);

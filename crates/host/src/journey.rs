@@ -17,6 +17,12 @@ use crate::reply::{ControlError, Reply};
 /// A long way, such as a program of an hour in manual time, can be watched while it is gone, paused
 /// and resumed, and given up. While it is paused time stands still, and the controller can be
 /// looked at, asked and operated as at any other moment. Dropping a journey does not end it.
+///
+/// What is asked, ordered and sent while time is on its way has its turn when it has arrived, so that
+/// one thing comes after the other. On a way of more than 100,000 causes, such as one to something
+/// that an endless program never does, it has its turn between two of them, at the time that has
+/// come by then; a condition is forecast anew if that has changed anything. Other journeys always
+/// begin where the one before has ended.
 #[derive(Debug)]
 #[must_use = "without waiting for the journey nobody learns whether time has arrived"]
 pub struct Journey {
@@ -75,7 +81,7 @@ impl Journey {
         self.unless_by_itself(Wish::Pause)
     }
 
-    /// Goes on after a pause. If something has happened in it, a condition is forecast anew.
+    /// Goes on after a pause. If something has gone in meanwhile, a condition is forecast anew.
     ///
     /// # Errors
     ///

@@ -22,6 +22,8 @@ pub(crate) struct Rig<D: Device> {
     pub(crate) waiters: Waiters,
     /// What has come out of the device while it was looked at moment by moment.
     seen: VecDeque<Output>,
+    /// How often something but time has gone in.
+    pub(crate) inputs: u64,
     /// How often something was sent or stored.
     pub(crate) said: u64,
     /// How many bytes have come since the power was taken away; `None` while it is on.
@@ -38,6 +40,7 @@ impl<D: Device> Rig<D> {
             sinks: Sinks::default(),
             waiters: Waiters::default(),
             seen: VecDeque::new(),
+            inputs: 0,
             said: 0,
             unpowered: None,
         };
@@ -107,6 +110,7 @@ impl<D: Device> Rig<D> {
             let what = || What::Input { by: by.clone(), input: input.into() };
             self.tell(at, |wants| wants.inputs, what);
         }
+        self.inputs += u64::from(input != Input::Wake);
         match (input, &mut self.unpowered) {
             (Input::Bytes(bytes), Some(unheard)) => {
                 *unheard += u64::try_from(bytes.len()).unwrap_or(u64::MAX);

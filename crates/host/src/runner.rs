@@ -222,7 +222,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.end(self.drive.present());
                     return Ok(());
                 }
-                Woken::Nudge => self.drive.rig.give_up_waiting(),
+                Woken::Nudge => self.drive.give_up_waiting(),
                 Woken::Time => self.drive.jump(),
             }
         }

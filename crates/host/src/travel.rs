@@ -13,6 +13,11 @@ const AHEAD: u32 = 1_000;
 /// How long may be looked ahead before the line is looked at again.
 const AHEAD_TIME: Duration = Duration::from_millis(5);
 
+/// For how many causes, looked ahead or performed, what arrives has to wait. Orders that are given
+/// one behind the other are carried out one after the other by that, and not by how fast the
+/// computer is; but a way without an end does not make a controller deaf.
+const UNDISTURBED: u32 = 100_000;
+
 /// Where time is sent.
 pub(crate) enum Destination {
     After(Duration),
@@ -32,6 +37,10 @@ pub(crate) struct Travel<D> {
     causes: u32,
     /// Where it goes, if that is known.
     to: Option<Time>,
+    /// How much had gone into the device when that was looked for.
+    inputs: u64,
+    /// For how many causes what arrives still has to wait.
+    undisturbed: u32,
     pub(crate) paused: bool,
 }
 
@@ -46,20 +55,41 @@ impl<D: Device + Clone> Travel<D> {
             Destination::After(span) => (None, Some(began + span)),
             Destination::Until(condition) => (Some(condition), None),
         };
-        let (forecast, causes, paused) = (None, MAX_CAUSES, false);
-        Travel { by, ticket, began, until, forecast, causes, to, paused }
-    }
-
-    /// Time stands still; what happens in the meantime may change when a condition will hold.
-    pub(crate) fn pause(&mut self) {
-        self.paused = true;
-        if self.until.is_some() {
-            (self.forecast, self.to, self.causes) = (None, None, MAX_CAUSES);
+        Travel {
+            by,
+            ticket,
+            began,
+            until,
+            forecast: None,
+            causes: MAX_CAUSES,
+            to,
+            inputs: 0,
+            undisturbed: UNDISTURBED,
+            paused: false,
         }
     }
 
-    /// Looks ahead for a few milliseconds at most, where it is not known yet where it goes.
-    pub(crate) fn foresee(&mut self, device: &D) -> Foresight {
+    /// Whether what arrives has to wait.
+    pub(crate) fn is_undisturbed(&self) -> bool {
+        !self.paused && self.undisturbed > 0
+    }
+
+    /// How many causes may be performed before something else gets its turn.
+    pub(crate) fn stage(&self, most: u32) -> u32 {
+        if self.undisturbed > 0 { most.min(self.undisturbed) } else { most }
+    }
+
+    /// So many causes have been performed.
+    pub(crate) fn came(&mut self, causes: u32) {
+        self.undisturbed = self.undisturbed.saturating_sub(causes);
+    }
+
+    /// Looks ahead for a few milliseconds at most, where it is not known yet where it goes. What has
+    /// gone in meanwhile, `inputs` since ever, may change when a condition will hold.
+    pub(crate) fn foresee(&mut self, device: &D, inputs: u64) -> Foresight {
+        if self.until.is_some() && std::mem::replace(&mut self.inputs, inputs) != inputs {
+            (self.forecast, self.to, self.causes) = (None, None, MAX_CAUSES);
+        }
         let (None, Some(condition)) = (self.to, &self.until) else {
             return self.to.map_or(Foresight::Never, Foresight::At);
         };
@@ -69,6 +99,7 @@ impl<D: Device + Clone> Travel<D> {
         while self.causes > 0 && began.elapsed() < AHEAD_TIME {
             let causes = self.causes.min(AHEAD);
             self.causes -= causes;
+            self.undisturbed = self.undisturbed.saturating_sub(causes);
             match forecast.look(causes) {
                 Foresight::Open => {}
                 Foresight::Never => return Foresight::Never,

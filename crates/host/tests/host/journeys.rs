@@ -1,6 +1,6 @@
 //! Time on its way can be watched, held up and given up.
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::time::Duration;
 
 use vimc4_device::{Condition, OwnedInput, Time};
@@ -119,6 +119,69 @@ fn what_happens_in_a_pause_is_heeded() {
     journey.resume().unwrap();
     assert_eq!(journey.wait(), Ok(Time::from_secs(30)));
     running.end().unwrap();
+}
+
+/// A way that takes longer than anybody waits for what is asked on it.
+const PATIENT: Duration = Duration::from_secs(120);
+
+#[test]
+fn a_way_without_an_end_leaves_nobody_unheard() {
+    for clock in [Clock::Manual, Clock::Instant] {
+        let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+        let handle = &running.handle;
+        port.write_all(b"l\r").unwrap();
+        let way = handle.advance(FAR);
+        let (second, third) = (handle.advance(Duration::from_secs(1)), handle.advance(FAR));
+        // A control and the line are heard, at a time on the way.
+        assert!(handle.press("start").wait_within(PATIENT).is_ok());
+        let now = handle.now().wait_within(PATIENT).unwrap();
+        assert!(now > Time::ZERO && way.progress().to.is_some_and(|to| to > now));
+        port.write_all(b"ehere\r").unwrap();
+        let mut answer = [0; 5];
+        port.read_exact(&mut answer).unwrap();
+        assert_eq!(answer, *b"0here");
+        // What waits to begin can be given up before, and what waits behind it begins later.
+        third.cancel();
+        let end = third.wait_within(PATIENT);
+        assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
+        way.cancel();
+        let Err(ControlError::Cancelled { at }) = way.wait_within(PATIENT) else {
+            panic!("it was given up");
+        };
+        let next = second.wait_within(PATIENT).unwrap();
+        assert!(next >= at + Duration::from_secs(1));
+        running.end().unwrap();
+    }
+}
+
+#[test]
+fn what_arrives_while_a_condition_is_forecast_changes_what_it_will_be() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Manual);
+    let handle = &running.handle;
+    port.write_all(b"l\r").unwrap();
+    // Time stands still as long as it is not known where it goes.
+    let journey = handle.run_until(at(3_000));
+    handle.press("start").wait_within(PATIENT).unwrap();
+    port.write_all(b"w5000\r").unwrap();
+    // On a computer that is so fast that all was in vain before, it was not too late.
+    match journey.wait_within(PATIENT) {
+        Ok(at) => assert_eq!(at, Time::from_secs(3)),
+        Err(never) => assert_eq!(never, ControlError::Never),
+    }
+    running.end().unwrap();
+}
+
+#[test]
+fn what_is_ordered_behind_a_short_way_comes_behind_it() {
+    for clock in [Clock::Manual, Clock::Instant] {
+        let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+        port.write_all(b"l\r").unwrap();
+        let (from, way) = (running.handle.now(), running.handle.advance(Duration::from_secs(90)));
+        let to = running.handle.now();
+        let (from, at) = (from.wait().unwrap(), way.wait().unwrap());
+        assert!(at >= from + Duration::from_secs(90) && to.wait().unwrap() >= at);
+        running.end().unwrap();
+    }
 }
 
 #[test]
