@@ -2,17 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::time::Duration;
-
 use vimc4_device::{
     Condition, Device, Event, Harness, Input, Kinds, Motion, Output, Time, Warning,
 };
 use vimc4_isel::{Controller, Model};
 use vimc4_plant::{Machine, PlantSignal};
 
-fn controller(model: &str, machine: &str) -> Harness<Controller> {
+fn controller(model: &str) -> Harness<Controller> {
     let model = Model::builtin(model).unwrap();
-    let machine = Machine::builtin(machine).unwrap();
+    let machine = Machine::builtin("bench").unwrap();
     Harness::new(Controller::new(model, machine, b"").unwrap())
 }
 
@@ -22,77 +20,8 @@ fn ask(controller: &mut Harness<Controller>, line: &str) -> String {
 }
 
 #[test]
-fn a_move_is_answered_when_it_ends() {
-    let mut imc = controller("imc4", "bench");
-    assert_eq!(ask(&mut imc, "@01"), "0");
-    imc.send(b"@0A5000,10000\r");
-    imc.run_to_rest().unwrap();
-    assert_eq!(*imc.outputs(), [Output::Bytes(Time::from_nanos(594_090_000), "0".into())]);
-    imc.drain();
-    assert_eq!(ask(&mut imc, "@0P"), "0001388000000000000");
-}
-
-#[test]
-fn a_stopped_move_answers_f_and_goes_on_with_s() {
-    let mut imc = controller("imc4", "bench");
-    assert_eq!(ask(&mut imc, "@01"), "0");
-    imc.send(b"@0A5000,10000\r");
-    imc.run_to(Time::from_millis(50));
-    assert_eq!(imc.ask(&[253]).unwrap(), b"F");
-    assert_eq!(imc.now(), Time::from_millis(100));
-    assert_eq!(ask(&mut imc, "@0P"), "0000118000000000000");
-    assert_eq!(ask(&mut imc, "@0S"), "0");
-    assert_eq!(ask(&mut imc, "@0P"), "0001388000000000000");
-    assert_eq!(ask(&mut imc, "@0S"), "G");
-    imc.send(b"@0A-5000,10000\r");
-    imc.advance(Duration::from_millis(200));
-    assert_eq!(imc.ask(&[255]).unwrap(), b"0");
-    assert_eq!(ask(&mut imc, "@0S"), "G");
-}
-
-#[test]
-fn a_reference_run_finds_the_switches_of_a_mill() {
-    let mut imc = controller("imc-s8", "mill");
-    assert_eq!(ask(&mut imc, "@07"), "0");
-    assert_eq!(ask(&mut imc, "@0M0,1000,0,1000,-10,1000,0,1000"), "R");
-    assert_eq!(ask(&mut imc, "@0R7"), "0");
-    let view = imc.device().view(imc.now());
-    assert_eq!(view.axes.iter().take(3).map(|axis| axis.carriage).collect::<Vec<_>>(), [0, 0, 0]);
-    assert_eq!(ask(&mut imc, "@0M100,1000,100,1000,-50,1000,0,1000"), "0");
-    assert_eq!(ask(&mut imc, "@0P"), "0000064000064FFFFCE");
-    assert_eq!(ask(&mut imc, "@0A-200,200,0,200,0,200,0,200"), "2");
-    assert_eq!(ask(&mut imc, "@0P"), "0FFFFFF000064FFFFCE");
-    assert_eq!(ask(&mut imc, "@0A200,200,0,200,0,200,0,200"), "2");
-    assert_eq!(ask(&mut imc, "@0F1"), "0");
-    assert_eq!(ask(&mut imc, "@0A200,200,0,200,0,200,0,200"), "R");
-    assert_eq!(ask(&mut imc, "@0R1"), "0");
-    assert_eq!(ask(&mut imc, "@0A200,200,0,200,0,200,0,200"), "0");
-}
-
-#[test]
-fn a_program_loops_and_stops_and_goes_on() {
-    let mut imc = controller("imc-s8", "bench");
-    for line in ["@01", "@0i", "0100,1000", "3 4,-1", "9"] {
-        assert_eq!(ask(&mut imc, line), "0", "{line}");
-    }
-    assert_eq!(ask(&mut imc, "@0i"), "G");
-    assert_eq!(ask(&mut imc, "@0S"), "0");
-    assert_eq!(ask(&mut imc, "@0P"), "00001F4000000000000");
-    assert_eq!(ask(&mut imc, "@0k"), "0");
-    for line in ["@0i", "p0,1,1", "p0,1,0", "30,-2", "9"] {
-        assert_eq!(ask(&mut imc, line), "0", "{line}");
-    }
-    imc.input(Input::Signal(PlantSignal::Start.id(), 1));
-    imc.advance(Duration::from_secs(5));
-    imc.send(b"@0P\r");
-    assert_eq!(imc.take_bytes(), b"");
-    assert_eq!(imc.ask(&[254]).unwrap(), b"");
-    assert_eq!(ask(&mut imc, "@0P"), "0000000000000000000");
-}
-
-#[test]
 fn a_forecast_names_the_exact_step() {
-    let mut imc = controller("imc4", "bench");
+    let mut imc = controller("imc4");
     assert_eq!(ask(&mut imc, "@01"), "0");
     imc.send(b"@0A5000,10000\r");
     let half = Condition::AxisAt { axis: 0, position: 2_500 };
@@ -113,21 +42,8 @@ fn a_forecast_names_the_exact_step() {
 }
 
 #[test]
-fn a_snapshot_is_small_and_continues_anywhere() {
-    let mut imc = controller("imc4", "bench");
-    assert_eq!(ask(&mut imc, "@03"), "0");
-    imc.send(b"@0A5000,10000,-77,300\r");
-    let snapshot = imc.device().state();
-    let first = imc.ask(b"").unwrap();
-    let end = imc.device().state();
-    imc.restore(snapshot);
-    assert_eq!(imc.ask(b"").unwrap(), first);
-    assert_eq!(imc.device().state(), end);
-}
-
-#[test]
 fn what_waited_for_the_end_of_a_motion_happens_line_by_line() {
-    let mut imc = controller("imc4", "bench");
+    let mut imc = controller("imc4");
     imc.send(b"@01\r@0A5000,10000\r@0n1\r@0P\r@0A5,900\r@0P\r");
     assert_eq!(imc.take_bytes(), b"0");
     let end = imc.step().unwrap();
@@ -144,7 +60,7 @@ fn what_waited_for_the_end_of_a_motion_happens_line_by_line() {
 
 #[test]
 fn what_is_so_between_two_lines_of_one_instant_is_seen() {
-    let mut imc = controller("imc-s8", "bench");
+    let mut imc = controller("imc-s8");
     imc.send(b"@01\r@0A500,1000\r@0B2,1\r@0B2,0\r@0P\r");
     assert_eq!(imc.take_bytes(), b"0");
     let on = Condition::PortBit { port: 2, bit: 0, level: true };
@@ -158,7 +74,7 @@ fn what_is_so_between_two_lines_of_one_instant_is_seen() {
 
 #[test]
 fn what_happens_has_the_number_of_its_command() {
-    let mut imc = controller("imc-s8", "bench").watching(Kinds::ALL);
+    let mut imc = controller("imc-s8").watching(Kinds::ALL);
     imc.send(b"@01\r@0B0,1\r@0i\r0500,1000\rp0,2,1\r9\r@0S\r");
     imc.run_to(Time::from_millis(100));
     imc.input(Input::Signal(PlantSignal::Stop.id(), 1));
@@ -227,7 +143,7 @@ fn what_happens_has_the_number_of_its_command() {
 #[test]
 fn lines_of_a_program_count_from_1() {
     let wanted = Kinds::COMMAND.and(Kinds::WARNING);
-    let mut imc = controller("imc-s8", "bench").watching(wanted);
+    let mut imc = controller("imc-s8").watching(wanted);
     imc.send(b"@03\r@0i\re1\r05,300,5,300\ry8,300,0,5,5,1,1\r9\r@0S\r");
     imc.run_to_rest().unwrap();
     let mut lines = Vec::new();
