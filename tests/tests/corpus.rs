@@ -44,6 +44,11 @@ fn profiles_are_refused_or_work() {
 }
 
 #[test]
+fn conditions_are_written_as_what_they_are_read_from() {
+    replay("condition");
+}
+
+#[test]
 fn flash_images_are_refused_or_work() {
     replay("flash");
 }
@@ -56,4 +61,9 @@ fn isel_controllers_do_nothing_that_they_must_not() {
 #[test]
 fn lpkf_controllers_do_nothing_that_they_must_not() {
     replay("lpkf");
+}
+
+#[test]
+fn a_history_goes_anywhere_and_is_what_it_was_there() {
+    replay("history");
 }

@@ -6,6 +6,7 @@
 //! [`seeds`] makes the inputs to begin with from the sessions.
 
 mod chance;
+mod conditions;
 mod exercise;
 mod histories;
 mod isel;
@@ -17,6 +18,7 @@ mod profiles;
 pub mod seeds;
 mod twins;
 
+pub use conditions::condition;
 pub use histories::history;
 pub use isel::{controller, flash, lexer, parser};
 pub use lpkf::{language, lpkf};
@@ -31,15 +33,17 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 8] = [
+pub const TARGETS: [Target; 10] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
     ("ncp", ncp),
     ("profiles", profiles),
+    ("condition", condition),
     ("flash", flash),
     ("controller", controller),
     ("lpkf", lpkf),
+    ("history", history),
 ];
 
 /// Where the finds of fuzzing are kept, a folder for each target that has some.

@@ -15,7 +15,7 @@ use vimc4_lpkf::Controller as Lpkf;
 use vimc4_plant::Machine;
 
 use super::operations::{Operation, Setup};
-use super::twins;
+use super::{conditions, twins};
 use crate::jobs;
 
 /// An input to begin with.
@@ -37,17 +37,18 @@ pub struct Seed {
 #[must_use]
 pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
-    [controllers(&sessions), lines(&sessions), flash(), job_files(), profiles()].concat()
+    let (controllers, lines) = (controllers(&sessions), lines(&sessions));
+    [controllers, lines, flash(), job_files(), profiles(), conditions()].concat()
 }
 
-/// What each session does to each of its models.
+/// What each session does to each of its models; one of them has a history.
 fn controllers(sessions: &[Session]) -> Vec<Seed> {
     let mut seeds = Vec::new();
     for (number, session) in sessions.iter().enumerate() {
-        for model in &session.models {
-            let (target, names) = match session.family {
-                Family::Isel => ("controller", vimc4_isel::Model::names()),
-                Family::Lpkf => ("lpkf", vimc4_lpkf::Model::names()),
+        for (which, model) in session.models.iter().enumerate() {
+            let (target, family, names) = match session.family {
+                Family::Isel => ("controller", b'i', vimc4_isel::Model::names()),
+                Family::Lpkf => ("lpkf", b'l', vimc4_lpkf::Model::names()),
             };
             let place = |names: &[&str], name: &str| names.iter().position(|known| *known == name);
             let model_place = place(&names, model).unwrap_or(0);
@@ -62,6 +63,10 @@ fn controllers(sessions: &[Session]) -> Vec<Seed> {
             };
             for (row, data) in scripts.into_iter().enumerate() {
                 let name = format!("{}-{model}-{row}", session.id.replace('/', "-"));
+                if which == number % session.models.len() {
+                    let data = [&[family], data.as_slice()].concat();
+                    seeds.push(Seed { target: "history", name: name.clone(), data });
+                }
                 seeds.push(Seed { target, name, data });
             }
         }
@@ -146,6 +151,15 @@ fn lines(sessions: &[Session]) -> Vec<Seed> {
         add("language", session.id.replace('/', "-"), data);
     }
     seeds
+}
+
+/// Conditions with the names of every model.
+fn conditions() -> Vec<Seed> {
+    let seed = |(number, data): (usize, Vec<u8>)| {
+        let name = format!("forms-{number}");
+        Seed { target: "condition", name, data }
+    };
+    conditions::texts().into_iter().enumerate().map(seed).collect()
 }
 
 /// An image of the flash memory with lines of every kind, for each model and end.
