@@ -3,10 +3,13 @@
 #[cfg(unix)]
 use std::future::poll_fn;
 use std::io::{self, Write};
-use std::process;
+use std::process::{self, ExitCode};
 #[cfg(unix)]
 use std::task::Poll;
 use std::thread;
+
+#[cfg(unix)]
+use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::failure::Failure;
 use crate::port::Port;
@@ -14,32 +17,41 @@ use crate::port::Port;
 /// Ctrl-C, and the other ways in which a terminal, the system or a service manager asks for an
 /// end.
 #[cfg(unix)]
-pub(crate) struct Endings(Vec<tokio::signal::unix::Signal>);
+pub(crate) struct Endings(Vec<(Signal, u8)>);
+
+/// The exit code of a program that SIGQUIT has ended, as shells have it.
+#[cfg(unix)]
+const QUIT: u8 = 131;
 
 #[cfg(unix)]
 impl Endings {
     pub(crate) fn listen() -> Endings {
-        use tokio::signal::unix::{SignalKind, signal};
-        let mut kinds = vec![SignalKind::interrupt(), SignalKind::terminate()];
+        let (interrupt, terminate) = (SignalKind::interrupt(), SignalKind::terminate());
+        let mut kinds = vec![(interrupt, 0), (terminate, 0), (SignalKind::quit(), QUIT)];
         // A program that was started with `nohup` is to outlive the terminal.
         if !is_ignored(SignalKind::hangup()) {
-            kinds.push(SignalKind::hangup());
+            kinds.push((SignalKind::hangup(), 0));
         }
-        Endings(kinds.into_iter().filter_map(|kind| signal(kind).ok()).collect())
+        let heard = |(kind, code)| Some((signal(kind).ok()?, code));
+        Endings(kinds.into_iter().filter_map(heard).collect())
     }
 
-    pub(crate) async fn told(&mut self) {
+    /// Waits until somebody asks for an end, and returns the exit code of a program that it ends.
+    pub(crate) async fn told(&mut self) -> ExitCode {
         poll_fn(|cx| {
-            let told = self.0.iter_mut().any(|signal| signal.poll_recv(cx).is_ready());
-            if told { Poll::Ready(()) } else { Poll::Pending }
+            let mut signals = self.0.iter_mut();
+            let heard = |(signal, code): &mut (Signal, u8)| {
+                signal.poll_recv(cx).is_ready().then_some(*code)
+            };
+            signals.find_map(heard).map_or(Poll::Pending, |code| Poll::Ready(ExitCode::from(code)))
         })
-        .await;
+        .await
     }
 }
 
 /// Whether who started the program has told the system to ignore a signal.
 #[cfg(unix)]
-fn is_ignored(signal: tokio::signal::unix::SignalKind) -> bool {
+fn is_ignored(signal: SignalKind) -> bool {
     // Signals count from 1.
     let bit = u32::try_from(signal.as_raw_value() - 1);
     bit.is_ok_and(|bit| vimc4_lines::ignored_signals() >> bit & 1 == 1)
@@ -54,8 +66,9 @@ impl Endings {
         Endings
     }
 
-    pub(crate) async fn told(&mut self) {
+    pub(crate) async fn told(&mut self) -> ExitCode {
         let _ = tokio::signal::ctrl_c().await;
+        ExitCode::SUCCESS
     }
 }
 

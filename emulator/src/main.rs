@@ -89,7 +89,7 @@ fn main() -> ExitCode {
         Err(said) => return output::said(&said),
     };
     let done = match arguments.command {
-        Command::Serve(arguments) => serve::run(arguments),
+        Command::Serve(arguments) => return serve::run(arguments).unwrap_or_else(Failure::report),
         Command::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),

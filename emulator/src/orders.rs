@@ -10,11 +10,23 @@ use std::thread;
 use tokio::sync::mpsc;
 use vimc4::{Emulator, Order, Signal};
 
-/// No order is as long as this; a longer line is taken in pieces.
-const LONGEST: u64 = 1_000;
+use crate::text;
+
+/// No order is as long as this, in bytes with its end.
+const LONGEST: usize = 1_000;
+
+/// So many characters are shown of a line that is longer.
+const SHOWN: usize = 40;
+
+/// A line that somebody has typed.
+pub(crate) enum Typed {
+    Line(String),
+    /// What a line begins with that is too long for an order.
+    TooLong(String),
+}
 
 /// Reads standard input line by line in a thread of its own. The channel closes at its end.
-pub(crate) fn read() -> mpsc::Receiver<String> {
+pub(crate) fn read() -> mpsc::Receiver<Typed> {
     let (sender, lines) = mpsc::channel(16);
     // Without the thread nobody can type, but the controllers run.
     let _ = thread::Builder::new().name("orders".to_owned()).spawn(move || {
@@ -25,19 +37,36 @@ pub(crate) fn read() -> mpsc::Receiver<String> {
             }
         }
         let mut input = io::stdin().lock();
-        let mut line = Vec::new();
-        loop {
-            line.clear();
-            match input.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
-                Ok(0) | Err(_) => return,
-                Ok(_) => {}
-            }
-            if sender.blocking_send(String::from_utf8_lossy(&line).into_owned()).is_err() {
+        while let Ok(Some(line)) = next(&mut input) {
+            if sender.blocking_send(line).is_err() {
                 return;
             }
         }
     });
     lines
+}
+
+/// The next line; of one that is too long only the beginning is kept.
+fn next(input: &mut impl BufRead) -> io::Result<Option<Typed>> {
+    let mut line = Vec::new();
+    let mut piece = |line: &mut Vec<u8>| {
+        input.take(LONGEST as u64).read_until(b'\n', line).map(|count| count == LONGEST)
+    };
+    let full = piece(&mut line)?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    let text = String::from_utf8_lossy(&line).into_owned();
+    if !full || line.ends_with(b"\n") {
+        return Ok(Some(Typed::Line(text)));
+    }
+    // Its rest is no order either.
+    loop {
+        line.clear();
+        if !piece(&mut line)? || line.ends_with(b"\n") {
+            return Ok(Some(Typed::TooLong(text.chars().take(SHOWN).collect())));
+        }
+    }
 }
 
 /// A program in the background that reads from its terminal is stopped by the system.
@@ -100,6 +129,13 @@ impl<'a> Desk<'a> {
 
     pub(crate) fn has_room(&self) -> bool {
         self.open.len() < MOST
+    }
+
+    /// Refuses a line that is too long for an order.
+    pub(crate) fn refuse(&mut self, beginning: &str) {
+        let beginning = text::shown_in_line(beginning);
+        let wrong = format!("`{beginning}…` is wrong: no order has {LONGEST} characters");
+        self.open(0, "", false, async { Err(wrong) });
     }
 
     /// Gives the order of one line. With several controllers it begins with the number of one.
@@ -236,6 +272,36 @@ pub(crate) fn say(text: &str) {
         let _ = writeln!(
             io::stderr(),
             "cannot write to standard output: {error}; the controllers run all the same"
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_that_is_too_long_is_one_line_all_the_same() {
+        let long = |count: usize, end: &str| "x".repeat(count) + end;
+        let input = [
+            long(LONGEST - 1, "\n"),
+            long(LONGEST, "\n"),
+            long(3 * LONGEST, "quit\n"),
+            "quit\n".to_owned(),
+            long(LONGEST, ""),
+        ];
+        let joined = input.concat();
+        let mut input = joined.as_bytes();
+        let mut read = Vec::new();
+        while let Some(typed) = next(&mut input).unwrap() {
+            read.push(match typed {
+                Typed::Line(line) => (true, line.len()),
+                Typed::TooLong(beginning) => (false, beginning.len()),
+            });
+        }
+        assert_eq!(
+            read,
+            [(true, LONGEST), (false, SHOWN), (false, SHOWN), (true, 5), (false, SHOWN)]
         );
     }
 }

@@ -103,7 +103,11 @@ impl Port {
                     .flow_control(FlowControl::None)
                     .timeout(LOOK)
                     .open();
-                let port = port.map_err(|e| error(e.to_string(), remedy(name, &e)))?;
+                let wrong = |e: &serialport::Error| match names_port(name) && !cfg!(windows) {
+                    true if !Path::new(name).exists() => "this is no address".to_owned(),
+                    _ => e.to_string(),
+                };
+                let port = port.map_err(|e| error(wrong(&e), remedy(name, &e)))?;
                 let reader = port.try_clone();
                 let reader = reader.map_err(|e| error(e.to_string(), remedy(name, &e)))?;
                 read(reader, &sender, &closed).map_err(no_thread)?;
@@ -298,6 +302,9 @@ fn remedy(name: &str, error: &serialport::Error) -> &'static str {
         _ if !exists && name.contains("://") => {
             "write host:port alone, as in 127.0.0.1:4004: the line is raw TCP"
         }
+        _ if !exists && names_port(name) => {
+            "write HOST:PORT, the port from 1 to 65535, as in 127.0.0.1:4004"
+        }
         _ if !exists => {
             "name a serial port such as /dev/ttyUSB0 or COM3, the link of a pseudo-terminal such \
              as ./vimc4.pty, or host:port"
@@ -307,6 +314,11 @@ fn remedy(name: &str, error: &serialport::Error) -> &'static str {
         }
         _ => "check that it is a serial port",
     }
+}
+
+/// Whether a name is more like an address than like a path, although it is none.
+fn names_port(name: &str) -> bool {
+    name.contains(':') && !name.contains(['/', '\\'])
 }
 
 /// Whether a path is a pseudo-terminal, whose speed means nothing.

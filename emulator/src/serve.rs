@@ -5,6 +5,7 @@ use std::future::poll_fn;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::task::Poll;
 use std::thread;
@@ -22,7 +23,7 @@ use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::limits;
 use crate::log::Log;
-use crate::orders::{self, Desk, Next};
+use crate::orders::{self, Desk, Next, Typed};
 
 /// The address at which it listens if nothing is said.
 pub(crate) const LISTENS: &str = "127.0.0.1:4004";
@@ -41,7 +42,7 @@ Examples:
 It answers orders on standard input, such as press stop, position and quit; help lists them.
 
 Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself, 2 it could
-not begin.";
+not begin, 131 it was ended by SIGQUIT (Ctrl-\\).";
 
 #[derive(clap::Args)]
 #[command(after_long_help = EXAMPLES)]
@@ -121,7 +122,7 @@ struct ControllerPlaces<'a> {
 
 const PTY: &str = "./vimc4.pty";
 
-pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let log = open_log(&arguments)?;
     let runtime = runtime::Builder::new_current_thread()
         .enable_all()
@@ -133,16 +134,16 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         let mut emulators = Vec::new();
         let started = tokio::select! {
             biased;
-            () = endings.told() => None,
-            started = start(&arguments, &log, &mut emulators) => Some(started),
+            code = endings.told() => Err(code),
+            started = start(&arguments, &log, &mut emulators) => Ok(started),
         };
         let end = match started {
-            Some(Ok(())) => {
+            Ok(Ok(())) => {
                 announce(&arguments, &emulators);
                 attend(&emulators, endings, arguments.until_stdin_closes).await
             }
-            Some(Err(failure)) => Err(failure),
-            None => Ok(()),
+            Ok(Err(failure)) => Err(failure),
+            Err(code) => Ok(code),
         };
         finish(emulators, &log).await;
         end
@@ -352,7 +353,7 @@ async fn attend(
     emulators: &[Emulator],
     mut endings: Endings,
     until_stdin_closes: bool,
-) -> Result<(), Failure> {
+) -> Result<ExitCode, Failure> {
     let signals = match emulators.first() {
         Some(emulator) => emulator.control().signals().await.map_err(Failure::midway)?,
         None => Vec::new(),
@@ -363,8 +364,8 @@ async fn attend(
     let mut ended = std::pin::pin!(any_ended(emulators));
     loop {
         tokio::select! {
-            () = endings.told() => return Ok(()),
-            end = &mut ended => return end,
+            code = endings.told() => return Ok(code),
+            end = &mut ended => return end.map(|()| ExitCode::SUCCESS),
             answer = desk.answer() => orders::say(&answer),
             line = lines.recv(), if typing && desk.has_room() => match line {
                 // The end of the input is not the end of the controllers, unless it is to be.
@@ -372,13 +373,18 @@ async fn attend(
                     typing = false;
                     ending |= until_stdin_closes;
                 }
+                Some(Typed::TooLong(beginning)) => desk.refuse(&beginning),
                 // Said a second time, it leaves no time for what is still awaited.
-                Some(line) if ending => if line.trim() == "quit" { return Ok(()) },
-                Some(line) => ending = desk.take(&line) == Next::Quit,
+                Some(Typed::Line(line)) if ending => {
+                    if line.trim() == "quit" {
+                        return Ok(ExitCode::SUCCESS);
+                    }
+                }
+                Some(Typed::Line(line)) => ending = desk.take(&line) == Next::Quit,
             },
         }
         if ending && desk.is_empty() {
-            return Ok(());
+            return Ok(ExitCode::SUCCESS);
         }
     }
 }

@@ -843,6 +843,12 @@ fn the_doctor_takes_nothing_for_a_controller_that_is_none() {
     let (code, _, errors) = run(folder.path(), &["doctor", "socket://127.0.0.1:4004"]);
     assert_eq!(code, Some(2));
     assert!(errors.contains("host:port alone"), "{errors}");
+    for name in ["127.0.0.1:99999", ":", "localhost:", ":4004", "127.0.0.1:x"] {
+        let (code, _, errors) = run(folder.path(), &["doctor", name]);
+        assert_eq!(code, Some(2));
+        let right = "write HOST:PORT, the port from 1 to 65535, as in 127.0.0.1:4004";
+        assert!(errors.contains(right) && !errors.contains("No such file"), "{name}: {errors}");
+    }
 }
 
 #[test]

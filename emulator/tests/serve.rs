@@ -141,15 +141,14 @@ fn the_json_line_is_exactly_the_documented_one() {
 
 #[test]
 fn signals_end_it_with_its_links_removed() {
-    for signal in [Signal::INT, Signal::TERM] {
+    for (signal, code) in [(Signal::INT, 0), (Signal::TERM, 0), (Signal::QUIT, 131)] {
         let folder = tempfile::tempdir().unwrap();
         let arguments = ["--count", "3", "--tcp", "127.0.0.1:0", "--time", "instant"];
         let mut serve = Serve::start(folder.path(), &arguments);
         while serve.line() != "ready" {}
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
         serve.signal(signal);
-        let (code, errors) = serve.end();
-        assert_eq!((code, errors.as_str()), (0, ""));
+        assert_eq!(serve.end(), (code, String::new()));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }
@@ -483,6 +482,16 @@ fn what_lasts_holds_up_no_other_order_and_says_which_it_was() {
     assert_eq!(serve.line(), "ok");
     assert!(serve.line().starts_with("X "));
     assert_eq!(ask(&mut client, "", 1), "F");
+}
+
+#[test]
+fn a_line_that_is_too_long_is_no_order_whatever_it_ends_with() {
+    let line = format!("{}quit", " x".repeat(500));
+    let said = all_at_once(&["--time", "manual"], &format!("{line}\nposition\nquit\n"));
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(said[0].starts_with("error: ` x x x"), "{said:?}");
+    assert!(said[0].ends_with("…` is wrong: no order has 1000 characters"), "{said:?}");
+    assert_eq!(said[1], "X 0 Y 0 Z 0 A 0");
 }
 
 #[test]

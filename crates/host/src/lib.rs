@@ -6,6 +6,7 @@
 //! directly; a [`Handle`] controls it from elsewhere.
 #![forbid(unsafe_code)]
 
+mod begun;
 mod bell;
 mod clients;
 mod clock;

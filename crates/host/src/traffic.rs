@@ -3,8 +3,9 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_device::{Event, Grouped, Kinds, Time, Warning, escape};
+use vimc4_device::{CommandNumber, Event, Grouped, Kinds, Time, Warning, escape};
 
+use crate::begun::{Answered, Begun};
 use crate::report::{Deed, News, Report, Sink, Wants, What};
 
 /// A sink that writes lines of text:
@@ -18,7 +19,7 @@ use crate::report::{Deed, News, Report, Sink, Wants, What};
 pub struct Traffic<F> {
     write: F,
     verbosity: Verbosity,
-    began: Option<Time>,
+    begun: Begun,
     /// By kind and transport.
     floods: Vec<Flood>,
     /// On which transport is spoken, as far as that is known.
@@ -69,7 +70,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         Traffic {
             write,
             verbosity,
-            began: None,
+            begun: Begun::default(),
             floods: Vec::new(),
             speaker: String::new(),
             respite: RESPITE,
@@ -150,10 +151,18 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         }
     }
 
-    fn event(&mut self, at: Time, event: &Event, explain: &dyn Fn(&[u8]) -> String) {
+    fn event(
+        &mut self,
+        at: Time,
+        command: Option<CommandNumber>,
+        event: &Event,
+        explain: &dyn Fn(&[u8]) -> String,
+    ) {
         match event {
             Event::Command { bytes, .. } => {
-                self.began = Some(at);
+                if let Some(number) = command {
+                    self.begun.begin(number, bytes, at);
+                }
                 self.line(at, format_args!("{}  {}", escape(bytes), explain(bytes)));
             }
             Event::Ignored { bytes, why } => {
@@ -163,15 +172,18 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 self.line(at, format_args!("line {line}: {mnemonic}"));
             }
             Event::Answer { bytes, why, .. } => {
-                // A command's time counts for its first answer only.
-                let took = self.began.take().map(|began| took(at - began)).unwrap_or_default();
-                let (comma, why) = match why {
-                    Some(why) if took.is_empty() => ("", &**why),
+                let Answered { to, took: span } =
+                    command.map_or(Answered::default(), |number| self.begun.answer(number, at));
+                let to = to.map(|command| format!("to {}", Excerpt(command)));
+                let about: Vec<String> = to.into_iter().chain(span.map(took)).collect();
+                let about = about.join(", ");
+                let (colon, why) = match why {
+                    Some(why) if about.is_empty() => ("", &**why),
                     Some(why) => (": ", &**why),
                     None => ("", ""),
                 };
-                let blanks = if took.is_empty() && why.is_empty() { "" } else { "  " };
-                self.line(at, format_args!("{}{blanks}{took}{comma}{why}", escape(bytes)));
+                let blanks = if about.is_empty() && why.is_empty() { "" } else { "  " };
+                self.line(at, format_args!("{}{blanks}{about}{colon}{why}", escape(bytes)));
             }
             Event::CutShort { why, .. } => self.line(at, format_args!("        cut short: {why}")),
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
@@ -365,7 +377,7 @@ impl<F: FnMut(String) + Send> Sink for Traffic<F> {
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
         let at = report.at;
         match &report.what {
-            What::Event { event, .. } => self.event(at, event, explain),
+            What::Event { command, event } => self.event(at, *command, event, explain),
             What::News(news) => self.news(at, news, explain),
             _ => {}
         }
@@ -438,6 +450,7 @@ fn observing(observes: bool) -> &'static str {
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
+    use std::num::NonZeroU64;
     use std::sync::mpsc;
 
     use bytes::Bytes;
@@ -453,6 +466,51 @@ mod tests {
         Report { controller: "1".into(), at, what: What::News(news) }
     }
 
+    fn belongs(number: u64, at: Time, event: Event) -> Report {
+        let command = NonZeroU64::new(number).map(CommandNumber);
+        Report { what: What::Event { command, event }, ..happened(at, Event::Baud { baud: 0 }) }
+    }
+
+    #[test]
+    fn an_answer_to_an_earlier_command_names_it() {
+        let (sender, lines) = mpsc::channel();
+        let mut traffic =
+            Traffic::new(Verbosity::Conversation, move |line| sender.send(line).unwrap());
+        let mut tell = |report| traffic.report(&report, &|_| "does".to_owned());
+        let command = |number, ms, text: &'static str| {
+            let bytes = Bytes::from_static(text.as_bytes());
+            belongs(number, Time::from_millis(ms), Event::Command { mnemonic: "!".into(), bytes })
+        };
+        let answer = |number, ms, why: Option<&str>| {
+            let bytes = Bytes::from_static(b"C\r");
+            let why = why.map(Into::into);
+            belongs(
+                number,
+                Time::from_millis(ms),
+                Event::Answer { mnemonic: "!".into(), bytes, why },
+            )
+        };
+        tell(command(1, 0, "!GB"));
+        // However many are asked meanwhile.
+        for number in 2..200 {
+            tell(command(number, 1, "!ON0"));
+            tell(answer(number, 1, None));
+        }
+        tell(answer(1, 200, None));
+        tell(answer(1, 300, Some("late")));
+        tell(answer(0, 400, Some("of no command")));
+        let told: Vec<_> = lines.try_iter().map(|line| line[17..].to_owned()).collect();
+        assert_eq!(
+            told[told.len() - 4..],
+            [
+                "C\\r  at once",
+                "C\\r  to !GB, after 200 ms",
+                "C\\r  to !GB: late",
+                "C\\r  of no command"
+            ]
+        );
+    }
+
     #[test]
     fn a_conversation_reads_as_people_speak() {
         let (sender, lines) = mpsc::channel();
@@ -461,23 +519,25 @@ mod tests {
         let explain = |_: &[u8]| "relative move X +5,000 steps at 900 Hz".to_owned();
         let mut tell = |report| traffic.report(&report, &explain);
         let began = Time::from_millis(1_250);
-        tell(happened(
+        tell(belongs(
+            1,
             began,
             Event::Command { mnemonic: "@A".into(), bytes: Bytes::from_static(b"@0A 5000,900") },
         ));
-        tell(happened(
+        tell(belongs(
+            1,
             began + Duration::from_millis(5_555),
             Event::Answer { mnemonic: "@A".into(), bytes: Bytes::from_static(b"0"), why: None },
         ));
         let (code, why) = (Bytes::from_static(b"2"), Some("limit switch X+ at step 24,001".into()));
         let refused = Event::Answer { mnemonic: "@A".into(), bytes: code, why };
-        tell(happened(Time::from_secs(7), refused.clone()));
+        tell(belongs(1, Time::from_secs(7), refused.clone()));
         let command = Event::Command { mnemonic: "@A".into(), bytes: Bytes::from_static(b"@0A5") };
-        tell(happened(Time::from_secs(7), command));
-        tell(happened(Time::from_secs(7), refused));
+        tell(belongs(2, Time::from_secs(7), command));
+        tell(belongs(2, Time::from_secs(7), refused));
         let echo =
             Event::Answer { mnemonic: "!ON".into(), bytes: Bytes::from_static(b"C"), why: None };
-        tell(happened(Time::from_secs(7), echo));
+        tell(belongs(2, Time::from_secs(7), echo));
         tell(happened(Time::from_secs(7), Event::Warning(Warning::NobodyListens { lost: 1 })));
         assert_eq!(
             lines.try_iter().collect::<Vec<_>>(),

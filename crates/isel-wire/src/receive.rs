@@ -108,6 +108,12 @@ impl LineBuffer {
         self.too_long = false;
     }
 
+    /// What of a line has arrived; of one that is too long its beginning.
+    #[must_use]
+    pub fn begun(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// Whether nothing of a line has arrived yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {

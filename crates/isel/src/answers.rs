@@ -7,6 +7,7 @@ use vimc4_isel_wire::{Mode, Op, Reply, table};
 use crate::activity::{Activity, Job, Wait};
 use crate::firmware::Firmware;
 use crate::model::{ControlReply, LowerCase, StopReply};
+use crate::state::Receiver;
 use crate::why::{By, Why};
 
 /// The bytes of an answer.
@@ -141,7 +142,8 @@ impl Firmware {
         };
         let awaited = matches!(job, Job::Command(_)) || run.is_some_and(|run| run.by_command);
         let silence = if awaited && !answered { ", without an answer" } else { "" };
-        let lost = match self.state.receiver.waiting.len() {
+        let Receiver { waiting, line } = &self.state.receiver;
+        let lost = match line.begun().len() + waiting.len() {
             _ if answered => String::new(),
             0 => String::new(),
             1 => "; 1 character that waited is lost".to_owned(),
@@ -161,7 +163,12 @@ impl Firmware {
             _ => self.state.is_running().then_some(Job::Program),
         };
         if let Some(job) = job {
-            self.tell_cut_short(job, |_| by.to_owned(), false);
+            return self.tell_cut_short(job, |_| by.to_owned(), false);
+        }
+        let half = self.state.receiver.line.begun();
+        if !half.trim_ascii().is_empty() && self.wants(Kinds::ANSWER) {
+            let why = format!("by {by}: the half line {} is lost", half.escape_ascii()).into();
+            self.for_no_command(|c| c.emit(Event::CutShort { mnemonic: "?".into(), why }));
         }
     }
 }

@@ -35,6 +35,9 @@ use crate::signals::Leads;
 use crate::state::{Activity, Job, Moving, Stage, State};
 use crate::why::{Stop, Why};
 
+/// So many bytes are shown of a half line that is lost.
+const HALF_SHOWN: usize = 100;
+
 /// A virtual LPKF controller with its machine.
 #[derive(Clone, Debug)]
 pub struct Controller {
@@ -469,6 +472,12 @@ impl Controller {
                 many => format!("{many} commands that waited, {first} the first of them"),
             });
             mnemonic = mnemonic.or(Some(letters(command)));
+        }
+        let half = self.state.reader.pending();
+        if let Some(beginning) = half.get(..HALF_SHOWN) {
+            lost.push(format!("the half line {}…", beginning.escape_ascii()));
+        } else if !half.is_empty() {
+            lost.push(format!("the half line {}", half.escape_ascii()));
         }
         if !lost.is_empty() {
             let mnemonic = mnemonic.unwrap_or("?").into();

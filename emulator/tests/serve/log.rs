@@ -337,3 +337,72 @@ fn what_is_lost_with_the_power_is_told() {
         ],
     );
 }
+
+#[test]
+fn the_half_line_that_is_lost_with_the_power_is_told() {
+    for (model, sent, half) in [
+        ("smcu", "PA50000,0;PA1,1;PA2,", "PA1,1, which waited; the half line PA2,"),
+        ("smcu", "!GO;PA1,", "without an answer: the half line PA1,"),
+        ("imc4", "@0A5", "by the loss of power: the half line @0A5 is lost"),
+    ] {
+        for order in [Some("power off"), None] {
+            let mut talk = Talk::start(&format!("--model {model} --machine bench --time manual"));
+            talk.send(sent.as_bytes());
+            if let Some(order) = order {
+                talk.order(order);
+            }
+            let told = talk.end();
+            let line = told.iter().find(|line| line.starts_with("        cut short: by the loss"));
+            assert!(line.is_some_and(|line| line.ends_with(half)), "{sent}: {told:#?}");
+        }
+    }
+    // Nothing is lost where nothing was begun.
+    let mut talk = Talk::start("--time manual");
+    talk.send(b"@0A5\r \n");
+    talk.order("power off");
+    assert!(!talk.end().iter().any(|line| line.contains("cut short")));
+}
+
+#[test]
+fn an_answer_that_comes_late_is_told_with_its_command() {
+    let mut talk = Talk::start("--model motionsystem --machine bench --time manual");
+    talk.order("run until idle");
+    talk.send(b"PA3000,3000;");
+    assert!(talk.order("run until x 500").starts_with("there at"));
+    assert_eq!(talk.order("set limit x+ 1"), "ok");
+    talk.send(b"!GB;!CS;!CB;!GO;");
+    talk.order("run until idle");
+    assert_told(
+        &talk.end(),
+        &[
+            "!GB  go back to the start of the broken-off command",
+            "!GO  go on",
+            "C\\r  at once",
+            "C\\r  to !GB, after 218 ms",
+        ],
+    );
+}
+
+#[test]
+fn two_handles_of_one_program_are_told() {
+    let mut talk = Talk::start("--time manual");
+    let mut reads = File::open(&talk.pty).unwrap();
+    let mut writes = fs::OpenOptions::new().write(true).open(&talk.pty).unwrap();
+    let ask = |reads: &mut File, writes: &mut File| {
+        writes.write_all(b"@07\r").unwrap();
+        reads.read_exact(&mut [0]).unwrap();
+    };
+    ask(&mut reads, &mut writes);
+    // Who reads in one place and writes in another gets every answer; who reads in two does not.
+    let quiet = fs::OpenOptions::new().read(true).write(true).open(&talk.pty).unwrap();
+    for _ in 0..20 {
+        ask(&mut reads, &mut writes);
+        talk.settle();
+    }
+    drop((reads, writes, quiet));
+    let told = talk.end();
+    let shared: Vec<_> = told.iter().filter(|line| line.contains("have it open at once")).collect();
+    let me = format!("(process {}) have it open at once", std::process::id());
+    let [line] = shared.as_slice() else { panic!("{told:#?}") };
+    assert!(line.starts_with("pty: 2 handles of ") && line.contains(&me), "{line}");
+}

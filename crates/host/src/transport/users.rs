@@ -14,6 +14,8 @@ pub struct User {
     pub name: String,
     /// How many descriptors of the terminal it has.
     pub(super) descriptors: usize,
+    /// Of how many of them it can read.
+    pub(super) readers: usize,
     /// It has the near end of this pseudo terminal as well: it is what answers there.
     pub serves: bool,
 }
@@ -65,22 +67,23 @@ impl Users {
                 // It has ended meanwhile.
                 Err(_) => continue,
             };
-            let (mut descriptors, mut near) = (0, false);
+            let (mut descriptors, mut readers, mut near) = (0, 0, false);
             for file in files.flatten() {
                 let path = file.path();
+                let about_it = || process.path().join("fdinfo").join(file.file_name());
                 if let Ok(about) = fs::metadata(&path)
                     && (about.dev(), about.ino()) == wanted
                 {
                     descriptors += 1;
+                    readers += usize::from(can_be_read(&about_it()));
                 } else if index.is_some() && !near && is_near_end(&path) {
-                    let about = process.path().join("fdinfo").join(file.file_name());
-                    near = index_of_near_end(&about) == index;
+                    near = index_of_near_end(&about_it()) == index;
                 }
             }
             if descriptors > 0 {
                 let name = fs::read_to_string(process.path().join("comm")).unwrap_or_default();
                 let name = name.trim_end().to_owned();
-                users.seen.push(User { process: number, name, descriptors, serves: near });
+                users.seen.push(User { process: number, name, descriptors, readers, serves: near });
             }
         }
         users
@@ -95,6 +98,14 @@ fn index(terminal: &Path) -> Option<u32> {
 
 fn is_near_end(file: &Path) -> bool {
     fs::read_link(file).is_ok_and(|to| to.ends_with("ptmx"))
+}
+
+/// Whether the system says of an open file that it was opened for more than writing.
+fn can_be_read(about: &Path) -> bool {
+    let about = fs::read_to_string(about).unwrap_or_default();
+    let flags = about.lines().find_map(|line| line.strip_prefix("flags:"));
+    // The lowest bits of an octal number; 1 is for writing only.
+    flags.is_some_and(|flags| !flags.trim().ends_with(['1', '5']))
 }
 
 /// What the system says of an open near end: `tty-index:` and its number.

@@ -30,7 +30,7 @@ use rustix::termios::{Action, QueueSelector, ioctl_tiocnxcl, tcflow, tcflush, tc
 use vimc4_lines::use_default_discipline;
 
 use super::terminal::{LineSettings, set_raw};
-use super::users::Users;
+use super::users::{User, Users};
 
 /// The watch over one terminal.
 #[derive(Debug)]
@@ -166,17 +166,26 @@ impl Watch {
         }
     }
 
-    /// Which programs have it open, in words, if they are more than one.
+    /// Which programs have it open, in words, if they are more than one, or one that reads it in two
+    /// places.
     pub(super) fn programs(&self) -> Option<String> {
         let identity = self.watcher.terminals().get(&self.number)?.identity;
         // Looking at all processes takes its time; nobody else waits for it.
         let users = Users::of_file(identity, None);
         let own = std::process::id();
         // Our own descriptor is no program's.
-        let programs = users.seen.iter().filter(|user| user.process != own || user.descriptors > 1);
-        let names: Vec<String> =
-            programs.map(|user| format!("{} (process {})", user.name, user.process)).collect();
-        (names.len() > 1).then(|| names.join(" and "))
+        let ours = |user: &User| usize::from(user.process == own);
+        let programs = users.seen.iter().filter(|user| user.descriptors > ours(user));
+        let name = |user: &User| format!("{} (process {})", user.name, user.process);
+        match programs.collect::<Vec<_>>().as_slice() {
+            [] => None,
+            // Who reads in one place and writes in another gets every answer.
+            [one] => {
+                let handles = one.readers.saturating_sub(ours(one));
+                (handles > 1).then(|| format!("{handles} handles of {}", name(one)))
+            }
+            many => Some(many.iter().map(|user| name(user)).collect::<Vec<_>>().join(" and ")),
+        }
     }
 
     /// The terminal counts as closed: looks whether an opening was merged into another one, so
