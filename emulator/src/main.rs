@@ -7,6 +7,7 @@ mod conform;
 mod doctor;
 mod endings;
 mod failure;
+mod framing;
 mod job;
 mod limits;
 mod lines;

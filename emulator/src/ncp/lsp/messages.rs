@@ -1,17 +1,17 @@
-//! The messages of the Language Server Protocol as bytes: a header, and JSON-RPC behind it.
+//! The messages of the Language Server Protocol: JSON-RPC.
 //!
 //! Whatever arrives, reading goes on with the next message.
 
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, BufRead, Write};
 
 use serde::Serialize;
 use serde_json::{Value, json};
+use vimc4_dap::framing::Frame;
+
+use crate::framing;
 
 /// No message is longer, since no job file is as long.
 const LARGEST: u64 = 256 << 20;
-
-/// No line of a header is longer.
-const LONGEST: u64 = 8_192;
 
 /// What the client says.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,47 +74,14 @@ impl Refusal {
 
 /// The next message; `None` at the end of the input.
 pub(super) fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
-    let Some(length) = header(input)? else { return Ok(None) };
-    let Some(length) = length else {
-        let error = Refusal::parse("a message begins with Content-Length");
-        return Ok(Some(Incoming::Unreadable { id: Value::Null, error }));
-    };
-    if length > LARGEST {
-        io::copy(&mut input.by_ref().take(length), &mut io::sink())?;
-        let error = Refusal::request(format!("a message has {LARGEST} bytes at most"));
-        return Ok(Some(Incoming::Unreadable { id: Value::Null, error }));
-    }
-    // Memory is taken for what comes, not for what is announced.
-    let mut bytes = Vec::new();
-    input.by_ref().take(length).read_to_end(&mut bytes)?;
-    Ok(Some(message(&bytes)))
-}
-
-/// The length of the message that follows the lines up to an empty one; nothing if they do not
-/// tell. `None` at the end of the input.
-fn header(input: &mut impl BufRead) -> io::Result<Option<Option<u64>>> {
-    let mut length = None;
-    loop {
-        let mut line = Vec::new();
-        let count = input.by_ref().take(LONGEST).read_until(b'\n', &mut line)?;
-        if count as u64 == LONGEST {
-            // Whoever that is speaks another language.
-            return Err(io::Error::other("a header has a line without an end"));
-        }
-        if line.is_empty() {
-            return Ok(None);
-        }
-        let line = line.trim_ascii();
-        if line.is_empty() {
-            return Ok(Some(length));
-        }
-        let line = String::from_utf8_lossy(line);
-        if let Some((name, value)) = line.split_once(':')
-            && name.eq_ignore_ascii_case("Content-Length")
-        {
-            length = value.trim().parse().ok();
-        }
-    }
+    Ok(framing::read(input, LARGEST)?.map(|frame| {
+        let error = match frame {
+            Frame::Message(bytes) => return message(&bytes),
+            Frame::NoLength => Refusal::parse("a message begins with Content-Length"),
+            Frame::TooLong => Refusal::request(format!("a message has {LARGEST} bytes at most")),
+        };
+        Incoming::Unreadable { id: Value::Null, error }
+    }))
 }
 
 /// What the bytes of a message say.
@@ -161,9 +128,7 @@ impl Outgoing {
 
     /// Sends it.
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let text = self.0.to_string();
-        write!(out, "Content-Length: {}\r\n\r\n{text}", text.len())?;
-        out.flush()
+        framing::write(out, &self.0.to_string())
     }
 }
 
@@ -219,13 +184,6 @@ mod tests {
             assert_eq!(error.code, code, "{wrong}");
             assert!(matches!(&found[1], Incoming::Notification { method, .. } if method == "next"));
         }
-    }
-
-    #[test]
-    fn no_length_makes_it_ask_for_memory() {
-        let input = format!("Content-Length: {}\r\n\r\n{{}}", u64::MAX);
-        assert_eq!(all(input.as_bytes()).len(), 1);
-        assert!(all(b"Content-Length: 5").is_empty());
     }
 
     #[test]

@@ -1,0 +1,225 @@
+//! How messages follow each other on a line: a header with the length, an empty line, the message.
+//!
+//! The protocol of debuggers and that of language servers have this in common. Whatever arrives,
+//! reading goes on with the next message.
+//!
+//! ```
+//! use vimc4_dap::framing::{Decoder, Frame, framed};
+//!
+//! let bytes = framed("{}") + "Content-Length: 2\r\n";
+//! let mut bytes = bytes.as_bytes();
+//! let mut decoder = Decoder::new(1_000);
+//! assert_eq!(decoder.decode(&mut bytes), Ok(Some(Frame::Message(b"{}".to_vec()))));
+//! assert_eq!(decoder.decode(&mut bytes), Ok(None));
+//! ```
+
+use std::fmt;
+
+/// No line of a header is longer.
+const LONGEST: usize = 8_192;
+
+/// Something that was read whole.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Frame {
+    /// What is behind a header.
+    Message(Vec<u8>),
+    /// A header that does not say how long its message is. What follows is read as a header.
+    NoLength,
+    /// A message that is longer than any may be, and was left out.
+    TooLong,
+}
+
+/// What comes is no header: somebody speaks another language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Foreign;
+
+impl fmt::Display for Foreign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a header has a line without an end")
+    }
+}
+
+impl std::error::Error for Foreign {}
+
+/// Finds the messages in what comes in pieces.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    /// No message is longer.
+    largest: u64,
+    within: Within,
+}
+
+#[derive(Clone, Debug)]
+enum Within {
+    /// A header: the line that has begun, and what an earlier one has said.
+    Header { line: Vec<u8>, length: Option<u64> },
+    /// A message: what has come, and how much is still to come.
+    Message { bytes: Vec<u8>, left: u64 },
+    /// A message that is left out.
+    Skipped { left: u64 },
+}
+
+impl Within {
+    fn nothing() -> Within {
+        Within::Header { line: Vec::new(), length: None }
+    }
+}
+
+impl Decoder {
+    /// Before the first message. One that is longer than `largest` bytes is left out.
+    #[must_use]
+    pub fn new(largest: u64) -> Decoder {
+        Decoder { largest, within: Within::nothing() }
+    }
+
+    /// Whether nothing of a message has come.
+    #[must_use]
+    pub fn is_between(&self) -> bool {
+        matches!(&self.within, Within::Header { line, length: None } if line.is_empty())
+    }
+
+    /// Takes bytes from the beginning until a message is whole. If none is, all are taken, and the
+    /// rest of it is expected next time.
+    ///
+    /// # Errors
+    ///
+    /// If a line of a header does not end. Nothing can be read then.
+    pub fn decode(&mut self, bytes: &mut &[u8]) -> Result<Option<Frame>, Foreign> {
+        loop {
+            match &mut self.within {
+                Within::Header { line, length } => {
+                    let end = bytes.iter().position(|byte| *byte == b'\n');
+                    let taken = end.map_or(bytes.len(), |end| end + 1);
+                    if line.len() + taken > LONGEST {
+                        return Err(Foreign);
+                    }
+                    line.extend_from_slice(&bytes[..taken]);
+                    *bytes = &bytes[taken..];
+                    if end.is_none() {
+                        return Ok(None);
+                    }
+                    let whole = std::mem::take(line);
+                    let whole = whole.trim_ascii();
+                    if !whole.is_empty() {
+                        *length = said(whole).or(*length);
+                        continue;
+                    }
+                    let Some(left) = length.take() else { return Ok(Some(Frame::NoLength)) };
+                    self.within = match left > self.largest {
+                        true => Within::Skipped { left },
+                        // Memory is taken for what comes, not for what is announced.
+                        false => Within::Message { bytes: Vec::new(), left },
+                    };
+                }
+                Within::Message { bytes: message, left } => {
+                    message.extend_from_slice(take(bytes, left));
+                    if *left > 0 {
+                        return Ok(None);
+                    }
+                    let message = std::mem::take(message);
+                    self.within = Within::nothing();
+                    return Ok(Some(Frame::Message(message)));
+                }
+                Within::Skipped { left } => {
+                    take(bytes, left);
+                    if *left > 0 {
+                        return Ok(None);
+                    }
+                    self.within = Within::nothing();
+                    return Ok(Some(Frame::TooLong));
+                }
+            }
+        }
+    }
+}
+
+/// The beginning of what has come, up to so many bytes, which count down.
+fn take<'b>(bytes: &mut &'b [u8], left: &mut u64) -> &'b [u8] {
+    let count = usize::try_from(*left).unwrap_or(usize::MAX).min(bytes.len());
+    let (taken, rest) = bytes.split_at(count);
+    *bytes = rest;
+    *left -= count as u64;
+    taken
+}
+
+/// The length that a line of a header says.
+fn said(line: &[u8]) -> Option<u64> {
+    let line = String::from_utf8_lossy(line);
+    let (name, value) = line.split_once(':')?;
+    let is_length = name.trim_end().eq_ignore_ascii_case("Content-Length");
+    is_length.then(|| value.trim().parse().ok()).flatten()
+}
+
+/// A message with its header.
+#[must_use]
+pub fn framed(message: &str) -> String {
+    format!("Content-Length: {}\r\n\r\n{message}", message.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Everything that is found in these bytes, given in pieces of this size.
+    fn found(bytes: &[u8], size: usize) -> Vec<Frame> {
+        let mut decoder = Decoder::new(20);
+        let mut found = Vec::new();
+        for mut piece in bytes.chunks(size) {
+            while let Some(frame) = decoder.decode(&mut piece).expect("a header ends") {
+                found.push(frame);
+            }
+            assert!(piece.is_empty());
+        }
+        found
+    }
+
+    #[test]
+    fn messages_are_found_however_they_come() {
+        let long = "x".repeat(21);
+        let bytes = [
+            framed("one"),
+            "content-length : 3\nContent-Type: x\n\ntwo".to_owned(),
+            "Content-Type: x\r\n\r\n".to_owned(),
+            "Content-Length: -5\r\n\r\n".to_owned(),
+            framed(&long),
+            "\r\n".to_owned(),
+            framed(""),
+            framed("ä"),
+            "Content-Length: 5\r\n\r\ntorn".to_owned(),
+        ];
+        let bytes = bytes.concat();
+        let message = |text: &str| Frame::Message(text.as_bytes().to_vec());
+        for size in 1..bytes.len() {
+            assert_eq!(
+                found(bytes.as_bytes(), size),
+                [
+                    message("one"),
+                    message("two"),
+                    Frame::NoLength,
+                    Frame::NoLength,
+                    Frame::TooLong,
+                    Frame::NoLength,
+                    message(""),
+                    message("ä"),
+                ],
+                "pieces of {size}"
+            );
+        }
+    }
+
+    #[test]
+    fn no_length_makes_it_ask_for_memory() {
+        let mut decoder = Decoder::new(u64::MAX);
+        let text = format!("Content-Length: {}\r\n\r\n{{}}", u64::MAX);
+        assert_eq!(decoder.decode(&mut text.as_bytes()), Ok(None));
+        assert!(!decoder.is_between());
+    }
+
+    #[test]
+    fn a_line_without_an_end_is_another_language() {
+        let mut decoder = Decoder::new(20);
+        let noise = vec![b'x'; 5_000];
+        assert_eq!(decoder.decode(&mut noise.as_slice()), Ok(None));
+        assert_eq!(decoder.decode(&mut noise.as_slice()), Err(Foreign));
+    }
+}
