@@ -229,7 +229,7 @@ impl<D: Device + Clone> Drive<D> {
                 return Some(Err(ControlError::Cancelled { at: self.rig.device.now() }));
             }
             Wish::Pause => travel.paused = true,
-            Wish::Go => match travel.foresee(&self.rig.device, self.rig.inputs) {
+            Wish::Go | Wish::Unaided => match travel.foresee(&self.rig.device, self.rig.inputs) {
                 Foresight::Never => return Some(Err(ControlError::Never)),
                 Foresight::Open => {}
                 Foresight::At(to) => {

@@ -45,11 +45,20 @@ pub struct Progress {
     pub paused: bool,
 }
 
+/// Gives a [`Journey`] up for which somebody else waits.
+#[derive(Clone, Debug)]
+pub struct Recall {
+    wish: Arc<Mutex<Wish>>,
+    nudge: mpsc::UnboundedSender<()>,
+}
+
 /// What is wished of a journey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wish {
     Go,
     Pause,
+    /// To go on as long as nothing from outside is needed for it.
+    Unaided,
     Cancel,
 }
 
@@ -96,6 +105,12 @@ impl Journey {
         self.wish(Wish::Cancel);
     }
 
+    /// With this it can be given up by somebody who does not have it.
+    #[must_use]
+    pub fn recall(&self) -> Recall {
+        Recall { wish: Arc::clone(&self.wish), nudge: self.nudge.clone() }
+    }
+
     /// How far it had come last.
     #[must_use]
     pub fn progress(&self) -> Progress {
@@ -127,10 +142,29 @@ impl Journey {
     }
 
     fn wish(&self, wish: Wish) {
+        self.recall().wish(wish);
+    }
+}
+
+impl Recall {
+    /// The same as [`Journey::cancel`].
+    pub fn cancel(&self) {
+        self.wish(Wish::Cancel);
+    }
+
+    /// Gives it up if it takes something from outside to arrive, a command or a button, or as soon as
+    /// it does: where time passes by itself nobody need bring that. What the controller does by
+    /// itself is foreseen for 10,000 causes; what has not come by then is given up too.
+    pub fn cancel_unless_by_itself(&self) {
+        self.wish(Wish::Unaided);
+    }
+
+    fn wish(&self, wish: Wish) {
         let mut wished = lock(&self.wish);
-        // What is given up is not taken up again.
-        if *wished != Wish::Cancel {
-            *wished = wish;
+        match (*wished, wish) {
+            // What is given up is not taken up again.
+            (Wish::Cancel, _) | (Wish::Unaided, Wish::Go | Wish::Pause) => {}
+            _ => *wished = wish,
         }
         // If nobody hears it, there is no journey any more.
         let _ = self.nudge.send(());

@@ -39,7 +39,7 @@ mod worker;
 pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::Handle;
-pub use journey::{Journey, Progress};
+pub use journey::{Journey, Progress, Recall};
 pub use reply::{ControlError, Reply, block_on};
 pub use report::{Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
 pub use reports::{Reports, Tap};

@@ -162,8 +162,11 @@ impl<D: Device> Rig<D> {
     }
 
     /// Lets go of those who do not want to wait any more.
-    pub(crate) fn give_up_waiting(&mut self) {
-        if self.waiters.give_up(self.device.now()) {
+    pub(crate) fn give_up_waiting(&mut self)
+    where
+        D: Clone,
+    {
+        if self.waiters.give_up(&self.device) {
             self.watch_kinds();
         }
     }

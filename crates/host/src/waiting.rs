@@ -1,6 +1,6 @@
 //! Those who wait for a condition while time runs by itself.
 
-use vimc4_device::{Condition, Device, Event, Kinds, Time};
+use vimc4_device::{Condition, Device, Event, Foresight, Kinds, Time};
 
 use crate::journey::{Ticket, Wish};
 use crate::reply::ControlError;
@@ -14,13 +14,18 @@ struct Waiter {
     condition: Condition,
     /// When it will hold, if it does before the device's next deadline.
     at: Option<Time>,
+    /// It will hold by itself, if nothing else happens.
+    foreseen: bool,
     ticket: Ticket,
 }
+
+/// How many causes are looked ahead for somebody who does not want to wait for anything from outside.
+const FORESIGHT: u32 = 10_000;
 
 impl Waiters {
     pub(crate) fn add<D: Device>(&mut self, device: &D, condition: Condition, ticket: Ticket) {
         let at = device.crossing(&condition);
-        self.0.push(Waiter { condition, at, ticket });
+        self.0.push(Waiter { condition, at, foreseen: false, ticket });
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -72,15 +77,26 @@ impl Waiters {
 
     /// The device rests: what has not come yet cannot come any more unless something happens outside.
     pub(crate) fn disappoint(&mut self) -> bool {
-        let hopeless =
-            |waiter: &mut Waiter| waiter.at.is_none() && !waiter.condition.has_happenings();
+        let hopeless = |waiter: &mut Waiter| {
+            let from_outside = waiter.condition.has_happenings();
+            waiter.at.is_none() && (!from_outside || waiter.ticket.wish() == Wish::Unaided)
+        };
         self.dismiss(hopeless, || Err(ControlError::Never))
     }
 
     /// Some do not want to wait any more.
-    pub(crate) fn give_up(&mut self, now: Time) -> bool {
-        let wish = |waiter: &mut Waiter| waiter.ticket.wish() == Wish::Cancel;
-        self.dismiss(wish, || Err(ControlError::Cancelled { at: now }))
+    pub(crate) fn give_up<D: Device + Clone>(&mut self, device: &D) -> bool {
+        let given_up = |waiter: &mut Waiter| match waiter.ticket.wish() {
+            Wish::Cancel => true,
+            Wish::Unaided if !waiter.foreseen => {
+                let foresight = device.foresee(&waiter.condition, FORESIGHT);
+                waiter.foreseen = matches!(foresight, Foresight::At(_));
+                !waiter.foreseen
+            }
+            _ => false,
+        };
+        let now = device.now();
+        self.dismiss(given_up, || Err(ControlError::Cancelled { at: now }))
     }
 
     fn dismiss(

@@ -70,8 +70,8 @@ pub use vimc4_device::{
 };
 pub use vimc4_host::{
     Clients, Clock, ControlError, Deed, Effect, HostLines, Journey, MemoryPort, News, Progress,
-    Rate, Reply, Report, Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants, What,
-    Worker,
+    Rate, Recall, Reply, Report, Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants,
+    What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{User, Users};

@@ -198,3 +198,47 @@ fn time_that_moves_by_itself_cannot_be_held_up_but_need_not_be_waited_for() {
     assert!(other.wait().is_ok());
     running.end().unwrap();
 }
+
+#[test]
+fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    let until = |text: &str| running.handle.run_until(text.parse().unwrap());
+    let given_up = |journey: Journey| {
+        let end = journey.wait_within(PATIENT);
+        assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
+    };
+    let outside = until("command e9");
+    outside.recall().cancel_unless_by_itself();
+    given_up(outside);
+
+    port.write_all(b"w300\re1\r").unwrap();
+    let (comes, idle) = (until("command e1"), until("idle"));
+    let (never, later) = (until("command e2"), until("command e1 and axis0 = 300"));
+    for journey in [&comes, &idle, &never, &later] {
+        journey.recall().cancel_unless_by_itself();
+    }
+    given_up(never);
+    let at = comes.wait_within(PATIENT).unwrap();
+    assert_eq!((idle.wait_within(PATIENT), later.wait_within(PATIENT)), (Ok(at), Ok(at)));
+
+    // An endless program may go on for ever; what it has not done in 10,000 causes is given up.
+    port.write_all(b"l\r").unwrap();
+    let (near, far) = (until("at 1000000h"), until("command e9"));
+    near.recall().cancel_unless_by_itself();
+    far.recall().cancel_unless_by_itself();
+    given_up(near);
+    given_up(far);
+    running.end().unwrap();
+}
+
+#[test]
+fn what_would_have_come_by_itself_is_given_up_when_it_cannot_come_any_more() {
+    let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
+    let rest = running.handle.state().wait().unwrap();
+    port.write_all(b"w3600000\re1\r").unwrap();
+    let comes = running.handle.run_until("command e1".parse().unwrap());
+    comes.recall().cancel_unless_by_itself();
+    running.handle.restore(rest).wait().unwrap();
+    assert_eq!(comes.wait_within(PATIENT), Err(ControlError::Never));
+    running.end().unwrap();
+}
