@@ -378,7 +378,8 @@ fn isel_is_as_it_is_by_looking_at_every_step() {
         commands: vec!["@A", "@0A", "@y", "@S", "@R", "?", "@0i"],
         answers: vec!["0", "1", "2", "4", "7", "F"],
     };
-    prove(&device, &machine, isel_lines(), words);
+    let presses = presses(words.signals.clone());
+    prove(&device, &machine, isel_lines(), presses, conditions(words));
 }
 
 #[test]
@@ -395,15 +396,46 @@ fn lpkf_is_as_it_is_by_looking_at_every_step() {
             commands: vec!["PA", "PR", "PA1", "AR", "!PH", "OH", "?"],
             answers: vec!["C", "06", "E06", "137", "P"],
         };
-        prove(&device, &machine, lpkf_lines(), words);
+        let presses = presses(words.signals.clone());
+        prove(&device, &machine, lpkf_lines(), presses, conditions(words));
     }
+}
+
+/// Many turns around small circles, with registers that take a while to settle on one.
+fn circles() -> impl Strategy<Value = Vec<u8>> {
+    let register = || -3..=3_i64;
+    let sign = || select(vec![-1, 1]);
+    let line = (30..90_i32, -4..=4_i64, register(), register(), sign(), sign());
+    line.prop_map(|(steps, d, x, y, rx, ry)| {
+        format!("@07\r@0y{steps},3000,{d},{x},{y},{rx},{ry}\r").into_bytes()
+    })
+}
+
+/// Two axes in places at once, now or after a time.
+fn corners() -> impl Strategy<Value = Condition> {
+    let time = (0..60_000_u64).prop_map(|micros| Condition::At(Time::from_nanos(micros * 1_000)));
+    let always = Just(Condition::All(Vec::new()));
+    ((-4..=4_i64, -4..=4_i64), prop_oneof![time, always]).prop_map(|((x, y), third)| {
+        let at = |axis, position| Condition::AxisAt { axis, position };
+        Condition::All(vec![at(0, x), at(1, y), third])
+    })
+}
+
+/// A search for places on a circle goes no further than a turn, which must be enough.
+#[test]
+fn places_on_circles_are_found_in_their_first_turn() {
+    let machine = machine("xyz");
+    let model = vimc4_isel::Model::builtin("imc4").unwrap();
+    let device = vimc4_isel::Controller::new(model, Arc::clone(&machine), b"").unwrap();
+    prove(&device, &machine, circles(), Just(Plan::new()), corners());
 }
 
 fn prove<D: Device + Clone + Debug>(
     device: &D,
     machine: &Machine,
     lines: impl Strategy<Value = Vec<u8>>,
-    words: Words,
+    presses: impl Strategy<Value = Plan>,
+    conditions: impl Strategy<Value = Condition>,
 ) {
     let config = ProptestConfig { cases: 250, failure_persistence: None, ..Default::default() };
     let mut runner = proptest::test_runner::TestRunner::new_with_rng(
@@ -412,7 +444,7 @@ fn prove<D: Device + Clone + Debug>(
             proptest::test_runner::RngAlgorithm::ChaCha,
         ),
     );
-    let cases = (lines, presses(words.signals.clone()), vec(conditions(words), 3));
+    let cases = (lines, presses, vec(conditions, 3));
     let later = std::cell::Cell::new(0_u32);
     let result = runner.run(&cases, |(lines, presses, conditions)| {
         for condition in &conditions {

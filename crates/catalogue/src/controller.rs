@@ -145,4 +145,8 @@ impl Device for Controller {
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
         of!(Inner, &self.0, device => device.first_time(fact, from))
     }
+
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        of!(Inner, &self.0, device => device.comes_round(from))
+    }
 }

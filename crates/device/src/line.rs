@@ -257,4 +257,8 @@ impl<D: Device> Device for Line<D> {
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
         self.device.first_time(fact, from)
     }
+
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        self.device.comes_round(from)
+    }
 }

@@ -159,6 +159,14 @@ pub trait Device {
     /// answer is computed, not searched for.
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time>;
 
+    /// The instant in the same span by which all facts together have been every way that they will
+    /// be from `from` on: the end of the first of many turns around a circle. `None` if that is not
+    /// before the wake-up. A search for several facts at once needs to go no further.
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        let _ = from;
+        None
+    }
+
     /// The first instant at which the condition holds by what is so, without anything that happens,
     /// if no input comes: [`now`](Device::now), or between it and the wake-up time, which is not
     /// included.
@@ -304,12 +312,14 @@ fn first<D: Device + ?Sized>(device: &D, condition: &Condition, from: Time) -> O
 
 /// The first instant at which all parts hold. No part holds before its first instant, so nothing is
 /// missed by going on from the latest of these: from one beginning of a span in which a part holds
-/// to the next, and never from step to step.
+/// to the next, and never from step to step. Once all times that are named are over, and the device
+/// has come round, there is nothing new to be found.
 fn first_of_all<D: Device + ?Sized>(
     device: &D,
     parts: &[Condition],
     mut from: Time,
 ) -> Option<Time> {
+    let mut round = None;
     loop {
         let mut latest = from;
         for part in parts {
@@ -317,6 +327,11 @@ fn first_of_all<D: Device + ?Sized>(
         }
         if latest == from {
             return Some(from);
+        }
+        let named = || parts.iter().filter_map(Condition::latest_time).fold(latest, Time::max);
+        let round = round.get_or_insert_with(|| device.comes_round(named()));
+        if round.is_some_and(|round| latest > round) {
+            return None;
         }
         from = latest;
     }

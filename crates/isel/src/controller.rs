@@ -162,4 +162,8 @@ impl Device for Controller {
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
         self.0.forecast(fact, from)
     }
+
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        self.0.comes_round(from)
+    }
 }

@@ -38,6 +38,11 @@ impl Firmware {
         }
     }
 
+    /// When everything that depends on the running segment has been as it will be from `from` on.
+    pub(crate) fn comes_round(&self, from: Time) -> Option<Time> {
+        self.state.running().map_or(Some(from), |running| running.comes_round(from))
+    }
+
     /// What a signal is set to; `None` for one that is not there.
     fn signal_value(&self, signal: SignalId) -> Option<i32> {
         Some(self.state.plant.level(PlantSignal::from_id(signal)?).into())

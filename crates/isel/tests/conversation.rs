@@ -42,6 +42,23 @@ fn a_forecast_names_the_exact_step() {
 }
 
 #[test]
+fn what_never_holds_together_is_known_after_a_turn() {
+    let mut imc = controller("imc4");
+    // A million turns around a circle with a radius of one step, whose centre is never visited.
+    imc.send(b"@03\r@0y8388607,20,0,1,0,-1,1\r");
+    let both = |x, y| {
+        let at = |axis, position| Condition::AxisAt { axis, position };
+        Condition::All(vec![at(0, x), at(1, y)])
+    };
+    assert_eq!(imc.device().when(&both(-1, 0)), None);
+    assert!(imc.device().when(&both(-2, 0)).is_some());
+    // A time that is named may be many turns ahead.
+    let late = Time::from_secs(300_000);
+    let condition = Condition::All(vec![both(-2, 0), Condition::At(late)]);
+    assert!(imc.device().when(&condition).is_some_and(|at| at >= late));
+}
+
+#[test]
 fn what_waited_for_the_end_of_a_motion_happens_line_by_line() {
     let mut imc = controller("imc4");
     imc.send(b"@01\r@0A5000,10000\r@0n1\r@0P\r@0A5,900\r@0P\r");

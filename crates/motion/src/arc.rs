@@ -288,6 +288,12 @@ impl Arc {
         self.steps
     }
 
+    /// Up to the end of the first pieces.
+    pub(crate) fn new_places(&self) -> u64 {
+        let last = self.pieces().last().and_then(|(before, piece)| Some(before + piece.length()?));
+        last.map_or(self.steps, |last| self.steps.min(last as u64))
+    }
+
     /// `x` and `y` as an offset from the start.
     fn offset(&self, x: i64, y: i64) -> Point {
         let mut point = [0; AXES];

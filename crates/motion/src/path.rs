@@ -64,6 +64,16 @@ impl Path {
         }
     }
 
+    /// After how many clock steps at the latest it has been at every place that it visits: of an
+    /// arc that is longer than its circle those of the first turn.
+    #[must_use]
+    pub fn new_places(&self) -> u64 {
+        match self {
+            Path::Arc(arc) => arc.new_places(),
+            other => other.length(),
+        }
+    }
+
     /// The smallest and the largest offset of every axis over the clock steps 0 to `k`.
     #[must_use]
     pub fn extent(&self, k: u64) -> (Point, Point) {

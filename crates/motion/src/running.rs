@@ -41,6 +41,16 @@ impl Running<'_> {
         i64::try_from(i128::from(frequency) * i128::from(way) / span).unwrap_or(0)
     }
 
+    /// When it has been at every place that it will visit from `now` on; `None` if that is at its
+    /// end.
+    #[must_use]
+    pub fn comes_round(&self, now: Time) -> Option<Time> {
+        let Segment { path, profile } = self.segment;
+        let step = self.steps_at(now);
+        let last = step + path.after(step).new_places();
+        (last < profile.steps()).then(|| self.began.after_nanos(profile.time_of(last)))
+    }
+
     /// The first instant from `now` on at which the offset of an axis fulfils a predicate that
     /// can begin to hold at the `candidates` only; `None` if the segment ends before.
     #[must_use]

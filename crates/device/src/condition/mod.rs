@@ -191,6 +191,17 @@ impl Condition {
         self.kinds() != Kinds::NONE
     }
 
+    /// The latest time that is named in it.
+    pub(crate) fn latest_time(&self) -> Option<Time> {
+        match self {
+            Condition::At(time) => Some(*time),
+            Condition::All(parts) | Condition::Any(parts) => {
+                parts.iter().filter_map(Condition::latest_time).max()
+            }
+            _ => None,
+        }
+    }
+
     /// Whether a happening is what an event tells.
     pub(crate) fn is_seen_in(&self, event: &Event) -> bool {
         let is = |wanted: &Option<String>, mnemonic: &str| {

@@ -1,5 +1,7 @@
 //! Arcs of any registers, garbage included.
 
+use std::collections::BTreeSet;
+
 use proptest::prelude::*;
 use vimc4_motion::{Arc, ArcState, Helix, Path};
 
@@ -173,5 +175,17 @@ fn a_helix_spreads_the_shorter_over_the_longer() {
         }
         closed_forms_match(&helix, 123, true);
         assert_eq!(helix.at(n), point([0, 0, s3]));
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(200))]
+
+    #[test]
+    fn what_comes_round_visits_no_new_place((arc, _) in arcs()) {
+        let path = Path::Arc(arc);
+        let seen = path.new_places();
+        let visited = |steps: u64| -> BTreeSet<_> { path.steps().take(steps as usize).collect() };
+        prop_assert_eq!(visited(seen), visited(path.length()));
     }
 }
