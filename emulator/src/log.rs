@@ -101,6 +101,11 @@ impl Log {
         })
     }
 
+    /// Says something on standard error, behind what was said before.
+    pub(crate) fn say(&self, text: &str) {
+        self.add(Entry::Terminal(shown_in_line(text)));
+    }
+
     fn add(&self, entry: Entry) {
         let size = entry.line().len();
         let room = self.0.waiting.fetch_add(size, Ordering::Relaxed) + size <= WAITING;

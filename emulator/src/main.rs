@@ -17,6 +17,7 @@ mod orders;
 mod output;
 mod port;
 mod profiles;
+mod recording;
 mod run;
 mod send;
 mod serve;
@@ -70,6 +71,16 @@ enum Command {
         about = "Play the fixture sessions against any port, also real hardware, and report what differs"
     )]
     Conform(conform::Arguments),
+    #[command(about = "Play a recording again and compare every byte and time")]
+    Replay(recording::replay::Arguments),
+    #[command(about = "Say where two recordings part")]
+    Diff(recording::diff::Arguments),
+    #[command(about = "Cut a part of the time out of a recording")]
+    Cut(recording::less::CutArguments),
+    #[command(
+        about = "Find the shortest input of a recording that still shows a difference or an error"
+    )]
+    Minimise(recording::less::MinimiseArguments),
     #[command(about = "Say what a program will find at a port, and the remedy")]
     Doctor(doctor::Arguments),
     #[command(about = "Print isel's commands for a circle, a part of one, or a helix")]
@@ -99,6 +110,14 @@ fn main() -> ExitCode {
         Command::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }
+        Command::Replay(arguments) => {
+            return recording::replay::run(&arguments).unwrap_or_else(Failure::report);
+        }
+        Command::Diff(arguments) => {
+            return recording::diff::run(&arguments).unwrap_or_else(Failure::report);
+        }
+        Command::Cut(arguments) => recording::less::cut(&arguments),
+        Command::Minimise(arguments) => recording::less::minimise(&arguments),
         Command::Doctor(arguments) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }

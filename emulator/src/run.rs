@@ -8,6 +8,7 @@ mod rounds;
 pub(crate) mod script;
 mod session;
 mod stream;
+pub(crate) mod tape;
 pub(crate) mod trace;
 pub(crate) mod world;
 
@@ -48,7 +49,8 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let signals = arguments.world.signals(arguments.setup.model(), &controller)?;
     let mut meter = Meter::new(&machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
-    let driver = Driver::new(controller, meter, arguments.loops);
+    let tape = arguments.world.tape(&model, &machine)?;
+    let driver = Driver::new(controller, meter, arguments.loops).recording(tape);
     let report = Report::new(&arguments, &script);
     let mut session = Session { handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");

@@ -24,6 +24,7 @@ use crate::failure::Failure;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
+use crate::values::size;
 
 /// The address at which it listens if nothing is said.
 pub(crate) const LISTENS: &str = "127.0.0.1:4004";
@@ -37,6 +38,7 @@ Examples:
   vimc4 serve -v
   vimc4 serve --model imc-s8 --machine mill --flash program.flash
   vimc4 serve --model smcu --machine board-plotter --time 8x
+  vimc4 serve --record session.jsonl
   vimc4 serve --json --time instant --count 8 --until-stdin-closes
 
 It answers orders on standard input, such as press stop, position and quit; help lists them.
@@ -78,6 +80,13 @@ pub(crate) struct Arguments {
     /// NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
     pub(crate) flash: Option<PathBuf>,
+    /// Record everything into this file, which `vimc4 replay` plays; .gz and .zst are compressed in
+    /// the end. Several controllers get NAME-1.EXT, NAME-2.EXT …
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Begin another file of the recording, NAME.2.EXT, when one has so many bytes, as in 64M
+    #[arg(long, value_name = "SIZE", requires = "record", value_parser = size)]
+    pub(crate) record_size: Option<u64>,
     /// How many controllers
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     pub(crate) count: u16,
@@ -228,6 +237,14 @@ pub(crate) async fn start(
         if let Some(file) = &arguments.flash {
             builder = builder.flash(numbered(file, several));
         }
+        if let Some(file) = &arguments.record {
+            builder = builder.record(recording(file, several)).recorded_by("serve");
+            let log = log.clone();
+            builder = builder.recording_trouble(move |trouble| log.say(trouble));
+            if let Some(size) = arguments.record_size {
+                builder = builder.record_size(size);
+            }
+        }
         emulators.push(builder.start()?);
         // Thousands take a while, in which somebody may have enough of it.
         yield_now().await;
@@ -275,6 +292,16 @@ fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
+}
+
+/// `rec.jsonl.gz` becomes `rec-2.jsonl.gz` for the second of several.
+fn recording(path: &Path, number: Option<u16>) -> PathBuf {
+    let (Some(number), Some(name)) = (number, path.file_name()) else { return path.to_owned() };
+    let name = name.to_string_lossy();
+    // A name that begins with a point has no ending.
+    let dot = name.char_indices().skip(1).find(|(_, c)| *c == '.').map_or(name.len(), |(at, _)| at);
+    let (stem, ending) = name.split_at(dot);
+    path.with_file_name(format!("{stem}-{number}{ending}"))
 }
 
 /// The address with a port that is `more` higher; port 0 stays, it means any.

@@ -15,7 +15,7 @@ use vimc4::{Clock, Emulator};
 
 const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
 
-const PAGES: [(&str, &str); 10] = [
+const PAGES: [(&str, &str); 11] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
@@ -25,6 +25,7 @@ const PAGES: [(&str, &str); 10] = [
     ("docs/ncp.md", include_str!("../../docs/ncp.md")),
     ("docs/performance.md", include_str!("../../docs/performance.md")),
     ("docs/profiles.md", include_str!("../../docs/profiles.md")),
+    ("docs/recordings.md", include_str!("../../docs/recordings.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
 ];
 
@@ -46,6 +47,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("", "vimc4 lines -- node", "emulator/tests/connect"),
     ("", "vimc4 lines -- mono", "emulator/tests/connect"),
     ("", "vimc4 lines --pty", "emulator/tests/connect: Wine and DOSBox"),
+    ("docs/recordings.md", "jq ", "needs jq"),
     ("docs/connect.md", "picocom ", "emulator/tests/connect"),
     ("docs/connect.md", "minicom ", "emulator/tests/connect"),
     ("docs/connect.md", "screen ", "emulator/tests/connect"),
@@ -87,7 +89,11 @@ const PROGRAMS: [&str; 16] = [
 ];
 
 /// Command lines that end with another exit code than 0.
-const ENDS: [(&str, i32); 1] = [("vimc4 run examples/program.txt", 3)];
+const ENDS: [(&str, i32); 3] = [
+    ("vimc4 run examples/program.txt", 3),
+    ("vimc4 replay examples/limit.jsonl --quirk", 1),
+    ("vimc4 diff drill.jsonl examples/limit.jsonl", 1),
+];
 
 /// A piece of code in a document.
 #[derive(Debug)]

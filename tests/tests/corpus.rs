@@ -54,6 +54,11 @@ fn flash_images_are_refused_or_work() {
 }
 
 #[test]
+fn recordings_are_refused_or_read_as_they_are_written() {
+    replay("recording");
+}
+
+#[test]
 fn isel_controllers_do_nothing_that_they_must_not() {
     replay("controller");
 }

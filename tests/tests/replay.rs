@@ -5,6 +5,7 @@
 
 use std::io::Write;
 use std::net::TcpStream;
+use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -18,6 +19,7 @@ use vimc4::{
 use vimc4_conform::fixtures;
 use vimc4_conform::script::Action;
 use vimc4_device::{Device, Harness, Line, LineState, Output, Stamp, Time, TimedInput};
+use vimc4_timeline::recording::{Player, Recording, Tolerance, check};
 
 /// How many sessions are held.
 const SESSIONS: u64 = 1_000;
@@ -207,8 +209,22 @@ fn difference(place: &str, recorded: &Value, replayed: &Value) -> Option<String>
     }
 }
 
+/// The same from the file: read, played, equal in every byte, time and state up to its end.
+fn hold_file(file: &Path, fresh: Line<Controller>, what: &dyn Fn() -> String) {
+    let text = std::fs::read(file).unwrap();
+    let recording = Recording::read(&text).unwrap();
+    assert!(recording.is_whole() && recording.torn.is_none(), "{}", what());
+    assert_eq!(recording.write(), text, "{}", what());
+    let state = |written: &Value| {
+        serde_json::from_value(written.clone()).map_err(|error| error.to_string())
+    };
+    let played = check(&recording, Player::new(fresh), Tolerance::Exact, &state).unwrap();
+    assert_eq!(played.difference, None, "{}\n{}", what(), String::from_utf8_lossy(&text));
+    std::fs::remove_file(file).unwrap();
+}
+
 /// Holds a session, and plays what was reported of it. Returns how much was said.
-fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker) -> usize {
+fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker, folder: &Path) -> usize {
     let mut chance = Chance(seed);
     let model = *chance.of(&vimc4::models());
     let machine = *chance.of(&vimc4::machines());
@@ -219,6 +235,7 @@ fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker) -> usize {
         (vimc4::model(model).unwrap(), vimc4::machine(machine).unwrap());
     let (_, lines) = pools.iter().find(|(family, _)| *family == model.family()).unwrap();
 
+    let file = folder.join(format!("{seed}.jsonl"));
     let (tap, mut reports) = Reports::new(Wants::ALL, ROOM);
     let mut builder = Emulator::builder()
         .with_model(model.clone())
@@ -227,6 +244,7 @@ fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker) -> usize {
         .line_pacing(paced)
         .on(worker)
         .record(false)
+        .record(file.as_path())
         .name(seed.to_string())
         .sink(tap.clone());
     if tcp {
@@ -267,6 +285,7 @@ fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker) -> usize {
         assert_eq!(replayed, recorded, "number {number} of {}", what());
     }
     assert_eq!(replayed.len(), recorded.len(), "{}", what());
+    hold_file(&file, fresh, &what);
     for [recorded, replayed] in states {
         if recorded != replayed {
             let [recorded, replayed] =
@@ -281,6 +300,7 @@ fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker) -> usize {
 fn a_recording_gives_equal_bytes_times_and_states() {
     let pools = Family::ALL.map(|family| (family, lines(family)));
     let worker = Worker::start("replay").unwrap();
-    let said: usize = (0..SESSIONS).map(|seed| hold(seed, &pools, &worker)).sum();
+    let folder = tempfile::tempdir().unwrap();
+    let said: usize = (0..SESSIONS).map(|seed| hold(seed, &pools, &worker, folder.path())).sum();
     assert!(said > 10_000, "{said}: hardly anything has happened");
 }

@@ -48,7 +48,7 @@ pub use names::{
     quirks,
 };
 pub use vimc4_device::{Effects, MemoryError, Piece, Turn};
-pub use vimc4_plant::{Machine, Measure, ProfileError};
+pub use vimc4_plant::{Machine, Measure, ProfileError, profile_text};
 
 /// What only isel's controllers show in their [`Details`].
 pub mod isel {

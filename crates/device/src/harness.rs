@@ -58,6 +58,8 @@ pub struct Harness<D> {
     /// What will happen outside, in order of time.
     plan: VecDeque<TimedInput>,
     outputs: VecDeque<Output>,
+    /// What has gone in, if somebody wants to know.
+    given: Option<Vec<TimedInput>>,
 }
 
 /// The device goes on and on.
@@ -83,7 +85,8 @@ impl Error for Endless {}
 impl<D: Device> Harness<D> {
     /// Drives a device, from the time it has come to. It is watched as it was before.
     pub fn new(device: D) -> Harness<D> {
-        let mut harness = Harness { device, plan: VecDeque::new(), outputs: VecDeque::new() };
+        let (plan, outputs) = (VecDeque::new(), VecDeque::new());
+        let mut harness = Harness { device, plan, outputs, given: None };
         harness.collect();
         harness
     }
@@ -92,6 +95,14 @@ impl<D: Device> Harness<D> {
     #[must_use]
     pub fn watching(mut self, kinds: Kinds) -> Harness<D> {
         self.device.watch(kinds);
+        self
+    }
+
+    /// Keeps what goes in from now on, for a recording. Somebody has to
+    /// [take](Harness::take_given) it.
+    #[must_use]
+    pub fn keeping_given(mut self) -> Harness<D> {
+        self.given = Some(Vec::new());
         self
     }
 
@@ -181,6 +192,7 @@ impl<D: Device> Harness<D> {
             && let Some(TimedInput { at, input }) = self.plan.pop_front()
         {
             self.device.accept(input.as_input(), at);
+            self.keep(input.as_input());
         }
         self.collect();
         Some(self.now())
@@ -289,8 +301,23 @@ impl<D: Device> Harness<D> {
         taken
     }
 
+    /// Takes what has gone in and is kept, in order. That time passes does not count.
+    pub fn take_given(&mut self) -> Vec<TimedInput> {
+        self.given.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    fn keep(&mut self, input: Input<'_>) {
+        let at = self.device.now();
+        if let Some(given) = &mut self.given
+            && input != Input::Wake
+        {
+            given.push(TimedInput { at, input: input.into() });
+        }
+    }
+
     fn handle(&mut self, input: Input<'_>, at: Time) {
         self.device.handle(input, at);
+        self.keep(input);
         self.collect();
     }
 

@@ -373,6 +373,10 @@ pub trait Sink: Send {
     /// [`Device::explain`](vimc4_device::Device::explain).
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String);
 
+    /// All that came of an input, or of some time, has been told, to a sink that wants to see what
+    /// goes in; at its end too. `state` writes the device's present state down, which takes a while.
+    fn settled(&mut self, _at: Time, _state: &dyn Fn() -> serde_json::Value) {}
+
     /// Whether it has seen enough; asked after each report. It is let go of then, as if somebody
     /// had [detached](crate::Handle::detach) it.
     fn has_enough(&self) -> bool {

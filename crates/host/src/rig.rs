@@ -68,8 +68,15 @@ impl<D: Device> Rig<D> {
 
     /// Lets go of those who want to see what goes in.
     pub(crate) fn end_recordings(&mut self) {
+        self.settle();
         self.sinks.end_recordings();
         self.watch_kinds();
+    }
+
+    /// Says to recordings that everything that came of what went in has been told.
+    fn settle(&mut self) {
+        let Rig { sinks, device, .. } = self;
+        sinks.settle(device, &|| written_state(device));
     }
 
     /// Has the device tell what is wanted of it now.
@@ -267,6 +274,7 @@ impl<D: Device> Rig<D> {
         }
         self.send_all(&mut leaving);
         self.storage.secure();
+        self.settle();
         self.wire.set_baud(self.device.baud());
         self.wire.set_ready(self.device.room(true) > 0);
     }
@@ -289,9 +297,11 @@ impl<D: Device> Rig<D> {
             return;
         }
         self.said += 1;
+        // Told before it leaves: who records has written down whatever a client has seen.
+        let sent = bytes.clone();
+        self.tell(at, |wants| wants.sent, || What::Sent { bytes: sent });
         let delivery = self.wire.send(&bytes);
         let lost = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
-        self.tell(at, |wants| wants.sent, || What::Sent { bytes });
         for news in delivery.losses {
             self.tell_news(at, news);
         }

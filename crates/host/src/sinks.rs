@@ -99,6 +99,17 @@ impl Sinks {
         enough
     }
 
+    /// Says to those who see what goes in that everything that came of it has been told.
+    pub(crate) fn settle<D: Device>(&mut self, device: &D, state: &dyn Fn() -> serde_json::Value) {
+        if !self.wants.inputs {
+            return;
+        }
+        let at = device.now();
+        for Watching { sink, .. } in self.watching.iter_mut().filter(|of| of.wants.inputs) {
+            sink.settled(at, state);
+        }
+    }
+
     fn add_up(&mut self) {
         self.wants = self.watching.iter().fold(Wants::default(), |all, of| all.and(of.wants));
     }

@@ -17,5 +17,5 @@ pub use job::{
 };
 pub use machine::{Axes, Axis, End, Machine, Measure, Reference, Unit};
 pub use plant::{Panel, Plant};
-pub use profile::{Builtins, ProfileError, parse_profile};
+pub use profile::{Builtins, ProfileError, parse_profile, profile_text};
 pub use signal::PlantSignal;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Why a profile was not accepted, and where.
@@ -81,6 +82,20 @@ pub fn parse_profile<T: DeserializeOwned>(text: &str) -> Result<T, ProfileError>
             "compare with a built-in profile: `vimc4 models show NAME`, `vimc4 machines show NAME`"
                 .to_owned(),
         span: error.span(),
+    })
+}
+
+/// The text of a profile that was written down in another form, so that it can be read, and checked,
+/// like any.
+///
+/// # Errors
+///
+/// If it is no profile at all.
+pub fn profile_text(profile: &impl Serialize) -> Result<String, ProfileError> {
+    toml::to_string(profile).map_err(|error| ProfileError {
+        message: format!("it is no profile: {error}"),
+        help: "take it as it was written".to_owned(),
+        span: None,
     })
 }
 

@@ -10,6 +10,7 @@
 
 mod history;
 mod moment;
+pub mod recording;
 mod snapshots;
 mod tape;
 

@@ -1,6 +1,7 @@
 //! Setting an emulator up.
 
 use std::fmt;
+use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::sync::watch;
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
-use vimc4_device::Line;
+use vimc4_device::{Device, Line};
 #[cfg(feature = "serial")]
 use vimc4_host::Serial;
 use vimc4_host::{Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, Worker, unix_lines};
@@ -16,10 +17,11 @@ use vimc4_host::{Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, Worker, u
 use vimc4_host::{Link, Pty};
 
 use crate::control::Control;
-use crate::emulator::{Emulator, Places};
+use crate::emulator::{Emulator, Kept, Places};
 use crate::error::Error;
 use crate::profiles;
 use crate::record::Record;
+use crate::recording::{About, Order, Recorder, RecordingFile, Trouble};
 
 /// Sets an [`Emulator`] up; see there.
 #[must_use = "an emulator runs when it is started"]
@@ -36,6 +38,7 @@ pub struct Builder {
     flash: Option<PathBuf>,
     line_pacing: bool,
     record: bool,
+    recording: Option<Recording>,
     name: Option<String>,
     sinks: Vec<Box<dyn Sink>>,
     worker: Option<Worker>,
@@ -57,6 +60,50 @@ pub enum Terminal {
     Unnamed,
     /// It has one, and this link leads to it.
     Link(PathBuf),
+}
+
+/// What is kept of what happens. See [`Builder::record`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Records {
+    /// Whether commands and events are remembered.
+    Memory(bool),
+    /// A file into which everything is recorded.
+    File(PathBuf),
+}
+
+impl From<bool> for Records {
+    fn from(on: bool) -> Records {
+        Records::Memory(on)
+    }
+}
+
+impl From<&str> for Records {
+    fn from(file: &str) -> Records {
+        Records::File(PathBuf::from(file))
+    }
+}
+
+impl From<&Path> for Records {
+    fn from(file: &Path) -> Records {
+        Records::File(file.to_owned())
+    }
+}
+
+impl From<PathBuf> for Records {
+    fn from(file: PathBuf) -> Records {
+        Records::File(file)
+    }
+}
+
+/// The recording that is wanted.
+#[derive(Default)]
+struct Recording {
+    path: PathBuf,
+    size: Option<u64>,
+    /// Empty for the library.
+    from: String,
+    failed_only: bool,
+    tell: Option<Trouble>,
 }
 
 impl From<bool> for Terminal {
@@ -106,6 +153,7 @@ impl Builder {
             flash: None,
             line_pacing: false,
             record: true,
+            recording: None,
             name: None,
             sinks: Vec::new(),
             worker: None,
@@ -195,11 +243,48 @@ impl Builder {
         self
     }
 
-    /// Whether [`Emulator::commands`] and [`Emulator::events`] remember anything. They do if
-    /// nothing is said; what runs for days may do without.
-    pub fn record(mut self, on: bool) -> Builder {
-        self.record = on;
+    /// What is kept of what happens. With `true` or `false`, whether [`Emulator::commands`] and
+    /// [`Emulator::events`] remember anything: they do if nothing is said; what runs for days may do
+    /// without. With a path, everything is recorded into that file besides, as `docs/recordings.md`
+    /// says: `vimc4 replay` plays it. A file that is there is not overwritten.
+    pub fn record(mut self, what: impl Into<Records>) -> Builder {
+        match what.into() {
+            Records::Memory(on) => self.record = on,
+            Records::File(path) => self.recording().path = path,
+        }
         self
+    }
+
+    /// Records everything into a file that stays only if the test fails: if the thread that drops the
+    /// emulator is panicking. Otherwise it is removed then.
+    pub fn record_failure(mut self, path: impl Into<PathBuf>) -> Builder {
+        let recording = self.recording();
+        (recording.path, recording.failed_only) = (path.into(), true);
+        self
+    }
+
+    /// About how many bytes a file of the recording has at most; then another one is begun, which
+    /// has a number in its name and plays by itself. Without it there is no limit.
+    pub fn record_size(mut self, bytes: u64) -> Builder {
+        self.recording().size = Some(bytes);
+        self
+    }
+
+    /// Who records, as the recording says it; `library` if nothing is said.
+    pub fn recorded_by(mut self, who: impl Into<String>) -> Builder {
+        self.recording().from = who.into();
+        self
+    }
+
+    /// Who is told, in a sentence, when the recording cannot be written any more. It is standard
+    /// error if nothing is said.
+    pub fn recording_trouble(mut self, tell: impl FnMut(&str) + Send + 'static) -> Builder {
+        self.recording().tell = Some(Box::new(tell));
+        self
+    }
+
+    fn recording(&mut self) -> &mut Recording {
+        self.recording.get_or_insert_with(Recording::default)
     }
 
     /// What it is called in the [reports](crate::Report) of it. Without a name it has a number, of
@@ -253,10 +338,11 @@ impl Builder {
             Some(worker) => worker.clone(),
             None => Worker::start(&format!("vimc4 {}", model.name())).map_err(Error::Start)?,
         };
-        let (runner, handle, places) = {
+        let (made, recording) = {
             let _inside = worker.enter();
             self.assemble(&model, machine, &addresses, record.clone())?
         };
+        let (runner, handle, places) = made;
         let (over, ended) = watch::channel(None);
         // Boxed, because a task is made room for as what it begins with and as what it becomes.
         let life = Box::pin(runner.run());
@@ -270,7 +356,7 @@ impl Builder {
             not(all(unix, feature = "pty")),
             expect(unused_mut, reason = "there are no links")
         )]
-        let mut emulator = Emulator::new(control, places, ended, worker);
+        let mut emulator = Emulator::new(control, places, ended, worker, recording);
         #[cfg(all(unix, feature = "pty"))]
         if let Terminal::Link(path) = &pty {
             emulator.link_to(path, replace)?;
@@ -286,7 +372,7 @@ impl Builder {
         machine: Arc<Machine>,
         addresses: &[SocketAddr],
         record: Option<Record>,
-    ) -> Result<Made, Error> {
+    ) -> Result<(Made, Option<Kept>), Error> {
         let mut places = Places::default();
         let tcp = listen(addresses, self.clients)?;
         places.tcp = tcp.as_ref().map(Tcp::address);
@@ -305,10 +391,11 @@ impl Builder {
         }
         let flash = self.flash.map(FlashFile::open).transpose()?;
         let image = flash.as_ref().map_or(&[] as &[u8], |(_, image)| image);
-        let controller = Controller::new(model, machine, &unix_lines(image)).map_err(|source| {
-            let path = flash.as_ref().map(|(file, _)| file.path().to_owned());
-            Error::Flash { path: path.unwrap_or_default(), source }
-        })?;
+        let controller =
+            Controller::new(model, Arc::clone(&machine), &unix_lines(image)).map_err(|source| {
+                let path = flash.as_ref().map(|(file, _)| file.path().to_owned());
+                Error::Flash { path: path.unwrap_or_default(), source }
+            })?;
         let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
         let (runner, handle) = Handle::pair(line, self.time);
         let handling = Handling::of(model);
@@ -342,7 +429,23 @@ impl Builder {
         for sink in self.sinks {
             runner.watch(sink);
         }
-        Ok((runner, handle, places))
+        let mut kept = None;
+        if let Some(Recording { path, size, from, failed_only, tell }) =
+            self.recording.filter(|recording| !recording.path.as_os_str().is_empty())
+        {
+            let (clock, paced) = (self.time.to_string(), self.line_pacing);
+            let about = About { model, machine: &machine, clock, paced, controller: name };
+            let from = if from.is_empty() { "library".to_owned() } else { from };
+            let tell = tell.unwrap_or_else(|| {
+                Box::new(|trouble: &str| drop(writeln!(io::stderr(), "{trouble}")))
+            });
+            let signals = runner.device().signals().into_iter();
+            let signals = signals.map(|signal| (signal.id, signal.name)).collect();
+            let file = RecordingFile::begin(Order { path, size, from, tell }, &about, signals)?;
+            runner.watch(Box::new(Recorder(file.clone())));
+            kept = Some(Kept { file, failed_only });
+        }
+        Ok(((runner, handle, places), kept))
     }
 }
 

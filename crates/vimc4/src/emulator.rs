@@ -18,6 +18,7 @@ use vimc4_host::{Link, LinkError};
 use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
 use crate::record::Command;
+use crate::recording::RecordingFile;
 
 /// A virtual controller that runs until it is dropped, in a thread of its own or one that it
 /// shares with [others](crate::Builder::on).
@@ -65,6 +66,25 @@ pub struct Emulator {
     waits_for_end: bool,
     /// Its thread, which ends with the last emulator that runs there.
     worker: Worker,
+    recording: Option<Kept>,
+}
+
+/// The recording of an emulator.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    pub(crate) file: RecordingFile,
+    /// Whether it stays only if the test fails.
+    pub(crate) failed_only: bool,
+}
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        if self.failed_only && !std::thread::panicking() {
+            self.file.discard();
+        } else {
+            self.file.finish();
+        }
+    }
 }
 
 /// How its task has ended, once it has.
@@ -85,6 +105,7 @@ impl Emulator {
         places: Places,
         ended: watch::Receiver<End>,
         worker: Worker,
+        recording: Option<Kept>,
     ) -> Emulator {
         Emulator {
             control,
@@ -94,6 +115,7 @@ impl Emulator {
             ended,
             waits_for_end: true,
             worker,
+            recording,
         }
     }
 
@@ -141,6 +163,11 @@ impl Emulator {
     /// wire: each sees everything the controller sends.
     pub fn connect(&self) -> Result<MemoryPort, Error> {
         Ok(self.control.connect().wait()?)
+    }
+
+    /// The recording of it, if it is [recorded](crate::Builder::record) into a file.
+    pub fn recording(&self) -> Option<&RecordingFile> {
+        self.recording.as_ref().map(|kept| &kept.file)
     }
 
     // --- time ---

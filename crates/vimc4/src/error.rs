@@ -10,6 +10,8 @@ use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
 
+use crate::recording::RecordingError;
+
 /// Why an emulator does not start, or does not do what it is told.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -85,6 +87,9 @@ pub enum Error {
         /// What is wrong.
         source: MemoryError,
     },
+    /// The recording cannot be begun.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A running controller refused.
     #[error(transparent)]
     Control(#[from] ControlError),

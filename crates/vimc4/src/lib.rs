@@ -49,14 +49,16 @@ mod error;
 mod order;
 mod profiles;
 mod record;
+mod recording;
 
-pub use builder::{Builder, Terminal};
+pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
 pub use order::{Order, OrderError, Outcome, help};
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::Command;
+pub use recording::{RecordingError, RecordingFile, Trouble, recording_head, unpack};
 #[cfg(feature = "lpkf")]
 pub use vimc4_catalogue::lpkf;
 pub use vimc4_catalogue::{

@@ -109,7 +109,8 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let mut meter = Meter::new(&site.machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
     let mut link = Virtual::new(
-        Driver::new(controller, meter, None),
+        Driver::new(controller, meter, None)
+            .recording(arguments.world.tape(&site.model, &site.machine)?),
         Handling::of(&site.model),
         arguments.json,
     );
@@ -127,6 +128,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let ending = perform(&mut work, &mut link, &mut operator);
     let outcome = Outcome::of(ending, &link).but(checked.refused.as_ref());
     let code = outcome.report(arguments, &site, &mut link, checked.told)?;
+    link.driver.end_recording();
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
     Ok(code)
 }

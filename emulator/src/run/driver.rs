@@ -8,6 +8,7 @@ use vimc4_device::{Device, Event, Harness, Input, Kinds, Motion, Output, SignalI
 
 use super::meter::Meter;
 use super::rounds::Rounds;
+use super::tape::Tape;
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(crate) struct Driver {
@@ -22,6 +23,7 @@ pub(crate) struct Driver {
     answered: usize,
     pub(crate) meter: Meter,
     pub(crate) rounds: Rounds,
+    tape: Option<Tape>,
     /// What happened and nobody has taken away yet.
     pub(crate) news: VecDeque<(Time, News)>,
 }
@@ -69,10 +71,28 @@ impl Driver {
             answered: 0,
             meter,
             rounds: Rounds::default(),
+            tape: None,
             news: VecDeque::new(),
         };
         driver.has_head = driver.head().is_some();
         driver
+    }
+
+    /// Records everything from now on.
+    pub(crate) fn recording(mut self, tape: Option<Tape>) -> Driver {
+        if let Some(tape) = &tape {
+            tape.begin(self.harness.device());
+            self.harness = self.harness.keeping_given();
+        }
+        self.tape = tape;
+        self
+    }
+
+    /// Ends the recording, if there is one.
+    pub(crate) fn end_recording(&mut self) {
+        if let Some(tape) = self.tape.take() {
+            tape.end(self.harness.device());
+        }
     }
 
     pub(crate) fn device(&self) -> &Controller {
@@ -155,6 +175,10 @@ impl Driver {
 
     /// Takes note of what has come out.
     fn take_outputs(&mut self) {
+        if let Some(tape) = &self.tape {
+            let given = self.harness.take_given();
+            tape.note(self.harness.device(), given, self.harness.outputs());
+        }
         while let Some(output) = self.harness.take_output() {
             match output {
                 Output::Event(stamp, event) => self.take(stamp.at, event),

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use vimc4::Order;
+use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Device, Signal, SignalId};
 
 use super::driver::Driver;
+use super::tape::Tape;
 use crate::completions;
 use crate::failure::Failure;
 use crate::values::duration;
@@ -27,6 +29,10 @@ pub(crate) struct World {
     /// Write every step with its time into a file: seconds,X,Y,Z,A
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
+    /// Record everything that goes in and comes out into a new file, which `vimc4 replay` plays; .gz
+    /// and .zst are compressed in the end
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
 }
 
 /// What the world around the controller does.
@@ -57,6 +63,11 @@ pub(crate) struct Scheduled {
 }
 
 impl World {
+    /// The recording, if there is to be one.
+    pub(crate) fn tape(&self, model: &Model, machine: &Machine) -> Result<Option<Tape>, Failure> {
+        self.record.as_deref().map(|path| Tape::new(path, model, machine)).transpose()
+    }
+
     /// What the outside world will do.
     pub(crate) fn signals(
         &self,

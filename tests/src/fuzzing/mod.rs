@@ -15,6 +15,7 @@ mod motions;
 mod ncp;
 mod operations;
 mod profiles;
+mod recordings;
 pub mod seeds;
 mod twins;
 
@@ -25,6 +26,7 @@ pub use lpkf::{language, lpkf};
 pub use ncp::ncp;
 pub use operations::{Operation, Operations, Setup};
 pub use profiles::profiles;
+pub use recordings::recording;
 
 use std::path::PathBuf;
 use std::{fs, io};
@@ -33,7 +35,7 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
@@ -41,6 +43,7 @@ pub const TARGETS: [Target; 10] = [
     ("profiles", profiles),
     ("condition", condition),
     ("flash", flash),
+    ("recording", recording),
     ("controller", controller),
     ("lpkf", lpkf),
     ("history", history),

@@ -38,7 +38,30 @@ pub struct Seed {
 pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
     let (controllers, lines) = (controllers(&sessions), lines(&sessions));
-    [controllers, lines, flash(), job_files(), profiles(), conditions()].concat()
+    [controllers, lines, flash(), job_files(), profiles(), conditions(), recordings()].concat()
+}
+
+/// Recordings with every line that there is.
+fn recordings() -> Vec<Seed> {
+    let head = r#"{"recording":1,"program":"a","family":"isel","model":{},"machine":{},"clock":"8x","line":"paced","seed":7,"from":"b","controller":"1","part":2,"began":3}"#;
+    let lines = [
+        r#"{"at":0,"state":{"a":[1,null]}}"#,
+        r#"{"at":1,"in":"@07\r","by":"tcp: 1"}"#,
+        r#"{"at":1,"out":"\u00fd0"}"#,
+        r#"{"at":2,"signal":"input 0.3","value":-1,"by":""}"#,
+        r#"{"at":3,"power":false}"#,
+        r#"{"at":4,"wait":true,"by":"c"}"#,
+        r#"{"at":2,"state":null,"by":"c"}"#,
+        r#"{"at":5,"news":{"back":{"transport":"serial"}}}"#,
+        r#"{"at":6,"mark":"here"}"#,
+        r#"{"at":7,"end":"d"}"#,
+    ];
+    let seed = |name: &str, lines: &[&str]| {
+        let data = format!("{head}\n{}\n", lines.join("\n")).into_bytes();
+        Seed { target: "recording", name: name.to_owned(), data }
+    };
+    let each = lines.iter().map(|line| seed(line.get(7..14).unwrap_or_default(), &[line]));
+    std::iter::once(seed("all", &lines)).chain(each).collect()
 }
 
 /// What each session does to each of its models; one of them has a history.

@@ -1,0 +1,413 @@
+//! Where what was recorded and what is played part.
+
+use std::collections::VecDeque;
+
+use serde_json::Value;
+use vimc4_device::{Device, Time};
+
+use super::entry::{Entry, What};
+use super::play::{Player, StateError, Told, exchange};
+use super::read::Recording;
+
+/// How exactly times must agree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tolerance {
+    /// To the nanosecond.
+    Exact,
+    /// So many nanoseconds earlier or later; never less than a hundredth of the time since
+    /// something was given last.
+    Nanos(u64),
+}
+
+/// A byte that came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Said {
+    /// When.
+    pub at: Time,
+    /// The byte.
+    pub byte: u8,
+}
+
+/// The first byte that differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SaidDifference {
+    /// How many bytes came out before, all equal.
+    pub before: u64,
+    /// What was recorded, or said by the one.
+    pub one: Option<Said>,
+    /// What was played, or said by the other.
+    pub other: Option<Said>,
+    /// What followed on either side, as far as it is known, with this byte.
+    pub rest: [Vec<u8>; 2],
+    /// The line of the recording at which it was found.
+    pub line: u32,
+    /// The command that it belongs to: the last that had begun.
+    pub command: Option<Told>,
+}
+
+/// The first field of the state that differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldDifference {
+    /// When it was found.
+    pub at: Time,
+    /// The line of the recording at which it was found.
+    pub line: u32,
+    /// The field, as in `device.isel.position.0`.
+    pub field: String,
+    /// Its value in the one.
+    pub one: Value,
+    /// Its value in the other.
+    pub other: Value,
+    /// The last command that had begun.
+    pub command: Option<Told>,
+}
+
+/// What was happening on a side.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Side {
+    /// What led there, oldest first. Of a recording that is not played it is not known.
+    pub told: Vec<Told>,
+}
+
+/// What differs first, and what led to the first byte, or, if no byte differs, to the field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The first byte.
+    pub said: Option<SaidDifference>,
+    /// The first field of the state.
+    pub field: Option<FieldDifference>,
+    /// The recorded one.
+    pub one: Side,
+    /// The played one.
+    pub other: Side,
+}
+
+/// Where it was found, and how far all was equal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Divergence {
+    /// What differs, if anything does.
+    pub difference: Option<Difference>,
+    /// How many bytes came out, equal on both sides.
+    pub bytes: u64,
+    /// How many things were given.
+    pub inputs: u64,
+    /// How far time came.
+    pub end: Time,
+}
+
+/// How a state is read, or why it cannot be.
+type Read<'a, D> = &'a dyn Fn(&Value) -> Result<<D as Device>::State, String>;
+
+/// The bytes on one side that the other has not said yet.
+#[derive(Default)]
+struct Count {
+    equal: u64,
+    found: Option<SaidDifference>,
+}
+
+impl Count {
+    /// Compares what both have said. With `over` nothing more will come, so that what one has more
+    /// than the other is a difference.
+    fn compare(
+        &mut self,
+        one: &mut VecDeque<(Time, u8)>,
+        other: &mut VecDeque<(Time, u8)>,
+        agree: impl Fn(Time, Time) -> bool,
+        missing: [bool; 2],
+    ) -> bool {
+        if self.found.is_some() {
+            one.clear();
+            other.clear();
+            return false;
+        }
+        loop {
+            let said = |side: Option<&(Time, u8)>| side.map(|&(at, byte)| Said { at, byte });
+            let differs = match (said(one.front()), said(other.front())) {
+                (Some(a), Some(b)) => a.byte != b.byte || !agree(a.at, b.at),
+                (Some(_), None) => missing[1],
+                (None, Some(_)) => missing[0],
+                (None, None) => false,
+            };
+            if differs {
+                let rest =
+                    [&*one, &*other].map(|side| side.iter().map(|said| said.1).take(40).collect());
+                self.found = Some(SaidDifference {
+                    before: self.equal,
+                    one: said(one.front()),
+                    other: said(other.front()),
+                    rest,
+                    line: 0,
+                    command: None,
+                });
+                return true;
+            }
+            if one.is_empty() || other.is_empty() {
+                return false;
+            }
+            one.pop_front();
+            other.pop_front();
+            self.equal += 1;
+        }
+    }
+}
+
+/// Plays a recording into a device and compares every byte and time, and the states that were
+/// written down. `state` reads a state.
+///
+/// # Errors
+///
+/// If a recorded state cannot be read.
+pub fn check<D: Device + Clone>(
+    recording: &Recording,
+    mut player: Player<D>,
+    tolerance: Tolerance,
+    state: Read<'_, D>,
+) -> Result<Divergence, StateError> {
+    let mut recorded = VecDeque::new();
+    let (mut count, mut field, mut other) = (Count::default(), None, None);
+    let (mut inputs, mut given_at) = (0, Time::ZERO);
+    let last = recording.entries.len().saturating_sub(1);
+    for (place, entry) in recording.entries.iter().enumerate() {
+        let begun = player.has_begun();
+        player.play(entry, state)?;
+        let mut missing = [false, false];
+        match &entry.what {
+            What::Given { .. } => {
+                inputs += 1;
+                given_at = entry.at;
+            }
+            What::Sent(bytes) => {
+                recorded.extend(bytes.iter().map(|byte| (entry.at, *byte)));
+                missing[1] = tolerance == Tolerance::Exact;
+            }
+            What::State { by: None, state: written } if begun && field.is_none() => {
+                let read = state(written).map_err(|why| StateError { line: entry.line, why })?;
+                let due = differing_state(&player, entry, read, &mut field);
+                if field.is_some() {
+                    other.get_or_insert_with(|| side(&player));
+                }
+                recorded.extend(due);
+            }
+            _ => {}
+        }
+        if place == last {
+            // A recording that was broken off may lack what came of its last input.
+            let whole = recording.is_whole();
+            missing = [whole, true];
+            if tolerance != Tolerance::Exact {
+                // What was still to come on a real line comes a little later here.
+                player.run_to(entry.at.after_nanos(slack(tolerance, entry.at, given_at)));
+                missing[0] = false;
+            }
+        }
+        let agree = |one: Time, other: Time| match tolerance {
+            Tolerance::Exact => one == other,
+            Tolerance::Nanos(_) => {
+                let apart = one.as_nanos().abs_diff(other.as_nanos());
+                apart <= slack(tolerance, one, given_at)
+            }
+        };
+        let found = count.compare(&mut recorded, player.said(), agree, missing);
+        if let Some(found) = count.found.as_mut().filter(|_| found) {
+            found.line = entry.line;
+            found.command = last_command(&player);
+            other = Some(side(&player));
+        }
+        if count.found.is_some() && field.is_some() {
+            break;
+        }
+    }
+    let end = player.device().now();
+    let other = other.unwrap_or_else(|| side(&player));
+    let (bytes, said) = (count.equal, count.found);
+    let difference = (said.is_some() || field.is_some()).then(|| Difference {
+        said,
+        field,
+        one: Side::default(),
+        other,
+    });
+    Ok(Divergence { difference, bytes, inputs, end })
+}
+
+/// Holds a state that was written down against the present one, after everything that is due just
+/// then. Returns what the recorded one still had to say at that instant.
+fn differing_state<D: Device + Clone>(
+    player: &Player<D>,
+    entry: &Entry,
+    read: D::State,
+    field: &mut Option<FieldDifference>,
+) -> Vec<(Time, u8)> {
+    let mut recorded = Player::new(player.device().clone());
+    recorded.restore(read);
+    recorded.run_to(entry.at);
+    let (one, other) = (recorded.device().state(), player.device().state());
+    if one != other {
+        *field = alike(&one, &other, &[]).map(|(name, one, other)| FieldDifference {
+            at: entry.at,
+            line: entry.line,
+            field: name,
+            one,
+            other,
+            command: last_command(player),
+        });
+    }
+    recorded.said().drain(..).collect()
+}
+
+/// Plays a recording into two devices and says where they part: the first byte, and the first field
+/// of the state, of those that are not `aside`: pairs of values that stand for each other, such as
+/// the two models.
+///
+/// # Errors
+///
+/// If a recorded state cannot be read.
+pub fn part<D: Device + Clone>(
+    recording: &Recording,
+    mut one: Player<D>,
+    mut other: Player<D>,
+    aside: &[(Value, Value)],
+    states: [Read<'_, D>; 2],
+) -> Result<Divergence, StateError> {
+    let (mut count, mut field, mut sides) = (Count::default(), None, None);
+    let mut inputs = 0;
+    let last = recording.entries.len().saturating_sub(1);
+    for (place, entry) in recording.entries.iter().enumerate() {
+        one.play(entry, states[0])?;
+        other.play(entry, states[1])?;
+        inputs += u64::from(matches!(entry.what, What::Given { .. }));
+        let done = [true, true];
+        // Both have come to the same time, so that what one has said more the other has not.
+        let found = count.compare(one.said(), other.said(), |one, other| one == other, done);
+        if let Some(found) = count.found.as_mut().filter(|_| found) {
+            found.line = entry.line;
+            found.command = last_command(&one).or_else(|| last_command(&other));
+            sides = Some((side(&one), side(&other)));
+        }
+        if field.is_none() {
+            let differs = alike(&one.device().state(), &other.device().state(), aside);
+            field = differs.map(|(name, a, b)| FieldDifference {
+                at: entry.at,
+                line: entry.line,
+                field: name,
+                one: a,
+                other: b,
+                command: last_command(&one),
+            });
+            if field.is_some() {
+                sides.get_or_insert_with(|| (side(&one), side(&other)));
+            }
+        }
+        if count.found.is_some() && field.is_some() || place == last {
+            break;
+        }
+    }
+    let end = one.device().now();
+    let (here, there) = sides.unwrap_or_else(|| (side(&one), side(&other)));
+    let (bytes, said) = (count.equal, count.found);
+    let difference = (said.is_some() || field.is_some()).then(|| Difference {
+        said,
+        field,
+        one: here,
+        other: there,
+    });
+    Ok(Divergence { difference, bytes, inputs, end })
+}
+
+/// The first thing that was given in one recording and not, or not then, in the other, as it stands in
+/// each. Who has done it makes no difference.
+#[must_use]
+pub fn given_apart<'a>(one: &'a Recording, other: &'a Recording) -> Option<[Option<&'a Entry>; 2]> {
+    let given = |recording: &'a Recording| {
+        let is_given = |entry: &&Entry| {
+            matches!(entry.what, What::Given { .. } | What::State { by: Some(_), .. })
+        };
+        recording.entries.iter().filter(is_given)
+    };
+    let same = |one: &Entry, other: &Entry| {
+        one.at == other.at
+            && match (&one.what, &other.what) {
+                (What::Given { given: one, .. }, What::Given { given: other, .. }) => one == other,
+                (What::State { state: one, .. }, What::State { state: other, .. }) => one == other,
+                _ => false,
+            }
+    };
+    let (mut one, mut other) = (given(one), given(other));
+    loop {
+        match (one.next(), other.next()) {
+            (None, None) => return None,
+            (Some(a), Some(b)) if same(a, b) => {}
+            apart => return Some(apart.into()),
+        }
+    }
+}
+
+/// The first byte that came out in one recording and not, or not then, in the other.
+#[must_use]
+pub fn said_apart(one: &Recording, other: &Recording) -> Option<SaidDifference> {
+    let said = |recording: &Recording| {
+        let said = recording.entries.iter().filter_map(|entry| match &entry.what {
+            What::Sent(bytes) => Some(bytes.iter().map(|byte| (entry.at, *byte))),
+            _ => None,
+        });
+        said.flatten().collect::<VecDeque<_>>()
+    };
+    let mut count = Count::default();
+    let exact = |one: Time, other: Time| one == other;
+    count.compare(&mut said(one), &mut said(other), exact, [true, true]);
+    count.found
+}
+
+/// The first field in which two states differ, with its value in each.
+pub fn alike<S: serde::Serialize>(
+    one: &S,
+    other: &S,
+    aside: &[(Value, Value)],
+) -> Option<(String, Value, Value)> {
+    // Every state can be written down.
+    let [mut one, mut other] =
+        [one, other].map(|state| serde_json::to_value(state).unwrap_or_default());
+    for (mine, others) in aside {
+        exchange(&mut one, mine, &Value::Null);
+        exchange(&mut other, others, &Value::Null);
+    }
+    first_field("", &one, &other)
+}
+
+/// The first field in which two values differ, with its value in each.
+#[must_use]
+pub fn first_field(place: &str, one: &Value, other: &Value) -> Option<(String, Value, Value)> {
+    let within = |name: &str| match place {
+        "" => name.to_owned(),
+        _ => format!("{place}.{name}"),
+    };
+    match (one, other) {
+        (Value::Object(one), Value::Object(other)) if one.keys().eq(other.keys()) => one
+            .iter()
+            .zip(other.values())
+            .find_map(|((key, one), other)| first_field(&within(key), one, other)),
+        (Value::Array(one), Value::Array(other)) if one.len() == other.len() => {
+            (0..).zip(one.iter().zip(other)).find_map(|(place, (one, other))| {
+                first_field(&within(&format!("{place}")), one, other)
+            })
+        }
+        _ if one == other => None,
+        _ => Some((place.to_owned(), one.clone(), other.clone())),
+    }
+}
+
+/// How much earlier or later a time may be, in nanoseconds.
+fn slack(tolerance: Tolerance, at: Time, given: Time) -> u64 {
+    match tolerance {
+        Tolerance::Exact => 0,
+        Tolerance::Nanos(nanos) => nanos.max(at.as_nanos().saturating_sub(given.as_nanos()) / 100),
+    }
+}
+
+fn side<D: Device + Clone>(player: &Player<D>) -> Side {
+    Side { told: player.told().cloned().collect() }
+}
+
+fn last_command<D: Device + Clone>(player: &Player<D>) -> Option<Told> {
+    let is_command = |told: &&Told| matches!(told.event, vimc4_device::Event::Command { .. });
+    player.told().filter(is_command).last().cloned()
+}

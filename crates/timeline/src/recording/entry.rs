@@ -1,0 +1,218 @@
+//! What the lines of a recording say.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use vimc4_device::Time;
+
+use super::text;
+
+/// The version of the format that is written, and the highest that is read.
+pub const VERSION: u32 = 1;
+
+/// The first line: of which controller it is a recording, and where it comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Head {
+    /// The version of the format.
+    pub recording: u32,
+    /// The program that has written it, with its version.
+    pub program: String,
+    /// The family of the controller.
+    pub family: String,
+    /// The profile of the model, whole, with its quirks: a profile file that is edited later
+    /// changes no recording.
+    pub model: Value,
+    /// The profile of the machine, whole.
+    pub machine: Value,
+    /// The clock, as on the command line: `real`, `8x`, `manual`, `instant`; `wall` for what was
+    /// heard on the line of a real controller, whose times are those of this computer.
+    pub clock: String,
+    /// Whether characters take their time on the line.
+    pub line: LineSort,
+    /// What chance began with, where there is chance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Who has recorded: `serve`, `run`, `library`, a device.
+    pub from: String,
+    /// Which of several controllers, by its name.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub controller: String,
+    /// The number of the file, from 1, of a recording in several files.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub part: u32,
+    /// When it began, in seconds since the beginning of 1970.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub began: Option<u64>,
+}
+
+fn first() -> u32 {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_first(part: &u32) -> bool {
+    *part == 1
+}
+
+/// How fast characters are on a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LineSort {
+    /// They take no time.
+    Ideal,
+    /// Each takes ten bit times.
+    Paced,
+}
+
+/// One line after the head.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The model time.
+    pub at: Time,
+    /// What.
+    pub what: What,
+    /// On which line of the file it stands, from 1; 0 if it stands in none.
+    pub line: u32,
+}
+
+/// What a line tells.
+#[derive(Clone, Debug, PartialEq)]
+pub enum What {
+    /// Something went in.
+    Given {
+        /// Who has done it.
+        by: Arc<str>,
+        /// What.
+        given: Given,
+    },
+    /// Bytes left on the line.
+    Sent(Bytes),
+    /// The whole state. The first is where everything begins; with `by`, somebody has put the
+    /// controller into it; any other says how it was then.
+    State {
+        /// Who has put it into the state.
+        by: Option<Arc<str>>,
+        /// The state, as it is written down.
+        state: Value,
+    },
+    /// Something about the clients of the line.
+    News(Value),
+    /// A note.
+    Mark(String),
+    /// The recording ends here, with the controller or because there is no room for more.
+    End(String),
+}
+
+/// What went in. A signal has its name, which says the same to other controllers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Given {
+    /// Bytes on the line.
+    Bytes(Bytes),
+    /// A signal takes a value.
+    Signal {
+        /// Its name, as in `start` or `input 0.3`.
+        name: String,
+        /// Its value.
+        value: i32,
+    },
+    /// The mains switch.
+    Power(bool),
+    /// Time has passed because somebody has ordered it.
+    Wait,
+}
+
+impl Head {
+    /// Adds the line.
+    pub fn put(&self, out: &mut Vec<u8>) {
+        // A structure of values can always be written.
+        out.extend(serde_json::to_vec(self).unwrap_or_default());
+        out.push(b'\n');
+    }
+}
+
+impl Entry {
+    /// An entry that stands in no file yet.
+    #[must_use]
+    pub fn new(at: Time, what: What) -> Entry {
+        Entry { at, what, line: 0 }
+    }
+
+    /// Adds the line.
+    pub fn put(&self, out: &mut Vec<u8>) {
+        put(out, self.at, &self.what);
+    }
+}
+
+/// Adds a line.
+fn put(out: &mut Vec<u8>, at: Time, what: &What) {
+    out.extend(b"{\"at\":");
+    out.extend(at.as_nanos().to_string().as_bytes());
+    let key = |out: &mut Vec<u8>, key: &str| {
+        out.extend(b",\"");
+        out.extend(key.as_bytes());
+        out.extend(b"\":");
+    };
+    let by = match what {
+        What::Given { by, given } => {
+            match given {
+                Given::Bytes(bytes) => {
+                    key(out, "in");
+                    text::put(out, bytes);
+                }
+                Given::Signal { name, value } => {
+                    key(out, "signal");
+                    put_json(out, name);
+                    key(out, "value");
+                    out.extend(value.to_string().as_bytes());
+                }
+                Given::Power(on) => {
+                    key(out, "power");
+                    put_json(out, on);
+                }
+                Given::Wait => {
+                    key(out, "wait");
+                    put_json(out, &true);
+                }
+            }
+            Some(by)
+        }
+        What::Sent(bytes) => {
+            key(out, "out");
+            text::put(out, bytes);
+            None
+        }
+        What::State { by, state } => {
+            key(out, "state");
+            put_json(out, state);
+            by.as_ref()
+        }
+        What::News(news) => {
+            key(out, "news");
+            put_json(out, news);
+            None
+        }
+        What::Mark(mark) => {
+            key(out, "mark");
+            put_json(out, mark);
+            None
+        }
+        What::End(why) => {
+            key(out, "end");
+            put_json(out, why);
+            None
+        }
+    };
+    if let Some(by) = by {
+        key(out, "by");
+        put_json(out, &**by);
+    }
+    out.extend(b"}\n");
+}
+
+fn put_json<T: Serialize + ?Sized>(out: &mut Vec<u8>, value: &T) {
+    // Strings, numbers and values can always be written.
+    out.extend(serde_json::to_vec(value).unwrap_or_default());
+}

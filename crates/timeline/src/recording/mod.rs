@@ -1,0 +1,39 @@
+//! Recordings: what happened to a controller, written down line by line, and played again.
+//!
+//! A recording is text, one JSON object a line: a [`Head`] that says of what controller it is, and
+//! then an [`Entry`] for each thing that went in or came out, at its exact time. It is all that is
+//! needed to do everything again: a device that is put into the recorded state and is given the
+//! recorded inputs at their times says the recorded bytes.
+//!
+//! ```
+//! use vimc4_timeline::recording::{Given, Recording, What};
+//!
+//! let text = concat!(
+//!     r#"{"recording":1,"program":"vimc4","family":"isel","model":{},"machine":{},"clock":"real","line":"ideal","from":"serve"}"#, "\n",
+//!     r#"{"at":0,"in":"@07\r","by":"tcp: 127.0.0.1:40000"}"#, "\n",
+//!     r#"{"at":0,"out":"0"}"#, "\n",
+//! );
+//! let recording = Recording::read(text.as_bytes())?;
+//! let What::Given { given: Given::Bytes(bytes), .. } = &recording.entries[0].what else { panic!() };
+//! assert_eq!(&bytes[..], b"@07\r");
+//!
+//! // What is written is what was read.
+//! assert_eq!(recording.write(), text.as_bytes());
+//! # Ok::<(), vimc4_timeline::recording::ReadError>(())
+//! ```
+
+mod compare;
+mod entry;
+mod play;
+mod read;
+mod shorten;
+mod text;
+
+pub use compare::{
+    Difference, Divergence, FieldDifference, Said, SaidDifference, Side, Tolerance, alike, check,
+    first_field, given_apart, part, said_apart,
+};
+pub use entry::{Entry, Given, Head, LineSort, VERSION, What};
+pub use play::{Player, StateError, Told, exchange};
+pub use read::{ReadError, Recording};
+pub use shorten::{cut, minimise, rerecord};

@@ -1,0 +1,189 @@
+//! Playing what was recorded into a device.
+
+use std::collections::VecDeque;
+
+use serde_json::Value;
+use thiserror::Error;
+use vimc4_device::{
+    CommandNumber, Device, Event, Harness, Input, Kinds, Output, OwnedInput, Time, TimedInput,
+};
+
+use super::entry::{Entry, Given, What};
+
+/// So many events are remembered, for whoever asks what led to something.
+const REMEMBERED: usize = 12;
+
+/// A device into which a recording is played, line by line.
+#[derive(Debug)]
+pub struct Player<D: Device> {
+    harness: Harness<D>,
+    /// Whether it has been put into the state in which the recording begins.
+    begun: bool,
+    said: VecDeque<(Time, u8)>,
+    told: VecDeque<Told>,
+    remembered: usize,
+    /// Signals that the device does not have.
+    unknown: Vec<String>,
+}
+
+/// Something that happened inside the device, and what it means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Told {
+    /// When.
+    pub at: Time,
+    /// The command that it belongs to.
+    pub command: Option<CommandNumber>,
+    /// What.
+    pub event: Event,
+    /// What people call a command; empty for anything else.
+    pub means: String,
+}
+
+/// A recorded state that is none of the device's.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("line {line}: it is no state of this controller: {why}")]
+pub struct StateError {
+    /// The line, from 1.
+    pub line: u32,
+    /// Why not.
+    pub why: String,
+}
+
+impl<D: Device> Player<D> {
+    /// Plays into a device.
+    pub fn new(device: D) -> Player<D> {
+        let wanted = Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::SIGNAL).and(Kinds::WARNING);
+        let harness = Harness::new(device).watching(wanted);
+        let (said, told, unknown) = (VecDeque::new(), VecDeque::new(), Vec::new());
+        Player { harness, begun: false, said, told, remembered: REMEMBERED, unknown }
+    }
+
+    /// Remembers so many of the things that happen, instead of a dozen.
+    #[must_use]
+    pub fn remembering(self, remembered: usize) -> Player<D> {
+        Player { remembered, ..self }
+    }
+
+    /// The device, to be looked at.
+    pub fn device(&self) -> &D {
+        self.harness.device()
+    }
+
+    /// Whether it has been put into the state in which the recording begins.
+    pub fn has_begun(&self) -> bool {
+        self.begun
+    }
+
+    /// Puts the device into a state.
+    pub fn restore(&mut self, state: D::State) {
+        self.begun = true;
+        self.harness.restore(state);
+        self.take();
+    }
+
+    /// Does what a line says was done, when the time for it has come. The first state is where it
+    /// begins. What came out, and
+    /// a state to compare, only let time pass up to then.
+    ///
+    /// # Errors
+    ///
+    /// If `state` cannot read the first state, or one that somebody has put the controller into.
+    pub fn play(
+        &mut self,
+        entry: &Entry,
+        state: &dyn Fn(&Value) -> Result<D::State, String>,
+    ) -> Result<(), StateError> {
+        let first = !self.begun && matches!(entry.what, What::State { .. });
+        // What is told about clients has the time of the clock, of which the device may not know yet.
+        if !first && !matches!(entry.what, What::News(_) | What::Mark(_)) {
+            self.run_to(entry.at);
+        }
+        match &entry.what {
+            What::Given { given, .. } => {
+                if let Some(input) = self.input(given) {
+                    self.harness.play(&TimedInput { at: entry.at, input });
+                }
+            }
+            What::State { by, state: written } if first || by.is_some() => {
+                let state = state(written).map_err(|why| StateError { line: entry.line, why })?;
+                self.restore(state);
+            }
+            _ => {}
+        }
+        self.take();
+        Ok(())
+    }
+
+    /// Lets time pass, with everything that happens.
+    pub fn run_to(&mut self, at: Time) {
+        self.harness.run_to(at);
+        self.take();
+    }
+
+    /// What has come out, byte by byte, and was not taken.
+    pub fn said(&mut self) -> &mut VecDeque<(Time, u8)> {
+        &mut self.said
+    }
+
+    /// What happened last, oldest first.
+    pub fn told(&self) -> impl Iterator<Item = &Told> {
+        self.told.iter()
+    }
+
+    /// The signals that were set and that the device does not have.
+    pub fn unknown(&self) -> &[String] {
+        &self.unknown
+    }
+
+    fn input(&mut self, given: &Given) -> Option<OwnedInput> {
+        Some(match given {
+            Given::Bytes(bytes) => OwnedInput::Bytes(bytes.clone()),
+            Given::Power(on) => OwnedInput::Power(*on),
+            Given::Wait => Input::Wake.into(),
+            Given::Signal { name, value } => {
+                let signals = self.harness.device().signals();
+                let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
+                    if !self.unknown.contains(name) {
+                        self.unknown.push(name.clone());
+                    }
+                    return None;
+                };
+                OwnedInput::Signal(signal.id, *value)
+            }
+        })
+    }
+
+    fn take(&mut self) {
+        while let Some(output) = self.harness.take_output() {
+            match output {
+                Output::Bytes(at, bytes) => self.said.extend(bytes.iter().map(|byte| (at, *byte))),
+                Output::Flash(..) => {}
+                Output::Event(stamp, event) => {
+                    let means = match &event {
+                        Event::Command { bytes, .. } => self.harness.device().explain(bytes),
+                        _ => String::new(),
+                    };
+                    if self.told.len() >= self.remembered {
+                        self.told.pop_front();
+                    }
+                    let (at, command) = (stamp.at, stamp.command);
+                    self.told.push_back(Told { at, command, event, means });
+                }
+            }
+        }
+    }
+}
+
+/// Puts `new` wherever `old` stands in a state that is written down, so that a controller that was
+/// recorded goes on as another one: its model and its machine stand in its state whole.
+pub fn exchange(state: &mut Value, old: &Value, new: &Value) {
+    if state == old {
+        state.clone_from(new);
+        return;
+    }
+    match state {
+        Value::Object(fields) => fields.values_mut().for_each(|field| exchange(field, old, new)),
+        Value::Array(items) => items.iter_mut().for_each(|item| exchange(item, old, new)),
+        _ => {}
+    }
+}

@@ -1,0 +1,526 @@
+//! The file into which a running controller is recorded.
+//!
+//! What has happened is with the operating system before the answer to it leaves: the task that
+//! runs the controller writes it itself, once for each answer. A thread for it would have to be
+//! waited for just the same, and costs more than the writing. So nothing that a client has seen is
+//! lost when the program is killed, and where the disk is slower than the line the controller
+//! waits for it.
+//!
+//! A recording that is to be compressed is plain text as long as it grows, for the same reason, and
+//! is compressed when it is finished.
+
+use std::ffi::OsString;
+use std::fmt;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde_json::Value;
+use thiserror::Error;
+use vimc4_catalogue::{Machine, Model};
+use vimc4_device::{OwnedInput, SignalId, Time};
+use vimc4_host::{News, Report, Sink, Source, Wants};
+use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
+
+/// A recording cannot be begun.
+#[derive(Debug, Error)]
+#[error("cannot write the recording {path}: {source}; {help}", path = .path.display())]
+pub struct RecordingError {
+    /// The file.
+    pub path: PathBuf,
+    /// What the operating system says.
+    pub source: io::Error,
+    /// What would be right.
+    pub help: &'static str,
+}
+
+/// Who is told, in a sentence, when a recording cannot be written any more.
+pub type Trouble = Box<dyn FnMut(&str) + Send>;
+
+/// How a file is compressed, by the end of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Packing {
+    None,
+    Gzip,
+    Zstd,
+}
+
+/// A recording that is being written.
+#[derive(Clone)]
+pub struct RecordingFile(Arc<Mutex<Sheet>>);
+
+/// The file that is written, and what is still to be written to it.
+struct Sheet {
+    /// The name that was asked for.
+    name: PathBuf,
+    packing: Packing,
+    /// The file that is written now; `None` once nothing more can be.
+    file: Option<File>,
+    path: PathBuf,
+    head: Head,
+    /// How many bytes a file has at most, about.
+    size: u64,
+    written: u64,
+    lines: Vec<u8>,
+    /// The signals of the controller by their numbers.
+    signals: Vec<(SignalId, String)>,
+    /// Who has done something last, in words.
+    by: Option<(Source, Arc<str>)>,
+    /// The controller has told its end.
+    ends: bool,
+    tell: Trouble,
+    packers: Vec<JoinHandle<()>>,
+    /// Every file so far, as it is called in the end.
+    files: Vec<PathBuf>,
+}
+
+/// What a recording says of the controller.
+pub(crate) struct About<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) machine: &'a Machine,
+    pub(crate) clock: String,
+    pub(crate) paced: bool,
+    pub(crate) controller: String,
+}
+
+/// Where a recording is written, and how.
+pub(crate) struct Order {
+    pub(crate) path: PathBuf,
+    pub(crate) size: Option<u64>,
+    pub(crate) from: String,
+    pub(crate) tell: Trouble,
+}
+
+/// The head of a recording that this program writes.
+///
+/// `from` is who records, and `clock` how time passes there.
+#[must_use]
+pub fn recording_head(model: &Model, machine: &Machine, clock: &str, from: &str) -> Head {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).ok();
+    // Profiles can always be written.
+    Head {
+        recording: VERSION,
+        program: concat!("vimc4 ", env!("CARGO_PKG_VERSION")).to_owned(),
+        family: model.family().name().to_owned(),
+        model: serde_json::to_value(model).unwrap_or_default(),
+        machine: serde_json::to_value(machine).unwrap_or_default(),
+        clock: clock.to_owned(),
+        line: LineSort::Ideal,
+        seed: None,
+        from: from.to_owned(),
+        controller: String::new(),
+        part: 1,
+        began: now.map(|now| now.as_secs()),
+    }
+}
+
+impl RecordingFile {
+    /// Begins a recording. A file that is there is left as it is.
+    pub(crate) fn begin(
+        order: Order,
+        about: &About<'_>,
+        signals: Vec<(SignalId, String)>,
+    ) -> Result<RecordingFile, RecordingError> {
+        let mut head = recording_head(about.model, about.machine, &about.clock, &order.from);
+        head.line = if about.paced { LineSort::Paced } else { LineSort::Ideal };
+        head.controller.clone_from(&about.controller);
+        RecordingFile::create(&order.path, head, order.size, signals, order.tell)
+    }
+
+    /// Begins a recording of whatever has this head. A file that is there is left as it is. With a
+    /// `size` in bytes a new file is begun when one has more. `tell` is told, in a sentence, if it
+    /// cannot be written any more.
+    ///
+    /// # Errors
+    ///
+    /// If there is such a file, or it cannot be created.
+    pub fn create(
+        path: &Path,
+        head: Head,
+        size: Option<u64>,
+        signals: Vec<(SignalId, String)>,
+        tell: Trouble,
+    ) -> Result<RecordingFile, RecordingError> {
+        let mut sheet = Sheet {
+            name: path.to_owned(),
+            packing: Packing::of(path),
+            file: None,
+            path: PathBuf::new(),
+            head,
+            size: size.unwrap_or(u64::MAX),
+            written: 0,
+            lines: Vec::new(),
+            signals,
+            by: None,
+            ends: false,
+            tell,
+            packers: Vec::new(),
+            files: Vec::new(),
+        };
+        sheet.open()?;
+        Ok(RecordingFile(Arc::new(Mutex::new(sheet))))
+    }
+
+    /// What is written is whole at any time, so a panic elsewhere is no reason to stop.
+    fn sheet(&self) -> MutexGuard<'_, Sheet> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a line, which is with the operating system when this returns.
+    pub fn add(&self, entry: &Entry) {
+        let mut sheet = self.sheet();
+        entry.put(&mut sheet.lines);
+        sheet.write();
+    }
+
+    /// Whether lines can still be added.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        self.sheet().file.is_some()
+    }
+
+    /// Closes it, and compresses it if its name says so. Returns every file of it.
+    pub fn finish(&self) -> Vec<PathBuf> {
+        let packers = self.sheet().close();
+        for packer in packers {
+            // A panic in it has been printed already.
+            let _ = packer.join();
+        }
+        self.sheet().files.clone()
+    }
+
+    /// Closes it and removes every file of it.
+    pub fn discard(&self) {
+        self.sheet().packing = Packing::None;
+        for file in self.finish() {
+            let _ = fs::remove_file(file);
+        }
+    }
+}
+
+impl fmt::Debug for RecordingFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RecordingFile").field("name", &self.sheet().name).finish_non_exhaustive()
+    }
+}
+
+impl Sheet {
+    /// Begins the file of the present part.
+    fn open(&mut self) -> Result<(), RecordingError> {
+        let packed = part(&self.name, self.head.part);
+        let plain = self.packing.plain(&packed);
+        let failed = |path: &Path, source: io::Error| {
+            let help = match source.kind() {
+                io::ErrorKind::AlreadyExists => "no recording is overwritten: name another file",
+                _ => "name a file in a folder that can be written to",
+            };
+            RecordingError { path: path.to_owned(), source, help }
+        };
+        if plain != packed && packed.exists() {
+            return Err(failed(&packed, io::Error::from(io::ErrorKind::AlreadyExists)));
+        }
+        let file = OpenOptions::new().append(true).create_new(true).open(&plain);
+        self.file = Some(file.map_err(|error| failed(&plain, error))?);
+        self.written = 0;
+        self.files.push(plain.clone());
+        self.path = plain;
+        self.head.put(&mut self.lines);
+        self.write();
+        Ok(())
+    }
+
+    fn put(&mut self, at: Time, what: What) {
+        if self.file.is_some() {
+            Entry::new(at, what).put(&mut self.lines);
+        }
+    }
+
+    /// Gives the operating system what is to be written. If it does not take it, the recording ends
+    /// with its last whole line.
+    fn write(&mut self) {
+        let Some(file) = &mut self.file else { return self.lines.clear() };
+        match file.write_all(&self.lines) {
+            Ok(()) => self.written += self.lines.len() as u64,
+            Err(error) => {
+                // Half a line would be left out by its reader anyway.
+                let _ = file.set_len(self.written);
+                self.file = None;
+                let path = self.path.display();
+                (self.tell)(&format!(
+                    "cannot go on with the recording {path}: {error}; it is whole up to here, and \
+                     everything else goes on"
+                ));
+            }
+        }
+        self.lines.clear();
+    }
+
+    /// Goes on in the next file, which plays by itself.
+    fn turn(&mut self, at: Time, state: &Value) {
+        self.put(at, What::State { by: None, state: state.clone() });
+        self.head.part += 1;
+        let next = part(&self.name, self.head.part);
+        let name = next.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.put(at, What::End(format!("it goes on in {name}")));
+        self.write();
+        if self.file.is_none() {
+            return;
+        }
+        self.pack();
+        match self.open() {
+            Ok(()) => self.put(at, What::State { by: None, state: state.clone() }),
+            Err(error) => (self.tell)(&error.to_string()),
+        }
+        self.write();
+    }
+
+    /// Closes the present file, and has it compressed.
+    fn pack(&mut self) {
+        self.file = None;
+        let (plain, packing) = (self.path.clone(), self.packing);
+        let Some(packed) = packing.packed(&plain) else { return };
+        let Some(last) = self.files.last_mut().filter(|last| **last == plain) else { return };
+        last.clone_from(&packed);
+        let pack = move || {
+            if let Err(error) = packing.pack(&plain, &packed) {
+                let _ = writeln!(
+                    io::stderr(),
+                    "cannot compress the recording {}: {error}; it is as it was",
+                    plain.display()
+                );
+            }
+        };
+        match thread::Builder::new().name("recording".to_owned()).spawn(pack.clone()) {
+            Ok(packer) => self.packers.push(packer),
+            Err(_) => pack(),
+        }
+    }
+
+    fn close(&mut self) -> Vec<JoinHandle<()>> {
+        if self.file.is_some() {
+            self.write();
+        }
+        if !self.path.as_os_str().is_empty() {
+            self.pack();
+            self.path = PathBuf::new();
+        }
+        std::mem::take(&mut self.packers)
+    }
+
+    fn by(&mut self, source: &Source) -> Arc<str> {
+        if let Some((known, by)) = &self.by
+            && known == source
+        {
+            return Arc::clone(by);
+        }
+        let by: Arc<str> = Arc::from(source.to_string());
+        self.by = Some((source.clone(), Arc::clone(&by)));
+        by
+    }
+
+    fn report(&mut self, report: &Report) {
+        use vimc4_host::What as Told;
+        let at = report.at;
+        match &report.what {
+            Told::Input { by, input } => {
+                let by = self.by(by);
+                let given = match input {
+                    OwnedInput::Bytes(bytes) => Given::Bytes(bytes.clone()),
+                    OwnedInput::Signal(id, value) => {
+                        let known = self.signals.iter().find(|(known, _)| known == id);
+                        let name = known.map_or_else(String::new, |(_, name)| name.clone());
+                        Given::Signal { name, value: *value }
+                    }
+                    OwnedInput::Power(on) => Given::Power(*on),
+                    OwnedInput::Wake => Given::Wait,
+                };
+                self.put(at, What::Given { by, given });
+            }
+            Told::Sent { bytes } => {
+                self.put(at, What::Sent(bytes.clone()));
+                // It leaves when this returns.
+                self.write();
+            }
+            Told::State { by, state } => {
+                let by = by.as_ref().map(|by| self.by(by));
+                self.put(at, What::State { by, state: state.clone() });
+                self.write();
+            }
+            Told::News(News::Ends) => self.ends = true,
+            // What was done follows, with who has done it.
+            Told::News(News::Deed { .. } | News::NoEffect { .. }) => {}
+            Told::News(news) => {
+                // News can always be written.
+                self.put(at, What::News(serde_json::to_value(news).unwrap_or_default()));
+            }
+            _ => {}
+        }
+    }
+
+    fn settled(&mut self, at: Time, state: &dyn Fn() -> Value) {
+        if self.ends {
+            self.put(at, What::State { by: None, state: state() });
+            self.put(at, What::End("the controller has ended".to_owned()));
+            self.write();
+            self.file = None;
+        } else if !self.lines.is_empty() {
+            self.write();
+        }
+        if self.written >= self.size && self.file.is_some() {
+            self.turn(at, &state());
+        }
+    }
+}
+
+/// The sink that writes.
+#[derive(Debug)]
+pub(crate) struct Recorder(pub(crate) RecordingFile);
+
+impl Sink for Recorder {
+    fn wants(&self) -> Wants {
+        Wants { inputs: true, sent: true, ..Wants::default() }
+    }
+
+    fn report(&mut self, report: &Report, _explain: &dyn Fn(&[u8]) -> String) {
+        self.0.sheet().report(report);
+    }
+
+    fn settled(&mut self, at: Time, state: &dyn Fn() -> Value) {
+        self.0.sheet().settled(at, state);
+    }
+
+    fn has_enough(&self) -> bool {
+        !self.0.is_open()
+    }
+}
+
+/// `name.jsonl` is followed by `name.2.jsonl`, `name.jsonl.gz` by `name.2.jsonl.gz`.
+fn part(name: &Path, number: u32) -> PathBuf {
+    if number == 1 {
+        return name.to_owned();
+    }
+    let file = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    // A name that begins with a point has no ending.
+    let dot = file.char_indices().skip(1).find(|(_, c)| *c == '.').map_or(file.len(), |(at, _)| at);
+    let (stem, rest) = file.split_at(dot);
+    name.with_file_name(format!("{stem}.{number}{rest}"))
+}
+
+impl Packing {
+    fn of(path: &Path) -> Packing {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("gz") => Packing::Gzip,
+            Some("zst") => Packing::Zstd,
+            _ => Packing::None,
+        }
+    }
+
+    /// What a file is called while it is plain text.
+    fn plain(self, packed: &Path) -> PathBuf {
+        match self {
+            Packing::None => packed.to_owned(),
+            Packing::Gzip | Packing::Zstd => packed.with_extension(""),
+        }
+    }
+
+    /// What it is called when it is compressed.
+    fn packed(self, plain: &Path) -> Option<PathBuf> {
+        let ending = match self {
+            Packing::None => return None,
+            Packing::Gzip => ".gz",
+            Packing::Zstd => ".zst",
+        };
+        let mut name: OsString = plain.as_os_str().to_owned();
+        name.push(ending);
+        Some(PathBuf::from(name))
+    }
+
+    /// Compresses a file and removes it when all of it is in the other.
+    fn pack(self, plain: &Path, packed: &Path) -> io::Result<()> {
+        let from = BufReader::with_capacity(1 << 16, File::open(plain)?);
+        let to = OpenOptions::new().write(true).create_new(true).open(packed)?;
+        let done = self.compress(from, &to).and_then(|()| to.sync_all());
+        match done {
+            Ok(()) => fs::remove_file(plain),
+            Err(error) => {
+                let _ = fs::remove_file(packed);
+                Err(error)
+            }
+        }
+    }
+
+    fn compress(self, mut from: impl io::Read, mut to: &File) -> io::Result<()> {
+        match self {
+            Packing::None => io::copy(&mut from, &mut to).map(drop),
+            Packing::Gzip => {
+                let mut packer = flate2::write::GzEncoder::new(to, flate2::Compression::default());
+                io::copy(&mut from, &mut packer)?;
+                packer.finish().map(drop)
+            }
+            Packing::Zstd => {
+                let mut to = io::BufWriter::with_capacity(1 << 16, to);
+                let level = ruzstd::encoding::CompressionLevel::Fastest;
+                ruzstd::encoding::compress(from, &mut to, level);
+                to.flush()
+            }
+        }
+    }
+}
+
+/// The text of a recording, compressed or not, as its first bytes say.
+///
+/// # Errors
+///
+/// If the file cannot be read, or what is compressed in it is broken.
+pub fn unpack(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
+    use std::io::Read;
+    let mut text = Vec::new();
+    if bytes.starts_with(&[0x1F, 0x8B]) {
+        flate2::read::MultiGzDecoder::new(&*bytes).read_to_end(&mut text)?;
+    } else if bytes.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]) {
+        let mut from = &*bytes;
+        let mut decoder =
+            ruzstd::decoding::StreamingDecoder::new(&mut from).map_err(io::Error::other)?;
+        decoder.read_to_end(&mut text)?;
+    } else {
+        return Ok(bytes);
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_have_their_number_before_the_ending() {
+        let name = |name: &str, number| part(Path::new(name), number).display().to_string();
+        assert_eq!(name("a/rec.jsonl", 1), "a/rec.jsonl");
+        assert_eq!(name("a.b/rec.jsonl", 2), "a.b/rec.2.jsonl");
+        assert_eq!(name("rec.jsonl.gz", 12), "rec.12.jsonl.gz");
+        assert_eq!(name("rec", 2), "rec.2");
+        assert_eq!(name(".rec", 2), ".rec.2");
+    }
+
+    #[test]
+    fn what_is_compressed_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = folder.path().join("rec.jsonl");
+        let text = "{\"at\":1,\"in\":\"@0P\\r\"}\n".repeat(20_000);
+        for packing in [Packing::Gzip, Packing::Zstd] {
+            fs::write(&plain, &text).unwrap();
+            let packed = packing.packed(&plain).unwrap();
+            assert_eq!(Packing::of(&packed), packing);
+            assert_eq!(packing.plain(&packed), plain);
+            packing.pack(&plain, &packed).unwrap();
+            assert!(!plain.exists());
+            let bytes = fs::read(&packed).unwrap();
+            assert!(bytes.len() < text.len() / 20, "{}", bytes.len());
+            assert_eq!(unpack(bytes).unwrap(), text.as_bytes());
+        }
+        assert_eq!(unpack(text.clone().into_bytes()).unwrap(), text.as_bytes());
+    }
+}

@@ -1,0 +1,220 @@
+//! The controllers into which recordings are played: the recorded one, and others.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+use vimc4_catalogue::{Controller, Machine, Model, State, profile_text};
+use vimc4_device::{Device, Line, LineState};
+use vimc4_timeline::recording::{Head, LineSort, Player, exchange};
+
+use crate::completions;
+use crate::failure::Failure;
+
+/// A controller at its line.
+pub(super) type Device_ = Line<Controller>;
+
+/// Another controller than the recorded one.
+#[derive(clap::Args)]
+pub(super) struct Other {
+    /// Play it into this model: a name from `vimc4 models`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", add = completions::models())]
+    model: Option<String>,
+    /// Play it on this machine: a name from `vimc4 machines`, or a profile file
+    #[arg(long, value_name = "NAME|FILE", add = completions::machines())]
+    machine: Option<String>,
+    /// Play it with another value of a quirk of the model's profile, as in stop_reply=STOP; also
+    /// several times
+    #[arg(long, value_name = "NAME=VALUE")]
+    quirk: Vec<String>,
+}
+
+/// A controller that can be made again and again, with its profiles as they are written down.
+#[derive(Clone)]
+pub(super) struct Site {
+    pub(super) model: Model,
+    pub(super) machine: Arc<Machine>,
+    line: LineSort,
+    profiles: [Value; 2],
+    /// Those of the recording.
+    recorded: [Value; 2],
+}
+
+impl Site {
+    /// The controller of a recording.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with its head, as a sentence.
+    pub(super) fn recorded(head: &Head) -> Result<Site, String> {
+        let model = model(&head.model)?;
+        if model.family().name() != head.family {
+            return Err(format!(
+                "line 1: its family is {}, and its model is of {}",
+                head.family,
+                model.family().name()
+            ));
+        }
+        let machine = machine(&head.machine)?;
+        let profiles = [head.model.clone(), head.machine.clone()];
+        Ok(Site { model, machine, line: head.line, recorded: profiles.clone(), profiles })
+    }
+
+    /// The same with other profiles.
+    pub(super) fn other(&self, other: &Other) -> Result<Site, Failure> {
+        let mut site = self.clone();
+        if let Some(name) = &other.model {
+            site.model = vimc4::model(name)?;
+            site.profiles[0] = written(&site.model);
+        }
+        if let Some(name) = &other.machine {
+            site.machine = vimc4::machine(name)?;
+            site.profiles[1] = written(&*site.machine);
+        }
+        for quirk in &other.quirk {
+            let (name, value) = quirk.split_once('=').ok_or_else(|| {
+                Failure::usage(format!("`{quirk}` is no quirk; write NAME=VALUE"))
+            })?;
+            site = site.with_quirk(name.trim(), value.trim()).map_err(Failure::usage)?;
+        }
+        Ok(site)
+    }
+
+    /// The same with another value of a quirk.
+    pub(super) fn with_quirk(&self, name: &str, value: &str) -> Result<Site, String> {
+        let quirks = vimc4_catalogue::quirks(&self.model);
+        let Some((_, values)) = quirks.iter().find(|(known, _)| *known == name) else {
+            let known: Vec<&str> = quirks.iter().map(|(name, _)| *name).collect();
+            return Err(format!(
+                "{} has no quirk {name}; it has {}",
+                self.model.name(),
+                known.join(", ")
+            ));
+        };
+        let plain = |text: &str| text.trim_matches('"').to_owned();
+        let Some(text) = values.iter().find(|known| plain(known) == plain(value)) else {
+            let values: Vec<String> = values.iter().map(|value| plain(value)).collect();
+            return Err(format!("{name} cannot be {value}; it is {}", values.join(" or ")));
+        };
+        let mut site = self.clone();
+        // What a quirk can be is written as in TOML, which is as in JSON for these.
+        let value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if let Some(place) = site.profiles[0].pointer_mut(&format!("/quirks/{name}")) {
+            *place = value;
+        }
+        site.model = model(&site.profiles[0])?;
+        Ok(site)
+    }
+
+    /// Whether it is the recorded one.
+    pub(super) fn is_recorded(&self) -> bool {
+        self.profiles == self.recorded
+    }
+
+    /// What stands for each other in their states.
+    pub(super) fn aside(&self) -> Vec<(Value, Value)> {
+        let pairs = self.recorded.iter().cloned().zip(self.profiles.iter().cloned());
+        pairs.filter(|(one, other)| one != other).collect()
+    }
+
+    /// A controller into which the recording is played.
+    pub(super) fn player(&self) -> Result<Player<Device_>, Failure> {
+        Ok(Player::new(self.device(&self.model, &self.machine, b"").map_err(Failure::midway)?))
+    }
+
+    fn device(
+        &self,
+        model: &Model,
+        machine: &Arc<Machine>,
+        flash: &[u8],
+    ) -> Result<Device_, String> {
+        let controller = Controller::new(model, Arc::clone(machine), flash);
+        let controller = controller.map_err(|error| error.to_string())?;
+        Ok(match self.line {
+            LineSort::Ideal => Line::ideal(controller),
+            LineSort::Paced => Line::paced(controller),
+        })
+    }
+
+    /// A recorded state, as one of this controller: one that has just been switched on is just
+    /// switched on here too, and has the profiles of this one else.
+    pub(super) fn read(&self, written: &Value) -> Result<LineState<State>, String> {
+        if !self.recorded.iter().all(|profile| contains(written, profile)) {
+            return Err("its model and machine are not those of the first line".to_owned());
+        }
+        let state: LineState<State> =
+            serde_json::from_value(written.clone()).map_err(|error| error.to_string())?;
+        if self.is_recorded() {
+            return Ok(state);
+        }
+        let [recorded_model, recorded_machine] = &self.recorded;
+        let recorded = Site::of(recorded_model, recorded_machine, self.line)?;
+        let mut device = recorded.device(&recorded.model, &recorded.machine, b"")?;
+        device.restore(state.clone());
+        let image = device.flash_image();
+        let fresh = recorded.device(&recorded.model, &recorded.machine, &image);
+        if fresh.is_ok_and(|fresh| fresh.state() == state) {
+            let own = self.device(&self.model, &self.machine, &image);
+            // Another family keeps nothing that this one could read.
+            let own = own.or_else(|_| self.device(&self.model, &self.machine, b""))?;
+            return Ok(own.state());
+        }
+        if self.model.family() != recorded.model.family() {
+            return Err(format!(
+                "it begins in the middle of things, which only a controller of {} can go on with",
+                recorded.model.family()
+            ));
+        }
+        let mut written = written.clone();
+        for (old, new) in self.recorded.iter().zip(&self.profiles) {
+            exchange(&mut written, old, new);
+        }
+        serde_json::from_value(written).map_err(|error| error.to_string())
+    }
+
+    fn of(model: &Value, machine: &Value, line: LineSort) -> Result<Site, String> {
+        let profiles = [model.clone(), machine.clone()];
+        Ok(Site {
+            model: self::model(model)?,
+            machine: self::machine(machine)?,
+            line,
+            recorded: profiles.clone(),
+            profiles,
+        })
+    }
+}
+
+fn model(profile: &Value) -> Result<Model, String> {
+    let model = profile_text(&stated(profile)).and_then(|text| Model::from_toml(&text));
+    model.map_err(|error| format!("line 1: the model: {error}"))
+}
+
+fn machine(profile: &Value) -> Result<Arc<Machine>, String> {
+    let machine = profile_text(&stated(profile)).and_then(|text| Machine::from_toml(&text));
+    machine.map(Arc::new).map_err(|error| format!("line 1: the machine: {error}"))
+}
+
+/// What a profile states: TOML has no word for what is not there.
+fn stated(profile: &Value) -> Value {
+    match profile {
+        Value::Object(fields) => {
+            let stated = fields.iter().filter(|(_, value)| !value.is_null());
+            stated.map(|(key, value)| (key.clone(), self::stated(value))).collect()
+        }
+        Value::Array(items) => items.iter().map(stated).collect(),
+        other => other.clone(),
+    }
+}
+
+fn written(profile: &impl serde::Serialize) -> Value {
+    // Every profile can be written down.
+    serde_json::to_value(profile).unwrap_or_default()
+}
+
+fn contains(value: &Value, part: &Value) -> bool {
+    value == part
+        || match value {
+            Value::Object(fields) => fields.values().any(|field| contains(field, part)),
+            Value::Array(items) => items.iter().any(|item| contains(item, part)),
+            _ => false,
+        }
+}

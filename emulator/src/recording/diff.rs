@@ -1,0 +1,114 @@
+//! `vimc4 diff`: where two recordings part.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use vimc4_device::escape;
+use vimc4_timeline::recording::{
+    Entry, Given, Recording, What, first_field, given_apart, part, said_apart,
+};
+
+use super::card::{card, said_card, seconds};
+use super::controller::Site;
+use super::file;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  vimc4 diff examples/limit.jsonl examples/limit.jsonl
+
+Says what of the profiles differs, the first input that differs, the first byte, and the first field of the
+state, with what led there on either side.
+
+Exit codes: 0 they are equal, 1 they differ, or one is wrong, 2 wrong usage.")]
+pub(crate) struct Arguments {
+    /// A recording
+    one: PathBuf,
+    /// Another one
+    other: PathBuf,
+}
+
+const NAMES: [&str; 2] = ["one", "other"];
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let one = file::read(&arguments.one)?;
+    let other = file::read(&arguments.other)?;
+    let mut text = String::new();
+    for (name, [a, b]) in [
+        ("model", [&one.head.model, &other.head.model]),
+        ("machine", [&one.head.machine, &other.head.machine]),
+    ] {
+        if let Some((field, a, b)) = first_field("", a, b) {
+            text += &format!("The profiles of the {name} differ, first in {field}: {a}, and {b}\n");
+        }
+    }
+    let given = given_apart(&one, &other);
+    if let Some(entries) = given {
+        text += "The first input that differs:\n";
+        for (name, entry) in NAMES.iter().zip(entries) {
+            text += &format!("  {name:<9} {}\n", entry.map_or("nothing".to_owned(), input));
+        }
+    }
+    let before = given.map_or(usize::MAX, |[entry, _]| {
+        let place = |entry: &Entry| one.entries.iter().position(|other| std::ptr::eq(other, entry));
+        entry.and_then(place).unwrap_or(usize::MAX)
+    });
+    // Up to there both get the same, so that what differs is the controllers' doing.
+    let mut same = one.clone();
+    same.entries.truncate(before);
+    let apart = futures(arguments, &same, &one, &other)?;
+    match (&apart, said_apart(&one, &other)) {
+        (Some(difference), _) if difference.said.is_some() => text += &card(difference, NAMES),
+        (difference, said) => {
+            text += &said.map_or_else(String::new, |said| said_card(&said, NAMES));
+            text += &difference.as_ref().map_or_else(String::new, |it| card(it, NAMES));
+        }
+    }
+    let equal = text.is_empty();
+    output::print(if equal { "equal\n" } else { &text })?;
+    Ok(if equal { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Where the two controllers part when they get the same.
+fn futures(
+    arguments: &Arguments,
+    same: &Recording,
+    one: &Recording,
+    other: &Recording,
+) -> Result<Option<vimc4_timeline::recording::Difference>, Failure> {
+    let site = |recording: &Recording, path: &PathBuf| {
+        Site::recorded(&recording.head).map_err(|error| file::unplayable(path, error))
+    };
+    let (here, there) = (site(one, &arguments.one)?, site(other, &arguments.other)?);
+    let aside = [
+        (one.head.model.clone(), other.head.model.clone()),
+        (one.head.machine.clone(), other.head.machine.clone()),
+    ];
+    let aside: Vec<_> = aside.into_iter().filter(|(one, other)| one != other).collect();
+    let first = other.first_state().cloned().unwrap_or_default();
+    let read = |written: &_| here.read(written);
+    // Each begins where it began, and goes wherever the one was put.
+    let begun = std::cell::Cell::new(false);
+    let read_other = |written: &_| match begun.replace(true) {
+        false => there.read(&first),
+        true => there.read(written),
+    };
+    let players = (here.player()?, there.player()?);
+    let played = part(same, players.0, players.1, &aside, [&read, &read_other]);
+    Ok(played.map_err(|error| file::unplayable(&arguments.one, error))?.difference)
+}
+
+fn input(entry: &Entry) -> String {
+    let what = match &entry.what {
+        What::Given { given: Given::Bytes(bytes), .. } => escape(bytes),
+        What::Given { given: Given::Signal { name, value }, .. } => format!("{name} = {value}"),
+        What::Given { given: Given::Power(on), .. } => {
+            format!("power {}", if *on { "on" } else { "off" })
+        }
+        What::Given { given: Given::Wait, .. } => "time passes".to_owned(),
+        _ => "it is put into a state".to_owned(),
+    };
+    format!("{}  {what}  (line {})", seconds(entry.at), entry.line)
+}

@@ -1,0 +1,165 @@
+//! `vimc4 cut` and `vimc4 minimise`: less of a recording.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use vimc4_catalogue::Handling;
+use vimc4_device::{Event, Time, escape};
+use vimc4_timeline::recording::{self, Recording, part, rerecord};
+
+use super::controller::{Other, Site};
+use super::file;
+use crate::failure::Failure;
+use crate::text;
+use crate::values::duration;
+
+#[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  vimc4 cut examples/limit.jsonl --from 7s --to 12.5s --out moment.jsonl
+
+What comes out plays by itself: it begins with the state that the controller was in then.
+
+Exit codes: 0 written, 1 the recording is wrong, 2 wrong usage.")]
+pub(crate) struct CutArguments {
+    /// The recording; `-` is standard input
+    file: PathBuf,
+    /// From this model time on; from the beginning if nothing is said
+    #[arg(long, value_name = "TIME", default_value = "0s", value_parser = duration)]
+    from: Duration,
+    /// Up to this model time; to the end if nothing is said
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    to: Option<Duration>,
+    /// Write it into this file, which must not be there yet, instead of to standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Find the shortest input of a recording that still shows a difference or an error
+
+With another controller (--quirk, --model, --machine) it is a difference of what that one and the recorded
+one say; else it is the last error reply of the recording, or the reply named with --shows. Lines are left out,
+half of them first and one by one in the end, as long as it still shows. Times stay as they are.",
+    after_long_help = "\
+Examples:
+  vimc4 minimise examples/limit.jsonl --out short.jsonl
+  vimc4 minimise examples/limit.jsonl --shows 2
+  vimc4 minimise examples/limit.jsonl --quirk lost_steps=false
+
+Exit codes: 0 written, 1 the recording shows nothing of the kind, or is wrong, 2 wrong usage."
+)]
+pub(crate) struct MinimiseArguments {
+    /// The recording; `-` is standard input
+    file: PathBuf,
+    #[command(flatten)]
+    other: Other,
+    /// The reply that is to stay, as it is printed elsewhere
+    #[arg(long, value_name = "REPLY")]
+    shows: Option<String>,
+    /// Write it into this file, which must not be there yet, instead of to standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
+    let recording = file::read(&arguments.file)?;
+    let unplayable = |error| file::unplayable(&arguments.file, error);
+    let site = Site::recorded(&recording.head)
+        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    let from = Time::ZERO + arguments.from;
+    let to = arguments.to.map_or(Time::NEVER, |to| Time::ZERO + to);
+    if to < from {
+        return Err(Failure::usage("--to is before --from; name a later time"));
+    }
+    let read = |written: &_| site.read(written);
+    let cut = recording::cut(&recording, site.player()?, from, to, &read).map_err(unplayable)?;
+    file::write(&cut, arguments.out.as_deref())
+}
+
+pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
+    let recording = file::read(&arguments.file)?;
+    let site = Site::recorded(&recording.head)
+        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    let other = site.other(&arguments.other)?;
+    let ends = Handling::of(&site.model).ends;
+    let name = text::name(&arguments.file);
+    let short = if other.is_recorded() {
+        let replies = replies(&recording, &site);
+        let wanted = match &arguments.shows {
+            Some(text) => replies.iter().find(|reply| escape(&reply.bytes) == *text),
+            None => replies.iter().rfind(|reply| reply.is_error),
+        };
+        let Some(wanted) = wanted else {
+            let what = match &arguments.shows {
+                Some(text) => format!("the reply {text}"),
+                None => "no error reply".to_owned(),
+            };
+            let not = if arguments.shows.is_some() { "does not show" } else { "shows" };
+            return Err(Failure::midway(format!(
+                "{name} {not} {what}; name another one with --shows, or a controller with --quirk, \
+                 --model or --machine"
+            )));
+        };
+        let shows = |short: &Recording| {
+            let found = self::replies(short, &site);
+            found
+                .iter()
+                .any(|reply| reply.bytes == wanted.bytes && reply.mnemonic == wanted.mnemonic)
+        };
+        recording::minimise(&recording, ends, shows)
+    } else {
+        let parts = |short: &Recording| {
+            let (Ok(one), Ok(two)) = (site.player(), other.player()) else { return false };
+            let (here, there) =
+                (|written: &_| site.read(written), |written: &_| other.read(written));
+            let played = part(short, one, two, &other.aside(), [&here, &there]);
+            played.is_ok_and(|played| played.difference.is_some_and(|found| found.said.is_some()))
+        };
+        if !parts(&recording) {
+            return Err(Failure::midway(format!(
+                "both controllers say the same to {name}; name one that says something else"
+            )));
+        }
+        recording::minimise(&recording, ends, parts)
+    };
+    let read = |written: &_| site.read(written);
+    let short = rerecord(&short, site.player()?, &read)
+        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    file::write(&short, arguments.out.as_deref())
+}
+
+/// A reply to a command.
+struct Reply {
+    mnemonic: String,
+    bytes: Vec<u8>,
+    is_error: bool,
+}
+
+/// What is answered when a recording is played.
+fn replies(recording: &Recording, site: &Site) -> Vec<Reply> {
+    let handling = Handling::of(&site.model);
+    let Ok(player) = site.player() else { return Vec::new() };
+    let mut player = player.remembering(usize::MAX);
+    for entry in &recording.entries {
+        if player.play(entry, &|written| site.read(written)).is_err() {
+            break;
+        }
+    }
+    let mut command: Vec<u8> = Vec::new();
+    let mut replies = Vec::new();
+    for told in player.told() {
+        match &told.event {
+            Event::Command { bytes, .. } => command = bytes.to_vec(),
+            Event::Answer { mnemonic, bytes, .. } => replies.push(Reply {
+                mnemonic: mnemonic.to_string(),
+                bytes: bytes.to_vec(),
+                is_error: handling.refusal(&command, bytes).is_some(),
+            }),
+            _ => {}
+        }
+    }
+    replies
+}

@@ -1,0 +1,170 @@
+//! `vimc4 replay`: a recording is played again, and compared.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use serde_json::json;
+use vimc4_timeline::recording::{Divergence, Recording, Tolerance, check, part};
+
+use super::card::{card, seconds};
+use super::controller::{Other, Site};
+use super::file;
+use crate::failure::Failure;
+use crate::output;
+use crate::text;
+use crate::values::duration;
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Play a recording again and compare every byte and time
+
+The recorded inputs go into the recorded controller, at full speed, in virtual time. It must say the
+recorded bytes at their times, to the nanosecond, and come to the recorded states. With another one
+(--quirk, --model, --machine) the same inputs go into that controller as well, and what is shown is where and how it parts
+from the recorded one. A recording of a real controller is compared within --tolerance, and what
+differs is reported with the quirk or model that would explain it.",
+    after_long_help = "\
+Examples:
+  vimc4 run examples/commands.txt --machine mill --record drill.jsonl
+  vimc4 replay drill.jsonl
+  vimc4 replay drill.jsonl --model imc-s8
+  vimc4 replay examples/limit.jsonl --quirk lost_steps=false
+
+docs/recordings.md has the format.
+
+Exit codes: 0 all is equal, 1 something differs, or the recording is wrong, 2 wrong usage."
+)]
+pub(crate) struct Arguments {
+    /// The recording; `-` is standard input
+    file: PathBuf,
+    #[command(flatten)]
+    other: Other,
+    /// How much earlier or later than recorded a byte of a real controller may come; never less than a
+    /// hundredth
+    #[arg(long, value_name = "DURATION", default_value = "50ms", value_parser = duration)]
+    tolerance: Duration,
+    /// Print one JSON object instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// The clock of what was heard on the line of a real controller.
+pub(super) const WALL: &str = "wall";
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let recording = file::read(&arguments.file)?;
+    let site = Site::recorded(&recording.head)
+        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    let other = site.other(&arguments.other)?;
+    let tolerance = match recording.head.clock.as_str() {
+        WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
+        _ => Tolerance::Exact,
+    };
+    let unplayable = |error| file::unplayable(&arguments.file, error);
+    let read = |written: &_| site.read(written);
+    // What a real controller has said is compared with whichever controller is named.
+    let played = if other.is_recorded() || recording.head.clock == WALL {
+        let read = |written: &_| other.read(written);
+        check(&recording, other.player()?, tolerance, &read)
+    } else {
+        let there = |written: &_| other.read(written);
+        let players = (site.player()?, other.player()?);
+        part(&recording, players.0, players.1, &other.aside(), [&read, &there])
+    };
+    let played = played.map_err(unplayable)?;
+    let causes = match played.difference.as_ref().is_some_and(|found| found.said.is_some()) {
+        true if other.is_recorded() => causes(&recording, &site, tolerance),
+        _ => Vec::new(),
+    };
+    report(arguments, &recording, &other, &played, &causes)?;
+    Ok(if played.difference.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// The quirks, and the models of the family, with which everything would be as recorded.
+fn causes(recording: &Recording, site: &Site, tolerance: Tolerance) -> Vec<String> {
+    let mut candidates: Vec<(String, Site)> = Vec::new();
+    for (quirk, values) in vimc4_catalogue::quirks(&site.model) {
+        for value in *values {
+            if let Ok(other) = site.with_quirk(quirk, value) {
+                candidates.push((format!("quirk {quirk} = {}", value.trim_matches('"')), other));
+            }
+        }
+    }
+    let explains = |(cause, other): (String, Site)| {
+        let read = |written: &_| other.read(written);
+        let player = other.player().ok().filter(|_| !other.is_recorded())?;
+        let played = check(recording, player, tolerance, &read).ok()?;
+        // Another profile is another state, so only what it says counts.
+        let said = played.difference.and_then(|difference| difference.said);
+        said.is_none().then_some(cause)
+    };
+    candidates.into_iter().filter_map(explains).collect()
+}
+
+fn report(
+    arguments: &Arguments,
+    recording: &Recording,
+    other: &Site,
+    played: &Divergence,
+    causes: &[String],
+) -> Result<(), Failure> {
+    let name = text::name(&arguments.file);
+    let exact = recording.head.clock != WALL;
+    if arguments.json {
+        let found = played.difference.as_ref();
+        let said = found.and_then(|found| found.said.as_ref());
+        let field = found.and_then(|found| found.field.as_ref());
+        let side = |said: Option<vimc4_timeline::recording::Said>| {
+            said.map(|said| json!({ "at": said.at, "byte": said.byte }))
+        };
+        let report = json!({
+            "recording": name,
+            "equal": found.is_none(),
+            "inputs": played.inputs,
+            "bytes": played.bytes,
+            "end": played.end,
+            "whole": recording.is_whole(),
+            "said": said.map(|said| json!({
+                "before": said.before, "line": said.line,
+                "one": side(said.one), "other": side(said.other),
+            })),
+            "field": field.map(|field| json!({
+                "at": field.at, "line": field.line, "field": field.field,
+                "one": field.one, "other": field.other,
+            })),
+            "explanations": causes,
+        });
+        return output::print(&format!("{report}\n"));
+    }
+    let mut said = String::new();
+    if let Some(line) = recording.torn {
+        said += &format!("Line {line} was torn off when it was written, and is left out.\n");
+    }
+    if !recording.is_whole() {
+        said += "It has no end: whoever wrote it was killed, or is still writing.\n";
+    }
+    let s = |count: u64, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+    let (inputs, bytes) = (s(played.inputs, "input"), s(played.bytes, "byte"));
+    match &played.difference {
+        None if exact => {
+            said += &format!(
+                "equal: {inputs} and {bytes} up to {}, each at its time, and every state\n",
+                seconds(played.end)
+            );
+        }
+        None => said += &format!("equal: {inputs} and {bytes}, each within the tolerance\n"),
+        Some(difference) => {
+            let names = match other.is_recorded() || !exact {
+                true => ["recorded", "played"],
+                false => ["recorded", "other"],
+            };
+            said += &card(difference, names);
+            for cause in causes {
+                said += &format!("{cause} would explain it\n");
+            }
+        }
+    }
+    output::print(&said)
+}

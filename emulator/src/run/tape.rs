@@ -1,0 +1,78 @@
+//! The recording of a run in virtual time.
+
+use std::collections::VecDeque;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use vimc4::RecordingFile;
+use vimc4_catalogue::{Controller, Machine, Model};
+use vimc4_device::{Device, Line, Output, OwnedInput, TimedInput};
+use vimc4_timeline::recording::{Entry, Given, What};
+
+use crate::failure::Failure;
+
+/// A file into which a run is recorded.
+pub(crate) struct Tape {
+    file: RecordingFile,
+    by: Arc<str>,
+}
+
+impl Tape {
+    /// Begins a recording in a file, which must not be there yet.
+    pub(crate) fn new(path: &Path, model: &Model, machine: &Machine) -> Result<Tape, Failure> {
+        let head = vimc4::recording_head(model, machine, "instant", "run");
+        let tell = |trouble: &str| drop(writeln!(io::stderr(), "{trouble}"));
+        let file = RecordingFile::create(path, head, None, Vec::new(), Box::new(tell));
+        Ok(Tape { file: file.map_err(Failure::usage)?, by: Arc::from("run") })
+    }
+
+    pub(super) fn begin(&self, device: &Controller) {
+        self.state(device);
+    }
+
+    /// Takes note of what has gone in and come out, in the order of its times.
+    pub(super) fn note(
+        &self,
+        device: &Controller,
+        given: Vec<TimedInput>,
+        outputs: &VecDeque<Output>,
+    ) {
+        let mut given = given.into_iter().peekable();
+        for output in outputs {
+            let Output::Bytes(at, bytes) = output else { continue };
+            while let Some(given) = given.next_if(|given| given.at <= *at) {
+                self.given(device, given);
+            }
+            self.file.add(&Entry::new(*at, What::Sent(bytes.clone())));
+        }
+        given.for_each(|given| self.given(device, given));
+    }
+
+    fn given(&self, device: &Controller, TimedInput { at, input }: TimedInput) {
+        let given = match input {
+            OwnedInput::Bytes(bytes) => Given::Bytes(bytes),
+            OwnedInput::Power(on) => Given::Power(on),
+            OwnedInput::Wake => Given::Wait,
+            OwnedInput::Signal(id, value) => {
+                let signals = device.signals().into_iter();
+                let mut names = signals.filter(|signal| signal.id == id).map(|signal| signal.name);
+                Given::Signal { name: names.next().unwrap_or_default(), value }
+            }
+        };
+        self.file.add(&Entry::new(at, What::Given { by: Arc::clone(&self.by), given }));
+    }
+
+    pub(super) fn end(self, device: &Controller) {
+        self.state(device);
+        self.file.add(&Entry::new(device.now(), What::End("the run has ended".to_owned())));
+        self.file.finish();
+    }
+
+    /// A state as every recording has it: that of a controller at a line.
+    fn state(&self, device: &Controller) {
+        let line = Line::ideal(device.clone());
+        let state = serde_json::to_value(line.state()).unwrap_or_default();
+        self.file.add(&Entry::new(device.now(), What::State { by: None, state }));
+    }
+}

@@ -1,0 +1,496 @@
+//! Recordings: written, killed, read, played again, compared, cut and made shorter.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+use vimc4::{Clock, Emulator};
+use vimc4_timeline::recording::{Recording, What};
+
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+/// A recording in which an axis runs into its limit switch.
+const LIMIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
+
+fn vimc4(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(VIMC4);
+    command.args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
+}
+
+/// What it printed and said, and its exit code.
+fn said(folder: &Path, arguments: &[&str]) -> (String, String, i32) {
+    let Output { stdout, stderr, status } = vimc4(folder, arguments);
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (text(stdout), text(stderr), status.code().unwrap())
+}
+
+struct Serve {
+    child: Child,
+    orders: ChildStdin,
+    tcp: Vec<String>,
+}
+
+impl Serve {
+    fn start(folder: &Path, arguments: &[&str]) -> Serve {
+        let mut child = Command::new(VIMC4)
+            .args(["serve", "--tcp", "127.0.0.1:0", "--pty", "none"])
+            .args(arguments)
+            .current_dir(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let orders = child.stdin.take().unwrap();
+        let mut serve = Serve { orders, tcp: Vec::new(), child };
+        let lines = BufReader::new(serve.child.stdout.take().unwrap()).lines();
+        for line in lines.map_while(Result::ok).take_while(|line| line != "ready") {
+            serve.tcp.extend(line.rsplit_once("tcp ").map(|(_, address)| address.to_owned()));
+        }
+        assert!(!serve.tcp.is_empty());
+        serve
+    }
+
+    fn connect(&self, number: usize) -> TcpStream {
+        let stream = TcpStream::connect(&self.tcp[number]).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_nodelay(true).unwrap();
+        stream
+    }
+
+    /// Ends it, and returns what it said on standard error.
+    fn quit(mut self) -> String {
+        // It may have ended by itself.
+        let _ = self.orders.write_all(b"quit\n");
+        assert!(self.child.wait().unwrap().success());
+        let mut errors = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
+        errors
+    }
+}
+
+impl Drop for Serve {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn ask(stream: &mut TcpStream, line: &str, count: usize) -> String {
+    stream.write_all(line.as_bytes()).unwrap();
+    let mut answer = vec![0; count];
+    stream.read_exact(&mut answer).unwrap();
+    String::from_utf8(answer).unwrap()
+}
+
+fn read(path: &Path) -> Recording {
+    Recording::read(&vimc4::unpack(fs::read(path).unwrap()).unwrap()).unwrap()
+}
+
+/// All that came out.
+fn out(recording: &Recording) -> Vec<u8> {
+    let sent = recording.entries.iter().filter_map(|entry| match &entry.what {
+        What::Sent(bytes) => Some(bytes.to_vec()),
+        _ => None,
+    });
+    sent.flatten().collect()
+}
+
+#[test]
+fn what_is_served_is_recorded_and_happens_again() {
+    let folder = tempfile::tempdir().unwrap();
+    for clock in ["real", "100x", "instant"] {
+        let file = format!("{clock}.jsonl");
+        let arguments = ["--record", &file, "--time", clock, "--machine", "mill", "--line-pacing"];
+        let serve = Serve::start(folder.path(), &arguments);
+        let mut client = serve.connect(0);
+        assert_eq!(ask(&mut client, "@07\r", 1), "0");
+        assert_eq!(ask(&mut client, "@0A100,900,0,900,0,900,0,900\r", 1), "0");
+        assert_eq!(ask(&mut client, "@0P\r", 19), "0000064000000000000");
+        drop(client);
+        serve.quit();
+        let (text, errors, code) = said(folder.path(), &["replay", &file]);
+        assert_eq!(code, 0, "{text}{errors}");
+        assert!(text.starts_with("equal: 3 inputs and 21 bytes up to "), "{text}");
+        let recording = read(&folder.path().join(&file));
+        assert_eq!((recording.head.clock.as_str(), recording.head.from.as_str()), (clock, "serve"));
+        assert!(recording.is_whole());
+    }
+}
+
+#[test]
+fn each_of_several_controllers_has_a_file_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--count", "3", "--record", "r.jsonl.gz", "--time", "instant"];
+    let serve = Serve::start(folder.path(), &arguments);
+    // It is plain text as long as it grows.
+    assert!(folder.path().join("r-2.jsonl").exists());
+    for number in 0..3 {
+        assert_eq!(ask(&mut serve.connect(number), "@01\r", 1), "0");
+    }
+    serve.quit();
+    for number in 1..=3 {
+        let file = format!("r-{number}.jsonl.gz");
+        assert_eq!(read(&folder.path().join(&file)).head.controller, number.to_string());
+        let (text, ..) = said(folder.path(), &["replay", &file]);
+        assert!(text.starts_with("equal: 1 input and 1 byte up to "), "{text}");
+        assert!(!folder.path().join(format!("r-{number}.jsonl")).exists());
+    }
+}
+
+#[test]
+fn no_recording_is_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    for (there, wanted) in [
+        ("a.jsonl", "a.jsonl"),
+        ("b.jsonl.zst", "b.jsonl.zst"),
+        // Where it would be written before it is compressed.
+        ("c.jsonl", "c.jsonl.zst"),
+    ] {
+        fs::write(folder.path().join(there), "dear to somebody").unwrap();
+        let (_, errors, code) =
+            said(folder.path(), &["serve", "--tcp", "127.0.0.1:0", "--record", wanted]);
+        assert_eq!(code, 2, "{errors}");
+        assert!(errors.contains("no recording is overwritten: name another file"), "{errors}");
+        let kept = fs::read_to_string(folder.path().join(there)).unwrap();
+        assert_eq!(kept, "dear to somebody");
+    }
+}
+
+#[test]
+fn a_recording_goes_on_in_files_that_play_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--record", "r.jsonl.zst", "--record-size", "40k", "--time", "instant"];
+    let serve = Serve::start(folder.path(), &arguments);
+    let mut client = serve.connect(0);
+    assert_eq!(ask(&mut client, "@01\r", 1), "0");
+    for number in 1..=2_000 {
+        assert_eq!(ask(&mut client, "@0A1,900\r", 1), "0");
+        let place = format!("0{number:06X}000000000000");
+        assert_eq!(ask(&mut client, "@0P\r", 19), place);
+    }
+    drop(client);
+    serve.quit();
+    let (mut inputs, mut bytes, mut parts) = (0, 0, 0);
+    for part in 1.. {
+        let file = if part == 1 { "r.jsonl.zst".to_owned() } else { format!("r.{part}.jsonl.zst") };
+        if !folder.path().join(&file).exists() {
+            break;
+        }
+        let (text, errors, code) = said(folder.path(), &["replay", &file, "--json"]);
+        assert_eq!(code, 0, "{text}{errors}");
+        let report: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((&report["equal"], &report["whole"]), (&Value::from(true), &Value::from(true)));
+        inputs += report["inputs"].as_u64().unwrap();
+        bytes += report["bytes"].as_u64().unwrap();
+        assert_eq!(read(&folder.path().join(&file)).head.part, part);
+        parts = part;
+    }
+    assert!(parts > 3, "{parts}");
+    assert_eq!((inputs, bytes), (4_001, 1 + 2_000 * 20));
+}
+
+/// How often the program is killed.
+const KILLS: u64 = 200;
+
+#[test]
+fn whatever_a_client_has_seen_is_recorded_when_it_is_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut random = 7u64;
+    let mut seen_in_all = 0;
+    for number in 0..KILLS {
+        let file = format!("{number}.jsonl");
+        let mut serve = Serve::start(folder.path(), &["--record", &file, "--time", "instant"]);
+        let mut client = serve.connect(0);
+        assert_eq!(ask(&mut client, "@01\r", 1), "0");
+        random =
+            random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let delay = Duration::from_micros((random >> 33) % 20_000);
+        let mut talker = client.try_clone().unwrap();
+        let talks = std::thread::spawn(move || {
+            // Until the line is dead. Several commands are under way at any time.
+            while talker.write_all(b"@0A7,900\r@0P\r@0A-7,900\r@0P\r").is_ok() {}
+        });
+        let listens = std::thread::spawn(move || {
+            let mut seen = b"0".to_vec();
+            let mut buffer = [0; 4_096];
+            while let Ok(count @ 1..) = client.read(&mut buffer) {
+                seen.extend(&buffer[..count]);
+            }
+            seen
+        });
+        std::thread::sleep(delay);
+        serve.child.kill().unwrap();
+        serve.child.wait().unwrap();
+        let seen = listens.join().unwrap();
+        talks.join().unwrap();
+        let path = folder.path().join(&file);
+        let recording = read(&path);
+        let recorded = out(&recording);
+        assert!(!recording.is_whole());
+        assert!(recorded.starts_with(&seen), "{} recorded, {} seen", recorded.len(), seen.len());
+        seen_in_all += seen.len();
+        // Some of them are played as well, each has the same to say.
+        if number % 10 == 0 {
+            let (text, errors, code) = said(folder.path(), &["replay", &file]);
+            assert_eq!(code, 0, "{text}{errors}");
+            assert!(text.contains("It has no end"), "{text}");
+        }
+        fs::remove_file(path).unwrap();
+    }
+    assert!(seen_in_all > 10_000, "{seen_in_all}");
+}
+
+#[test]
+fn a_full_disk_ends_the_recording_and_nothing_else() {
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // A file that may have no more than so many bytes is as good as a full disk.
+    let script = format!(
+        "ulimit -f 60; trap '' XFSZ; exec {VIMC4} serve --tcp 127.0.0.1:0 --pty none --time instant \
+         --record r.jsonl"
+    );
+    let mut child = Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let orders = child.stdin.take().unwrap();
+    let mut serve = Serve { orders, tcp: Vec::new(), child };
+    let lines = BufReader::new(serve.child.stdout.take().unwrap()).lines();
+    for line in lines.map_while(Result::ok).take_while(|line| line != "ready") {
+        serve.tcp.extend(line.strip_prefix("tcp ").map(str::to_owned));
+    }
+    let mut client = serve.connect(0);
+    assert_eq!(ask(&mut client, "@01\r", 1), "0");
+    for _ in 0..2_000 {
+        assert_eq!(ask(&mut client, "@0P\r", 19), "0000000000000000000");
+    }
+    drop(client);
+    let errors = serve.quit();
+    assert!(errors.contains("cannot go on with the recording r.jsonl"), "{errors}");
+    assert!(errors.contains("it is whole up to here"), "{errors}");
+    let path = folder.path().join("r.jsonl");
+    let recording = read(&path);
+    assert!(recording.torn.is_none() && recording.entries.len() > 300);
+    let (text, _, code) = said(folder.path(), &["replay", "r.jsonl"]);
+    assert_eq!(code, 0, "{text}");
+}
+
+#[test]
+fn a_byte_that_differs_is_shown_with_what_led_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(LIMIT)
+        .unwrap()
+        .replace("\"0000C80000000FFFE0C\"", "\"0000C80000001FFFE0C\"");
+    fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
+    let (text, _, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
+    assert_eq!(code, 1);
+    for part in [
+        "They part after 77 bytes that are equal, at line 27:\n",
+        "  recorded  16.447940004 s  1FFFE0C\n",
+        "  played    16.447940004 s  0FFFE0C\n",
+        "  in        command 12: @0P  read position\n",
+        "What led there, played:\n",
+        "  16.447940004 s  command 11: answered 0\n",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let (text, _, code) = said(folder.path(), &["diff", "wrong.jsonl", LIMIT]);
+    assert_eq!(code, 1);
+    assert!(text.contains("They part after 77 bytes"), "{text}");
+}
+
+#[test]
+fn a_quirk_that_explains_a_difference_is_named() {
+    // A controller that loses no steps is one of the quirk lost_steps = false.
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(LIMIT).unwrap();
+    let text = text.replace("16447940004,\"out\":\"0\"", "16398340004,\"out\":\"0\"");
+    let text: String = text
+        .lines()
+        .filter(|line| !line.contains("\"state\"") || line.starts_with("{\"at\":0,"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    fs::write(folder.path().join("real.jsonl"), text).unwrap();
+    let (text, _, code) = said(folder.path(), &["replay", "real.jsonl"]);
+    assert_eq!(code, 1);
+    assert!(text.contains("\nquirk lost_steps = false would explain it\n"), "{text}");
+    assert_eq!(text.matches("would explain it").count(), 1, "{text}");
+}
+
+#[test]
+fn another_controller_parts_at_its_first_byte_and_its_first_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let (text, _, code) = said(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=false"]);
+    assert_eq!(code, 1);
+    for part in [
+        "They part after 64 bytes that are equal, at line 25:\n  recorded  16.447940004 s  0\n  other     16.398340004 s  0\n",
+        "found at 9.994206670 s (line 17):\n  device.isel.plant.carriage.1\n  recorded  16125\n  other     16001\n",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    // The value that it has makes no difference.
+    let (text, _, code) = said(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=true"]);
+    assert_eq!((code, text.starts_with("equal: 12 inputs")), (0, true), "{text}");
+    // On a machine without ends nothing stands in the way.
+    let (text, _, code) = said(folder.path(), &["replay", LIMIT, "--machine", "bench"]);
+    assert_eq!(code, 1);
+    assert!(
+        text.contains("device.isel.plant.carriage.0\n  recorded  4000\n  other     0\n"),
+        "{text}"
+    );
+    // Another family understands nothing of it.
+    let (text, errors, code) = said(folder.path(), &["replay", LIMIT, "--model", "smcu"]);
+    assert_eq!(code, 1, "{errors}");
+    assert!(text.contains("They part after 0 bytes"), "{text}");
+    for (quirk, message) in [
+        ("lost_steps", "`lost_steps` is no quirk"),
+        ("no_such=1", "imc4 has no quirk no_such"),
+        ("lost_steps=7", "lost_steps cannot be 7"),
+    ] {
+        let (_, errors, code) = said(folder.path(), &["replay", LIMIT, "--quirk", quirk]);
+        assert_eq!(code, 2);
+        assert!(errors.contains(message), "{errors}");
+    }
+}
+
+#[test]
+fn what_is_cut_out_and_what_is_left_play_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    for (from, to) in [("0s", "3s"), ("4s", "12s"), ("9994206670ns", "1h"), ("20s", "30s")] {
+        let _ = fs::remove_file(folder.path().join("part.jsonl"));
+        let cut = ["cut", LIMIT, "--from", from, "--to", to, "--out", "part.jsonl"];
+        let (_, errors, code) = said(folder.path(), &cut);
+        assert_eq!(code, 0, "{errors}");
+        let (text, errors, code) = said(folder.path(), &["replay", "part.jsonl"]);
+        assert_eq!(code, 0, "{from} to {to}: {text}{errors}");
+    }
+    let (_, errors, code) = said(folder.path(), &["cut", LIMIT, "--out", "part.jsonl"]);
+    assert_eq!(code, 2);
+    assert!(errors.contains("name a file that is not there yet"), "{errors}");
+
+    let (short, errors, code) = said(folder.path(), &["minimise", LIMIT]);
+    assert_eq!(code, 0, "{errors}");
+    fs::write(folder.path().join("short.jsonl"), &short).unwrap();
+    let lines: Vec<_> = short.lines().filter_map(|line| line.split_once("\"in\":")).collect();
+    assert_eq!(lines.len(), 2, "{short}");
+    assert!(lines[0].1.starts_with("\"@07\\r\""), "{short}");
+    let (text, ..) = said(folder.path(), &["replay", "short.jsonl"]);
+    assert!(text.starts_with("equal: 2 inputs and 2 bytes"), "{text}");
+
+    let quirk = ["minimise", LIMIT, "--quirk", "lost_steps=false", "--out", "quirk.jsonl"];
+    let (_, errors, code) = said(folder.path(), &quirk);
+    assert_eq!(code, 0, "{errors}");
+    let (_, _, code) =
+        said(folder.path(), &["replay", "quirk.jsonl", "--quirk", "lost_steps=false"]);
+    assert_eq!(code, 1);
+    let kept = read(&folder.path().join("quirk.jsonl"));
+    assert!(
+        kept.entries.iter().filter(|entry| matches!(entry.what, What::Given { .. })).count() < 6
+    );
+    let (_, errors, code) = said(folder.path(), &["minimise", LIMIT, "--shows", "F"]);
+    assert_eq!(code, 1);
+    assert!(errors.contains("does not show the reply F"), "{errors}");
+}
+
+#[test]
+fn what_is_wrong_with_a_recording_is_said_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(LIMIT).unwrap();
+    let cases = [
+        (
+            text.replace("\"recording\":1", "\"recording\":2"),
+            "line 1: it is a recording of version 2",
+        ),
+        (
+            text.replace("\"out\":\"2\"", "\"out\":2"),
+            "line 17: a line of a recording cannot be read",
+        ),
+        (
+            text.replace("\"referenced\":", "\"referanced\":"),
+            "line 2: it is no state of this controller",
+        ),
+        (text.replacen("\"lost_steps\":true", "\"lost_steps\":7", 1), "line 1: the model: "),
+        (text.replacen("\"lost_steps\":true", "\"lost_steps\":false", 1), "line 2: it is no state"),
+        (
+            text.replacen("\"family\":\"isel\"", "\"family\":\"lpkf\"", 1),
+            "line 1: its family is lpkf",
+        ),
+        (
+            text.replacen("\"baud\":19200", "\"baud\":7", 1),
+            "line 1: the model: the line cannot run at 7",
+        ),
+        ("@07\n".to_owned(), "line 1: this is no recording"),
+    ];
+    for (text, message) in cases {
+        fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
+        let (_, errors, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
+        assert_eq!(code, 1, "{message}: {errors}");
+        assert!(errors.contains(message), "{message}: {errors}");
+    }
+    let (_, errors, code) = said(folder.path(), &["replay", "nowhere.jsonl"]);
+    assert_eq!(code, 2, "{errors}");
+}
+
+#[test]
+fn a_test_that_fails_leaves_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let test = |fails: bool| {
+        let path = folder.path().join(format!("{fails}.jsonl.gz"));
+        let file = path.clone();
+        let test = std::thread::spawn(move || {
+            let builder = Emulator::builder().time(Clock::Manual).record_failure(file);
+            let emulator = builder.start().unwrap();
+            let mut port = emulator.connect().unwrap();
+            port.write_all(b"@01\r").unwrap();
+            emulator.run_until_idle().unwrap();
+            assert!(!fails, "as wanted");
+        });
+        assert_eq!(test.join().is_err(), fails);
+        path
+    };
+    assert!(!test(false).exists());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let recording = read(&test(true));
+    assert_eq!(out(&recording), b"0");
+    assert_eq!(recording.head.from, "library");
+    assert!(recording.is_whole());
+}
+
+#[test]
+fn runs_and_jobs_are_recorded() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| root.join(name).display().to_string();
+    let (commands, program, plot, plate) =
+        (file("commands.txt"), file("program.txt"), file("board.plt"), file("plate.ncp"));
+    let runs: [&[&str]; 4] = [
+        &["run", &commands, "--machine", "mill"],
+        &["run", &program, "--press", "stop@5s", "--press", "start@8s", "--for", "1min"],
+        &["run", &plot, "--model", "smcu", "--machine", "board-plotter"],
+        &["ncp", "run", &plate, "--machine", "mill", "--yes"],
+    ];
+    for (number, run) in runs.into_iter().enumerate() {
+        let name = format!("{number}.jsonl");
+        let (plain, _, code) = said(folder.path(), run);
+        let recorded = [run, &["--record", &name]].concat();
+        let (text, errors, same) = said(folder.path(), &recorded);
+        assert_eq!((&text, same), (&plain, code), "{run:?}: {errors}");
+        let (text, errors, code) = said(folder.path(), &["replay", &name]);
+        assert_eq!(code, 0, "{run:?}: {text}{errors}");
+        let recording = read(&folder.path().join(&name));
+        assert!(recording.is_whole() && recording.entries.len() > 8, "{run:?}");
+    }
+}
