@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Activity, Device, Fact, Input, Kinds, MemoryError, Output, Signal, SignalId, Time, View,
+    Activity, Device, Fact, Input, Kinds, MemoryError, Output, Point, Running, Signal, SignalId,
+    Time, View,
 };
 use vimc4_plant::Machine;
 
@@ -104,6 +105,18 @@ impl Device for Controller {
 
     fn details(&self) -> Details {
         of!(Inner, &self.0, device => Details::from(device.details()))
+    }
+
+    fn position(&self, at: Time) -> Point {
+        of!(Inner, &self.0, device => device.position(at))
+    }
+
+    fn reach(&self) -> (Point, Point) {
+        of!(Inner, &self.0, device => device.reach())
+    }
+
+    fn running(&self) -> Option<Running<'_>> {
+        of!(Inner, &self.0, device => device.running())
     }
 
     fn signals(&self) -> Vec<Signal> {

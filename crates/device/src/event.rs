@@ -302,6 +302,12 @@ impl Kinds {
         self.0 & kinds.0 == kinds.0
     }
 
+    /// What is in this set and in `kinds`.
+    #[must_use]
+    pub const fn also_in(self, kinds: Kinds) -> Kinds {
+        Kinds(self.0 & kinds.0)
+    }
+
     /// This set and `kinds`.
     #[must_use]
     pub const fn and(self, kinds: Kinds) -> Kinds {

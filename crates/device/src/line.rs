@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Activity, Device, Fact, Input, Kinds, Output, Signal, SignalId, Time, View};
+use crate::{
+    Activity, Device, Fact, Input, Kinds, Output, Point, Running, Signal, SignalId, Time, View,
+};
 
 /// How many bytes may be on their way to a paced device. A client that writes faster than the
 /// line is held back by its own operating system, as it is by a real port.
@@ -206,6 +208,18 @@ impl<D: Device> Device for Line<D> {
 
     fn details(&self) -> D::Details {
         self.device.details()
+    }
+
+    fn position(&self, at: Time) -> Point {
+        self.device.position(at)
+    }
+
+    fn reach(&self) -> (Point, Point) {
+        self.device.reach()
+    }
+
+    fn running(&self) -> Option<Running<'_>> {
+        self.device.running()
     }
 
     fn signals(&self) -> Vec<Signal> {

@@ -5,7 +5,10 @@ use std::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::{Activity, Condition, Event, Fact, Input, Kinds, Output, Signal, SignalId, Time, View};
+use crate::{
+    AXES, Activity, Condition, Event, Fact, Input, Kinds, Output, Point, Running, Signal, SignalId,
+    Time, View,
+};
 
 /// How many causes a forecast follows before it gives up, so that the forecast of something an
 /// endless program never does comes to an end.
@@ -111,6 +114,30 @@ pub trait Device {
     /// What only devices of its family have, as in its [`view`](Device::view), without the rest
     /// of the picture.
     fn details(&self) -> Self::Details;
+
+    /// The counters of all axes at `at`, as in its [`view`](Device::view), without the rest of the
+    /// picture; 0 for axes that are not there.
+    fn position(&self, at: Time) -> Point {
+        let mut position = Point::default();
+        for axis in self.view(at).axes {
+            if let Some(place) = position.get_mut(usize::from(axis.index)) {
+                *place = axis.position;
+            }
+        }
+        position
+    }
+
+    /// Limits that belong to the range in which the counters of all axes stay from
+    /// [`now`](Device::now) up to and including the wake-up time, if no input comes: the lower ones
+    /// and the upper ones.
+    fn reach(&self) -> (Point, Point) {
+        ([i64::MIN; AXES], [i64::MAX; AXES])
+    }
+
+    /// The segment that is running.
+    fn running(&self) -> Option<Running<'_>> {
+        None
+    }
 
     /// The things of the outside world that can be set with [`Input::Signal`]. The list is made
     /// for whoever asks; a device does not carry its own description with it.
@@ -260,6 +287,46 @@ impl<D: Device> Forecast<D> {
     }
 }
 
+/// The instants at which a condition begins to hold by what is so, from a device's present on, if no
+/// input comes and as long as nothing is due.
+#[derive(Clone, Copy, Debug)]
+pub struct Beginnings<'a, D> {
+    device: &'a D,
+    condition: &'a Condition,
+    /// Before this instant.
+    until: Time,
+    at: Time,
+    holds: bool,
+}
+
+impl<'a, D: Device> Beginnings<'a, D> {
+    /// Those before `until`, for a condition that holds at the present or does not.
+    pub fn new(device: &'a D, condition: &'a Condition, holds: bool, until: Time) -> Self {
+        Beginnings { device, condition, until, at: device.now(), holds }
+    }
+
+    /// Whether the condition holds after those that have been seen: at the end of the span, if
+    /// there are no more.
+    pub fn holds(&self) -> bool {
+        self.holds
+    }
+}
+
+impl<D: Device> Iterator for Beginnings<'_, D> {
+    type Item = Time;
+
+    fn next(&mut self) -> Option<Time> {
+        let within = |at: &Time| *at < self.until;
+        if self.holds {
+            self.at = lapse(self.device, self.condition, self.at).filter(within)?;
+            self.holds = false;
+        }
+        self.at = first(self.device, self.condition, self.at).filter(within)?;
+        self.holds = true;
+        Some(self.at)
+    }
+}
+
 /// When a condition will hold, as far as that can be foreseen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Foresight {
@@ -312,27 +379,91 @@ fn first<D: Device + ?Sized>(device: &D, condition: &Condition, from: Time) -> O
 
 /// The first instant at which all parts hold. No part holds before its first instant, so nothing is
 /// missed by going on from the latest of these: from one beginning of a span in which a part holds
-/// to the next, and never from step to step. Once all times that are named are over, and the device
-/// has come round, there is nothing new to be found.
-fn first_of_all<D: Device + ?Sized>(
-    device: &D,
-    parts: &[Condition],
-    mut from: Time,
-) -> Option<Time> {
-    let mut round = None;
-    loop {
-        let mut latest = from;
+/// to the next, and never from step to step.
+fn first_of_all<D: Device + ?Sized>(device: &D, parts: &[Condition], from: Time) -> Option<Time> {
+    first_of_latest(device, parts, from, |mut latest| {
         for part in parts {
             latest = first(device, part, latest)?;
         }
-        if latest == from {
+        Some(latest)
+    })
+}
+
+/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
+/// does not hold by states alone.
+fn lapse<D: Device + ?Sized>(device: &D, condition: &Condition, from: Time) -> Option<Time> {
+    let wake = device.wake();
+    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
+    let fact = |fact: Fact| device.first_time(&fact, from).filter(within);
+    let below = |axis: u8, low: i64| {
+        let high = low.checked_sub(1)?;
+        fact(Fact::Axis { axis, low: i64::MIN, high })
+    };
+    let above = |axis: u8, high: i64| {
+        let low = high.checked_add(1)?;
+        fact(Fact::Axis { axis, low, high: i64::MAX })
+    };
+    let is_combined = matches!(condition, Condition::All(_) | Condition::Any(_));
+    if !is_combined && first(device, condition, from) != Some(from) {
+        return Some(from);
+    }
+    match *condition {
+        Condition::AxisAt { axis, position } => {
+            [below(axis, position), above(axis, position)].into_iter().flatten().min()
+        }
+        Condition::AxisBelow { axis, position } => above(axis, position.saturating_sub(1)),
+        Condition::AxisAbove { axis, position } => below(axis, position.saturating_add(1)),
+        Condition::Outside { ref low, ref high } => {
+            first_of_latest(device, &[], from, |mut latest| {
+                for (axis, (low, high)) in (0..).zip(low.iter().zip(high)) {
+                    let (low, high) = (*low, *high);
+                    let anywhere = Fact::Axis { axis, low: i64::MIN, high: i64::MAX };
+                    let is_there = device.first_time(&anywhere, latest).is_some();
+                    if is_there && (low, high) != (i64::MIN, i64::MAX) {
+                        let inside = Fact::Axis { axis, low, high };
+                        latest = device.first_time(&inside, latest).filter(within)?;
+                    }
+                }
+                Some(latest)
+            })
+        }
+        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level: !level }),
+        Condition::Limit { axis, positive, active } => {
+            fact(Fact::Limit { axis, positive, active: !active })
+        }
+        Condition::All(ref parts) => {
+            parts.iter().filter_map(|part| lapse(device, part, from)).min()
+        }
+        Condition::Any(ref parts) => first_of_latest(device, parts, from, |mut latest| {
+            for part in parts {
+                latest = lapse(device, part, latest)?;
+            }
+            Some(latest)
+        }),
+        // What no motion changes stays so for the whole span.
+        _ => None,
+    }
+}
+
+/// The first instant that the latest of several leads to itself: all of them are there. Once all times
+/// that are named in `parts` are over, and the device has come round, there is nothing new to be found.
+fn first_of_latest<D: Device + ?Sized>(
+    device: &D,
+    parts: &[Condition],
+    mut from: Time,
+    mut latest: impl FnMut(Time) -> Option<Time>,
+) -> Option<Time> {
+    let mut round = None;
+    loop {
+        let next = latest(from)?;
+        if next == from {
             return Some(from);
         }
-        let named = || parts.iter().filter_map(Condition::latest_time).fold(latest, Time::max);
+        let named = || parts.iter().filter_map(Condition::latest_time).fold(next, Time::max);
         let round = round.get_or_insert_with(|| device.comes_round(named()));
-        if round.is_some_and(|round| latest > round) {
+        if round.is_some_and(|round| next > round) {
             return None;
         }
-        from = latest;
+        from = next;
     }
 }

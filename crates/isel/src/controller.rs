@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Device, Fact, Input, Kinds, Outbox, Output as Out, Signal, SignalId, Time, View,
+    Device, Fact, Input, Kinds, Outbox, Output as Out, Point, Running, Signal, SignalId, Time, View,
 };
 use vimc4_isel_wire::{Addressed, Fault, Mode, Reply, control, parse};
 use vimc4_plant::{Machine, PlantSignal};
 
+use crate::axes::wrap;
 use crate::firmware::Firmware;
 use crate::flash::{Flash, FlashError};
 use crate::model::Model;
@@ -106,6 +107,29 @@ impl Device for Controller {
 
     fn details(&self) -> Details {
         self.0.own_details()
+    }
+
+    fn position(&self, at: Time) -> Point {
+        let state = &self.0.state;
+        let running = state.running();
+        let offset = |axis| running.map_or(0, |running| running.offset(axis, at.max(state.now)));
+        std::array::from_fn(|axis| wrap(state.position[axis] + offset(axis)))
+    }
+
+    fn reach(&self) -> (Point, Point) {
+        let here = self.0.state.position;
+        let Some(Running { segment, .. }) = self.0.state.running() else { return (here, here) };
+        let (low, high) = segment.path.extent(segment.profile.steps());
+        let limits = |axis: usize| {
+            let (low, high) = (here[axis] + low[axis], here[axis] + high[axis]);
+            // A counter that comes to its end goes on from the other one.
+            if (wrap(low), wrap(high)) == (low, high) { (low, high) } else { (i64::MIN, i64::MAX) }
+        };
+        (std::array::from_fn(|axis| limits(axis).0), std::array::from_fn(|axis| limits(axis).1))
+    }
+
+    fn running(&self) -> Option<Running<'_>> {
+        self.0.state.running()
     }
 
     fn signals(&self) -> Vec<Signal> {

@@ -1,10 +1,13 @@
 //! The controller as a device.
 
-use vimc4_device::{Activity, Device, Fact, Input, Kinds, Output, Signal, SignalId, Time, View};
+use vimc4_device::{
+    AXES, Activity, Device, Fact, Input, Kinds, Output, Point, Running, Signal, SignalId, Time,
+    View,
+};
 use vimc4_plant::PlantSignal;
 
 use crate::controller::Controller;
-use crate::language::{remarks, why_refused};
+use crate::language::{Axis, remarks, why_refused};
 use crate::state::State;
 use crate::view::Details;
 
@@ -61,6 +64,28 @@ impl Device for Controller {
 
     fn details(&self) -> Details {
         self.state.own_details()
+    }
+
+    fn position(&self, at: Time) -> Point {
+        let mut position = [0; AXES];
+        let running = self.state.running();
+        for index in self.state.fitted().map(Axis::index) {
+            let offset = running.map_or(0, |running| running.offset(index, at.max(self.state.now)));
+            position[index] = self.state.position[index] + offset;
+        }
+        position
+    }
+
+    fn reach(&self) -> (Point, Point) {
+        let here = self.state.position;
+        let Some(Running { segment, .. }) = self.state.running() else { return (here, here) };
+        let (low, high) = segment.path.extent(segment.profile.steps());
+        let moved = |way: Point| std::array::from_fn(|axis| here[axis].saturating_add(way[axis]));
+        (moved(low), moved(high))
+    }
+
+    fn running(&self) -> Option<Running<'_>> {
+        self.state.running()
     }
 
     fn signals(&self) -> Vec<Signal> {

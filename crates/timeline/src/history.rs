@@ -5,9 +5,10 @@ use std::collections::{VecDeque, vec_deque};
 use serde::{Deserialize, Serialize};
 use vimc4_device::{Device, Input, Kinds, Output, Time, TimedInput};
 
-use crate::snapshots::Snapshots;
+use crate::search::{ByAct, PATIENCE};
+use crate::snapshots::{Kept, Snapshots};
 use crate::tape::Tape;
-use crate::{BranchId, Moment, Place};
+use crate::{Act, BranchId, Found, Moment, Place, Progress, Sought, Stretch, Which};
 
 /// Everything that has happened to a device, and the device as it was or is at one moment of it.
 ///
@@ -39,6 +40,10 @@ use crate::{BranchId, Moment, Place};
 pub struct History<D: Device> {
     device: D,
     present: Place,
+    /// The branch that the present goes on with: its own, or one that leaves it later on.
+    heading: BranchId,
+    /// The kinds of events that are wanted.
+    watched: Kinds,
     /// When the last act before the present was. Since then only time has passed.
     acted: Time,
     /// How many acts lie between the last snapshot of the branch and the present, if that is
@@ -76,17 +81,6 @@ impl Default for Limits {
     fn default() -> Limits {
         Limits { spacing: 16_384, snapshots: 4_096 }
     }
-}
-
-/// What brings a history from one moment to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Act {
-    /// The device did something by itself.
-    Cause,
-    /// A byte of an input came.
-    Byte(u8),
-    /// An input came that is no bytes.
-    Input,
 }
 
 /// A branch as its history tells of it.
@@ -132,8 +126,12 @@ impl<D: Device> History<D> {
             outputs.push_back(output);
         }
         let first = Moment { at: device.now(), ..Moment::default() };
-        let trunk = Track::new("main".to_owned(), None, first, device.state());
+        let watched = device.watch(Kinds::NONE);
+        device.watch(watched);
+        let trunk = Track::new("main".to_owned(), None, first, &device, watched);
         History {
+            heading: BranchId(0),
+            watched,
             acted: first.at,
             present: Place { branch: BranchId(0), moment: first },
             since: 0,
@@ -157,6 +155,21 @@ impl<D: Device> History<D> {
     /// Says which kinds of events are wanted from now on, also of what is over.
     pub fn watch(&mut self, kinds: Kinds) {
         self.device.watch(kinds);
+        self.watched = kinds;
+        for track in &mut self.tracks {
+            track.snapshots.open_stretch().watched(kinds);
+        }
+    }
+
+    /// Which kinds of events are wanted.
+    pub fn watched(&self) -> Kinds {
+        self.watched
+    }
+
+    /// The branch that the present goes on with: that of the present, or one that has left it later
+    /// on and that was gone back from.
+    pub fn heading(&self) -> BranchId {
+        self.heading
     }
 
     /// The present moment.
@@ -171,7 +184,7 @@ impl<D: Device> History<D> {
 
     /// Whether nothing has happened yet after the present moment.
     pub fn is_at_end(&self) -> bool {
-        self.present.moment >= self.track().end
+        self.heading == self.present.branch && self.present.moment >= self.track().end
     }
 
     /// All branches, in the order in which they began.
@@ -180,7 +193,7 @@ impl<D: Device> History<D> {
             id,
             name: track.name.clone(),
             parted: track.parting,
-            first: track.snapshots.first().0,
+            first: track.snapshots.first().moment,
             end: track.end,
             inputs: track.tape.len(),
         })
@@ -210,7 +223,7 @@ impl<D: Device> History<D> {
             usage.input_bytes += track.tape.size();
             usage.snapshots += track.snapshots.len() as u64;
         }
-        let each = size_of::<(Moment, D::State)>() as u64;
+        let each = size_of::<Kept<D::State>>() as u64;
         usage.snapshot_bytes = usage.snapshots * each;
         usage
     }
@@ -276,11 +289,75 @@ impl<D: Device> History<D> {
         }
     }
 
+    /// Goes forward to the first moment after the present at which `sought` is, up to and including
+    /// `until`. Where it is nowhere, the present is where nothing more happens by then; where the
+    /// search is given up, wherever it has come to.
+    pub fn seek_next(
+        &mut self,
+        until: Time,
+        sought: &mut impl Sought<D>,
+        progress: &mut Progress<'_>,
+    ) -> Found {
+        sought.begin(&self.device);
+        // The last moment that nothing has to be known of beyond what is known of its stretch.
+        let mut looked_up = None;
+        let mut acts = 0_u64;
+        loop {
+            if acts.is_multiple_of(PATIENCE) && progress(self.now()).is_break() {
+                return Found::GivenUp;
+            }
+            acts += 1;
+            if let Some(next) = self.leave_out(until, &mut looked_up, sought) {
+                self.restore(next);
+                sought.begin(&self.device);
+                continue;
+            }
+            let end = self.quiet_until().min(until.after_nanos(1));
+            if end > self.now()
+                && let Some(at) = sought.between(&self.device, end, Which::First)
+            {
+                self.outputs.clear();
+                self.wait_until(at);
+                return Found::Here;
+            }
+            if self.turn_off(until) {
+                continue;
+            }
+            self.outputs.clear();
+            let Some(act) = self.act(until) else { return Found::Nowhere };
+            if sought.after(&self.device, act, &self.outputs) {
+                return Found::Here;
+            }
+        }
+    }
+
+    /// The kept moment at the end of the present's stretch, if what is sought cannot be before.
+    fn leave_out(
+        &self,
+        until: Time,
+        looked_up: &mut Option<Place>,
+        sought: &impl Sought<D>,
+    ) -> Option<Place> {
+        let Place { branch, moment } = self.present;
+        if looked_up.is_some_and(|until| until.branch == branch && moment < until.moment) {
+            return None;
+        }
+        let snapshots = &self.track().snapshots;
+        let next = snapshots.after(moment)?;
+        let parting = self.parting();
+        let is_ahead =
+            next.moment.at <= until && parting.is_none_or(|(_, parting)| next.moment <= parting);
+        let place = Place { branch, moment: next.moment };
+        *looked_up = Some(place);
+        let kept = snapshots.not_after(moment);
+        (is_ahead && !sought.can_be_in(&kept.stretch)).then_some(place)
+    }
+
     // --- back ---
 
     /// Goes one act back: to just after the act before the last, or, where time has passed since
-    /// the last, to just after that. On the first moment of a branch it goes on with the branch that
-    /// this one has left. `false` at the very beginning.
+    /// the last, to just after that. From the first act of a branch it goes on with the branch that
+    /// this one has left, and forward again from there into this one. `false` at the very beginning.
     pub fn back(&mut self) -> bool {
         self.find_last(|_, _, _| true)
     }
@@ -288,46 +365,103 @@ impl<D: Device> History<D> {
     /// Goes back to the last moment before the present of which `found` says so, and says whether
     /// there is one; if not, the present stays.
     ///
-    /// `found` sees the device just after an act, the act, and what came out by it; at the first
-    /// moment of a branch there is no act. It is asked of the moments between two snapshots from the
-    /// first to the last of them, the latest two snapshots first.
+    /// `found` sees the device just after an act, the act, and what came out by it; at the very
+    /// beginning there is no act. It is asked of the moments between two snapshots from the first
+    /// to the last of them, the latest two snapshots first.
     pub fn find_last(
         &mut self,
-        mut found: impl FnMut(&D, Option<Act>, &VecDeque<Output>) -> bool,
+        found: impl FnMut(&D, Option<Act>, &VecDeque<Output>) -> bool,
     ) -> bool {
-        let begin = self.present;
+        let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+        self.seek_last(&mut ByAct(found), go_on) == Found::Here
+    }
+
+    /// Goes back to the last moment before the present at which `sought` is. Where it is nowhere, or
+    /// the search is given up, the present stays.
+    pub fn seek_last(&mut self, sought: &mut impl Sought<D>, progress: &mut Progress<'_>) -> Found {
+        self.seek_back(false, sought, progress)
+    }
+
+    /// The same, but what is at the present itself is found there.
+    pub fn seek_last_or_here(
+        &mut self,
+        sought: &mut impl Sought<D>,
+        progress: &mut Progress<'_>,
+    ) -> Found {
+        self.seek_back(true, sought, progress)
+    }
+
+    /// `itself`: whether the present is one of the moments in question.
+    fn seek_back(
+        &mut self,
+        mut itself: bool,
+        sought: &mut impl Sought<D>,
+        progress: &mut Progress<'_>,
+    ) -> Found {
+        let (begin, heading) = (self.present, self.heading);
         let mut place = begin;
-        // Whether the place itself is one of the moments in question.
-        let mut itself = false;
-        loop {
+        let mut acts = 0_u64;
+        let found = loop {
             let track = &self.tracks[place.branch.0 as usize];
-            let first = track.snapshots.first().0;
+            let first = track.snapshots.first().moment;
             if place.moment <= first {
-                let Some(parting) = track.parting else { break };
-                place = parting;
-                continue;
-            }
-            let from = track.snapshots.before(place.moment).0;
-            self.restore(Place { branch: place.branch, moment: from });
-            let mut last = None;
-            if from == first && found(&self.device, None, &self.outputs) {
-                last = Some(from);
-            }
-            while self.present.moment < place.moment {
-                self.outputs.clear();
-                let Some(act) = self.act(place.moment.at) else { break };
-                let asked = itself || self.present.moment < place.moment;
-                if asked && found(&self.device, Some(act), &self.outputs) {
-                    last = Some(self.present.moment);
+                // The first moment of a branch is that at which it has left the other one.
+                if let Some(parting) = track.parting {
+                    place = parting;
+                    continue;
                 }
+                if itself {
+                    self.restore(Place { branch: place.branch, moment: first });
+                    if sought.at_the_beginning(&self.device) {
+                        break Some(self.present);
+                    }
+                }
+                break None;
             }
-            if let Some(moment) = last {
-                return self.go_to(Place { branch: place.branch, moment });
+            let kept = track.snapshots.before(place.moment);
+            let from = kept.moment;
+            if sought.can_be_in(&kept.stretch) {
+                self.restore(Place { branch: place.branch, moment: from });
+                sought.begin(&self.device);
+                let mut last = None;
+                loop {
+                    if acts.is_multiple_of(PATIENCE) && progress(self.now()).is_break() {
+                        self.heading = heading;
+                        self.go_to_place(begin);
+                        return Found::GivenUp;
+                    }
+                    acts += 1;
+                    let end = place.moment.at.after_nanos(u64::from(itself));
+                    let counts = self.present.moment.counts();
+                    let is_last = counts >= place.moment.counts();
+                    let due = self.next_act().filter(|due| !is_last && *due <= place.moment.at);
+                    let until = due.unwrap_or(end);
+                    if until > self.now()
+                        && let Some(at) = sought.between(&self.device, until, Which::Last)
+                    {
+                        last = Some(Moment { at, ..self.present.moment });
+                    }
+                    if due.is_none() {
+                        break;
+                    }
+                    self.outputs.clear();
+                    let Some(act) = self.act_here(place.moment.at) else { break };
+                    let asked = itself || self.present.moment < place.moment;
+                    if asked && sought.after(&self.device, act, &self.outputs) {
+                        last = Some(self.present.moment);
+                    }
+                }
+                if let Some(moment) = last {
+                    break Some(Place { branch: place.branch, moment });
+                }
+            } else {
+                acts += PATIENCE / 16;
             }
             (place.moment, itself) = (from, true);
-        }
-        self.go_to(begin);
-        false
+        };
+        self.heading = heading;
+        self.go_to_place(found.unwrap_or(begin));
+        if found.is_some() { Found::Here } else { Found::Nowhere }
     }
 
     // --- anywhere ---
@@ -335,27 +469,37 @@ impl<D: Device> History<D> {
     /// Goes to a moment of any branch, and says whether it is one of the history; if not, the
     /// present stays.
     pub fn go_to(&mut self, place: Place) -> bool {
-        let begin = self.present;
-        if !self.reach(place) {
-            self.reach(begin);
+        let is_there = self.go_to_place(place);
+        if is_there {
+            self.heading = place.branch;
         }
-        self.present == place
+        is_there
     }
 
-    /// Goes to a time of the present branch, or of those it has come from, after everything that
-    /// happens then; beyond the end, to the end.
+    /// The same, and goes on from there as before if the place is on the way there.
+    pub fn go_back_to(&mut self, place: Place) -> bool {
+        let is_there = self.go_to_place(place);
+        let is_on_the_way = self.parting().is_some_and(|(_, parting)| place.moment <= parting);
+        if is_there && !is_on_the_way {
+            self.heading = place.branch;
+        }
+        is_there
+    }
+
+    /// Goes to a time of the branch that the present goes on with, or of those it has come from,
+    /// after everything that happens then; beyond the end, to the end.
     pub fn go_to_time(&mut self, at: Time) {
-        let mut track = &self.tracks[self.present.branch.0 as usize];
-        let mut branch = self.present.branch;
+        let mut branch = self.heading;
+        let mut track = &self.tracks[branch.0 as usize];
         while let Some(parting) = track.parting
-            && at < track.snapshots.first().0.at
+            && at < track.snapshots.first().moment.at
         {
             branch = parting.branch;
             track = &self.tracks[branch.0 as usize];
         }
-        let (end, from) = (track.end, track.snapshots.earlier(at).0);
+        let (end, from) = (track.end, track.snapshots.earlier(at).moment);
         self.restore(Place { branch, moment: from });
-        while self.present.moment < end && self.act(at.min(end.at)).is_some() {}
+        while self.present.moment < end && self.act_here(at.min(end.at)).is_some() {}
         self.outputs.clear();
         self.wait_until(at.min(end.at));
     }
@@ -366,10 +510,80 @@ impl<D: Device> History<D> {
         end.is_some_and(|moment| self.go_to(Place { branch, moment }))
     }
 
+    /// Begins a branch at the present moment with another state of the device, which is put in by
+    /// hand. The present is then there.
+    pub fn fork(&mut self, name: impl Into<String>, state: D::State) {
+        self.device.restore(state);
+        self.outputs.clear();
+        self.part();
+        if let Some(track) = self.tracks.last_mut() {
+            track.name = name.into();
+        }
+    }
+
     // --- inside ---
+
+    /// Where the present's branch is left by the one that it goes on with, and by which.
+    fn parting(&self) -> Option<(BranchId, Moment)> {
+        let mut branch = self.heading;
+        while branch != self.present.branch {
+            let parting = self.tracks.get(branch.0 as usize)?.parting?;
+            if parting.branch == self.present.branch {
+                return Some((branch, parting.moment));
+            }
+            branch = parting.branch;
+        }
+        None
+    }
+
+    /// If the present is where its branch is left, it goes on with the other one, if that is by `at`
+    /// at the latest.
+    fn turn_off(&mut self, at: Time) -> bool {
+        if self.heading == self.present.branch {
+            return false;
+        }
+        let Some((branch, parting)) = self.parting() else { return false };
+        let (here, there) = (self.present.moment, parting);
+        if here.counts() != there.counts() || there.at > at {
+            return false;
+        }
+        // The other branch may begin with a state that was put in by hand.
+        let first = self.tracks[branch.0 as usize].snapshots.first().moment;
+        self.restore(Place { branch, moment: first });
+        true
+    }
+
+    /// When the next act of the present's branch is, as far as it is known.
+    fn next_act(&self) -> Option<Time> {
+        let input = self.track().tape.get(self.present.moment.inputs).map(|(given, _)| given);
+        let wake = self.device.wake().filter(|due| *due != Time::NEVER);
+        input.into_iter().chain(wake).min().map(|due| due.max(self.now()))
+    }
+
+    /// Up to when nothing happens on the way that the present goes. That instant does not belong to
+    /// it, and the one at which a branch is left does.
+    fn quiet_until(&self) -> Time {
+        match self.parting() {
+            Some((_, parting)) if parting.counts() == self.present.moment.counts() => {
+                parting.at.after_nanos(1)
+            }
+            _ => self.next_act().unwrap_or(Time::NEVER),
+        }
+    }
 
     /// The next act that comes by `at` at the latest.
     fn act(&mut self, at: Time) -> Option<Act> {
+        while self.turn_off(at) {}
+        let waits =
+            |(_, parting): (BranchId, Moment)| parting.counts() == self.present.moment.counts();
+        if self.heading != self.present.branch && self.parting().is_some_and(waits) {
+            return None;
+        }
+        self.act_here(at)
+    }
+
+    /// The same, on the present's branch.
+    fn act_here(&mut self, at: Time) -> Option<Act> {
         let mut moment = self.present.moment;
         let tape = &self.tracks[self.present.branch.0 as usize].tape;
         let input = tape.get(moment.inputs).filter(|(given, _)| *given <= at);
@@ -400,7 +614,7 @@ impl<D: Device> History<D> {
         };
         moment.at = self.device.now();
         self.acted = moment.at;
-        self.came_to(moment);
+        self.came_to(moment, Some(act));
         Some(act)
     }
 
@@ -408,41 +622,67 @@ impl<D: Device> History<D> {
     fn wait_until(&mut self, at: Time) {
         if at > self.now() {
             self.device.accept(Input::Wake, at);
-            self.came_to(Moment { at, ..self.present.moment });
+            self.came_to(Moment { at, ..self.present.moment }, None);
         }
     }
 
-    fn came_to(&mut self, moment: Moment) {
+    fn came_to(&mut self, moment: Moment, act: Option<Act>) {
+        let before = self.outputs.len();
         while let Some(output) = self.device.poll_output() {
             self.outputs.push_back(output);
         }
         self.present.moment = moment;
         let track = &mut self.tracks[self.present.branch.0 as usize];
-        track.end = track.end.max(moment);
-        self.since = if moment <= track.snapshots.last().0 { 0 } else { self.since + 1 };
+        self.since = if moment <= track.snapshots.last().moment { 0 } else { self.since + 1 };
+        if moment <= track.end {
+            return;
+        }
+        track.end = moment;
+        let stretch = track.snapshots.open_stretch();
+        self.outputs.range(before..).for_each(|output| stretch.saw(output));
+        let (low, high) = match act {
+            // What is only received sets nothing in motion.
+            Some(Act::Byte(byte)) if !self.device.is_urgent(byte) => {
+                let here = self.device.position(moment.at);
+                (here, here)
+            }
+            Some(_) => self.device.reach(),
+            None => return,
+        };
+        stretch.reaches(&low, &high);
         // A snapshot is taken just after an act, which everybody passes who goes over it again.
-        if self.since >= self.limits.spacing.max(1) && moment.at == self.acted {
-            track.snapshots.push(moment, self.device.state(), self.limits.snapshots);
+        if self.since >= self.limits.spacing.max(1) {
+            let state = self.device.state();
+            let stretch = Stretch::new(&self.device, self.watched);
+            track.snapshots.push(Kept { moment, state, stretch }, self.limits.snapshots);
             self.since = 0;
         }
+    }
+
+    /// Goes to a moment, or stays, and says whether there is one.
+    fn go_to_place(&mut self, place: Place) -> bool {
+        let begin = self.present;
+        if !self.reach(place) {
+            self.reach(begin);
+        }
+        self.present == place
     }
 
     /// Goes to a moment if there is one, and somewhere if not.
     fn reach(&mut self, place: Place) -> bool {
         let Some(track) = self.tracks.get(place.branch.0 as usize) else { return false };
-        if place.moment < track.snapshots.first().0 || place.moment > track.end {
+        if place.moment < track.snapshots.first().moment || place.moment > track.end {
             return false;
         }
-        let from = track.snapshots.not_after(place.moment).0;
+        let from = track.snapshots.not_after(place.moment).moment;
         let here = self.present;
         let on_the_way =
             here.branch == place.branch && (from..=place.moment).contains(&here.moment);
         if !on_the_way {
             self.restore(Place { branch: place.branch, moment: from });
         }
-        let counts = |moment: Moment| (moment.inputs, moment.bytes, moment.causes);
-        while counts(self.present.moment) < counts(place.moment)
-            && self.act(place.moment.at).is_some()
+        while self.present.moment.counts() < place.moment.counts()
+            && self.act_here(place.moment.at).is_some()
         {
             self.outputs.clear();
         }
@@ -457,7 +697,7 @@ impl<D: Device> History<D> {
     /// Goes to a moment of which the state is kept.
     fn restore(&mut self, kept: Place) {
         let track = &self.tracks[kept.branch.0 as usize];
-        let (moment, state) = track.snapshots.not_after(kept.moment);
+        let Kept { moment, state, .. } = track.snapshots.not_after(kept.moment);
         self.present = Place { branch: kept.branch, moment: *moment };
         self.acted = moment.at;
         self.since = 0;
@@ -470,9 +710,10 @@ impl<D: Device> History<D> {
         let from = self.present;
         let first = Moment { at: from.moment.at, ..Moment::default() };
         let branch = BranchId(self.tracks.len() as u32);
-        let (name, state) = (format!("branch {}", branch.0), self.device.state());
-        self.tracks.push(Track::new(name, Some(from), first, state));
+        let name = format!("branch {}", branch.0);
+        self.tracks.push(Track::new(name, Some(from), first, &self.device, self.watched));
         self.present = Place { branch, moment: first };
+        self.heading = branch;
         self.acted = first.at;
         self.since = 0;
     }
@@ -483,8 +724,16 @@ impl<D: Device> History<D> {
 }
 
 impl<S> Track<S> {
-    fn new(name: String, parting: Option<Place>, first: Moment, state: S) -> Track<S> {
-        let snapshots = Snapshots::new(first, state);
+    fn new<D: Device<State = S>>(
+        name: String,
+        parting: Option<Place>,
+        first: Moment,
+        device: &D,
+        watched: Kinds,
+    ) -> Track<S> {
+        let kept =
+            Kept { moment: first, state: device.state(), stretch: Stretch::new(device, watched) };
+        let snapshots = Snapshots::new(kept);
         Track { name, parting, tape: Tape::default(), snapshots, end: first }
     }
 }

@@ -11,8 +11,12 @@
 mod history;
 mod moment;
 pub mod recording;
+mod search;
 mod snapshots;
+mod stretch;
 mod tape;
 
-pub use history::{Act, Branch, History, Limits, Usage};
-pub use moment::{BranchId, Moment, Place};
+pub use history::{Branch, History, Limits, Usage};
+pub use moment::{Act, BranchId, Moment, Place};
+pub use search::{Begins, Found, Progress, Sought, Which};
+pub use stretch::Stretch;

@@ -23,6 +23,13 @@ pub struct Moment {
     pub at: Time,
 }
 
+impl Moment {
+    /// Inputs, bytes and causes, without the time that has passed since.
+    pub(crate) fn counts(self) -> (u64, u64, u64) {
+        (self.inputs, self.bytes, self.causes)
+    }
+}
+
 /// The number of a branch of a history. The first is 0.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
@@ -37,4 +44,15 @@ pub struct Place {
     pub branch: BranchId,
     /// The moment.
     pub moment: Moment,
+}
+
+/// What brings a history from one moment to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// The device did something by itself.
+    Cause,
+    /// A byte of an input came.
+    Byte(u8),
+    /// An input came that is no bytes.
+    Input,
 }

@@ -2,64 +2,89 @@
 
 use vimc4_device::Time;
 
-use crate::Moment;
+use crate::{Moment, Stretch};
 
-/// The states of a branch at some of its moments, the older the sparser. The first stays.
+/// The states of a branch at some of its moments, the older the sparser. The first stays. Of what
+/// lies behind each of them, up to the next, something is known.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Snapshots<S> {
-    first: (Moment, S),
-    later: Vec<(Moment, S)>,
+    /// There is always one.
+    first: Kept<S>,
+    later: Vec<Kept<S>>,
+}
+
+/// A state, the moment it belongs to, and the stretch from there to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Kept<S> {
+    pub(crate) moment: Moment,
+    pub(crate) state: S,
+    pub(crate) stretch: Stretch,
 }
 
 impl<S> Snapshots<S> {
     /// With the first state of a branch.
-    pub(crate) fn new(moment: Moment, state: S) -> Snapshots<S> {
-        Snapshots { first: (moment, state), later: Vec::new() }
+    pub(crate) fn new(first: Kept<S>) -> Snapshots<S> {
+        Snapshots { first, later: Vec::new() }
     }
 
     pub(crate) fn len(&self) -> usize {
         1 + self.later.len()
     }
 
-    pub(crate) fn first(&self) -> &(Moment, S) {
+    pub(crate) fn first(&self) -> &Kept<S> {
         &self.first
     }
 
-    pub(crate) fn last(&self) -> &(Moment, S) {
+    pub(crate) fn last(&self) -> &Kept<S> {
         self.later.last().unwrap_or(&self.first)
     }
 
+    /// What is known of what lies behind the last of them.
+    pub(crate) fn open_stretch(&mut self) -> &mut Stretch {
+        &mut self.later.last_mut().unwrap_or(&mut self.first).stretch
+    }
+
     /// The last of them that is not after a moment; the first if all are.
-    pub(crate) fn not_after(&self, moment: Moment) -> &(Moment, S) {
-        self.nth(self.later.partition_point(|(kept, _)| *kept <= moment))
+    pub(crate) fn not_after(&self, moment: Moment) -> &Kept<S> {
+        self.nth(self.later.partition_point(|kept| kept.moment <= moment))
+    }
+
+    /// The first of them that is after a moment.
+    pub(crate) fn after(&self, moment: Moment) -> Option<&Kept<S>> {
+        self.later.get(self.later.partition_point(|kept| kept.moment <= moment))
     }
 
     /// The last of them that is before a moment; the first if none is.
-    pub(crate) fn before(&self, moment: Moment) -> &(Moment, S) {
-        self.nth(self.later.partition_point(|(kept, _)| *kept < moment))
+    pub(crate) fn before(&self, moment: Moment) -> &Kept<S> {
+        self.nth(self.later.partition_point(|kept| kept.moment < moment))
     }
 
     /// The last of them whose time is before a time; the first if none is.
-    pub(crate) fn earlier(&self, at: Time) -> &(Moment, S) {
-        self.nth(self.later.partition_point(|(kept, _)| kept.at < at))
+    pub(crate) fn earlier(&self, at: Time) -> &Kept<S> {
+        self.nth(self.later.partition_point(|kept| kept.moment.at < at))
     }
 
     /// Keeps a state behind all others. Where there are more than `most`, every second one of the
     /// older half goes: what was kept at even distances ends up at distances that grow with age.
-    pub(crate) fn push(&mut self, moment: Moment, state: S, most: usize) {
-        self.later.push((moment, state));
+    pub(crate) fn push(&mut self, kept: Kept<S>, most: usize) {
+        self.later.push(kept);
         if self.len() > most.max(2) {
             let half = self.later.len().div_ceil(2);
-            let mut place = 0;
-            self.later.retain(|_| {
-                place += 1;
-                place > half || place % 2 == 0
-            });
+            let mut thinned: Vec<Kept<S>> = Vec::with_capacity(self.later.len());
+            for (place, kept) in self.later.drain(..).enumerate() {
+                if place < half && place % 2 == 0 {
+                    let before = thinned.last_mut().unwrap_or(&mut self.first);
+                    before.stretch.join(&kept.stretch);
+                } else {
+                    thinned.push(kept);
+                }
+            }
+            self.later = thinned;
         }
     }
 
     /// The first for 0, then the later ones.
-    fn nth(&self, number: usize) -> &(Moment, S) {
+    fn nth(&self, number: usize) -> &Kept<S> {
         number.checked_sub(1).and_then(|place| self.later.get(place)).unwrap_or(&self.first)
     }
 }

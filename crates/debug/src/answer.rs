@@ -1,0 +1,263 @@
+//! What a command of the console answers.
+
+use std::fmt;
+
+use serde_json::Value;
+use vimc4_device::{Activity, AxisView, SignalView, Time, TimerView, WaitsFor};
+use vimc4_timeline::{Branch, Place, Usage};
+
+use crate::breakpoint::{Breakpoint, BreakpointId, Note};
+use crate::look::{Frame, Listing, MotionView};
+use crate::stop::{Executing, Stop, time};
+use crate::table::{Directive, Group, TABLE};
+use crate::why::{Chain, Change};
+use crate::{Parting, Variable};
+
+/// What a command of the console answers: a value for programs, and its text for people.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Answer {
+    /// It was done, and there is nothing to say.
+    Done,
+    /// One has gone somewhere; with what is watched.
+    Stopped(Stop, Vec<Watched>),
+    /// A breakpoint was made.
+    Breakpoint(BreakpointId, String),
+    /// The breakpoints, with their texts.
+    Breakpoints(Vec<(Breakpoint, String)>),
+    /// Every time that something was so; and whether there were more.
+    Notes(Vec<Note>, bool),
+    /// Where one is.
+    Where(Box<Where>),
+    /// A value.
+    Value(Variable),
+    /// What is watched.
+    Watches(Vec<Watched>),
+    /// Lines.
+    Listing(Listing),
+    /// What is under way, from inside to outside.
+    Frames(Vec<Frame>),
+    /// The running motion, if one runs.
+    Motion(Option<MotionView>),
+    /// What will happen by itself.
+    Timers(Vec<TimerView>),
+    /// What has been received and waits, and of how much room.
+    Queue {
+        /// Bytes that wait.
+        used: usize,
+        /// Bytes for which there is room.
+        size: usize,
+    },
+    /// The image of what is kept without power.
+    Flash(Vec<u8>),
+    /// Buttons, switches and inputs.
+    Signals(Vec<SignalView>),
+    /// What led to something, from there back.
+    Why(Chain),
+    /// Where a field was changed.
+    Change(Option<Change>),
+    /// What would come if something were so.
+    Parting(Box<Parting>),
+    /// Moments with a name.
+    Marks(Vec<(String, Place)>),
+    /// The branches, and which the present goes on with.
+    Branches(Vec<Branch>, vimc4_timeline::BranchId),
+    /// What is kept.
+    Usage(Usage),
+    /// All commands.
+    Help,
+    /// One command.
+    HelpOn(&'static Directive),
+    /// Whoever has asked wants to end.
+    Quit,
+}
+
+/// Something that is watched, and what it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Watched {
+    /// The expression.
+    pub expression: String,
+    /// Its value, or why it has none.
+    pub value: Result<Value, String>,
+}
+
+/// Where one is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Where {
+    /// The moment.
+    pub place: Place,
+    /// The name of the branch.
+    pub branch: String,
+    /// The time.
+    pub at: Time,
+    /// Whether nothing is known of what comes.
+    pub is_end: bool,
+    /// What the controller does.
+    pub activity: Activity,
+    /// What it waits for.
+    pub waits_for: Option<WaitsFor>,
+    /// The command that is executed, or was last.
+    pub command: Option<Executing>,
+    /// The axes.
+    pub axes: Vec<AxisView>,
+}
+
+impl fmt::Display for Where {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let end = if self.is_end { ", the end" } else { "" };
+        write!(f, "{} on {}{end}: {}", time(self.at), self.branch, self.activity)?;
+        if let Some(waits) = &self.waits_for {
+            write!(f, ", waits for {waits}")?;
+        }
+        if let Some(command) = &self.command {
+            write!(f, "\n    {command}")?;
+        }
+        for axis in self.axes.iter().filter(|axis| axis.configured) {
+            let referenced = if axis.referenced { "" } else { ", not referenced" };
+            let hertz = axis.speed / 1_000_000;
+            write!(f, "\n    {:<2} {:>10}", axis.name, axis.position)?;
+            if axis.speed != 0 {
+                write!(f, "  {hertz} Hz")?;
+            }
+            f.write_str(referenced)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Watched {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.value {
+            Ok(value) => write!(f, "{} = {}", self.expression, shown(value)),
+            Err(error) => write!(f, "{}: {error}", self.expression),
+        }
+    }
+}
+
+fn shown(value: &Value) -> String {
+    let variable = Variable { name: String::new(), path: String::new(), value: value.clone() };
+    variable.text()
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Answer::Done | Answer::Quit => Ok(()),
+            Answer::Stopped(stop, watches) => {
+                write!(f, "{stop}")?;
+                watches.iter().try_for_each(|watched| write!(f, "\n    {watched}"))
+            }
+            Answer::Breakpoint(id, text) => write!(f, "breakpoint {id}: {text}"),
+            Answer::Breakpoints(list) if list.is_empty() => f.write_str("there are no breakpoints"),
+            Answer::Breakpoints(list) => lines(f, list, |f, (breakpoint, text)| {
+                let off = if breakpoint.is_enabled { "" } else { "  (disabled)" };
+                let times = if breakpoint.count == 1 { "time" } else { "times" };
+                write!(f, "{:>3}  {text}  {} {times}{off}", breakpoint.id, breakpoint.count)
+            }),
+            Answer::Notes(notes, more) => {
+                if notes.is_empty() {
+                    return f.write_str("never");
+                }
+                lines(f, notes, |f, note| write!(f, "{}  {}", time(note.at), note.text))?;
+                if *more { f.write_str("\nand more") } else { Ok(()) }
+            }
+            Answer::Where(place) => write!(f, "{place}"),
+            Answer::Value(variable) if variable.parts() == 0 => f.write_str(&variable.text()),
+            Answer::Value(variable) => write!(f, "{variable}"),
+            Answer::Watches(watches) if watches.is_empty() => f.write_str("nothing is watched"),
+            Answer::Watches(watches) => {
+                let mut number = 0;
+                lines(f, watches, |f, watched| {
+                    number += 1;
+                    write!(f, "{number:>3}  {watched}")
+                })
+            }
+            Answer::Listing(listing) => write!(f, "{listing}"),
+            Answer::Frames(frames) => lines(f, frames, |f, frame| write!(f, "{frame}")),
+            Answer::Motion(None) => f.write_str("nothing moves"),
+            Answer::Motion(Some(motion)) => write!(f, "{motion}"),
+            Answer::Timers(timers) if timers.is_empty() => f.write_str("nothing is due"),
+            Answer::Timers(timers) => {
+                lines(f, timers, |f, timer| write!(f, "{}  {}", time(timer.due), timer.cause))
+            }
+            Answer::Queue { used, size } => write!(f, "{used} of {size} bytes wait"),
+            Answer::Flash(image) if image.is_empty() => f.write_str("the memory is empty"),
+            Answer::Flash(image) => {
+                let text = String::from_utf8_lossy(image);
+                f.write_str(text.trim_end())
+            }
+            Answer::Signals(signals) => lines(f, signals, |f, signal| match signal.value {
+                Some(value) => write!(f, "{:<16} {value}", signal.name),
+                None => write!(f, "{:<16} -", signal.name),
+            }),
+            Answer::Why(chain) => write!(f, "{chain}"),
+            Answer::Change(None) => f.write_str("it has not changed; still here"),
+            Answer::Change(Some(change)) => write!(f, "{change}"),
+            Answer::Parting(parting) => write!(f, "{parting}"),
+            Answer::Marks(marks) if marks.is_empty() => f.write_str("no moment has a name"),
+            Answer::Marks(marks) => lines(f, marks, |f, (name, place)| {
+                write!(f, "{:<16} {}", name, time(place.moment.at))
+            }),
+            Answer::Branches(branches, present) => lines(f, branches, |f, branch| {
+                let marker = if branch.id == *present { '>' } else { ' ' };
+                let (first, end) = (time(branch.first.at), time(branch.end.at));
+                write!(f, "{marker} {:<24} {first} to {end}", branch.name)?;
+                let Some(parted) = branch.parted else { return Ok(()) };
+                let from = branches.iter().find(|other| other.id == parted.branch);
+                write!(f, ", from {}", from.map_or("?", |other| other.name.as_str()))
+            }),
+            Answer::Usage(usage) => write!(
+                f,
+                "{} inputs, {} kB; {} states, {} kB at least",
+                usage.inputs,
+                usage.input_bytes / 1_024,
+                usage.snapshots,
+                usage.snapshot_bytes / 1_024
+            ),
+            Answer::Help => {
+                for (place, group) in Group::ALL.into_iter().enumerate() {
+                    let between = if place > 0 { "\n\n" } else { "" };
+                    write!(f, "{between}{group}")?;
+                    for directive in TABLE.iter().filter(|directive| directive.group == group) {
+                        let short =
+                            directive.short.map_or(String::new(), |short| format!(" ({short})"));
+                        let name = format!("{}{short}", directive.name);
+                        write!(f, "\n  {name:<18} {}", directive.about)?;
+                    }
+                }
+                f.write_str("\n\n`help COMMAND` tells more; an empty line does the last one again.")
+            }
+            Answer::HelpOn(directive) => {
+                write!(f, "{}", directive.usage())?;
+                if let Some(short) = directive.short {
+                    write!(f, "  (or {short})")?;
+                }
+                write!(f, "\n    {}.", capital(directive.about))?;
+                if !directive.more.is_empty() {
+                    write!(f, "\n    {}", directive.more)?;
+                }
+                write!(f, "\n    For example: {}", directive.example)
+            }
+        }
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    let first = chars.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + chars.as_str()
+}
+
+fn lines<T>(
+    f: &mut fmt::Formatter<'_>,
+    things: &[T],
+    mut line: impl FnMut(&mut fmt::Formatter<'_>, &T) -> fmt::Result,
+) -> fmt::Result {
+    for (place, thing) in things.iter().enumerate() {
+        if place > 0 {
+            f.write_str("\n")?;
+        }
+        line(f, thing)?;
+    }
+    Ok(())
+}

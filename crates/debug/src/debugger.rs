@@ -1,0 +1,349 @@
+//! The debugger.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use serde_json::Value;
+use vimc4_catalogue::Controller;
+use vimc4_device::{Condition, Input, Kinds, Names, Time, TimedInput};
+use vimc4_timeline::{History, Place};
+
+use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
+use crate::{DebugError, Expression, Field, Source, Unit, Variable};
+
+/// A controller, its history, and where one stands in it.
+///
+/// Every walk leaves the present somewhere and says where and why: a [`Stop`]. What is asked about
+/// the controller is asked about the present. An input that is given in the past begins a branch.
+///
+/// Walks that take long ask `progress` every few milliseconds whether to go on.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use vimc4_debug::{Debugger, Depth, Reason, Unit, Way};
+/// use vimc4_device::Input;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let (model, machine) = (vimc4_catalogue::model("imc4")?, vimc4_catalogue::machine("bench")?);
+/// let mut debugger = Debugger::new(vimc4_catalogue::bare(&model, &machine, &[])?);
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// debugger.give(Input::Bytes(b"@01\r@0A1000,900\r"));
+/// assert_eq!(debugger.go(Way::Forward, None, go_on).why, Reason::Rest);
+///
+/// // In the middle of the motion.
+/// let condition = debugger.names().read("x = 400")?;
+/// assert_eq!(debugger.seek(&condition, Way::Back, go_on).why, Reason::Found);
+/// assert_eq!(debugger.evaluate("x")?, 400);
+/// debugger.step(Unit::Step, Way::Back, Depth::Into, 10, go_on);
+/// assert_eq!(debugger.evaluate("x")?, 390);
+///
+/// // The same as a line that somebody types.
+/// let answer = debugger.execute("print x + 1", go_on)?;
+/// assert_eq!(answer.to_string(), "391");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Debugger {
+    pub(crate) history: History<Controller>,
+    names: Names,
+    pub(crate) source: Option<Source>,
+    pub(crate) breakpoints: Vec<Breakpoint>,
+    /// The number of the breakpoint that was made last.
+    last_breakpoint: u32,
+    marks: BTreeMap<String, Place>,
+    watches: Vec<Expression>,
+    pub(crate) stays: bool,
+    /// What was stepped by last.
+    pub(crate) unit: Unit,
+}
+
+/// What to do with a breakpoint besides waiting for it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// What must be so as well.
+    pub condition: Option<Expression>,
+    /// How often it must have come.
+    pub hits: Hits,
+    /// Nobody stops, but this is noted.
+    pub log: Option<String>,
+}
+
+impl Debugger {
+    /// Begins with a controller as it is now.
+    #[must_use]
+    pub fn new(controller: Controller) -> Debugger {
+        Debugger::over(History::new(controller))
+    }
+
+    /// Goes on with a history. All kinds of events are watched from now on.
+    #[must_use]
+    pub fn over(mut history: History<Controller>) -> Debugger {
+        history.watch(Kinds::ALL);
+        history.drain();
+        Debugger {
+            names: Names::of(history.device()),
+            history,
+            source: None,
+            breakpoints: Vec::new(),
+            last_breakpoint: 0,
+            marks: BTreeMap::new(),
+            watches: Vec::new(),
+            stays: false,
+            unit: Unit::Command,
+        }
+    }
+
+    /// The commands come from a text.
+    #[must_use]
+    pub fn with_source(mut self, source: Source) -> Debugger {
+        self.source = Some(source);
+        self
+    }
+
+    /// Nothing goes beyond the end of what is there now and what is given: a recording is looked at
+    /// and not gone on with.
+    pub fn stay_within(&mut self, stays: bool) {
+        self.stays = stays;
+    }
+
+    /// The history.
+    #[must_use]
+    pub fn history(&self) -> &History<Controller> {
+        &self.history
+    }
+
+    /// The history, to be gone through by other means.
+    pub fn history_mut(&mut self) -> &mut History<Controller> {
+        &mut self.history
+    }
+
+    /// The controller at the present.
+    #[must_use]
+    pub fn device(&self) -> &Controller {
+        self.history.device()
+    }
+
+    /// The present.
+    #[must_use]
+    pub fn place(&self) -> Place {
+        self.history.present()
+    }
+
+    /// The present time.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.history.now()
+    }
+
+    /// The names of axes and signals.
+    #[must_use]
+    pub fn names(&self) -> &Names {
+        &self.names
+    }
+
+    /// The text that the commands come from, if one was handed in.
+    #[must_use]
+    pub fn source(&self) -> Option<&Source> {
+        self.source.as_ref()
+    }
+
+    /// The text that the commands come from.
+    pub fn set_source(&mut self, source: Option<Source>) {
+        self.source = source;
+    }
+
+    // --- what is done to the controller ---
+
+    /// Gives the controller an input, now. It takes effect with what is walked next. In the past it
+    /// begins a branch.
+    pub fn give(&mut self, input: Input<'_>) {
+        self.history.give(input);
+    }
+
+    /// Goes to the end of the branch and on to the time of an input, and gives that: the history
+    /// follows a controller that somebody else runs.
+    pub fn follow(&mut self, TimedInput { at, input }: &TimedInput) {
+        if !self.history.is_at_end() {
+            let heading = self.history.heading();
+            self.history.go_to_end(heading);
+        }
+        self.history.run_to(*at);
+        self.history.give(input.as_input());
+        self.history.run_to(*at);
+        self.history.drain();
+    }
+
+    /// Puts in another value of a field of the state, which begins a branch.
+    ///
+    /// # Errors
+    ///
+    /// If the field cannot be set, or not to this value.
+    pub fn set_variable(&mut self, path: &str, value: Value) -> Result<(), DebugError> {
+        let field = Field::parse(path, self.device())?;
+        let state = field.put(self.device(), value.clone())?;
+        self.history.fork(format!("{path} = {value}"), state);
+        Ok(())
+    }
+
+    // --- breakpoints ---
+
+    /// All of them, in order of their numbers.
+    #[must_use]
+    pub fn breakpoints(&self) -> &[Breakpoint] {
+        &self.breakpoints
+    }
+
+    /// Adds one.
+    pub fn add_breakpoint(&mut self, trigger: Trigger, options: Options) -> BreakpointId {
+        self.last_breakpoint += 1;
+        let id = BreakpointId(self.last_breakpoint);
+        let Options { condition, hits, log } = options;
+        let (is_enabled, count) = (true, 0);
+        let breakpoint = Breakpoint { id, trigger, condition, hits, log, is_enabled, count };
+        self.breakpoints.push(breakpoint);
+        id
+    }
+
+    /// Takes one away, and says whether there was one of this number.
+    pub fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {
+        let before = self.breakpoints.len();
+        self.breakpoints.retain(|breakpoint| breakpoint.id != id);
+        self.breakpoints.len() < before
+    }
+
+    /// Takes all away.
+    pub fn clear_breakpoints(&mut self) {
+        self.breakpoints.clear();
+    }
+
+    /// Heeds a breakpoint or not, and says whether there is one of this number.
+    pub fn enable_breakpoint(&mut self, id: BreakpointId, is_enabled: bool) -> bool {
+        let found = self.breakpoints.iter_mut().find(|breakpoint| breakpoint.id == id);
+        found.map(|breakpoint| breakpoint.is_enabled = is_enabled).is_some()
+    }
+
+    /// What a text says to wait for: `change FIELD`, a condition, a line of the file, or an
+    /// expression.
+    ///
+    /// # Errors
+    ///
+    /// If it is none of these.
+    pub fn read_trigger(&self, text: &str) -> Result<Trigger, DebugError> {
+        let text = text.trim();
+        if let Some(field) = text.strip_prefix("change ") {
+            return Ok(Trigger::Change(Field::parse(field, self.device())?));
+        }
+        if let (Some(line), true) = (text.strip_prefix("line "), self.source.is_some())
+            && let Ok(line) = line.trim().parse()
+        {
+            return self.line_trigger(line);
+        }
+        match self.names.read(text) {
+            Ok(condition) => Ok(Trigger::Condition(condition)),
+            Err(error) => match Expression::parse(text, self.device()) {
+                Ok(expression) if expression.is_claim() => Ok(Trigger::Expression(expression)),
+                _ => Err(DebugError::new(error.to_string())),
+            },
+        }
+    }
+
+    /// A line, from 1, of the file that the commands come from; of the stored program, if they come
+    /// from none. A line without a command stands for the next that has one.
+    ///
+    /// # Errors
+    ///
+    /// If no command comes from the line or from one after it.
+    pub fn line_trigger(&self, line: u32) -> Result<Trigger, DebugError> {
+        let Some(source) = &self.source else {
+            return Ok(Trigger::Condition(Condition::Line { line: Some(line) }));
+        };
+        match source.command_at(line) {
+            Some((_, line)) => Ok(Trigger::SourceLine(line)),
+            None => Err(DebugError::new(format!(
+                "no command comes from line {line} of {} or from one after it",
+                source.name
+            ))),
+        }
+    }
+
+    // --- values ---
+
+    /// The value of an expression, now.
+    ///
+    /// # Errors
+    ///
+    /// If it is none.
+    pub fn evaluate(&self, expression: &str) -> Result<Value, DebugError> {
+        let expression = Expression::parse(expression, self.device())?;
+        expression.value(self.device(), self.now())
+    }
+
+    /// Everything that can be seen, and the state, as a tree.
+    #[must_use]
+    pub fn variables(&self) -> Variable {
+        let value = crate::field::tree(self.device());
+        Variable { name: String::new(), path: String::new(), value }
+    }
+
+    /// What is at a path of that tree.
+    ///
+    /// # Errors
+    ///
+    /// If the path leads nowhere.
+    pub fn variable(&self, path: &str) -> Result<Variable, DebugError> {
+        let path = path.trim();
+        if path.is_empty() {
+            return Ok(self.variables());
+        }
+        let value = Field::parse(path, self.device())?.look(self.device(), self.now())?;
+        let name = path.rsplit('.').next().unwrap_or(path).to_owned();
+        Ok(Variable { name, path: path.to_owned(), value })
+    }
+
+    /// What is watched, and the values now.
+    #[must_use]
+    pub fn watches(&self) -> Vec<(Expression, Result<Value, DebugError>)> {
+        let value = |expression: &Expression| expression.value(self.device(), self.now());
+        self.watches.iter().map(|watch| (watch.clone(), value(watch))).collect()
+    }
+
+    /// Watches an expression.
+    ///
+    /// # Errors
+    ///
+    /// If it is none.
+    pub fn watch(&mut self, expression: &str) -> Result<(), DebugError> {
+        self.watches.push(Expression::parse(expression, self.device())?);
+        Ok(())
+    }
+
+    /// Watches no longer what was the `number`th, from 1, and says whether there was one.
+    pub fn unwatch(&mut self, number: usize) -> bool {
+        let place = number.checked_sub(1).filter(|place| *place < self.watches.len());
+        place.map(|place| self.watches.remove(place)).is_some()
+    }
+
+    // --- bookmarks ---
+
+    /// The moments with a name.
+    #[must_use]
+    pub fn marks(&self) -> &BTreeMap<String, Place> {
+        &self.marks
+    }
+
+    /// Gives the present a name, and returns where that was before.
+    pub fn mark(&mut self, name: impl Into<String>) -> Option<Place> {
+        self.marks.insert(name.into(), self.place())
+    }
+
+    /// Forgets a name, and says whether there was one.
+    pub fn unmark(&mut self, name: &str) -> bool {
+        self.marks.remove(name).is_some()
+    }
+}
+
+/// Nobody minds how long it takes.
+pub fn patiently(_: Time) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}

@@ -1,0 +1,691 @@
+//! Carrying out a line that somebody types.
+
+use std::ops::ControlFlow;
+
+use vimc4_device::{
+    CommandNumber, Device, Input, OwnedInput, Signal, SignalKind, Time, escape, parse_duration,
+};
+use vimc4_timeline::Progress;
+
+use crate::answer::{Answer, Watched, Where};
+use crate::breakpoint::{BreakpointId, Hits, Note};
+use crate::debugger::{Debugger, Options};
+use crate::table::Directive;
+use crate::walk::Walk;
+use crate::why::About;
+use crate::{DebugError, Depth, Expression, Field, Reason, Stop, Unit, Way, WhatIf};
+
+type Result<T = Answer, E = DebugError> = std::result::Result<T, E>;
+
+/// What ends a command of every family: CR.
+const END: &str = "\r";
+
+impl Debugger {
+    /// Carries out a line as people type it. An empty line and one that begins with `#` do nothing.
+    ///
+    /// Where the walk that it begins is cancelled, the [`Stop`] says so.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the line, and what would be right. Nothing has happened then.
+    pub fn execute(&mut self, line: &str, progress: &mut Progress<'_>) -> Result {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            return Ok(Answer::Done);
+        }
+        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let rest = rest.trim();
+        let Some(directive) = Directive::named(word) else {
+            return match self.turn(word, rest) {
+                Some(result) => result,
+                None => Err(unknown(word)),
+            };
+        };
+        if directive.arguments.is_empty() && !rest.is_empty() {
+            return Err(DebugError::new(format!(
+                "nothing follows `{}`, and here does `{rest}`",
+                directive.name
+            )));
+        }
+        let missing = || DebugError::new(format!("how it is typed: {}", directive.usage()));
+        match directive.name {
+            "step" => self.stepped(rest, Way::Forward, progress),
+            "back" => self.stepped(rest, Way::Back, progress),
+            "over" => {
+                let count = if rest.is_empty() { 1 } else { number(rest)? };
+                let stop = self.step(Unit::Line, Way::Forward, Depth::Over, count, progress);
+                Ok(self.told(stop))
+            }
+            "out" => {
+                let stop = self.step(Unit::Line, Way::Forward, Depth::Out, 1, progress);
+                Ok(self.told(stop))
+            }
+            "continue" => {
+                let until = match rest {
+                    "" => None,
+                    span => Some(self.now() + self::span(span)?),
+                };
+                let stop = self.go(Way::Forward, until, progress);
+                Ok(self.told(stop))
+            }
+            "reverse" => {
+                let stop = self.go(Way::Back, None, progress);
+                Ok(self.told(stop))
+            }
+            "next" | "last" => {
+                let condition = self.names().read(rest);
+                let condition = condition.map_err(|error| DebugError::new(error.to_string()))?;
+                let way = if directive.name == "next" { Way::Forward } else { Way::Back };
+                let stop = self.seek(&condition, way, progress);
+                Ok(self.told(stop))
+            }
+            "goto" if rest.is_empty() => Err(missing()),
+            "goto" => self.goto(rest, progress),
+            "break" if rest.is_empty() => Err(missing()),
+            "break" => {
+                let (trigger, options) = self.read_breakpoint(rest)?;
+                let id = self.add_breakpoint(trigger, options);
+                let made = self.breakpoints().last().map(|made| made.describe(self.names()));
+                Ok(Answer::Breakpoint(id, made.unwrap_or_default()))
+            }
+            "breakpoints" => {
+                let names = self.names();
+                let list = self.breakpoints().iter();
+                let list = list.map(|breakpoint| (breakpoint.clone(), breakpoint.describe(names)));
+                Ok(Answer::Breakpoints(list.collect()))
+            }
+            "delete" | "enable" | "disable" => self.change_breakpoint(directive.name, rest),
+            "trace" if rest.is_empty() => Err(missing()),
+            "trace" => self.trace(rest, progress),
+            "where" => Ok(self.whereabouts()),
+            "print" => Ok(Answer::Value(self.shown(rest)?)),
+            "watch" => {
+                if !rest.is_empty() {
+                    self.watch(rest)?;
+                }
+                Ok(Answer::Watches(self.watched()))
+            }
+            "unwatch" => match self.unwatch(usize::try_from(number(rest)?).unwrap_or(0)) {
+                true => Ok(Answer::Watches(self.watched())),
+                false => Err(DebugError::new(format!("nothing is watched with the number {rest}"))),
+            },
+            "list" => self.listed(rest),
+            "frames" => Ok(Answer::Frames(self.frames())),
+            "motion" => Ok(Answer::Motion(self.motion())),
+            "timers" => Ok(Answer::Timers(self.device().view(self.now()).timers)),
+            "queue" => {
+                let received = self.device().view(self.now()).received;
+                Ok(Answer::Queue { used: received.used, size: received.size })
+            }
+            "flash" => Ok(Answer::Flash(self.device().flash_image())),
+            "signals" => Ok(Answer::Signals(self.device().view(self.now()).signals)),
+            "why" => match About::named(rest) {
+                Some(about) => Ok(Answer::Why(self.why(about)?)),
+                None => Err(missing()),
+            },
+            "who" => {
+                let field = rest.strip_prefix("changed ").unwrap_or(rest);
+                if field.is_empty() {
+                    return Err(missing());
+                }
+                let field = Field::parse(field, self.device())?;
+                Ok(Answer::Change(self.who_changed(&field, progress)?))
+            }
+            "what" => match rest.strip_prefix("if ") {
+                Some(what) => {
+                    let what = self.read_what_if(what.trim())?;
+                    Ok(Answer::Parting(Box::new(self.what_if(&what, progress)?)))
+                }
+                None => Err(missing()),
+            },
+            "assert" if rest.is_empty() => Err(missing()),
+            "assert" => self.assert(rest),
+            "send" | "sendraw" => {
+                let end = if directive.name == "send" { END } else { "" };
+                let bytes = unescape(&(rest.to_owned() + &escape(end.as_bytes())))?;
+                self.give(Input::Bytes(&bytes));
+                Ok(Answer::Done)
+            }
+            "press" | "hold" | "release" => {
+                let button = self.button(rest)?;
+                let latches = button.name == "estop";
+                let values: &[i32] = match directive.name {
+                    "press" if !latches => &[1, 0],
+                    "release" => &[0],
+                    _ => &[1],
+                };
+                values.iter().for_each(|value| self.give(Input::Signal(button.id, *value)));
+                Ok(Answer::Done)
+            }
+            "set" => {
+                let (signal, value) = self.read_signal(rest)?;
+                self.give(Input::Signal(signal.id, value));
+                Ok(Answer::Done)
+            }
+            "power" => {
+                let on = match rest {
+                    "on" => true,
+                    "off" => false,
+                    _ => return Err(missing()),
+                };
+                self.give(Input::Power(on));
+                Ok(Answer::Done)
+            }
+            "put" => {
+                let (field, value) = rest.split_once('=').ok_or_else(missing)?;
+                let value = value.trim();
+                // A word that is no field is a text.
+                let is_word = value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
+                let value = match self.evaluate(value) {
+                    Err(_) if is_word => value.into(),
+                    value => value?,
+                };
+                self.set_variable(field.trim(), value)?;
+                Ok(Answer::Done)
+            }
+            "mark" | "unmark" if rest.is_empty() => Err(missing()),
+            "mark" => {
+                self.mark(rest);
+                Ok(Answer::Done)
+            }
+            "unmark" => match self.unmark(rest) {
+                true => Ok(Answer::Done),
+                false => Err(DebugError::new(format!("no moment is called `{rest}`"))),
+            },
+            "marks" => {
+                let marks = self.marks().iter().map(|(name, place)| (name.clone(), *place));
+                Ok(Answer::Marks(marks.collect()))
+            }
+            "branches" => {
+                let history = self.history();
+                Ok(Answer::Branches(history.branches().collect(), history.heading()))
+            }
+            "rename" if rest.is_empty() => Err(missing()),
+            "rename" => {
+                let branch = self.place().branch;
+                self.history_mut().rename(branch, rest);
+                Ok(Answer::Done)
+            }
+            "usage" => Ok(Answer::Usage(self.history().usage())),
+            "help" => match rest {
+                "" => Ok(Answer::Help),
+                name => Directive::named(name).map(Answer::HelpOn).ok_or_else(|| unknown(name)),
+            },
+            "quit" => Ok(Answer::Quit),
+            name => Err(unknown(name)),
+        }
+    }
+
+    // --- going ---
+
+    /// `[COUNT] [UNIT|over|out]`.
+    fn stepped(&mut self, text: &str, way: Way, progress: &mut Progress<'_>) -> Result {
+        let (mut count, mut unit, mut depth) = (1, None, Depth::Into);
+        for (place, word) in text.split_whitespace().enumerate() {
+            if let (0, Ok(given)) = (place, word.parse()) {
+                count = given;
+            } else if unit.is_some() {
+                return Err(DebugError::new(format!(
+                    "nothing follows the unit, and here does `{word}`"
+                )));
+            } else if let Some(named) = Unit::named(word) {
+                unit = Some(named);
+            } else if word == "over" || word == "out" {
+                depth = if word == "over" { Depth::Over } else { Depth::Out };
+                unit = Some(Unit::Line);
+            } else if let Ok(span) = parse_duration(word) {
+                unit = Some(Unit::Time(span));
+            } else {
+                let names: Vec<&str> = Unit::NAMED.iter().map(|(name, ..)| *name).collect();
+                return Err(DebugError::new(format!(
+                    "`{word}` is no unit; there are {}, over, out, and times such as 10ms",
+                    names.join(", ")
+                )));
+            }
+        }
+        let unit = unit.unwrap_or(self.unit);
+        let stop = self.step(unit, way, depth, count, progress);
+        Ok(self.told(stop))
+    }
+
+    fn goto(&mut self, place: &str, progress: &mut Progress<'_>) -> Result {
+        let wrong = || {
+            DebugError::new(format!(
+                "`{place}` is no place: a time such as 1.5s, +10ms or -10ms, `command 12`, `line 7`, \
+                 `start`, `end`, or the name of a bookmark or branch"
+            ))
+        };
+        let now = self.now();
+        let (first, rest) = place.split_once(' ').unwrap_or((place, ""));
+        let number = |text: &str| text.trim().parse().ok().and_then(std::num::NonZeroU64::new);
+        let stop = match (first, rest) {
+            (name, "") if self.marks().contains_key(name) => {
+                let mark = self.marks().get(name).copied().unwrap_or_default();
+                self.go_to(mark)?
+            }
+            ("start", "") => {
+                let first = self.history().branches().next().map(|branch| branch.first);
+                let moment = first.unwrap_or_default();
+                let branch = vimc4_timeline::BranchId(0);
+                self.go_to(vimc4_timeline::Place { branch, moment })?
+            }
+            ("end", "") => {
+                let heading = self.history().heading();
+                self.history_mut().go_to_end(heading);
+                self.stopped(Reason::Gone, Vec::new())
+            }
+            ("command", text) => {
+                let number = CommandNumber(number(text).ok_or_else(wrong)?);
+                self.go_to_command(number, progress)?
+            }
+            ("line", text) => {
+                let line: u32 = text.trim().parse().map_err(|_| wrong())?;
+                let source = self.source().ok_or_else(|| {
+                    DebugError::new("the commands come from no file: there are no lines to go to")
+                })?;
+                let none = || DebugError::new(format!("no command comes from line {line}"));
+                let (number, _) = source.command_at(line).ok_or_else(none)?;
+                self.go_to_command(number, progress)?
+            }
+            (name, _) => {
+                if let Some(end) = self.end_of_branch(place) {
+                    self.history_mut().go_to_end(end.branch);
+                    self.stopped(Reason::Gone, Vec::new())
+                } else {
+                    let at = match name.strip_prefix(['+', '-']) {
+                        Some(span) => {
+                            let span = parse_duration(span).map_err(|_| wrong())?;
+                            let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
+                            if name.starts_with('+') {
+                                now.after_nanos(nanos)
+                            } else {
+                                Time::from_nanos(now.as_nanos().saturating_sub(nanos))
+                            }
+                        }
+                        None => Time::ZERO + parse_duration(place).map_err(|_| wrong())?,
+                    };
+                    self.go_to_time(at, progress)
+                }
+            }
+        };
+        Ok(self.told(stop))
+    }
+
+    fn told(&self, stop: Stop) -> Answer {
+        Answer::Stopped(stop, self.watched())
+    }
+
+    fn watched(&self) -> Vec<Watched> {
+        let watches = self.watches().into_iter();
+        let watched = watches.map(|(expression, value)| Watched {
+            expression: expression.to_string(),
+            value: value.map_err(|error| error.to_string()),
+        });
+        watched.collect()
+    }
+
+    // --- breakpoints ---
+
+    /// `WHAT [if EXPRESSION] [hit N|from N|every N] [log TEXT]`.
+    fn read_breakpoint(&self, text: &str) -> Result<(crate::Trigger, Options)> {
+        let mut options = Options::default();
+        let mut text = text;
+        if let Some((before, log)) = split_word(text, "log") {
+            if log.is_empty() {
+                return Err(DebugError::new("a text follows `log`, as in `log x is {x}`"));
+            }
+            options.log = Some(log.to_owned());
+            text = before;
+        }
+        for (word, hits) in
+            [("hit", Hits::Only as fn(u64) -> Hits), ("from", Hits::From), ("every", Hits::Every)]
+        {
+            if let Some((before, count)) = split_word(text, word)
+                && let Ok(count) = count.parse::<u64>()
+            {
+                if count == 0 {
+                    return Err(DebugError::new(format!("a number from 1 on follows `{word}`")));
+                }
+                options.hits = hits(count);
+                text = before;
+            }
+        }
+        if let Some((before, condition)) = split_word(text, "if") {
+            options.condition = Some(Expression::parse(condition, self.device())?);
+            text = before;
+        }
+        Ok((self.read_trigger(text)?, options))
+    }
+
+    fn change_breakpoint(&mut self, what: &str, which: &str) -> Result {
+        let ids: Vec<BreakpointId> = match which {
+            "all" => self.breakpoints().iter().map(|breakpoint| breakpoint.id).collect(),
+            number => vec![BreakpointId(u32::try_from(self::number(number)?).unwrap_or(0))],
+        };
+        for id in ids {
+            let is_there = match what {
+                "delete" => self.remove_breakpoint(id),
+                what => self.enable_breakpoint(id, what == "enable"),
+            };
+            if !is_there {
+                return Err(DebugError::new(format!("there is no breakpoint {id}")));
+            }
+        }
+        Ok(Answer::Done)
+    }
+
+    /// Every time that something was so, on the way to the end.
+    fn trace(&mut self, text: &str, progress: &mut Progress<'_>) -> Result {
+        let (trigger, mut options) = self.read_breakpoint(text)?;
+        options.log.get_or_insert_with(|| "x {x} y {y}".to_owned());
+        let mut breakpoint = [crate::Breakpoint {
+            id: BreakpointId(0),
+            trigger,
+            condition: options.condition,
+            hits: options.hits,
+            log: options.log,
+            is_enabled: true,
+            count: 0,
+        }];
+        let (begin, heading) = (self.place(), self.history().heading());
+        let source = self.source().cloned();
+        let end = self.history().branches().find(|branch| branch.id == heading);
+        let end = end.map_or(self.now(), |branch| branch.end.at);
+        let first = self.history().branches().next().map(|branch| branch.first.at);
+        let history = self.history_mut();
+        history.go_to_time(first.unwrap_or_default());
+        // What is at the first instant comes after its first moment.
+        let moment = history.branches().next().map(|branch| branch.first).unwrap_or_default();
+        let branch = vimc4_timeline::BranchId(0);
+        history.go_back_to(vimc4_timeline::Place { branch, moment });
+        let mut walk = Walk::new(Way::Forward).heeding(&mut breakpoint, source.as_ref());
+        let found = history.seek_next(end, &mut walk, progress);
+        let notes: Vec<Note> = std::mem::take(&mut walk.notes);
+        let more = walk.left_out > 0;
+        history.go_back_to(begin);
+        history.drain();
+        match found {
+            vimc4_timeline::Found::GivenUp => Err(DebugError::new("cancelled")),
+            _ => Ok(Answer::Notes(notes, more)),
+        }
+    }
+
+    // --- looking ---
+
+    fn whereabouts(&mut self) -> Answer {
+        let command = self.executing();
+        let place = self.place();
+        let branch = self.history().branches().find(|branch| branch.id == place.branch);
+        let view = self.device().view(self.now());
+        Answer::Where(Box::new(Where {
+            place,
+            branch: branch.map_or_else(String::new, |branch| branch.name),
+            at: self.now(),
+            is_end: self.history().is_at_end(),
+            activity: view.activity,
+            waits_for: view.waits_for,
+            command,
+            axes: view.axes,
+        }))
+    }
+
+    fn shown(&self, text: &str) -> Result<crate::Variable> {
+        if let Ok(variable) = self.variable(text) {
+            return Ok(variable);
+        }
+        let value = self.evaluate(text)?;
+        Ok(crate::Variable { name: text.to_owned(), path: text.to_owned(), value })
+    }
+
+    fn listed(&mut self, of: &str) -> Result {
+        let listing = match of {
+            "file" => self.file().ok_or("the commands come from no file")?,
+            "program" => self.program().ok_or("no program is stored")?,
+            "commands" => self.commands(),
+            "" => match self.file() {
+                Some(file) => file,
+                None => match self.program().filter(|_| self.is_in_program()) {
+                    Some(program) => program,
+                    None => self.commands(),
+                },
+            },
+            other => {
+                return Err(DebugError::new(format!(
+                    "`{other}` cannot be listed; file, program and commands can"
+                )));
+            }
+        };
+        Ok(Answer::Listing(around(listing)))
+    }
+
+    fn is_in_program(&self) -> bool {
+        self.device().details().program().is_some_and(|program| program.marker.is_some())
+    }
+
+    // --- asking ---
+
+    fn assert(&mut self, text: &str) -> Result {
+        let (is_so, what) = match self.names().read(text) {
+            Ok(condition) => {
+                let device = self.device();
+                let is_so = device.crossing(&condition) == Some(self.now());
+                if condition.has_happenings() {
+                    return Err(DebugError::new(format!(
+                        "`{text}` happens and is not so afterwards; `last {text}` finds it"
+                    )));
+                }
+                (is_so, self.values_of(&condition))
+            }
+            Err(error) => match Expression::parse(text, self.device()) {
+                Ok(expression) if expression.is_claim() => {
+                    (expression.is_so(self.device(), self.now()), String::new())
+                }
+                Ok(_) => return Err(DebugError::new(error.to_string())),
+                Err(other) => {
+                    let is_field = text.contains('.');
+                    let error = if is_field { other } else { DebugError::new(error.to_string()) };
+                    return Err(error);
+                }
+            },
+        };
+        if is_so {
+            return Ok(Answer::Done);
+        }
+        let at = crate::stop::time(self.now());
+        Err(DebugError::failed(format!("`{text}` is not so at {at}{what}")))
+    }
+
+    /// The positions of the axes that a condition is about.
+    fn values_of(&self, condition: &vimc4_device::Condition) -> String {
+        use vimc4_device::Condition as C;
+        let mut axes = Vec::new();
+        let mut parts = vec![condition];
+        while let Some(part) = parts.pop() {
+            match part {
+                C::AxisAt { axis, .. } | C::AxisBelow { axis, .. } | C::AxisAbove { axis, .. } => {
+                    axes.push(*axis);
+                }
+                C::All(more) | C::Any(more) => parts.extend(more),
+                _ => {}
+            }
+        }
+        axes.sort_unstable();
+        axes.dedup();
+        let view = self.device().view(self.now());
+        let texts = view.axes.iter().filter(|axis| axes.contains(&axis.index));
+        let texts = texts.map(|axis| format!("{} is {}", axis.name.to_lowercase(), axis.position));
+        let texts: Vec<String> = texts.collect();
+        if texts.is_empty() { String::new() } else { format!(": {}", texts.join(", ")) }
+    }
+
+    /// `quirk NAME = VALUE`, `model NAME`, `machine NAME`, `send TEXT`, or a signal and a value.
+    fn read_what_if(&self, text: &str) -> Result<WhatIf> {
+        let (word, rest) = text.split_once(' ').unwrap_or((text, ""));
+        let rest = rest.trim();
+        let unknown = |error: vimc4_catalogue::Unknown| DebugError::new(error.to_string());
+        Ok(match word {
+            "quirk" => {
+                let (name, value) = rest.split_once('=').ok_or_else(|| {
+                    DebugError::new("a quirk and its value follow, as in `quirk NAME = VALUE`")
+                })?;
+                WhatIf::Quirk(name.trim().to_owned(), value.trim().to_owned())
+            }
+            "model" => WhatIf::Model(vimc4_catalogue::model(rest).map_err(unknown)?),
+            "machine" => WhatIf::Machine(vimc4_catalogue::machine(rest).map_err(unknown)?),
+            "send" => {
+                let bytes = unescape(&(rest.to_owned() + &escape(END.as_bytes())))?;
+                WhatIf::Inputs(vec![OwnedInput::from(Input::Bytes(&bytes))])
+            }
+            "press" | "hold" => {
+                let button = self.button(rest)?;
+                let down = OwnedInput::Signal(button.id, 1);
+                let up = OwnedInput::Signal(button.id, 0);
+                let latches = word == "hold" || button.name == "estop";
+                WhatIf::Inputs(if latches { vec![down] } else { vec![down, up] })
+            }
+            "power" => WhatIf::Inputs(vec![OwnedInput::Power(rest == "on")]),
+            _ => {
+                let (signal, value) = self.read_signal(text)?;
+                WhatIf::Inputs(vec![OwnedInput::Signal(signal.id, value)])
+            }
+        })
+    }
+
+    // --- signals ---
+
+    fn button(&self, name: &str) -> Result<Signal> {
+        let signals = self.device().signals();
+        let can = |signal: &&Signal| matches!(signal.kind, SignalKind::Button | SignalKind::Input);
+        let found = signals.iter().filter(can).find(|signal| signal.name == name);
+        found.cloned().ok_or_else(|| {
+            let names = signals.iter().filter(|signal| signal.kind == SignalKind::Button);
+            let names: Vec<&str> = names.map(|signal| signal.name.as_str()).collect();
+            DebugError::new(format!("there is no button `{name}`; there are {}", names.join(", ")))
+        })
+    }
+
+    fn read_signal(&self, text: &str) -> Result<(Signal, i32)> {
+        let signals = self.device().signals();
+        let (name, value) = text.rsplit_once(' ').unwrap_or((text, ""));
+        let name = name.trim().trim_end_matches('=').trim();
+        let Some(signal) = signals.iter().find(|signal| signal.name == name) else {
+            let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+            return Err(DebugError::new(format!(
+                "there is no signal `{name}`; there are {}",
+                names.join(", ")
+            )));
+        };
+        let right = || match &signal.positions {
+            Some([first, second]) => format!("{first} or {second}"),
+            None => format!("{} to {}", signal.values().start(), signal.values().end()),
+        };
+        match signal.value_of(value) {
+            Some(value) => Ok((signal.clone(), value)),
+            None => {
+                Err(DebugError::new(format!("{name} cannot be `{value}`; it can be {}", right())))
+            }
+        }
+    }
+
+    /// A switch by its name, and the position that it is put to.
+    fn turn(&mut self, name: &str, position: &str) -> Option<Result> {
+        let signals = self.device().signals();
+        let switch = signals.iter().find(|signal| signal.name == name);
+        let switch = switch.filter(|switch| switch.positions.is_some())?;
+        Some(match switch.position(position) {
+            Some(value) => {
+                self.give(Input::Signal(switch.id, value));
+                Ok(Answer::Done)
+            }
+            None => self.read_signal(&format!("{name} {position}")).map(|_| Answer::Done),
+        })
+    }
+}
+
+impl From<&str> for DebugError {
+    fn from(message: &str) -> DebugError {
+        DebugError::new(message)
+    }
+}
+
+fn unknown(word: &str) -> DebugError {
+    let near = crate::table::TABLE
+        .iter()
+        .filter(|directive| !word.is_empty() && directive.name.starts_with(word));
+    let near: Vec<&str> = near.map(|directive| directive.name).collect();
+    DebugError::new(match near.as_slice() {
+        [] => format!("`{word}` is no command; `help` lists them"),
+        near => format!("`{word}` is no command; there is {}", near.join(", ")),
+    })
+}
+
+fn number(text: &str) -> Result<u64> {
+    text.parse().map_err(|_| DebugError::new(format!("`{text}` is no number")))
+}
+
+fn span(text: &str) -> Result<std::time::Duration> {
+    parse_duration(text).map_err(|error| DebugError::new(format!("`{text}` {error}")))
+}
+
+/// The text before a word of its own and the text behind it, where it is last.
+fn split_word<'t>(text: &'t str, word: &str) -> Option<(&'t str, &'t str)> {
+    let pattern = format!(" {word} ");
+    let at = text.find(&pattern)?;
+    Some((text[..at].trim(), text[at + pattern.len()..].trim()))
+}
+
+/// The lines around the present one.
+fn around(mut listing: crate::Listing) -> crate::Listing {
+    /// So many before and behind it.
+    const AROUND: usize = 10;
+    let present = listing.lines.iter().position(|line| line.is_present).unwrap_or(0);
+    listing.lines.truncate(present + AROUND + 1);
+    listing.lines.drain(..present.saturating_sub(AROUND));
+    listing
+}
+
+/// The bytes that [`escape`] writes so.
+fn unescape(text: &str) -> Result<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('\\') {
+        bytes.extend_from_slice(before.as_bytes());
+        let wrong = || DebugError::new(format!("`\\{after}`: \\r, \\n, \\t, \\\\ or \\xFD"));
+        let mut chars = after.chars();
+        let (byte, length) = match chars.next().ok_or_else(wrong)? {
+            'r' => (b'\r', 1),
+            'n' => (b'\n', 1),
+            't' => (b'\t', 1),
+            '\\' => (b'\\', 1),
+            'x' => {
+                let digits = after.get(1..3).ok_or_else(wrong)?;
+                (u8::from_str_radix(digits, 16).map_err(|_| wrong())?, 3)
+            }
+            _ => return Err(wrong()),
+        };
+        bytes.push(byte);
+        rest = &after[length..];
+    }
+    bytes.extend_from_slice(rest.as_bytes());
+    Ok(bytes)
+}
+
+/// Carries out several lines, and stops at the first that fails.
+///
+/// # Errors
+///
+/// The number of the line, from 1, and what was wrong with it.
+pub fn script(
+    debugger: &mut Debugger,
+    text: &str,
+    mut answered: impl FnMut(&Answer) -> ControlFlow<()>,
+) -> Result<(), (usize, DebugError)> {
+    for (number, line) in (1..).zip(text.lines()) {
+        let answer = debugger.execute(line, &mut crate::patiently);
+        let answer = answer.map_err(|error| (number, error))?;
+        if answer == Answer::Quit || answered(&answer).is_break() {
+            break;
+        }
+    }
+    Ok(())
+}

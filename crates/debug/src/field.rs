@@ -1,0 +1,398 @@
+//! What can be seen of a controller, and of its state, as a tree of named values.
+
+use std::fmt;
+
+use serde_json::{Map, Value};
+use vimc4_catalogue::{Controller, State};
+use vimc4_device::{AXES, Device, Time};
+
+use crate::DebugError;
+
+/// The name in the tree of everything that decides what the controller will do.
+const STATE: &str = "state";
+
+/// A place in the tree: names with dots between them, as in `axes.x.position`, `signals.stop` or
+/// `state.ramp.acceleration`. The name of an axis alone is its position, that of another thing of
+/// the top level that thing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    text: String,
+    keys: Vec<String>,
+    /// The index of the axis whose position it is: that is known without the rest.
+    axis: Option<usize>,
+}
+
+/// A thing of the tree: its name, its path, and what it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name, the last part of its path.
+    pub name: String,
+    /// The whole path, which [`Field::parse`] reads.
+    pub path: String,
+    /// Its value; a list or a group of values has parts.
+    pub value: Value,
+}
+
+impl Variable {
+    /// Whether it has parts, and how many.
+    #[must_use]
+    pub fn parts(&self) -> usize {
+        match &self.value {
+            Value::Object(parts) => parts.len(),
+            Value::Array(parts) => parts.len(),
+            _ => 0,
+        }
+    }
+
+    /// Its parts.
+    pub fn children(&self) -> Vec<Variable> {
+        let child = |name: String, value: &Value| {
+            let path = match self.path.as_str() {
+                "" => quoted(&name),
+                path => format!("{path}.{}", quoted(&name)),
+            };
+            Variable { name, path, value: value.clone() }
+        };
+        match &self.value {
+            Value::Object(parts) => {
+                parts.iter().map(|(name, value)| child(name.clone(), value)).collect()
+            }
+            Value::Array(parts) => {
+                let parts = parts.iter().enumerate();
+                parts.map(|(place, value)| child(place.to_string(), value)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Its value in one line, no longer than people read.
+    #[must_use]
+    pub fn text(&self) -> String {
+        /// So many characters are shown.
+        const SHOWN: usize = 120;
+        let text = match &self.value {
+            Value::String(text) => text.clone(),
+            Value::Null => "none".to_owned(),
+            value => value.to_string(),
+        };
+        match text.char_indices().nth(SHOWN) {
+            Some((end, _)) => format!("{} …", &text[..end]),
+            None => text,
+        }
+    }
+}
+
+impl fmt::Display for Variable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let path = if self.path.is_empty() { "everything" } else { &self.path };
+        match self.parts() {
+            0 => write!(f, "{path} = {}", self.text()),
+            _ => {
+                write!(f, "{path}:")?;
+                for part in self.children() {
+                    write!(f, "\n  {:<16} {}", part.name, part.text())?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A name as a path has it.
+fn quoted(name: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '+');
+    if !name.is_empty() && name.chars().all(is_plain) {
+        name.to_owned()
+    } else {
+        format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+    }
+}
+
+/// The names in a path.
+fn keys(path: &str) -> Result<Vec<String>, DebugError> {
+    let mut keys = Vec::new();
+    let mut rest = path.trim();
+    let wrong = || DebugError::new(format!("`{path}` is no field: names with dots between them"));
+    loop {
+        let key;
+        if let Some(quote) = rest.strip_prefix('"') {
+            let mut name = String::new();
+            let mut chars = quote.char_indices();
+            let end = loop {
+                match chars.next() {
+                    Some((at, '"')) => break at + 1,
+                    Some((_, '\\')) => name.extend(chars.next().map(|(_, c)| c)),
+                    Some((_, c)) => name.push(c),
+                    None => return Err(wrong()),
+                }
+            };
+            (key, rest) = (name, &quote[end..]);
+        } else {
+            let end = rest.find(['.', '[']).unwrap_or(rest.len());
+            (key, rest) = (rest[..end].trim().to_owned(), &rest[end..]);
+            if key.is_empty() {
+                return Err(wrong());
+            }
+        }
+        keys.push(key);
+        while let Some(index) = rest.strip_prefix('[') {
+            let (index, after) = index.split_once(']').ok_or_else(wrong)?;
+            keys.push(index.trim().trim_matches('"').to_owned());
+            rest = after;
+        }
+        match rest.strip_prefix('.') {
+            Some(after) => rest = after,
+            None if rest.is_empty() => return Ok(keys),
+            None => return Err(wrong()),
+        }
+    }
+}
+
+impl Field {
+    /// Reads a path of a controller's tree.
+    ///
+    /// # Errors
+    ///
+    /// If it leads nowhere, with what there is where it goes astray.
+    pub fn parse(text: &str, device: &Controller) -> Result<Field, DebugError> {
+        let text = text.trim();
+        let mut keys = keys(text)?;
+        let names = device.view(device.now()).axes;
+        let axis_of = |name: &str| {
+            let named = names.iter().find(|axis| axis.name.eq_ignore_ascii_case(name));
+            named.map(|axis| (usize::from(axis.index), axis.name.to_lowercase()))
+        };
+        if let Some((_, name)) = keys.first().and_then(|key| axis_of(key)) {
+            let rest = keys.split_off(1);
+            keys = vec!["axes".to_owned(), name];
+            if rest.is_empty() {
+                keys.push("position".to_owned());
+            }
+            keys.extend(rest);
+        }
+        let axis = match keys.as_slice() {
+            [axes, name, position] if axes == "axes" && position == "position" => {
+                axis_of(name).map(|(index, _)| index).filter(|index| *index < AXES)
+            }
+            _ => None,
+        };
+        let field = Field { text: text.to_owned(), keys, axis };
+        field.look(device, device.now())?;
+        Ok(field)
+    }
+
+    /// The path as it was typed.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The axis whose position it is, if it is one.
+    #[must_use]
+    pub fn axis(&self) -> Option<usize> {
+        self.axis
+    }
+
+    /// Its value at `at`, which is between the device's present and the time that it is due.
+    ///
+    /// # Errors
+    ///
+    /// If it is not there.
+    pub fn look(&self, device: &Controller, at: Time) -> Result<Value, DebugError> {
+        if let Some(axis) = self.axis {
+            return Ok(device.position(at)[axis].into());
+        }
+        let (tree, keys) = match self.keys.split_first() {
+            Some((first, rest)) if first == STATE => (state_tree(&device.state()), rest),
+            _ => (view_tree(device, at), self.keys.as_slice()),
+        };
+        let mut here = &tree;
+        for (place, key) in keys.iter().enumerate() {
+            here = part(here, key).ok_or_else(|| {
+                let before = keys[..place].join(".");
+                let names = names_in(here);
+                let there = if names.is_empty() {
+                    "has no parts".to_owned()
+                } else {
+                    format!("has {}", names.join(", "))
+                };
+                let what = match before.as_str() {
+                    "" if keys.len() == self.keys.len() => "the controller".to_owned(),
+                    "" => "the state".to_owned(),
+                    before => format!("`{before}`"),
+                };
+                DebugError::new(format!("there is no `{key}`: {what} {there}"))
+            })?;
+        }
+        Ok(here.clone())
+    }
+
+    /// The value if it is there, and nothing if not: for what comes and goes.
+    pub(crate) fn value(&self, device: &Controller, at: Time) -> Value {
+        self.look(device, at).unwrap_or(Value::Null)
+    }
+
+    /// The state with another value in this place.
+    ///
+    /// # Errors
+    ///
+    /// If it is not a place of the state, or the value is none for it.
+    pub fn put(&self, device: &Controller, value: Value) -> Result<State, DebugError> {
+        let of_state: Vec<String> = match (self.axis, self.keys.as_slice()) {
+            (Some(axis), _) => vec!["position".to_owned(), axis.to_string()],
+            (None, [first, rest @ ..]) if first == STATE && !rest.is_empty() => rest.to_vec(),
+            _ => {
+                return Err(DebugError::new(format!(
+                    "`{}` is computed and cannot be set; what can is the position of an axis, and \
+                     everything in `state`",
+                    self.text
+                )));
+            }
+        };
+        let mut tree = state_tree(&device.state());
+        let value = match self.axis.zip(value.as_i64()) {
+            // The state has the place at which the running motion began.
+            Some((axis, place)) => {
+                let began = tree["position"][axis].as_i64().unwrap_or_default();
+                let way = device.position(device.now())[axis] - began;
+                place.saturating_sub(way).into()
+            }
+            None => value,
+        };
+        let mut here = &mut tree;
+        for key in &of_state {
+            here = match here {
+                Value::Object(parts) => parts.get_mut(key),
+                Value::Array(parts) => {
+                    key.parse().ok().and_then(|place: usize| parts.get_mut(place))
+                }
+                _ => None,
+            }
+            .ok_or_else(|| DebugError::new(format!("there is no `{}`", self.text)))?;
+        }
+        *here = value;
+        let wrong = |error| DebugError::new(format!("`{}` cannot be that: {error}", self.text));
+        let family = device.state().family();
+        let tree = Value::Object(Map::from_iter([(family.name().to_owned(), tree)]));
+        serde_json::from_value(tree).map_err(wrong)
+    }
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// Everything: what can be seen, and the state.
+pub(crate) fn tree(device: &Controller) -> Value {
+    let mut tree = view_tree(device, device.now());
+    if let Value::Object(parts) = &mut tree {
+        parts.insert(STATE.to_owned(), state_tree(&device.state()));
+    }
+    tree
+}
+
+/// What can be seen. What has a name is called by it, and a port by its number.
+pub(crate) fn view_tree(device: &Controller, at: Time) -> Value {
+    let mut tree = serde_json::to_value(device.view(at)).unwrap_or_default();
+    for (list, name) in [("axes", "name"), ("signals", "name"), ("ports", "port")] {
+        if let Some(Value::Array(parts)) = tree.get_mut(list).map(Value::take) {
+            let named = parts.into_iter().map(|part| {
+                let key = match &part[name] {
+                    Value::String(text) => text.to_lowercase(),
+                    other => other.to_string(),
+                };
+                // A signal and a port are their values.
+                let value = if list == "axes" { part } else { part["value"].clone() };
+                (key, value)
+            });
+            tree[list] = Value::Object(named.collect());
+        }
+    }
+    tree
+}
+
+/// The state without the name of its family.
+fn state_tree(state: &State) -> Value {
+    let tree = serde_json::to_value(state).unwrap_or_default();
+    match tree {
+        Value::Object(parts) => {
+            parts.into_iter().next().map(|(_, state)| state).unwrap_or_default()
+        }
+        other => other,
+    }
+}
+
+fn part<'v>(value: &'v Value, key: &str) -> Option<&'v Value> {
+    match value {
+        Value::Object(parts) => {
+            let exact = parts.get(key);
+            exact.or_else(|| {
+                let same = |(name, _): &(&String, &Value)| name.eq_ignore_ascii_case(key);
+                parts.iter().find(same).map(|(_, value)| value)
+            })
+        }
+        Value::Array(parts) => parts.get(key.parse::<usize>().ok()?),
+        _ => None,
+    }
+}
+
+fn names_in(value: &Value) -> Vec<String> {
+    match value {
+        Value::Object(parts) => parts.keys().map(|name| quoted(name)).collect(),
+        Value::Array(parts) if !parts.is_empty() => vec![format!("0 to {}", parts.len() - 1)],
+        _ => Vec::new(),
+    }
+}
+
+/// The names that can follow a path, for completion.
+pub(crate) fn names_after(device: &Controller, path: &str) -> Vec<String> {
+    let tree = tree(device);
+    let mut here = &tree;
+    if !path.is_empty() {
+        let Ok(keys) = keys(path) else { return Vec::new() };
+        for (place, key) in keys.iter().enumerate() {
+            let next =
+                part(here, key).or_else(|| (place == 0).then(|| part(&tree["axes"], key))?);
+            let Some(next) = next else { return Vec::new() };
+            here = next;
+        }
+    }
+    let mut names = names_in(here);
+    if path.is_empty() {
+        names.extend(names_in(&tree["axes"]));
+    }
+    names
+}
+
+/// The fields in which two states differ, with both values: as deep as it makes sense to tell.
+pub(crate) fn differences(ours: &State, theirs: &State) -> Vec<(String, Value, Value)> {
+    let mut found = Vec::new();
+    compare("state", &state_tree(ours), &state_tree(theirs), &mut found);
+    found
+}
+
+fn compare(path: &str, one: &Value, other: &Value, found: &mut Vec<(String, Value, Value)>) {
+    if one == other {
+        return;
+    }
+    match (one, other) {
+        (Value::Object(ours), Value::Object(theirs)) => {
+            let mut names: Vec<&String> = ours.keys().chain(theirs.keys()).collect();
+            names.sort_unstable();
+            names.dedup();
+            for name in names {
+                let path = format!("{path}.{}", quoted(name));
+                let part = |of: &Map<String, Value>| of.get(name).cloned().unwrap_or_default();
+                compare(&path, &part(ours), &part(theirs), found);
+            }
+        }
+        (Value::Array(ours), Value::Array(theirs)) if ours.len() == theirs.len() => {
+            for (place, (one, other)) in ours.iter().zip(theirs).enumerate() {
+                compare(&format!("{path}.{place}"), one, other, found);
+            }
+        }
+        (one, other) => found.push((path.to_owned(), one.clone(), other.clone())),
+    }
+}

@@ -1,0 +1,48 @@
+//! A debugger of controllers: step by step over their history, forward and back, and why.
+//!
+//! A [`Debugger`] stands at a moment of a [`History`](vimc4_timeline::History). It goes forward and
+//! back from there by whatever unit ([`Unit`]), to breakpoints ([`Trigger`]), or to where something
+//! was so; it shows everything that can be seen ([`Variable`], [`Frame`], [`Listing`]), says what led
+//! to something ([`Chain`]), and what would have come if something had been otherwise ([`Parting`]).
+//!
+//! Everything is there twice: as a method that returns a type, for programs, and as a line that
+//! people type, for [`Debugger::execute`]. The lines come from one [`TABLE`], and so do help and
+//! completion. Nothing here knows a clock, a thread or a screen.
+#![forbid(unsafe_code)]
+
+mod answer;
+mod breakpoint;
+mod complete;
+mod debugger;
+mod error;
+mod execute;
+mod expression;
+mod field;
+mod look;
+mod source;
+mod steps;
+mod stop;
+mod story;
+mod table;
+mod unit;
+mod walk;
+mod walks;
+mod whatif;
+mod why;
+
+pub use answer::{Answer, Watched, Where};
+pub use breakpoint::{Breakpoint, BreakpointId, Hits, Note, Trigger};
+pub use complete::{Candidate, Completion};
+pub use debugger::{Debugger, Options, patiently};
+pub use error::DebugError;
+pub use execute::script;
+pub use expression::Expression;
+pub use field::{Field, Variable};
+pub use look::{Frame, FrameKind, ListedLine, Listing, MotionView, RampPhase, Register};
+pub use source::Source;
+pub use stop::{Executing, Reason, Stop};
+pub use story::Told;
+pub use table::{Directive, Follows, Group, TABLE};
+pub use unit::{Depth, Unit, Way};
+pub use whatif::{Apart, Parting, WhatIf};
+pub use why::{About, Chain, Change, Link, LinkKind};

@@ -1,0 +1,178 @@
+//! Where a walk has ended, and why.
+
+use std::fmt;
+
+use vimc4_device::{CommandNumber, Output, Stamp, Time, escape, show_nanos};
+use vimc4_timeline::Place;
+
+use crate::{BreakpointId, Note, Unit};
+
+/// Where a walk through the history has ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stop {
+    /// Why there.
+    pub why: Reason,
+    /// Where.
+    pub place: Place,
+    /// The model time.
+    pub at: Time,
+    /// The command that is executed there, or that what is under way belongs to.
+    pub command: Option<Executing>,
+    /// What breakpoints that only log have noted on the way.
+    pub notes: Vec<Note>,
+    /// What came out by the act that the walk has ended with.
+    pub outputs: Vec<Output>,
+}
+
+/// Why a walk has ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// So many steps were made as were asked for.
+    Step(Unit),
+    /// At one of these breakpoints, or several.
+    Breakpoints(Vec<BreakpointId>),
+    /// What was looked for is there.
+    Found,
+    /// It was gone to.
+    Gone,
+    /// The beginning of everything.
+    Beginning,
+    /// The end of what has been recorded.
+    End,
+    /// The controller does nothing more until something comes from outside.
+    Rest,
+    /// The time up to which it was to go has come.
+    Time,
+    /// What was looked for is not there; the present is where it was.
+    Nowhere,
+    /// It was cancelled.
+    Cancelled,
+}
+
+impl Reason {
+    /// Its name for programs, in kebab-case.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Reason::Step(_) => "step",
+            Reason::Breakpoints(_) => "breakpoint",
+            Reason::Found => "found",
+            Reason::Gone => "goto",
+            Reason::Beginning => "beginning",
+            Reason::End => "end",
+            Reason::Rest => "rest",
+            Reason::Time => "time",
+            Reason::Nowhere => "nowhere",
+            Reason::Cancelled => "cancelled",
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Reason::Step(unit) => write!(f, "a {unit}"),
+            Reason::Breakpoints(ids) => {
+                let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
+                let what = if ids.len() == 1 { "breakpoint" } else { "breakpoints" };
+                write!(f, "{what} {}", ids.join(", "))
+            }
+            Reason::Found => f.write_str("found"),
+            Reason::Gone => f.write_str("here"),
+            Reason::Beginning => f.write_str("the beginning"),
+            Reason::End => f.write_str("the end of what is recorded"),
+            Reason::Rest => f.write_str("at rest: it waits for something from outside"),
+            Reason::Time => f.write_str("the time has come"),
+            Reason::Nowhere => f.write_str("not to be found; still here"),
+            Reason::Cancelled => f.write_str("cancelled"),
+        }
+    }
+}
+
+/// A command, and how it was sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Executing {
+    /// Its number.
+    pub number: CommandNumber,
+    /// Its line as it was received.
+    pub line: Vec<u8>,
+    /// When its execution began.
+    pub began: Time,
+}
+
+impl fmt::Display for Executing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{} {}", self.number, escape(&self.line))
+    }
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for note in &self.notes {
+            writeln!(f, "{}  {}: {}", time(note.at), note.by, note.text)?;
+        }
+        write!(f, "{}  {}", time(self.at), self.why)?;
+        if let Some(command) = &self.command {
+            write!(f, ", {command}")?;
+        }
+        for output in &self.outputs {
+            write!(f, "\n    {}", Said(output))?;
+        }
+        Ok(())
+    }
+}
+
+/// A time as people read it, and [`parse_duration`](vimc4_device::parse_duration) does.
+pub(crate) fn time(at: Time) -> String {
+    show_nanos(at.as_nanos())
+}
+
+/// Something that came out, in one line.
+pub(crate) struct Said<'o>(pub(crate) &'o Output);
+
+impl fmt::Display for Said<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        use vimc4_device::{Event, Motion};
+        match self.0 {
+            Output::Bytes(_, bytes) => write!(f, "< {}", escape(bytes)),
+            Output::Flash(..) => f.write_str("flash memory is written"),
+            Output::Event(Stamp { command, .. }, event) => {
+                match event {
+                    Event::Command { bytes, .. } => write!(f, "command {}", escape(bytes)),
+                    Event::Ignored { bytes, why } => {
+                        write!(f, "ignored {}: {why}", escape(bytes))
+                    }
+                    Event::Line { line, mnemonic } => write!(f, "program line {line}: {mnemonic}"),
+                    Event::Answer { mnemonic, bytes, why } => {
+                        write!(f, "answer to {mnemonic}: {}", escape(bytes))?;
+                        why.as_ref().map_or(Ok(()), |why| write!(f, ", {why}"))
+                    }
+                    Event::CutShort { mnemonic, why } => {
+                        write!(f, "{mnemonic} is cut short: {why}")
+                    }
+                    Event::Motion(Motion::Begins { segment, .. }) => {
+                        write!(f, "a motion of {} steps begins", segment.profile.steps())
+                    }
+                    Event::Motion(Motion::Changes { .. }) => f.write_str("the motion brakes"),
+                    Event::Motion(Motion::Ends { steps }) => {
+                        write!(f, "the motion ends after {steps} steps")
+                    }
+                    Event::Switch { axis, positive, active } => {
+                        let end = if *positive { '+' } else { '-' };
+                        let level = if *active { "on" } else { "off" };
+                        write!(f, "limit switch {end} of axis {axis} {level}")
+                    }
+                    Event::Signal { signal, value } => {
+                        write!(f, "signal {} is {value}", signal.0)
+                    }
+                    Event::Port { port, value } => write!(f, "port {port} is {value}"),
+                    Event::Flash { what } => write!(f, "flash memory: {what}"),
+                    Event::Baud { baud } => write!(f, "{baud} bit/s"),
+                    Event::Warning(warning) => write!(f, "warning: {warning}"),
+                    other => write!(f, "{other:?}"),
+                }?;
+                command.map_or(Ok(()), |command| write!(f, "  (#{command})"))
+            }
+        }
+    }
+}

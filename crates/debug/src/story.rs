@@ -1,0 +1,124 @@
+//! What has happened, told from the events of the history.
+
+use std::collections::VecDeque;
+
+use vimc4_catalogue::Controller;
+use vimc4_device::{CommandNumber, Event, Kinds, Output, Stamp};
+use vimc4_timeline::{Act, Found, Place, Sought, Stretch};
+
+use crate::debugger::{Debugger, patiently};
+use crate::stop::Executing;
+
+/// An event, and where in the history it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Told {
+    /// When, and because of which command.
+    pub stamp: Stamp,
+    /// What.
+    pub event: Event,
+    /// The moment just after the act by which it came.
+    pub place: Place,
+    /// The act.
+    pub act: Act,
+}
+
+/// Looks for an event.
+pub(crate) struct EventSought<F> {
+    kinds: Kinds,
+    is_it: F,
+    /// The last one that was found.
+    pub(crate) found: Option<(Stamp, Event, Act)>,
+}
+
+impl<F: FnMut(&Stamp, &Event) -> bool> EventSought<F> {
+    pub(crate) fn new(kinds: Kinds, is_it: F) -> EventSought<F> {
+        EventSought { kinds, is_it, found: None }
+    }
+}
+
+impl<F: FnMut(&Stamp, &Event) -> bool> Sought<Controller> for EventSought<F> {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        stretch.can_have(self.kinds)
+    }
+
+    fn after(&mut self, _: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+        let mut is_here = false;
+        for output in outputs {
+            if let Output::Event(stamp, event) = output
+                && (self.is_it)(stamp, event)
+            {
+                self.found = Some((*stamp, event.clone(), act));
+                is_here = true;
+            }
+        }
+        is_here
+    }
+}
+
+impl Debugger {
+    /// The last event of one of these kinds at the present or before for which `is_it` says so. The
+    /// present stays.
+    pub fn last_event(
+        &mut self,
+        kinds: Kinds,
+        is_it: impl FnMut(&Stamp, &Event) -> bool,
+    ) -> Option<Told> {
+        let begin = self.place();
+        let mut sought = EventSought::new(kinds, is_it);
+        let found = self.history_mut().seek_last_or_here(&mut sought, &mut patiently);
+        let place = self.place();
+        self.history_mut().go_back_to(begin);
+        let (stamp, event, act) = sought.found.filter(|_| found == Found::Here)?;
+        Some(Told { stamp, event, place, act })
+    }
+
+    /// The command that is executed now, or was last.
+    pub fn executing(&mut self) -> Option<Executing> {
+        let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
+        let told = self.last_event(Kinds::COMMAND, is_command)?;
+        let Event::Command { bytes, .. } = told.event else { return None };
+        Some(Executing { number: told.stamp.command?, line: bytes.to_vec(), began: told.stamp.at })
+    }
+
+    /// The number of the command that was executed last, and the commands around it.
+    pub(crate) fn commands_around(
+        &mut self,
+        around: u64,
+    ) -> (Option<CommandNumber>, Vec<(Stamp, Vec<u8>)>) {
+        let begin = self.place();
+        let mut present = None;
+        let mut seen: VecDeque<(Stamp, Vec<u8>)> = VecDeque::new();
+        let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
+        let mut sought = EventSought::new(Kinds::COMMAND, is_command);
+        let history = self.history_mut();
+        let mut found = history.seek_last_or_here(&mut sought, &mut patiently);
+        while found == Found::Here {
+            if let Some((stamp, Event::Command { bytes, .. }, _)) = sought.found.take() {
+                present = present.or(stamp.command);
+                seen.push_front((stamp, bytes.to_vec()));
+            }
+            if seen.len() as u64 > around {
+                break;
+            }
+            found = history.seek_last(&mut sought, &mut patiently);
+        }
+        history.go_back_to(begin);
+        // What comes is shown as far as it is recorded.
+        let heading = history.heading();
+        let end = history.branches().find(|branch| branch.id == heading).map(|branch| branch.end);
+        for _ in 0..around {
+            let Some(end) = end else { break };
+            if history.is_at_end()
+                || history.seek_next(end.at, &mut sought, &mut patiently) != Found::Here
+            {
+                break;
+            }
+            if let Some((stamp, Event::Command { bytes, .. }, _)) = sought.found.take() {
+                seen.push_back((stamp, bytes.to_vec()));
+            }
+        }
+        history.go_back_to(begin);
+        history.drain();
+        (present, seen.into())
+    }
+}

@@ -1,0 +1,425 @@
+//! What a walk through a history stops at: the end of a step, and breakpoints.
+
+use std::collections::VecDeque;
+
+use serde_json::Value;
+use vimc4_catalogue::{Controller, isel::LoopView};
+use vimc4_device::{Beginnings, Condition, Device, Event, Kinds, Output, Time};
+use vimc4_timeline::{Act, Sought, Stretch, Which};
+
+use crate::breakpoint::{Breakpoint, BreakpointId, Note, Trigger};
+use crate::expression::filled;
+use crate::steps::{Axes, first_step, last_step};
+use crate::{Depth, Source, Unit, Way};
+
+/// So many notes are kept of one walk.
+const NOTES_MAX: usize = 10_000;
+
+/// Looks for the first of several things.
+pub(crate) struct Walk<'w> {
+    way: Way,
+    step: Option<Stepping<'w>>,
+    waiting: Vec<Waiting<'w>>,
+    /// The conditions of these.
+    conditions: Vec<Option<Condition>>,
+    /// The breakpoints at which the walk has stopped, and when.
+    pub(crate) met: Vec<(BreakpointId, Time)>,
+    pub(crate) notes: Vec<Note>,
+    /// Notes that were too many.
+    pub(crate) left_out: u64,
+}
+
+/// The end of a step.
+struct Stepping<'w> {
+    unit: Unit,
+    depth: Depth,
+    /// How many loops were open where the step began.
+    open: usize,
+    source: Option<&'w Source>,
+    /// What was before the act that comes next.
+    before: Before,
+}
+
+#[derive(Default)]
+struct Before {
+    loops: Vec<LoopView>,
+    position: vimc4_device::Point,
+}
+
+/// A breakpoint, and what was before.
+struct Waiting<'w> {
+    breakpoint: &'w mut Breakpoint,
+    source: Option<&'w Source>,
+    /// Whether it held.
+    holds: bool,
+    /// What the field was.
+    value: Value,
+}
+
+impl<'w> Walk<'w> {
+    pub(crate) fn new(way: Way) -> Walk<'w> {
+        let (met, notes) = (Vec::new(), Vec::new());
+        let (waiting, conditions) = (Vec::new(), Vec::new());
+        Walk { way, step: None, waiting, conditions, met, notes, left_out: 0 }
+    }
+
+    /// Stops where a step ends that begins here.
+    pub(crate) fn step(
+        mut self,
+        unit: Unit,
+        depth: Depth,
+        device: &Controller,
+        source: Option<&'w Source>,
+    ) -> Walk<'w> {
+        let open = loops(device).len();
+        self.step = Some(Stepping { unit, depth, open, source, before: Before::default() });
+        self
+    }
+
+    /// Stops at those of these breakpoints that are heeded.
+    pub(crate) fn heeding(
+        mut self,
+        breakpoints: &'w mut [Breakpoint],
+        source: Option<&'w Source>,
+    ) -> Walk<'w> {
+        let heeded = breakpoints.iter_mut().filter(|breakpoint| breakpoint.is_enabled);
+        self.waiting.extend(heeded.map(|breakpoint| Waiting {
+            breakpoint,
+            source,
+            holds: false,
+            value: Value::Null,
+        }));
+        let conditions = self.waiting.iter().map(|waiting| match &waiting.breakpoint.trigger {
+            Trigger::Condition(condition) => Some(condition.clone()),
+            _ => None,
+        });
+        self.conditions = conditions.collect();
+        self
+    }
+
+    /// Whether the walk ends because a breakpoint is met at `at`.
+    fn meets(&mut self, number: usize, device: &Controller, at: Time) -> bool {
+        let Some(waiting) = self.waiting.get_mut(number) else { return false };
+        let breakpoint = &mut *waiting.breakpoint;
+        if breakpoint.condition.as_ref().is_some_and(|condition| !condition.is_so(device, at)) {
+            return false;
+        }
+        let is_forward = self.way == Way::Forward;
+        if is_forward {
+            breakpoint.count += 1;
+            if !breakpoint.hits.allow(breakpoint.count) {
+                return false;
+            }
+        }
+        if let Some(log) = &breakpoint.log {
+            if is_forward && self.notes.len() < NOTES_MAX {
+                let text = filled(log, device, at);
+                let by = breakpoint.id;
+                self.notes.push(Note { by, at, text });
+            } else {
+                self.left_out += u64::from(is_forward);
+            }
+            return false;
+        }
+        self.met.push((breakpoint.id, at));
+        true
+    }
+}
+
+/// The open loops of the stored program.
+pub(crate) fn loops(device: &Controller) -> Vec<LoopView> {
+    let details = device.details();
+    details.program().map_or_else(Vec::new, |program| program.loops.clone())
+}
+
+/// Whether the stored program runs.
+fn is_in_program(device: &Controller) -> bool {
+    use vimc4_catalogue::isel::ProgramStatus;
+    let details = device.details();
+    let status = details.program().map(|program| program.status);
+    matches!(status, Some(ProgramStatus::Running | ProgramStatus::Paused))
+}
+
+fn events(outputs: &VecDeque<Output>) -> impl Iterator<Item = &Event> + Clone {
+    outputs.iter().filter_map(Output::event)
+}
+
+/// Whether a line of the file is begun by what has come out, and which.
+fn line_of_source(source: Option<&Source>, outputs: &VecDeque<Output>) -> Option<u32> {
+    let source = source?;
+    outputs.iter().find_map(|output| match output {
+        Output::Event(stamp, Event::Command { .. }) => source.begins_line(stamp.command?),
+        _ => None,
+    })
+}
+
+impl Stepping<'_> {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        match self.unit {
+            Unit::Command => stretch.can_have(Kinds::COMMAND),
+            Unit::Line | Unit::Loop => stretch.can_have(Kinds::COMMAND),
+            Unit::Segment => stretch.can_have(Kinds::MOTION),
+            _ => true,
+        }
+    }
+
+    fn begin(&mut self, device: &Controller) {
+        match self.unit {
+            Unit::Loop => self.before.loops = loops(device),
+            Unit::Step => self.before.position = device.position(device.now()),
+            _ => {}
+        }
+    }
+
+    fn between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+        if self.unit != Unit::Step {
+            return None;
+        }
+        let found = match which {
+            Which::First => first_step(device, Axes::ALL, device.now(), until),
+            Which::Last => last_step(device, Axes::ALL, until),
+        };
+        if found.is_some() {
+            let end = Time::from_nanos(until.as_nanos().saturating_sub(1));
+            self.before.position = device.position(end);
+        }
+        found
+    }
+
+    fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+        let has_line = || events(outputs).any(|event| matches!(event, Event::Line { .. }));
+        match self.unit {
+            Unit::Cause | Unit::Time(_) => true,
+            Unit::Byte => matches!(act, Act::Byte(_)),
+            Unit::Event => events(outputs).next().is_some(),
+            Unit::Command => events(outputs).any(|event| matches!(event, Event::Command { .. })),
+            Unit::Segment => events(outputs).any(|event| {
+                use vimc4_device::Motion;
+                matches!(event, Event::Motion(Motion::Begins { .. } | Motion::Ends { .. }))
+            }),
+            Unit::Line => match self.depth {
+                Depth::Into => has_line() || line_of_source(self.source, outputs).is_some(),
+                Depth::Over => {
+                    line_of_source(self.source, outputs).is_some()
+                        || (has_line() && loops(device).len() <= self.open)
+                }
+                Depth::Out if self.open > 0 => has_line() && loops(device).len() < self.open,
+                Depth::Out => !is_in_program(device),
+            },
+            Unit::Loop => {
+                let now = if events(outputs).next().is_some() {
+                    loops(device)
+                } else {
+                    self.before.loops.clone()
+                };
+                let before = std::mem::replace(&mut self.before.loops, now);
+                before != self.before.loops
+            }
+            Unit::Step => {
+                let now = device.position(device.now());
+                let before = std::mem::replace(&mut self.before.position, now);
+                Axes::ALL.differ(&before, &now)
+            }
+        }
+    }
+}
+
+impl Waiting<'_> {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        match &self.breakpoint.trigger {
+            Trigger::Condition(condition) => stretch.can_meet(condition),
+            Trigger::SourceLine(_) => stretch.can_have(Kinds::COMMAND),
+            Trigger::Change(_) | Trigger::Expression(_) => true,
+        }
+    }
+
+    fn begin(&mut self, device: &Controller) {
+        match &self.breakpoint.trigger {
+            Trigger::Condition(condition) => {
+                self.holds = device.crossing(condition) == Some(device.now());
+            }
+            Trigger::Change(field) => self.value = field.value(device, device.now()),
+            Trigger::Expression(expression) => {
+                self.holds = expression.is_so(device, device.now());
+            }
+            Trigger::SourceLine(_) => {}
+        }
+    }
+
+    /// The instants after `from` and before `until` at which it is met: the first of them, if there
+    /// is one.
+    fn next(&mut self, device: &Controller, from: Time, until: Time) -> Option<Time> {
+        match &self.breakpoint.trigger {
+            Trigger::Condition(_) | Trigger::SourceLine(_) | Trigger::Expression(_) => None,
+            Trigger::Change(field) => {
+                let axis = field.axis()?;
+                let at = first_step(device, Axes::only(axis), from, until)?;
+                self.value = device.position(at)[axis].into();
+                Some(at)
+            }
+        }
+    }
+
+    fn after(&mut self, device: &Controller, outputs: &VecDeque<Output>) -> bool {
+        let now = device.now();
+        match &self.breakpoint.trigger {
+            Trigger::Condition(condition) => {
+                let before = self.holds;
+                self.holds = device.crossing(condition) == Some(now);
+                let happened =
+                    || condition.has_happenings() && device.holds(condition, events(outputs));
+                !before && (self.holds || happened())
+            }
+            Trigger::SourceLine(line) => line_of_source(self.source, outputs) == Some(*line),
+            Trigger::Change(field) => {
+                let value = field.value(device, now);
+                let before = std::mem::replace(&mut self.value, value);
+                before != self.value
+            }
+            Trigger::Expression(expression) => {
+                let before = self.holds;
+                self.holds = expression.is_so(device, now);
+                !before && self.holds
+            }
+        }
+    }
+}
+
+/// Where a breakpoint is met next while time passes.
+enum Coming<'c> {
+    Condition(Beginnings<'c, Controller>),
+    Steps(Time),
+}
+
+impl Walk<'_> {
+    /// Goes through the instants between two acts at which breakpoints are met, in order.
+    fn met_between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+        let conditions = std::mem::take(&mut self.conditions);
+        let mut coming: Vec<Coming<'_>> = self
+            .waiting
+            .iter()
+            .zip(&conditions)
+            .map(|(waiting, condition)| match condition {
+                Some(condition) => {
+                    Coming::Condition(Beginnings::new(device, condition, waiting.holds, until))
+                }
+                None => Coming::Steps(device.now()),
+            })
+            .collect();
+        let mut next: Vec<Option<Time>> = Vec::with_capacity(coming.len());
+        for (number, coming) in coming.iter_mut().enumerate() {
+            next.push(self.advance(number, coming, device, until));
+        }
+        let mut found = None;
+        loop {
+            let times = next.iter().enumerate();
+            let first = times.filter_map(|(number, at)| Some((at.as_ref()?, number))).min();
+            let Some((at, number)) = first.map(|(at, number)| (*at, number)) else { break };
+            if self.meets(number, device, at) {
+                // All that are met at the same instant are told of.
+                if which == Which::First && found.is_some_and(|before| before < at) {
+                    break;
+                }
+                self.met.retain(|(_, met)| *met == at);
+                found = Some(at);
+            }
+            next[number] = self.advance(number, &mut coming[number], device, until);
+            let is_over = next.iter().flatten().all(|next| found.is_some_and(|at| *next > at));
+            if which == Which::First && found.is_some() && is_over {
+                break;
+            }
+        }
+        for (waiting, coming) in self.waiting.iter_mut().zip(&coming) {
+            if let Coming::Condition(beginnings) = coming {
+                waiting.holds = beginnings.holds();
+            }
+        }
+        self.conditions = conditions;
+        found
+    }
+
+    fn advance(
+        &mut self,
+        number: usize,
+        coming: &mut Coming<'_>,
+        device: &Controller,
+        until: Time,
+    ) -> Option<Time> {
+        match coming {
+            Coming::Condition(beginnings) => beginnings.next(),
+            Coming::Steps(from) => {
+                let waiting = self.waiting.get_mut(number)?;
+                if self.way == Way::Back && waiting.breakpoint.condition.is_none() {
+                    return waiting.last(device, from, until);
+                }
+                let at = waiting.next(device, *from, until)?;
+                *from = at;
+                Some(at)
+            }
+        }
+    }
+}
+
+impl Waiting<'_> {
+    /// The last step of the counter: going back, nobody asks about those before it.
+    fn last(&mut self, device: &Controller, from: &mut Time, until: Time) -> Option<Time> {
+        let Trigger::Change(field) = &self.breakpoint.trigger else { return None };
+        let axis = field.axis()?;
+        if *from == until {
+            return None;
+        }
+        *from = until;
+        let at = last_step(device, Axes::only(axis), until)?;
+        self.value = device.position(at)[axis].into();
+        Some(at)
+    }
+}
+
+impl Sought<Controller> for Walk<'_> {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        self.step.as_ref().is_some_and(|step| step.can_be_in(stretch))
+            || self.waiting.iter().any(|waiting| waiting.can_be_in(stretch))
+    }
+
+    fn begin(&mut self, device: &Controller) {
+        if let Some(step) = &mut self.step {
+            step.begin(device);
+        }
+        for waiting in &mut self.waiting {
+            waiting.begin(device);
+        }
+    }
+
+    fn between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+        let stepped = self.step.as_mut().and_then(|step| step.between(device, until, which));
+        if self.waiting.is_empty() {
+            return stepped;
+        }
+        let met = self.met_between(device, until, which);
+        let instants = stepped.into_iter().chain(met);
+        match which {
+            Which::First => instants.min(),
+            Which::Last => instants.max(),
+        }
+    }
+
+    fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+        let mut found = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
+        for number in 0..self.waiting.len() {
+            if self.waiting[number].after(device, outputs)
+                && self.meets(number, device, device.now())
+            {
+                if !found {
+                    self.met.retain(|(_, at)| *at == device.now());
+                }
+                found = true;
+            }
+        }
+        found
+    }
+
+    fn at_the_beginning(&mut self, _: &Controller) -> bool {
+        // Whoever steps back comes to the beginning, but nothing happens there.
+        self.step.is_some()
+    }
+}

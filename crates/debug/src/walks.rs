@@ -1,0 +1,272 @@
+//! Going through the history.
+
+use std::collections::VecDeque;
+
+use vimc4_catalogue::Controller;
+use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
+use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
+
+use crate::breakpoint::BreakpointId;
+use crate::debugger::{Debugger, patiently};
+use crate::stop::{Reason, Stop};
+use crate::walk::Walk;
+use crate::{DebugError, Depth, Unit, Way};
+
+impl Debugger {
+    /// Makes so many steps. With [`Depth::Over`] and [`Depth::Out`] breakpoints on the way are
+    /// heeded.
+    pub fn step(
+        &mut self,
+        unit: Unit,
+        way: Way,
+        depth: Depth,
+        count: u64,
+        progress: &mut Progress<'_>,
+    ) -> Stop {
+        self.unit = unit;
+        if let Unit::Time(span) = unit {
+            let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
+            return self.pass(way, nanos.saturating_mul(count), unit, progress);
+        }
+        let mut notes = Vec::new();
+        for _ in 0..count {
+            let history = &mut self.history;
+            let source = self.source.as_ref();
+            let mut walk = Walk::new(way).step(unit, depth, history.device(), source);
+            if depth != Depth::Into {
+                walk = walk.heeding(&mut self.breakpoints, source);
+            }
+            let end = end_of(history, self.stays);
+            let found = match way {
+                Way::Forward => history.seek_next(end, &mut walk, progress),
+                Way::Back => history.seek_last(&mut walk, progress),
+            };
+            let met = ids(&walk, history.now());
+            notes.append(&mut walk.notes);
+            let why = match found {
+                Found::Here if met.is_empty() => continue,
+                Found::Here => Reason::Breakpoints(met),
+                Found::GivenUp => Reason::Cancelled,
+                Found::Nowhere => match way {
+                    Way::Back => Reason::Beginning,
+                    Way::Forward => self.nothing_more(end),
+                },
+            };
+            return self.stopped(why, notes);
+        }
+        self.stopped(Reason::Step(unit), notes)
+    }
+
+    /// Goes on, forward or back, to the next breakpoint. Forward: up to a time, or until the
+    /// controller waits for something from outside; back: to the beginning.
+    pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
+        let history = &mut self.history;
+        let source = self.source.as_ref();
+        let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source);
+        let end = until.unwrap_or(Time::NEVER).min(end_of(history, self.stays));
+        let found = match way {
+            Way::Forward => history.seek_next(end, &mut walk, progress),
+            Way::Back => history.seek_last(&mut walk, progress),
+        };
+        let met = ids(&walk, history.now());
+        let notes = std::mem::take(&mut walk.notes);
+        let why = match found {
+            Found::Here => Reason::Breakpoints(met),
+            Found::GivenUp => Reason::Cancelled,
+            Found::Nowhere if way == Way::Back => {
+                let first = self.history.branches().next().map(|branch| branch.first);
+                let moment = first.unwrap_or_default();
+                self.history.go_back_to(Place { branch: BranchId(0), moment });
+                Reason::Beginning
+            }
+            Found::Nowhere => match until.filter(|until| *until <= end) {
+                Some(until) => {
+                    self.history.run_to(until);
+                    Reason::Time
+                }
+                None => self.nothing_more(end),
+            },
+        };
+        self.stopped(why, notes)
+    }
+
+    /// Goes to the next or the last instant at which a condition begins to hold. Where it is not in
+    /// what has been recorded, `Way::Forward` goes on beyond. If there is none the present stays.
+    pub fn seek(&mut self, condition: &Condition, way: Way, progress: &mut Progress<'_>) -> Stop {
+        let found = match way {
+            Way::Back => self.history.seek_last(&mut Begins::new(condition), progress),
+            Way::Forward => self.seek_ahead(condition, progress),
+        };
+        let why = match found {
+            Found::Here => Reason::Found,
+            Found::Nowhere => Reason::Nowhere,
+            Found::GivenUp => Reason::Cancelled,
+        };
+        self.stopped(why, Vec::new())
+    }
+
+    /// In what is recorded, and then in what will come: that is tried with another controller, so
+    /// that nothing has happened here that was only looked for.
+    fn seek_ahead(&mut self, condition: &Condition, progress: &mut Progress<'_>) -> Found {
+        let begin = self.place();
+        let heading = self.history.heading();
+        let end = self.history.branches().find(|branch| branch.id == heading);
+        let end = end.map_or(begin.moment.at, |branch| branch.end.at);
+        let mut begins = Begins::new(condition);
+        let mut found = self.history.seek_next(end, &mut begins, progress);
+        if found == Found::Nowhere && !self.stays {
+            self.history.go_to_time(end);
+            let mut future = History::new(self.device().clone());
+            future.watch(Kinds::ALL);
+            found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
+            if found == Found::Here {
+                let mut begins = Begins::new(condition);
+                return self.history.seek_next(Time::NEVER, &mut begins, &mut patiently);
+            }
+        }
+        if found != Found::Here {
+            self.history.go_back_to(begin);
+        }
+        found
+    }
+
+    /// Goes to a moment.
+    ///
+    /// # Errors
+    ///
+    /// If the history has no such moment.
+    pub fn go_to(&mut self, place: Place) -> Result<Stop, DebugError> {
+        if !self.history.go_back_to(place) {
+            return Err(DebugError::new("there is no such moment in the history"));
+        }
+        Ok(self.stopped(Reason::Gone, Vec::new()))
+    }
+
+    /// Goes to a time, after everything that happens then; beyond the end, as far as it is known
+    /// what happens if nothing comes from outside.
+    pub fn go_to_time(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
+        self.history.go_to_time(at);
+        if self.now() < at {
+            return self.go_plain(at, progress);
+        }
+        self.stopped(Reason::Gone, Vec::new())
+    }
+
+    /// Goes to where the execution of a command begins.
+    ///
+    /// # Errors
+    ///
+    /// If it never does on the way that the present goes.
+    pub fn go_to_command(
+        &mut self,
+        number: CommandNumber,
+        progress: &mut Progress<'_>,
+    ) -> Result<Stop, DebugError> {
+        let (begin, heading) = (self.place(), self.history.heading());
+        self.history.go_to_end(heading);
+        let mut begins = CommandBegins(number);
+        // The end is the last moment after the beginning of the command, if it has begun.
+        match self.history.seek_last(&mut begins, progress) {
+            Found::Here => Ok(self.stopped(Reason::Gone, Vec::new())),
+            found => {
+                self.history.go_back_to(begin);
+                Err(DebugError::new(match found {
+                    Found::GivenUp => "cancelled".to_owned(),
+                    _ => format!("no command has the number {number} here"),
+                }))
+            }
+        }
+    }
+
+    // --- inside ---
+
+    /// Goes on to a time without heeding breakpoints.
+    fn go_plain(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
+        let mut nothing = Walk::new(Way::Forward);
+        let end = at.min(end_of(&self.history, self.stays));
+        match self.history.seek_next(end, &mut nothing, progress) {
+            Found::GivenUp => self.stopped(Reason::Cancelled, Vec::new()),
+            _ => {
+                self.history.run_to(end);
+                let why = if end < at { Reason::End } else { Reason::Gone };
+                self.stopped(why, Vec::new())
+            }
+        }
+    }
+
+    /// Goes by a span of time.
+    fn pass(&mut self, way: Way, nanos: u64, unit: Unit, progress: &mut Progress<'_>) -> Stop {
+        let now = self.now();
+        let why = match way {
+            Way::Forward => return self.go_by(now.after_nanos(nanos), unit, progress),
+            Way::Back => {
+                let first = self.history.branches().next().map(|branch| branch.first.at);
+                let first = first.unwrap_or_default();
+                let at = Time::from_nanos(now.as_nanos().saturating_sub(nanos)).max(first);
+                self.history.go_to_time(at);
+                if at == first && now.nanos_since(first) < nanos {
+                    Reason::Beginning
+                } else {
+                    Reason::Step(unit)
+                }
+            }
+        };
+        self.stopped(why, Vec::new())
+    }
+
+    fn go_by(&mut self, at: Time, unit: Unit, progress: &mut Progress<'_>) -> Stop {
+        let mut stop = self.go_plain(at, progress);
+        if stop.why == Reason::Gone {
+            stop.why = Reason::Step(unit);
+        }
+        stop
+    }
+
+    /// Why nothing more is found ahead.
+    fn nothing_more(&self, end: Time) -> Reason {
+        if end == Time::NEVER { Reason::Rest } else { Reason::End }
+    }
+
+    pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
+        /// So much is told of what came out last.
+        const OUTPUTS_MAX: usize = 100;
+        let outputs = self.history.drain().take(OUTPUTS_MAX).collect();
+        let (place, at) = (self.place(), self.now());
+        Stop { why, place, at, command: self.executing(), notes, outputs }
+    }
+}
+
+/// Up to when a walk may go.
+fn end_of(history: &History<Controller>, stays: bool) -> Time {
+    if !stays {
+        return Time::NEVER;
+    }
+    let heading = history.heading();
+    let branch = history.branches().find(|branch| branch.id == heading);
+    branch.map_or(Time::NEVER, |branch| branch.end.at)
+}
+
+/// The breakpoints that a walk has ended at, in order of their numbers.
+fn ids(walk: &Walk<'_>, now: Time) -> Vec<BreakpointId> {
+    let met = walk.met.iter().filter(|(_, at)| *at == now).map(|(id, _)| *id);
+    let mut ids: Vec<BreakpointId> = met.collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// The moment at which the command of a number begins.
+struct CommandBegins(CommandNumber);
+
+impl Sought<Controller> for CommandBegins {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        stretch.can_have_command(self.0)
+    }
+
+    fn after(&mut self, _: &Controller, _: Act, outputs: &VecDeque<Output>) -> bool {
+        outputs.iter().any(|output| match output {
+            Output::Event(stamp, Event::Command { .. }) => stamp.command == Some(self.0),
+            _ => false,
+        })
+    }
+}

@@ -1,0 +1,405 @@
+//! What would have come if something had been otherwise.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde_json::Value;
+use vimc4_catalogue::{Controller, Machine, Model, State};
+use vimc4_device::{
+    CommandNumber, Device, Event, Kinds, Output, OwnedInput, Time, TimedInput, escape,
+};
+use vimc4_timeline::{BranchId, History, Place, Progress};
+
+use crate::DebugError;
+use crate::debugger::Debugger;
+use crate::field::differences;
+use crate::stop::time;
+
+/// What is otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WhatIf {
+    /// A quirk of the model, by its name and a value as TOML writes it.
+    Quirk(String, String),
+    /// The model.
+    Model(Model),
+    /// The machine.
+    Machine(Arc<Machine>),
+    /// Something that comes from outside, at this moment, in this order.
+    Inputs(Vec<OwnedInput>),
+}
+
+/// How two futures part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parting {
+    /// What was otherwise, in words.
+    pub what: String,
+    /// The branch on which it is.
+    pub branch: BranchId,
+    /// Where they part first; `None` if they do not, as far as they go.
+    pub at: Option<Apart>,
+    /// How far they were held against each other.
+    pub until: Time,
+}
+
+/// The first difference of two futures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Apart {
+    /// When.
+    pub at: Time,
+    /// The command that was executed then, as it was.
+    pub command: Option<(CommandNumber, Vec<u8>)>,
+    /// What came out first that differs, as it was: bytes and their time.
+    pub ours: Option<(Time, Vec<u8>)>,
+    /// The same, as it would be.
+    pub theirs: Option<(Time, Vec<u8>)>,
+    /// The fields that differ then: the path, as it was, as it would be.
+    pub fields: Vec<(String, Value, Value)>,
+}
+
+impl fmt::Display for Parting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// So many fields are shown.
+        const FIELDS: usize = 8;
+        let Some(apart) = &self.at else {
+            return write!(f, "{}: nothing else comes of it until {}", self.what, time(self.until));
+        };
+        write!(f, "{}: the futures part at {}", self.what, time(apart.at))?;
+        if let Some((number, line)) = &apart.command {
+            write!(f, ", command #{number} {}", escape(line))?;
+        }
+        let said = |said: &Option<(Time, Vec<u8>)>| match said {
+            Some((at, bytes)) => format!("{} at {}", escape(bytes), time(*at)),
+            None => "nothing".to_owned(),
+        };
+        if apart.ours != apart.theirs {
+            let (ours, theirs) = (said(&apart.ours), said(&apart.theirs));
+            write!(f, "\n    says  {theirs}\n    said  {ours}")?;
+        }
+        let shown = |value: &Value| {
+            let path = String::new();
+            crate::Variable { name: String::new(), path, value: value.clone() }.text()
+        };
+        for (path, ours, theirs) in apart.fields.iter().take(FIELDS) {
+            write!(f, "\n    {path}  is {}, was {}", shown(theirs), shown(ours))?;
+        }
+        let more = apart.fields.len().saturating_sub(FIELDS);
+        if more > 0 { write!(f, "\n    and {more} more fields") } else { Ok(()) }
+    }
+}
+
+/// So many causes are followed at most when the inputs are over.
+const CAUSES_MAX: u32 = 1_000_000;
+
+impl Debugger {
+    /// Begins a branch here on which something is otherwise, and that gets everything else that
+    /// comes; holds both futures against each other, in bytes, their times, and the counters at
+    /// each, and goes to where they part. Where they do not, the present stays.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be so.
+    pub fn what_if(
+        &mut self,
+        what: &WhatIf,
+        progress: &mut Progress<'_>,
+    ) -> Result<Parting, DebugError> {
+        let begin = self.place();
+        let name = self.describe(what);
+        let inputs = self.inputs_ahead();
+        let end = self.end_ahead();
+        let ours = self.device().clone();
+        let given: &[OwnedInput] = match what {
+            WhatIf::Inputs(inputs) => inputs,
+            _ => &[],
+        };
+        let state = match what {
+            WhatIf::Inputs(_) => None,
+            what => Some(otherwise(&ours.state(), ours.clone(), what)?),
+        };
+        let mut theirs = ours.clone();
+        if let Some(state) = &state {
+            theirs.restore(state.clone());
+        }
+        // Both futures, each as far as is known, and then as far as something happens.
+        let Some(at) = first_difference(ours, theirs, given, &inputs, end, progress) else {
+            return Err(DebugError::new("cancelled"));
+        };
+        let history = self.history_mut();
+        match state {
+            Some(state) => history.fork(name.clone(), state),
+            None => {
+                let before = history.branches().count();
+                given.iter().for_each(|input| history.give(input.as_input()));
+                if history.branches().count() > before {
+                    let branch = history.present().branch;
+                    history.rename(branch, name.clone());
+                }
+            }
+        }
+        let branch = history.present().branch;
+        for TimedInput { at, input } in &inputs {
+            history.run_to(*at);
+            history.give(input.as_input());
+            history.run_to(*at);
+        }
+        history.run_to(end);
+        let (until, at) = at;
+        match &at {
+            Some(apart) => {
+                history.run_to(apart.at.max(end));
+                history.go_to_time(apart.at);
+            }
+            None => {
+                history.go_back_to(begin);
+            }
+        }
+        history.drain();
+        Ok(Parting { what: name, branch, at, until })
+    }
+
+    fn describe(&self, what: &WhatIf) -> String {
+        match what {
+            WhatIf::Quirk(name, value) => format!("if {name} = {value}"),
+            WhatIf::Model(model) => format!("if {}", model.name()),
+            WhatIf::Machine(machine) => format!("if on {}", machine.name),
+            WhatIf::Inputs(inputs) => {
+                let texts: Vec<String> =
+                    inputs.iter().map(|input| self.describe_input(input)).collect();
+                format!("if {}", texts.join(", "))
+            }
+        }
+    }
+
+    /// What comes from outside after the present, on the way that it goes.
+    fn inputs_ahead(&self) -> Vec<TimedInput> {
+        let history = self.history();
+        let branches: Vec<_> = history.branches().collect();
+        // The way from the present's branch to the one that it goes on with.
+        let mut way = vec![(history.heading(), u64::MAX)];
+        while let Some((branch, _)) = way.last().copied()
+            && branch != history.present().branch
+        {
+            let found = branches.iter().find(|other| other.id == branch);
+            let Some(Place { branch, moment }) = found.and_then(|branch| branch.parted) else {
+                break;
+            };
+            way.push((branch, moment.inputs));
+        }
+        let moment = history.present().moment;
+        let mut ahead = Vec::new();
+        for (branch, until) in way.into_iter().rev() {
+            let is_here = branch == history.present().branch;
+            let from = if is_here { moment.inputs } else { 0 };
+            let count = usize::try_from(until.saturating_sub(from)).unwrap_or(usize::MAX);
+            for (place, mut timed) in history.inputs(branch, from).take(count).enumerate() {
+                if is_here && place == 0 && moment.bytes > 0 {
+                    let OwnedInput::Bytes(bytes) = &timed.input else { continue };
+                    let rest = bytes.get(moment.bytes as usize..).unwrap_or_default();
+                    timed.input = OwnedInput::from(vimc4_device::Input::Bytes(rest));
+                }
+                ahead.push(timed);
+            }
+        }
+        ahead
+    }
+
+    /// How far the way goes that the present goes on with.
+    fn end_ahead(&self) -> Time {
+        let heading = self.history().heading();
+        let branch = self.history().branches().find(|branch| branch.id == heading);
+        branch.map_or(self.now(), |branch| branch.end.at)
+    }
+}
+
+/// The state if something were otherwise.
+fn otherwise(state: &State, mut device: Controller, what: &WhatIf) -> Result<State, DebugError> {
+    let wrong = |error: serde_json::Error| {
+        DebugError::new(format!("this controller cannot be so: {error}"))
+    };
+    let mut tree = serde_json::to_value(state).map_err(wrong)?;
+    let family = state.family().name();
+    let inner = &mut tree[family];
+    match what {
+        WhatIf::Model(model) => {
+            if model.family() != state.family() {
+                return Err(DebugError::new(format!(
+                    "{} is of another family: it does not know what this one has stored",
+                    model.name()
+                )));
+            }
+            inner["model"] = serde_json::to_value(model).map_err(wrong)?;
+        }
+        WhatIf::Machine(machine) => {
+            inner["plant"]["machine"] = serde_json::to_value(machine).map_err(wrong)?;
+        }
+        WhatIf::Quirk(name, value) => {
+            let known = state.family().models().first().and_then(|name| {
+                Some(vimc4_catalogue::quirks(&vimc4_catalogue::model(name).ok()?))
+            });
+            let known = known.unwrap_or_default();
+            let Some((_, values)) = known.iter().find(|(known, _)| known == name) else {
+                let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+                return Err(DebugError::new(format!(
+                    "there is no quirk `{name}`; there are {}",
+                    names.join(", ")
+                )));
+            };
+            let value = value.trim().trim_matches('"');
+            if !values.iter().any(|known| known.trim_matches('"') == value) {
+                return Err(DebugError::new(format!(
+                    "{name} cannot be `{value}`; it can be {}",
+                    values.join(", ").replace('"', "")
+                )));
+            }
+            let value = match value {
+                "true" => Value::Bool(true),
+                "false" => Value::Bool(false),
+                number => number.parse::<i64>().map_or_else(|_| number.into(), Value::from),
+            };
+            inner["model"]["quirks"][name.as_str()] = value;
+        }
+        WhatIf::Inputs(_) => {}
+    }
+    let state: State = serde_json::from_value(tree).map_err(wrong)?;
+    device.restore(state.clone());
+    Ok(state)
+}
+
+/// What comes out of a future, piece by piece.
+struct Future<'i> {
+    history: History<Controller>,
+    inputs: std::slice::Iter<'i, TimedInput>,
+    next: Option<&'i TimedInput>,
+    command: Option<(CommandNumber, Vec<u8>)>,
+    causes: u32,
+}
+
+impl<'i> Future<'i> {
+    fn new(device: Controller, given: &[OwnedInput], inputs: &'i [TimedInput]) -> Future<'i> {
+        let mut history = History::new(device);
+        history.watch(Kinds::COMMAND);
+        for input in given {
+            history.give(input.as_input());
+        }
+        let mut inputs = inputs.iter();
+        Future { next: inputs.next(), history, inputs, command: None, causes: 0 }
+    }
+
+    /// The next piece that comes out by `until`, with its time; `Ok(None)` if nothing more does, and
+    /// nothing but what is asked now and then if it was given up.
+    fn piece(
+        &mut self,
+        until: Time,
+        progress: &mut Progress<'_>,
+    ) -> Result<Option<Piece>, Cancelled> {
+        /// So many acts are between two questions whether to go on.
+        const PATIENCE: u32 = 1_000;
+        loop {
+            if progress(self.history.now()).is_break() {
+                return Err(Cancelled);
+            }
+            let limit = self.next.as_ref().map_or(until, |next| next.at.min(until));
+            let mut said: Option<Piece> = None;
+            let mut acts = 0;
+            let command = &mut self.command;
+            let found = self.history.find_next(limit, |_, _, outputs| {
+                for output in outputs {
+                    match output {
+                        Output::Bytes(at, bytes) => {
+                            let (_, all) = said.get_or_insert_with(|| (*at, Vec::new()));
+                            all.extend_from_slice(bytes);
+                        }
+                        Output::Event(stamp, Event::Command { bytes, .. }) => {
+                            *command = stamp.command.map(|number| (number, bytes.to_vec()));
+                        }
+                        _ => {}
+                    }
+                }
+                acts += 1;
+                said.is_some() || acts == PATIENCE
+            });
+            self.causes = self.causes.saturating_add(acts);
+            if said.is_some() {
+                return Ok(said);
+            }
+            if found && self.causes < CAUSES_MAX {
+                continue;
+            }
+            let Some(next) = self.next.take_if(|next| next.at <= until) else { return Ok(None) };
+            self.history.run_to(next.at);
+            self.history.give(next.input.as_input());
+            self.next = self.inputs.next();
+        }
+    }
+}
+
+/// What comes out at once, and when.
+type Piece = (Time, Vec<u8>);
+
+/// Somebody has given up.
+struct Cancelled;
+
+/// Where two futures part, and how far they were looked at; `None` if it was cancelled.
+fn first_difference(
+    ours: Controller,
+    theirs: Controller,
+    given: &[OwnedInput],
+    inputs: &[TimedInput],
+    end: Time,
+    progress: &mut Progress<'_>,
+) -> Option<(Time, Option<Apart>)> {
+    let mut ours = Future::new(ours, &[], inputs);
+    let mut theirs = Future::new(theirs, given, inputs);
+    // What is known, and then what comes of it.
+    for until in [end, Time::NEVER] {
+        loop {
+            let pieces = (ours.piece(until, progress), theirs.piece(until, progress));
+            let (Ok(one), Ok(other)) = pieces else { return None };
+            if one != other {
+                let times = [&one, &other].into_iter().flatten().map(|(at, _)| *at);
+                let at = times.min().unwrap_or(until);
+                return Some((at, Some(apart(at, ours, theirs, one, other))));
+            }
+            if one.is_none() {
+                break;
+            }
+        }
+        let differ = |ours: &History<Controller>, theirs: &History<Controller>| {
+            let now = ours.now().max(theirs.now());
+            ours.device().position(ours.now()) != theirs.device().position(theirs.now())
+                && now >= end
+        };
+        if until != Time::NEVER {
+            ours.history.run_to(until);
+            theirs.history.run_to(until);
+        }
+        if differ(&ours.history, &theirs.history) {
+            let at = ours.history.now().min(theirs.history.now());
+            return Some((at, Some(apart(at, ours, theirs, None, None))));
+        }
+    }
+    Some((ours.history.now().max(theirs.history.now()), None))
+}
+
+/// What is different at a time.
+fn apart(
+    at: Time,
+    mut ours: Future<'_>,
+    mut theirs: Future<'_>,
+    one: Option<(Time, Vec<u8>)>,
+    other: Option<(Time, Vec<u8>)>,
+) -> Apart {
+    for future in [&mut ours.history, &mut theirs.history] {
+        future.go_to_time(at);
+        if future.now() < at {
+            future.run_to(at);
+        }
+    }
+    let (mine, yours) = (ours.history.device().state(), theirs.history.device().state());
+    let mut fields = differences(&mine, &yours);
+    // What was put in by hand differs all the time.
+    fields.retain(|(path, ..)| {
+        !path.starts_with("state.model") && !path.starts_with("state.plant.machine")
+    });
+    Apart { at, command: ours.command, ours: one, theirs: other, fields }
+}

@@ -1,0 +1,235 @@
+//! Lines as people type them, and what is answered.
+
+#![expect(clippy::panic, clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use vimc4_debug::{Answer, DebugError, Debugger, Reason, Stop, patiently};
+use vimc4_device::Input;
+
+fn debugger(model: &str, machine: &str) -> Debugger {
+    let (model, machine) =
+        (vimc4_catalogue::model(model).unwrap(), vimc4_catalogue::machine(machine).unwrap());
+    Debugger::new(vimc4_catalogue::bare(&model, &machine, &[]).unwrap())
+}
+
+/// Carries out lines that must succeed, and returns what the last one answers.
+fn run(debugger: &mut Debugger, lines: &[&str]) -> Answer {
+    let mut last = Answer::Done;
+    for line in lines {
+        last = debugger
+            .execute(line, &mut patiently)
+            .unwrap_or_else(|error| panic!("`{line}`: {error}"));
+    }
+    last
+}
+
+fn said(debugger: &mut Debugger, line: &str) -> String {
+    run(debugger, &[line]).to_string()
+}
+
+fn stop(answer: Answer) -> Stop {
+    match answer {
+        Answer::Stopped(stop, _) => stop,
+        other => panic!("no stop: {other:?}"),
+    }
+}
+
+fn wrong(debugger: &mut Debugger, line: &str) -> DebugError {
+    match debugger.execute(line, &mut patiently) {
+        Ok(answer) => panic!("`{line}` is carried out: {answer:?}"),
+        Err(error) => error,
+    }
+}
+
+/// An IMC4 that has moved X to 1,000 and back to 0.
+fn moved() -> Debugger {
+    let mut debugger = debugger("imc4", "bench");
+    debugger.give(Input::Bytes(b"@01\r@0A1000,1000\r@0A-1000,1000\r"));
+    run(&mut debugger, &["continue", "assert idle", "assert x = 0"]);
+    debugger
+}
+
+#[test]
+fn a_walk_forward_and_back_by_commands_and_steps() {
+    let mut debugger = moved();
+    let there = stop(run(&mut debugger, &["goto start", "step 2 commands"]));
+    assert_eq!(there.why, Reason::Step(vimc4_debug::Unit::Command));
+    assert_eq!(
+        there.command.as_ref().map(|command| command.line.as_slice()),
+        Some(&b"@0A1000,1000"[..])
+    );
+    run(
+        &mut debugger,
+        &["assert x = 0", "step 3 steps", "assert x = 3", "back step", "assert x = 2"],
+    );
+    run(&mut debugger, &["step command", "assert x = 1000", "back 1000 steps", "assert x = 1"]);
+    // The last of these steps is the end of the motion.
+    run(&mut debugger, &["step 999 steps", "assert x = 1000"]);
+    run(&mut debugger, &["goto end", "reverse", "assert x = 0"]);
+    assert_eq!(debugger.now().as_nanos(), 0);
+}
+
+#[test]
+fn what_was_so_is_found_at_its_instant() {
+    let mut debugger = moved();
+    run(&mut debugger, &["last x = 400", "assert x = 400", "assert x.speed < 0"]);
+    run(&mut debugger, &["last x = 400", "assert x = 400", "assert x.speed > 0"]);
+    let nowhere = stop(run(&mut debugger, &["last x = 400"]));
+    assert_eq!(nowhere.why, Reason::Nowhere);
+    run(&mut debugger, &["assert x = 400", "next x > 999", "assert x = 1000"]);
+    run(&mut debugger, &["next command @A", "assert x = 1000"]);
+    run(&mut debugger, &["next x < 1", "assert x = 0"]);
+    // What was only looked for has not happened.
+    let end = debugger.place();
+    assert_eq!(stop(run(&mut debugger, &["next x < -5"])).why, Reason::Nowhere);
+    assert_eq!(debugger.place(), end);
+}
+
+#[test]
+fn breakpoints_stop_both_ways() {
+    let mut debugger = moved();
+    assert_eq!(
+        said(&mut debugger, "break x > 500 if x.speed > 0"),
+        "breakpoint 1: x > 500 if x.speed > 0"
+    );
+    run(&mut debugger, &["break command @A hit 2", "goto start"]);
+    assert_eq!(stop(run(&mut debugger, &["continue"])).why.to_string(), "breakpoint 1");
+    run(&mut debugger, &["assert x = 501"]);
+    assert_eq!(stop(run(&mut debugger, &["continue"])).why.to_string(), "breakpoint 2");
+    assert_eq!(stop(run(&mut debugger, &["continue"])).why, Reason::Rest);
+    assert_eq!(stop(run(&mut debugger, &["reverse"])).why.to_string(), "breakpoint 2");
+    run(&mut debugger, &["disable 2"]);
+    assert_eq!(stop(run(&mut debugger, &["reverse"])).why.to_string(), "breakpoint 1");
+    run(&mut debugger, &["assert x = 501"]);
+    assert_eq!(stop(run(&mut debugger, &["reverse"])).why, Reason::Beginning);
+    let list = said(&mut debugger, "breakpoints");
+    assert!(list.contains("(disabled)") && list.contains("x > 500"), "{list}");
+    run(&mut debugger, &["delete all"]);
+    assert_eq!(said(&mut debugger, "breakpoints"), "there are no breakpoints");
+}
+
+#[test]
+fn a_tracepoint_notes_and_nobody_stops() {
+    let mut debugger = moved();
+    let traced = said(&mut debugger, "trace command @A log x is {x}, speed {x.speed / 1000000}");
+    let lines: Vec<&str> = traced.lines().collect();
+    assert_eq!(lines.len(), 2, "{traced}");
+    assert!(lines[0].ends_with("x is 0, speed 0") || lines[0].contains("x is 0"), "{traced}");
+    assert!(lines[1].contains("x is 1000"), "{traced}");
+    // In the middle of a motion too.
+    let traced = said(&mut debugger, "trace x = 250 log {x.position}");
+    assert_eq!(traced.lines().count(), 2, "{traced}");
+    run(&mut debugger, &["goto start", "break x = 250 log here"]);
+    let rest = stop(run(&mut debugger, &["continue"]));
+    assert_eq!((rest.why, rest.notes.len()), (Reason::Rest, 2));
+}
+
+#[test]
+fn a_data_breakpoint_stops_where_a_field_changes() {
+    let mut debugger = moved();
+    run(&mut debugger, &["goto start", "break change activity"]);
+    run(&mut debugger, &["continue", "assert activity = move", "assert x = 0"]);
+    run(&mut debugger, &["delete all", "goto end"]);
+    let change = said(&mut debugger, "who x");
+    assert!(change.contains("x was 1 and became 0"), "{change}");
+    let change = said(&mut debugger, "who changed axes.x.configured");
+    assert!(change.contains("was false and became true") && change.contains("#1 @01"), "{change}");
+}
+
+#[test]
+fn what_is_done_in_the_past_begins_a_branch() {
+    let mut debugger = moved();
+    run(&mut debugger, &["goto start", "next x = 400", "mark here", "hold stop", "continue"]);
+    run(&mut debugger, &["rename stopped", "assert x < 1000"]);
+    let branches = said(&mut debugger, "branches");
+    assert!(branches.contains("  main") && branches.contains("> stopped"), "{branches}");
+    // Back over the parting and forward again leads here again.
+    let end = debugger.place();
+    run(&mut debugger, &["mark there", "back 5 causes", "goto here", "goto there"]);
+    assert_eq!(debugger.place(), end);
+    run(&mut debugger, &["goto main", "assert x = 0", "goto here", "assert x = 400"]);
+    run(&mut debugger, &["put x = 77", "assert x = 77"]);
+}
+
+#[test]
+fn why_leads_back_to_a_byte_or_a_button() {
+    let mut debugger = debugger("imc4", "mill");
+    run(&mut debugger, &["send @07", "send @0R7", "send @0F1", "continue"]);
+    run(&mut debugger, &["send @0A-5000,2000,0,21,0,21,0,21", "continue"]);
+    let why = said(&mut debugger, "why error");
+
+    assert!(why.contains("@0A-5000,2000"), "{why}");
+    assert!(why.lines().last().unwrap().contains("came over the line"), "{why}");
+
+    let mut debugger = moved();
+    run(&mut debugger, &["goto start", "next x = 400", "press stop", "continue"]);
+    let why = said(&mut debugger, "why stop");
+    assert!(why.contains("stop was pressed"), "{why}");
+}
+
+#[test]
+fn what_if_it_were_otherwise() {
+    let mut debugger = moved();
+    run(&mut debugger, &["goto start", "next x = 400"]);
+    let parting = said(&mut debugger, "what if press stop");
+    assert!(parting.contains("the futures part at"), "{parting}");
+    run(&mut debugger, &["goto main", "goto start"]);
+    let parting = said(&mut debugger, "what if model imc4-m");
+    assert!(parting.starts_with("if imc4-m: "), "{parting}");
+    assert_eq!(debugger.history().branches().count(), 3);
+    let error = wrong(&mut debugger, "what if quirk nothing = 1");
+    assert!(error.to_string().starts_with("there is no quirk `nothing`; there are "), "{error}");
+}
+
+#[test]
+fn what_is_wrong_is_said_and_nothing_happens() {
+    let mut debugger = moved();
+    let begin = debugger.place();
+    for (line, error) in [
+        ("stepp", "`stepp` is no command; `help` lists them"),
+        ("st", "`st` is no command; there is step"),
+        ("step 3 lightyears", "`lightyears` is no unit"),
+        ("goto moon", "`moon` is no place"),
+        ("break", "how it is typed: break WHAT"),
+        ("print nothing.there", "there is no `nothing`"),
+        ("print axes.q", "there is no `q`: `axes` has a, x, y, z"),
+        ("press cover", "there is no button `cover`"),
+        ("cover ajar", "cover cannot be `ajar`; it can be open or closed"),
+        ("set stop 2", "stop cannot be `2`; it can be 0 to 1"),
+        ("put activity = idle", "`activity` is computed"),
+        ("where am I", "nothing follows `where`"),
+        ("send \\q", "`\\q"),
+        ("delete 9", "there is no breakpoint 9"),
+        ("assert command @A", "`command @A` happens"),
+    ] {
+        let message = wrong(&mut debugger, line).to_string();
+        assert!(message.starts_with(error), "{line}: {message}");
+    }
+    let failed = wrong(&mut debugger, "assert x = 5");
+    assert!(failed.is_failed_assertion());
+    assert!(failed.to_string().contains(": x is 0"), "{failed}");
+    assert_eq!(debugger.place(), begin);
+}
+
+#[test]
+fn everything_in_the_table_is_carried_out() {
+    use vimc4_debug::TABLE;
+    let mut names: Vec<&str> = Vec::new();
+    for directive in TABLE {
+        names.push(directive.name);
+        names.extend(directive.short);
+        let mut debugger = moved();
+        run(&mut debugger, &["mark before", "watch x", "break command @A", "break x = 1"]);
+        if directive.example.starts_with("goto") || directive.example.starts_with("list") {
+            continue;
+        }
+        let done = debugger.execute(directive.example, &mut patiently);
+        let failed = done.as_ref().err().is_some_and(|error| !error.is_failed_assertion());
+        assert!(!failed, "{}: {}", directive.example, done.unwrap_err());
+        let help = said(&mut debugger, &format!("help {}", directive.name));
+        assert!(help.starts_with(&directive.usage()), "{help}");
+    }
+    let count = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), count, "a name is there twice");
+}
