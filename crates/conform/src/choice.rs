@@ -14,14 +14,20 @@ use vimc4_device::{AXES, Device, Harness, Point, show_nanos};
 use crate::format::Session;
 use crate::play::{Drive, play_watched};
 use crate::player::{Act, PortStep, Timing};
-use crate::rehearsal::{ask, converse, counters, rehearse, rehearse_with_handshake};
+use crate::rehearsal::{Delays, ask, converse, counters, rehearse, rehearse_with_handshake};
 use crate::script::{Action, Expected};
 use crate::travel::Travel;
 use crate::workshop::{self, Workshop};
 
-/// How long a port may hold up what is sent, ns. What gives other bytes with one of these
-/// delays cannot be played through a port.
-const DELAYS: [u64; 3] = [0, 2_000_000, 40_000_000];
+/// How late a port may be. What gives other bytes with one of these delays cannot be played through
+/// a port.
+const DELAYS: [Delays; 5] = [
+    Delays { player: 0, way: [0, 0] },
+    Delays { player: 2_000_000, way: [0, 0] },
+    Delays { player: 40_000_000, way: [0, 0] },
+    Delays { player: 0, way: [2_000_000, 0] },
+    Delays { player: 0, way: [0, 2_000_000] },
+];
 
 /// What the person at the machine allows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -440,12 +446,12 @@ impl Chooser {
         let exactly: Vec<Option<(u64, u64)>> = row.steps.iter_mut().map(take_time).collect();
         let mut off: Vec<u64> = vec![0; exactly.len()];
         let mut offset = None;
-        for delay in DELAYS {
+        for delays in DELAYS {
             let device = self.build(&[])?;
-            let seen = rehearse(device, &row.steps, self.timing, delay);
-            let seen = seen.map_err(|_| match delay {
+            let seen = rehearse(device, &row.steps, self.timing, delays);
+            let seen = seen.map_err(|_| match delays {
                 // Asking where the axes are has disturbed what it was about.
-                0 if row.asked => Reason::View,
+                Delays { player: 0, way: [0, 0] } if row.asked => Reason::View,
                 _ => Reason::ExactTime,
             })?;
             if *offset.get_or_insert(seen.offset) != seen.offset {
@@ -454,7 +460,7 @@ impl Chooser {
             if self.model.has_handshake_lines() {
                 // Nobody knows whether the port heeds them.
                 let seen =
-                    rehearse_with_handshake(self.build(&[])?, &row.steps, self.timing, delay);
+                    rehearse_with_handshake(self.build(&[])?, &row.steps, self.timing, delays);
                 seen.map_err(|_| Reason::Handshake)?;
             }
             let expects = row.steps.iter().zip(&exactly).zip(&mut off);
@@ -479,7 +485,7 @@ impl Chooser {
             }
         }
         let passes = |image: &[u8]| -> Result<bool, Reason> {
-            Ok(rehearse(self.build(image)?, &row.steps, self.timing, 0).is_ok())
+            Ok(rehearse(self.build(image)?, &row.steps, self.timing, Delays::default()).is_ok())
         };
         row.fresh = (self.starts && session.needs().effects.starts) || !passes(&self.filled)?;
         let erasable = !self.erase.is_empty() && passes(&self.erased)?;

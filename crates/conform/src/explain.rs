@@ -11,7 +11,7 @@ use vimc4_device::{Device, Harness, Input, SignalKind};
 use crate::choice::{leaf, leaves};
 use crate::format::merge;
 use crate::player::{Miss, PortStep, Timing};
-use crate::rehearsal::rehearse;
+use crate::rehearsal::{Delays, rehearse};
 use crate::workshop::{self, Workshop};
 
 /// Something that may be otherwise than the profile and the machine say.
@@ -177,6 +177,6 @@ impl Candidate {
             let id = signals.iter().find(|signal| signal.name == *name)?.id;
             harness.input(Input::Signal(id, *value));
         }
-        rehearse(harness.into_device(), steps, timing, 0).err()
+        rehearse(harness.into_device(), steps, timing, Delays::default()).err()
     }
 }

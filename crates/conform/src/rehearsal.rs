@@ -3,6 +3,8 @@
 //! What fails here cannot be played through a real port either, and what a model with another
 //! value of its profile gives here is what a controller with that value gives there.
 
+use std::collections::VecDeque;
+
 use vimc4_device::{Device, Event, Harness, Kinds, MAX_CAUSES, Output, Point, Time};
 
 use crate::player::{Miss, Next, Player, PortStep, Timing};
@@ -17,8 +19,25 @@ pub struct Rehearsed {
     pub offset: Point,
 }
 
-/// Plays the steps on a device. The port holds up everything that is sent for `delay`
-/// nanoseconds, and then the player for as long.
+/// How late a port is, ns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Delays {
+    /// The player is held up before what it sends has left, and for as long after that.
+    pub player: u64,
+    /// What has left is so long on its way, by turns: it comes closer together, or farther apart,
+    /// than it was sent.
+    pub way: [u64; 2],
+}
+
+impl Delays {
+    /// A port that holds up the player only.
+    #[must_use]
+    pub fn of_player(player: u64) -> Delays {
+        Delays { player, way: [0, 0] }
+    }
+}
+
+/// Plays the steps on a device.
 ///
 /// # Errors
 ///
@@ -27,9 +46,9 @@ pub fn rehearse<D: Device>(
     device: D,
     steps: &[PortStep],
     timing: Timing,
-    delay: u64,
+    delays: Delays,
 ) -> Result<Rehearsed, Miss> {
-    play(device, steps, timing, delay, false)
+    play(device, steps, timing, delays, false)
 }
 
 /// Like [`rehearse`], with a port that keeps back what the device has no room for.
@@ -41,42 +60,45 @@ pub fn rehearse_with_handshake<D: Device>(
     device: D,
     steps: &[PortStep],
     timing: Timing,
-    delay: u64,
+    delays: Delays,
 ) -> Result<Rehearsed, Miss> {
-    play(device, steps, timing, delay, true)
+    play(device, steps, timing, delays, true)
 }
 
 fn play<D: Device>(
     device: D,
     steps: &[PortStep],
     timing: Timing,
-    delay: u64,
+    delays: Delays,
     handshake: bool,
 ) -> Result<Rehearsed, Miss> {
     let mut port = Port {
         harness: Harness::new(device).watching(Kinds::MOTION),
         player: Player::new(steps, timing),
         travel: Travel::default(),
+        on_its_way: VecDeque::new(),
         kept_back: Vec::new(),
         handshake,
     };
     port.run_to(port.harness.now());
+    let mut turns = delays.way.into_iter().cycle();
     let mut wakes = 0;
     loop {
         let now = port.harness.now();
         match port.player.next(now) {
             Next::Send(bytes) => {
-                port.kept_back.extend_from_slice(bytes);
-                let sent = now.after_nanos(delay);
+                let sent = now.after_nanos(delays.player);
+                port.on_its_way.push_back((sent.after_nanos(turns.next().unwrap_or(0)), bytes));
                 port.run_to(sent);
                 port.player.sent(sent);
-                port.run_to(sent.after_nanos(delay));
+                port.run_to(sent.after_nanos(delays.player));
             }
             Next::Wait(until) => {
                 wakes += 1;
                 // A model that never comes to rest is not waited for event by event.
                 let due = port.harness.due().filter(|due| *due <= until && wakes <= MAX_CAUSES);
-                port.run_to(due.unwrap_or(until));
+                let arrives = port.on_its_way.front().map_or(until, |(at, _)| until.min(*at));
+                port.run_to(due.map_or(arrives, |due| due.min(arrives)));
             }
             Next::Over => {
                 let place = port.travel.place(now);
@@ -93,15 +115,28 @@ struct Port<'s, D> {
     harness: Harness<D>,
     player: Player<'s>,
     travel: Travel,
-    /// What the device has no room for yet.
+    /// What has been sent, with the times of its arrival.
+    on_its_way: VecDeque<(Time, &'s [u8])>,
+    /// What has arrived and the device has no room for yet.
     kept_back: Vec<u8>,
     handshake: bool,
 }
 
 impl<D: Device> Port<'_, D> {
-    /// Lets time pass, and then hands the device what is kept back for it, as far as it has room.
+    /// Lets time pass, with what arrives meanwhile, and then hands the device what is kept back for
+    /// it, as far as it has room.
     fn run_to(&mut self, at: Time) {
+        while let Some(&(arrives, bytes)) = self.on_its_way.front().filter(|(due, _)| *due <= at) {
+            self.on_its_way.pop_front();
+            self.harness.run_to(arrives);
+            self.kept_back.extend_from_slice(bytes);
+            self.hand_over();
+        }
         self.harness.run_to(at);
+        self.hand_over();
+    }
+
+    fn hand_over(&mut self) {
         while !self.kept_back.is_empty() {
             let room = if self.handshake { self.harness.device().room(true) } else { usize::MAX };
             if room == 0 {

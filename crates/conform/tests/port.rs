@@ -10,7 +10,7 @@ use vimc4_conform::explain::{Cause, candidates, explain};
 use vimc4_conform::fixtures;
 use vimc4_conform::format::{Session, merge};
 use vimc4_conform::player::Timing;
-use vimc4_conform::rehearsal::rehearse;
+use vimc4_conform::rehearsal::{Delays, rehearse};
 use vimc4_conform::source::with_manual;
 use vimc4_conform::workshop::{self, Workshop};
 
@@ -101,7 +101,9 @@ fn a_controller_with_another_quirk_fails_and_the_quirk_is_named() {
                     for row in &plan.rows {
                         let device = controller.build(&[]).unwrap();
                         // A real port is a little late.
-                        let Err(miss) = rehearse(device, &row.steps, timing, 1_000_000) else {
+                        let Err(miss) =
+                            rehearse(device, &row.steps, timing, Delays::of_player(1_000_000))
+                        else {
                             continue;
                         };
                         let causes = explain(&candidates, &row.steps, timing, &miss);
@@ -130,14 +132,23 @@ fn what_passes_needs_no_explanation_and_what_is_late_is_no_failure() {
         assert!(plans.len() >= least, "{name}: {}", plans.len());
         for (session, plan) in plans {
             for row in &plan.rows {
-                for delay in [0, 500_000, 5_000_000, 20_000_000] {
+                let late = [0, 500_000, 5_000_000, 20_000_000].map(Delays::of_player);
+                let uneven = [[1_000_000, 0], [0, 1_000_000]].map(|way| Delays { player: 0, way });
+                for delays in late.into_iter().chain(uneven) {
                     let device = controller.build(&[]).unwrap();
-                    let played = rehearse(device, &row.steps, Timing::default(), delay);
-                    assert!(played.is_ok(), "{name}, {}, {delay}: {played:?}", session.id);
+                    let played = rehearse(device, &row.steps, Timing::default(), delays);
+                    assert!(played.is_ok(), "{name}, {}, {delays:?}: {played:?}", session.id);
                 }
             }
         }
     }
+}
+
+#[test]
+fn what_hangs_on_a_millisecond_between_two_sends_is_not_played() {
+    let session = session("isel/time/reference-figures/253-just-before-braking");
+    let chooser = Chooser::new(&model("imc4"), Timing::default()).unwrap();
+    assert_eq!(chooser.plan(&session, &everything()), Err(Reason::ExactTime));
 }
 
 #[test]
@@ -166,7 +177,7 @@ fn another_model_or_something_at_the_machine_explains_too() {
     let chooser = Chooser::new(&model, timing).unwrap();
     let plan = |id| chooser.plan(&session(id), &everything()).unwrap();
     let texts = |row: &vimc4_conform::choice::Row, device: vimc4_catalogue::Controller| {
-        let miss = rehearse(device, &row.steps, timing, 0).unwrap_err();
+        let miss = rehearse(device, &row.steps, timing, Delays::default()).unwrap_err();
         let causes = explain(&candidates, &row.steps, timing, &miss);
         causes.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
