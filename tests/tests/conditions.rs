@@ -8,8 +8,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 use vimc4_device::{
-    Condition, Device, Event, Harness, Input, Kinds, Motion, Output, OwnedInput, Point, Segment,
-    SignalId, Time, View,
+    Breakpoint, Condition, Device, Event, Harness, Input, Kinds, Motion, Output, OwnedInput, Point,
+    Segment, SignalId, Time, View,
 };
 use vimc4_plant::{End, Machine};
 
@@ -30,15 +30,58 @@ struct Looking<'a, D> {
 
 impl<D: Device + Clone> Looking<'_, D> {
     /// The first moment from the present on, after what arrives now.
-    fn first(mut self, arriving: &[u8], mut plan: Plan) -> Option<Time> {
+    fn first(self, arriving: &[u8], plan: Plan) -> Option<Time> {
+        let condition = self.condition;
+        let mut first = None;
+        self.moments(arriving, plan, |is_so, at| {
+            first = is_so(condition, true).then_some(at);
+            first.is_some()
+        });
+        first
+    }
+
+    /// Every moment in which the condition becomes true, or one of several of which any is enough.
+    fn beginnings(self, plan: Plan) -> Vec<Time> {
+        let parts = match self.condition {
+            Condition::Any(parts) => parts.clone(),
+            one => vec![one.clone()],
+        };
+        let mut beginnings = Vec::new();
+        // What is so at the very beginning does not become so.
+        let mut lasts: Option<Vec<bool>> = None;
+        self.moments(b"", plan, |is_so, at| {
+            let now: Vec<_> = parts.iter().map(|part| is_so(part, false)).collect();
+            if let Some(lasts) = lasts.replace(now)
+                && parts.iter().zip(lasts).any(|(part, lasted)| !lasted && is_so(part, true))
+            {
+                beginnings.push(at);
+            }
+            false
+        });
+        beginnings
+    }
+
+    /// Looks at every moment from the present on, after what arrives now, until it has seen enough. It
+    /// is told whether conditions hold in a moment, with what happens in it or without.
+    fn moments(
+        mut self,
+        arriving: &[u8],
+        mut plan: Plan,
+        mut look: impl FnMut(&dyn Fn(&Condition, bool) -> bool, Time) -> bool,
+    ) {
         self.device.watch(Kinds::ALL);
         self.device.accept(Input::Bytes(arriving), self.device.now());
         self.collect();
         self.events.clear();
         plan.reverse();
         loop {
-            if holds(self.condition, &self.view(), self.machine, &self.device, &self.events) {
-                return Some(self.device.now());
+            let (view, machine, device) = (self.view(), self.machine, &self.device);
+            let is_so = |condition: &Condition, happens: bool| {
+                let events: &[Event] = if happens { &self.events } else { &[] };
+                holds(condition, &view, machine, device, events)
+            };
+            if look(&is_so, device.now()) {
+                return;
             }
             let planned = plan.last().map(|(at, _)| *at);
             let wake = self.device.wake().filter(|at| *at != Time::NEVER);
@@ -47,11 +90,14 @@ impl<D: Device + Clone> Looking<'_, D> {
                 let mut there = self.device.clone();
                 there.watch(Kinds::NONE);
                 there.accept(Input::Wake, at);
-                if holds(self.condition, &there.view(at), self.machine, &there, &[]) {
-                    return Some(at);
+                let view = there.view(at);
+                let is_so =
+                    |condition: &Condition, _| holds(condition, &view, machine, &there, &[]);
+                if look(&is_so, at) {
+                    return;
                 }
             }
-            let next = next?;
+            let Some(next) = next else { return };
             self.events.clear();
             if !self.device.perform(next)
                 && let Some((at, input)) = plan.pop()
@@ -349,6 +395,12 @@ fn check<D: Device + Clone + Debug>(
     if let Some(at) = expected {
         prop_assert_eq!(harness.now(), at);
     }
+    let mut plan = vec![(Time::from_nanos(1), OwnedInput::from(Input::Bytes(lines)))];
+    plan.extend(presses.iter().cloned());
+    let (running, events) = (None, Vec::new());
+    let looking = Looking { device: device.clone(), machine, condition, running, events };
+    let expected_meetings = looking.beginnings(plan.clone());
+    prop_assert_eq!(meetings(device, condition, plan), expected_meetings, "{}", condition);
     // Lines have arrived, and nothing else will.
     let mut ready = device.clone();
     ready.accept(Input::Bytes(lines), Time::ZERO);
@@ -356,6 +408,38 @@ fn check<D: Device + Clone + Debug>(
     let expected = look(lines, Vec::new());
     prop_assert_eq!(ready.when(condition), expected, "{}", condition);
     Ok(expected)
+}
+
+/// When a breakpoint is met.
+fn meetings<D: Device + Clone>(device: &D, condition: &Condition, plan: Plan) -> Vec<Time> {
+    let mut device = device.clone();
+    device.watch(condition.kinds());
+    let mut breakpoint = Breakpoint::new(&device, condition.clone());
+    let mut plan = plan.into_iter().peekable();
+    let mut met = Vec::new();
+    loop {
+        let wake = device.wake().filter(|at| *at != Time::NEVER);
+        let planned = plan.peek().map(|(at, _)| *at);
+        let look = breakpoint.next(&device);
+        let Some(next) = [wake, planned, look].into_iter().flatten().min() else { return met };
+        let next = next.max(device.now());
+        if !device.perform(next) {
+            if let Some((at, input)) = plan.next_if(|(at, _)| *at <= next) {
+                device.accept(input.as_input(), at);
+            } else {
+                device.accept(Input::Wake, next);
+            }
+        }
+        let mut events = Vec::new();
+        while let Some(output) = device.poll_output() {
+            if let Output::Event(_, event) = output {
+                events.push(event);
+            }
+        }
+        if breakpoint.look(&device, events.iter()) {
+            met.push(device.now());
+        }
+    }
 }
 
 fn signals(device: &impl Device) -> Vec<SignalId> {

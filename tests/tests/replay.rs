@@ -13,12 +13,12 @@ use std::time::Duration;
 use serde_json::Value;
 use vimc4::device::{Controller, State};
 use vimc4::{
-    Clock, Control, Emulator, Event, Family, Kinds, Machine, Model, Report, Reports, Wants,
-    Warning, What, Worker,
+    Clock, Condition, Control, Emulator, Event, Family, Kinds, Machine, Model, Report, Reports,
+    Signal, Wants, Warning, What, Worker,
 };
 use vimc4_conform::fixtures;
 use vimc4_conform::script::Action;
-use vimc4_device::{Device, Harness, Line, LineState, Output, Stamp, Time, TimedInput};
+use vimc4_device::{Device, Harness, Line, LineState, Output, OwnedInput, Stamp, Time};
 use vimc4_timeline::recording::{Player, Recording, Tolerance, check};
 
 /// How many sessions are held.
@@ -98,16 +98,31 @@ fn converse(mut port: impl Write, lines: &[Vec<u8>], mut chance: Chance) {
 fn operate(person: &Control, mut chance: Chance) {
     let signals = person.signals().wait().unwrap();
     let mut kept = person.snapshot().wait().unwrap();
-    for _ in 0..chance.below(8) {
-        match chance.below(12) {
+    for _ in 0..chance.below(12) {
+        match chance.below(16) {
             0 => _ = person.power(false).wait().unwrap(),
             1 | 2 => _ = person.power(true).wait().unwrap(),
             3 => kept = person.snapshot().wait().unwrap(),
             4 => person.restore(&kept).wait().unwrap(),
-            // Clocks that run by themselves refuse.
-            5 => drop(person.advance(Duration::from_micros(chance.next() % 5_000_000)).wait()),
+            // Clocks that run by themselves refuse, and a breakpoint may come before.
+            5 => {
+                let span = Duration::from_micros(chance.next() % 5_000_000);
+                drop(person.advance(span).wait_within(Duration::from_millis(20)));
+            }
             // What never comes to rest is not waited for.
             6 => drop(person.run_until_idle().wait_within(Duration::from_millis(1))),
+            7 | 8 => debug(person, &signals, &mut chance),
+            9 => {
+                let breakpoint = *chance.of(&[
+                    Condition::Command { like: None },
+                    Condition::Answered { like: None },
+                    Condition::AxisAbove { axis: 0, position: 20 },
+                    Condition::Idle,
+                ]
+                .each_ref());
+                person.break_when(breakpoint.clone()).wait().unwrap();
+            }
+            10 => _ = person.resume().wait(),
             _ => {
                 let signal = chance.of(&signals);
                 let value = (chance.next() % 2) as i32;
@@ -115,6 +130,34 @@ fn operate(person: &Control, mut chance: Chance) {
             }
         }
         chance.dawdle();
+    }
+}
+
+/// Somebody pauses time and looks closely: steps, goes back or elsewhere, and lets it go on.
+fn debug(person: &Control, signals: &[Signal], chance: &mut Chance) {
+    person.pause().wait().unwrap();
+    let before = person.controller().wait().unwrap();
+    for _ in 0..chance.below(12) {
+        match chance.below(8) {
+            0 => person.put(before.state()).wait().unwrap(),
+            1 => {
+                let signal = chance.of(signals).id;
+                let value = (chance.next() % 2) as i32;
+                person.inject(OwnedInput::Signal(signal, value)).wait().unwrap();
+            }
+            2 => person.inject(OwnedInput::Bytes("@01\r!PA10,20;".into())).wait().unwrap(),
+            3 => _ = person.hear(chance.below(20)).wait().unwrap(),
+            4 => {
+                let mut other = person.controller().wait().unwrap();
+                other.perform(Time::NEVER);
+                person.put(other.state()).wait().unwrap();
+            }
+            _ => _ = person.step().wait().unwrap(),
+        }
+        chance.dawdle();
+    }
+    if !chance.one_in(8) {
+        person.resume().wait().unwrap();
     }
 }
 
@@ -164,21 +207,36 @@ struct Replayed {
 fn replay(reports: &[Report], fresh: &Line<Controller>) -> Replayed {
     let start = || Harness::new(fresh.clone()).watching(Kinds::ALL);
     let (mut harness, mut states, mut due) = (start(), Vec::new(), Vec::new());
+    // It is led: as much has happened as is told.
+    let mut stands = false;
     for Report { at, what, .. } in reports {
         match what {
             What::Input { input, .. } => {
-                harness.play(&TimedInput { at: *at, input: input.clone() });
+                harness.run_to(*at);
+                harness.accept(input.as_input());
             }
+            What::Stands { causes } => {
+                stands = true;
+                match causes {
+                    Some(causes) => harness.run_into(*at, *causes),
+                    None => harness.run_to(*at),
+                }
+            }
+            What::Goes => stands = false,
             What::State { by, state } => {
                 let state = serde_json::from_value(state.clone()).unwrap();
-                harness.run_to(*at);
+                if !stands {
+                    harness.run_to(*at);
+                }
                 if by.is_some() {
                     harness.restore(state);
                     continue;
                 }
                 let mut recorded = start();
                 recorded.restore(state);
-                recorded.run_to(*at);
+                if !stands {
+                    recorded.run_to(*at);
+                }
                 due = taken(&mut recorded);
                 states.push([recorded, harness.clone()].map(|of| of.device().state()));
             }

@@ -156,6 +156,14 @@ impl<D: Device> Harness<D> {
         self.handle(input, now);
     }
 
+    /// Something happens outside, now, after what is due now; what it leads to at this instant is left to
+    /// [steps](Harness::step), or happens as time passes on.
+    pub fn accept(&mut self, input: Input<'_>) {
+        self.run_to(self.now());
+        self.device.accept(input, self.now());
+        self.collect();
+    }
+
     /// Gives an input that was kept: lets time pass up to when it was given, and gives it. One
     /// after the other, the inputs of another device make an equal device do the same again.
     pub fn play(&mut self, TimedInput { at, input }: &TimedInput) {
@@ -210,6 +218,19 @@ impl<D: Device> Harness<D> {
         if self.now() < at {
             self.handle(Input::Wake, at);
         }
+    }
+
+    /// Lets time pass up to `at`, with everything that happens before and no more than so many of the
+    /// causes that are due just then.
+    pub fn run_into(&mut self, at: Time, causes: u32) {
+        while self.due().is_some_and(|due| due < at) && self.step().is_some() {}
+        for _ in 0..causes {
+            self.device.perform(at);
+        }
+        if self.now() < at {
+            self.device.accept(Input::Wake, at);
+        }
+        self.collect();
     }
 
     /// Lets everything happen that is planned and that the device does by itself, until it waits

@@ -6,6 +6,7 @@
 //! time a [`Harness`] drives it: send, ask, advance, run until something is so, take what came out.
 #![forbid(unsafe_code)]
 
+mod breakpoint;
 mod condition;
 mod duration;
 mod event;
@@ -21,6 +22,7 @@ mod run;
 mod text;
 mod view;
 
+pub use breakpoint::Breakpoint;
 pub use condition::{Condition, ConditionError, Fact, Named, Names};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Motion, Warning};

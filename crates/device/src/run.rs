@@ -201,6 +201,13 @@ pub trait Device {
         first(self, condition, self.now())
     }
 
+    /// The first instant at which the condition does not hold by what is so, if no input comes:
+    /// [`now`](Device::now), or between it and the wake-up time, which is not included. What
+    /// only happens holds in no instant that lasts.
+    fn leaving(&self, condition: &Condition) -> Option<Time> {
+        first_without(self, condition, self.now())
+    }
+
     /// Whether the condition holds at [`now`](Device::now), right after a cause or an input with
     /// these events.
     fn holds<'a>(
@@ -465,5 +472,70 @@ fn first_of_latest<D: Device + ?Sized>(
             return None;
         }
         from = next;
+    }
+}
+
+/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
+/// does not hold by states alone.
+fn first_without<D: Device + ?Sized>(
+    device: &D,
+    condition: &Condition,
+    from: Time,
+) -> Option<Time> {
+    let wake = device.wake();
+    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
+    let fact = |fact: Fact| device.first_time(&fact, from).filter(within);
+    let axis = |axis: u8, low: i64, high: i64| fact(Fact::Axis { axis, low, high });
+    if first(device, condition, from) != Some(from) {
+        return Some(from);
+    }
+    match *condition {
+        Condition::AxisAt { axis: of, position } => {
+            let below = position.checked_sub(1).and_then(|high| axis(of, i64::MIN, high));
+            let above = position.checked_add(1).and_then(|low| axis(of, low, i64::MAX));
+            below.into_iter().chain(above).min()
+        }
+        Condition::AxisBelow { axis: of, position } => axis(of, position, i64::MAX),
+        Condition::AxisAbove { axis: of, position } => axis(of, i64::MIN, position),
+        // Any axis is outside: until all of them are inside.
+        Condition::Outside { ref low, ref high } => {
+            let beyond = |(of, (low, high)): (u8, (&i64, &i64))| {
+                let axis = of;
+                [
+                    Condition::AxisBelow { axis, position: *low },
+                    Condition::AxisAbove { axis, position: *high },
+                ]
+            };
+            let parts: Vec<_> = (0..).zip(low.iter().zip(high)).flat_map(beyond).collect();
+            first_without_any(device, &parts, from)
+        }
+        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level: !level }),
+        Condition::Limit { axis, positive, active } => {
+            fact(Fact::Limit { axis, positive, active: !active })
+        }
+        Condition::All(ref parts) => {
+            parts.iter().filter_map(|part| first_without(device, part, from)).min()
+        }
+        Condition::Any(ref parts) => first_without_any(device, parts, from),
+        // What has come stays, and what changes with causes only stays until the next.
+        _ => None,
+    }
+}
+
+/// The first instant at which no part holds, found as that at which all do.
+fn first_without_any<D: Device + ?Sized>(
+    device: &D,
+    parts: &[Condition],
+    mut from: Time,
+) -> Option<Time> {
+    loop {
+        let mut latest = from;
+        for part in parts {
+            latest = first_without(device, part, latest)?;
+        }
+        if latest == from {
+            return Some(from);
+        }
+        from = latest;
     }
 }

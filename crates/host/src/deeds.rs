@@ -39,8 +39,13 @@ pub(crate) fn act<D: Device + Clone>(
 /// whether the device is another one than before, or has said or stored something.
 fn changes<D: Device>(rig: &mut Rig<D>, by: &Source, inputs: &[Input<'_>], at: Time) -> bool {
     let (before, said) = (rig.device.state(), rig.said);
+    let was_paused = rig.is_paused();
     for input in inputs {
-        rig.input(*input, at, Some(by));
+        if rig.is_paused() && !was_paused {
+            rig.hold_back(*input, Some(by));
+        } else {
+            rig.input(*input, at, Some(by));
+        }
     }
     rig.said != said || rig.device.state() != before
 }
@@ -81,6 +86,9 @@ pub(crate) fn send<D: Device>(
         rig.is_wanted(Kinds::COMMAND) && bytes.iter().any(|byte| rig.device.is_urgent(*byte));
     // Who has sent them takes some finding out.
     let by = (rig.sinks.wants().inputs || urgent).then(source);
+    if rig.is_paused() {
+        return rig.give(Input::Bytes(bytes), by.as_ref());
+    }
     let Some(by) = by.as_ref().filter(|_| urgent) else {
         return rig.input(Input::Bytes(bytes), at, by.as_ref());
     };
@@ -89,6 +97,9 @@ pub(crate) fn send<D: Device>(
         let (before, after) = rest.split_at(place);
         if !before.is_empty() {
             rig.input(Input::Bytes(before), at, Some(by));
+        }
+        if rig.is_paused() {
+            return rig.hold_back(Input::Bytes(after), Some(by));
         }
         let (first, after) = after.split_at(1);
         let deed = Deed::Byte(first.first().copied().unwrap_or_default());
@@ -107,7 +118,9 @@ pub(crate) fn send<D: Device>(
         }
         rest = after;
     }
-    if !rest.is_empty() {
+    if rig.is_paused() {
+        rig.hold_back(Input::Bytes(rest), Some(by));
+    } else if !rest.is_empty() {
         rig.input(Input::Bytes(rest), at, Some(by));
     }
 }

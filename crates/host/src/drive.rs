@@ -4,14 +4,14 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_device::{Condition, Device, Foresight, Input, Kinds, Time};
+use vimc4_device::{Condition, Device, Foresight, Input, Kinds, OwnedInput, Time};
 
 use crate::clock::Clock;
 use crate::journey::{Progress, Ticket, Wish};
 use crate::pace::Pace;
 use crate::reply::ControlError;
 use crate::report::{Deed, News, Source};
-use crate::rig::Rig;
+use crate::rig::{Rig, Step};
 use crate::travel::{Destination, Travel};
 
 /// How many deadlines are performed before the line is looked at again.
@@ -49,24 +49,34 @@ impl<D: Device + Clone> Drive<D> {
     /// The model time at this moment.
     pub(crate) fn present(&self) -> Time {
         let now = self.rig.device.now();
-        // While the device is behind, its own time is the present one.
-        if self.pace.is_behind() { now } else { self.pace.now().map_or(now, |at| at.max(now)) }
+        // While the device is behind or paused, its own time is the present one.
+        if self.pace.is_behind() || self.rig.is_paused() {
+            return now;
+        }
+        self.pace.now().map_or(now, |at| at.max(now))
     }
 
     /// The time at which something happens now; what is due before has been done.
     pub(crate) fn catch_up_to_present(&mut self) -> Time {
         let at = self.present();
-        if !self.is_due(at) {
-            return at;
+        if self.is_due(at) && !self.rig.is_paused() {
+            self.catch_up_to(at);
+            return self.present().min(at);
         }
-        self.catch_up();
-        self.present()
+        at
     }
 
     /// Performs what is due by now. Returns whether that did not come to an end.
     pub(crate) fn catch_up(&mut self) -> bool {
-        let Some(present) = self.pace.now() else { return false };
-        let (_, done) = self.run_to(present, BATCH);
+        match self.pace.now() {
+            Some(present) if !self.rig.is_paused() => self.catch_up_to(present),
+            _ => false,
+        }
+    }
+
+    fn catch_up_to(&mut self, present: Time) -> bool {
+        let (_, arrived) = self.run_to(present, BATCH);
+        let done = arrived || self.rig.is_paused();
         if done {
             self.pace.caught_up();
         } else {
@@ -83,7 +93,7 @@ impl<D: Device + Clone> Drive<D> {
 
     /// The moment on the wall at which something is to be done next.
     pub(crate) fn next_moment(&self) -> Option<Instant> {
-        if !self.pace.runs() {
+        if !self.pace.runs() || self.rig.is_paused() {
             return None;
         }
         self.pace.moment_of(self.rig.next_deadline()?)
@@ -93,6 +103,10 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Lets time pass as far as the clock says. Returns whether more is to be done at once.
     pub(crate) fn move_time(&mut self) -> bool {
+        if self.rig.is_paused() {
+            self.hold_up_journey();
+            return false;
+        }
         if self.journey.is_none()
             && let Some((by, destination, ticket)) = self.later.pop_front()
         {
@@ -111,6 +125,9 @@ impl<D: Device + Clone> Drive<D> {
                 self.rig.input(Input::Wake, now, Some(&by));
             }
             ticket.end(end);
+            if self.rig.is_paused() {
+                return false;
+            }
             if !self.later.is_empty() {
                 return true;
             }
@@ -127,12 +144,12 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Time jumps, where the clock says so: nothing is readable.
     pub(crate) fn jump(&mut self) {
-        if self.pace.jumps() && self.journey.is_none() {
+        if self.pace.jumps() && self.journey.is_none() && !self.rig.is_paused() {
             let began = Instant::now();
             for _ in 0..BATCH {
                 let Some(due) = self.rig.next_deadline() else { return };
                 self.rig.step(due);
-                if self.rig.storage.has_failed() || began.elapsed() >= BATCH_TIME {
+                if self.rig.has_to_stop() || began.elapsed() >= BATCH_TIME {
                     return;
                 }
             }
@@ -153,7 +170,7 @@ impl<D: Device + Clone> Drive<D> {
                     return (causes, true);
                 }
             }
-            if self.rig.storage.has_failed() || began.elapsed() >= BATCH_TIME {
+            if self.rig.has_to_stop() || began.elapsed() >= BATCH_TIME {
                 return (causes + 1, false);
             }
         }
@@ -184,6 +201,9 @@ impl<D: Device + Clone> Drive<D> {
             }
             Some(_) => return self.later.push_back((by, destination, ticket)),
             None => {}
+        }
+        if self.rig.is_paused() && !self.pace.runs() {
+            return ticket.end(Err(ControlError::Paused));
         }
         match destination {
             destination if !self.pace.runs() => {
@@ -245,10 +265,73 @@ impl<D: Device + Clone> Drive<D> {
         None
     }
 
-    /// Continues from an earlier state.
+    // --- a pause ---
+
+    /// Pauses time, unless it is paused, at what it is now.
+    pub(crate) fn pause(&mut self, by: Source) -> Time {
+        if !self.rig.is_paused() {
+            let at = self.catch_up_to_present();
+            self.rig.pass_time(at);
+        }
+        if !self.rig.is_paused() {
+            self.rig.pause(by);
+        }
+        self.pace.caught_up();
+        self.rig.device.now()
+    }
+
+    /// Time goes on from where it is: what has passed on the wall is not made up for.
+    pub(crate) fn resume(&mut self, by: &Source) -> Result<Time, ControlError> {
+        if !self.rig.is_paused() {
+            return Err(ControlError::NotPaused);
+        }
+        self.rig.resume(by);
+        let now = self.rig.device.now();
+        self.pace.start(now);
+        Ok(now)
+    }
+
+    /// Does one thing while time is paused.
+    pub(crate) fn step(&mut self) -> Result<Step, ControlError> {
+        if !self.rig.is_paused() {
+            return Err(ControlError::NotPaused);
+        }
+        Ok(self.rig.perform_one())
+    }
+
+    /// Gives an input. While time is paused, what it leads to is left to steps.
+    pub(crate) fn give(&mut self, input: OwnedInput, by: Source) {
+        let at = self.catch_up_to_present();
+        if self.rig.is_paused() {
+            return self.rig.give(input.as_input(), Some(&by));
+        }
+        self.rig.input(input.as_input(), at, Some(&by));
+        self.rig.disappoint();
+    }
+
+    /// A journey goes no further while time is paused, but can be given up.
+    fn hold_up_journey(&mut self) {
+        self.pace.caught_up();
+        let Some(mut travel) = self.journey.take() else { return };
+        let now = self.rig.device.now();
+        if travel.ticket.wish() == Wish::Cancel {
+            return travel.ticket.end(Err(ControlError::Cancelled { at: now }));
+        }
+        if !travel.paused {
+            travel.paused = true;
+            travel.tell(now);
+        }
+        self.journey = Some(travel);
+    }
+
+    // --- another state ---
+
+    /// Continues from another state. A paused one stays so.
     pub(crate) fn restore(&mut self, by: &Source, state: D::State) {
         let at = self.catch_up_to_present();
-        self.rig.pass_time(at);
+        if !self.rig.is_paused() {
+            self.rig.pass_time(at);
+        }
         if self.rig.is_wanted(Kinds::COMMAND) {
             self.rig.tell_news(at, News::Deed { by: by.clone(), deed: Deed::Restore });
         }
@@ -258,6 +341,9 @@ impl<D: Device + Clone> Drive<D> {
             travel.ticket.end(Err(ControlError::Cancelled { at }));
         }
         self.rig.restore(by, state);
+        if self.rig.is_paused() {
+            return;
+        }
         let now = self.rig.device.now();
         self.pace.start(now);
         self.rig.pass_time(now);

@@ -4,12 +4,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
-use vimc4_device::{Condition, Device, Input, Signal, SignalKind, Time, View};
+use vimc4_device::{Condition, Device, Input, OwnedInput, Signal, SignalKind, Time, View};
 
+use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
 use crate::journey::Journey;
 use crate::reply::{ControlError, Reply};
-use crate::report::{Deed, Effect, Sink, SinkId, Source};
+use crate::report::{BreakpointId, Deed, Effect, Sink, SinkId, Source};
+use crate::rig::{Pause, Step};
 use crate::runner::{Deferred, Runner};
 use crate::transport::Transport;
 use crate::travel::Destination;
@@ -215,6 +217,85 @@ impl<D: Device + Clone + 'static> Handle<D> {
             Ok(())
         })
     }
+
+    /// The device itself, as it is now: a copy, to be driven by whoever has it.
+    pub fn device(&self) -> Reply<D>
+    where
+        D: Send,
+    {
+        self.with(|runner| Ok(runner.device().clone()))
+    }
+
+    // --- time stands still ---
+
+    /// Pauses the controller's time, whatever its clock, and says when that was. Clients stay connected:
+    /// what they send waits on the line, and they notice nothing but that it takes its time. If time is
+    /// paused already it stays so.
+    pub fn pause(&self) -> Reply<Time> {
+        let by = self.source();
+        self.with(|runner| Ok(runner.pause(by)))
+    }
+
+    /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
+    pub fn resume(&self) -> Reply<Time> {
+        let by = self.source();
+        self.with(move |runner| runner.resume(&by))
+    }
+
+    /// Since when time is paused, and why; `None` if it goes on.
+    pub fn paused(&self) -> Reply<Option<Pause>> {
+        self.with(|runner| Ok(runner.paused().cloned()))
+    }
+
+    /// Is answered when time is paused by whomever or whatever: at once if it is.
+    pub fn until_paused(&self) -> Reply<Pause> {
+        let (answer, reply) = Reply::promised();
+        let _ = self.jobs.send(Box::new(move |runner| runner.tell_of_pause(answer)));
+        reply
+    }
+
+    /// Does one thing while time is paused: the next cause of what the device does by itself, or an input
+    /// that has waited behind what was due. Time passes as far as that needs.
+    pub fn step(&self) -> Reply<Step> {
+        self.with(|runner| runner.step())
+    }
+
+    /// Gives the device an input. While time is paused it comes after what is due at this instant, and
+    /// what it leads to is left to [steps](Handle::step); what is done by the other methods, such as
+    /// [`press`](Handle::press), happens at once with everything that is due at this instant.
+    pub fn inject(&self, input: OwnedInput) -> Reply<()> {
+        let by = self.source();
+        self.with(move |runner| {
+            runner.give(by, input);
+            Ok(())
+        })
+    }
+
+    /// Takes in no more than so many bytes that wait on the line, although time is paused, and says how
+    /// many that were; what they lead to is left to [steps](Handle::step). With 0, clients come and go.
+    pub fn hear(&self, bytes: usize) -> Reply<usize> {
+        let (answer, reply) = Reply::promised();
+        let _ = self.jobs.send(Box::new(move |runner| runner.hear(bytes, answer)));
+        reply
+    }
+
+    /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even at
+    /// the same instant. How it becomes so is said at [`Breakpoint`](vimc4_device::Breakpoint).
+    pub fn break_when(&self, condition: Condition) -> Reply<BreakpointId> {
+        self.with(|runner| Ok(runner.break_when(condition)))
+    }
+
+    /// Takes a breakpoint away. Says whether it was still there.
+    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Reply<bool> {
+        self.with(move |runner| Ok(runner.remove_breakpoint(breakpoint)))
+    }
+
+    /// The breakpoints, and how often each was met.
+    pub fn breakpoints(&self) -> Reply<Vec<BreakpointView>> {
+        self.with(|runner| Ok(runner.breakpoints()))
+    }
+
+    // --- who is there ---
 
     /// Opens another way to the line.
     pub fn attach(&self, transport: impl Transport + 'static) -> Reply<()> {

@@ -8,6 +8,7 @@
 
 mod begun;
 mod bell;
+mod breakpoints;
 mod clients;
 mod clock;
 mod deeds;
@@ -36,13 +37,15 @@ mod waiting;
 mod wire;
 mod worker;
 
+pub use breakpoints::BreakpointView;
 pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::Handle;
 pub use journey::{Journey, Progress, Recall};
 pub use reply::{ControlError, Reply, block_on};
-pub use report::{Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
+pub use report::{BreakpointId, Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
 pub use reports::{Reports, Tap};
+pub use rig::{Pause, Step};
 pub use runner::{RunError, Runner};
 pub use traffic::{Traffic, Verbosity};
 pub use transport::{

@@ -36,7 +36,7 @@ impl Pace {
 
     /// Whether time runs by itself.
     pub(crate) fn runs(&self) -> bool {
-        self.ticking.is_some()
+        self.clock.rate().is_some()
     }
 
     /// What the clock shows, if it runs by itself.

@@ -12,18 +12,21 @@ use crate::report::News;
 use crate::rig::Rig;
 use crate::transport::Received;
 
-/// Takes in what a transport has to say. All that comes of it has one time.
+/// Takes in what a transport has to say. All that comes of it has one time. Returns how many bytes
+/// that were.
 pub(crate) fn receive<D: Device + Clone>(
     drive: &mut Drive<D>,
     clients: &mut ClientsOfLine,
     from: usize,
     received: Received,
     buffer: &[u8],
-) {
+) -> usize {
+    let mut taken = 0;
     match received {
         Received::Bytes(count) => {
             let at = drive.catch_up_to_present();
             let bytes = buffer.get(..count).unwrap_or_default();
+            taken = bytes.len();
             let rig = &mut drive.rig;
             if clients.are_several()
                 && !rig.sinks.is_empty()
@@ -51,6 +54,7 @@ pub(crate) fn receive<D: Device + Clone>(
         }
     }
     drive.rig.wire.drop_finished();
+    taken
 }
 
 /// Passes on what has arrived, and says when it begins behind a half line of somebody else.

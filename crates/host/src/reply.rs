@@ -51,6 +51,12 @@ pub enum ControlError {
     /// Its time cannot be moved.
     #[error("time moves by itself with this clock; use the manual clock to move it")]
     RunsByItself,
+    /// Its time stands still.
+    #[error("time is paused; step, or resume it first")]
+    Paused,
+    /// Its time goes on, and only a controller whose time is paused is led step by step.
+    #[error("time goes on; pause it first")]
+    NotPaused,
     /// It cannot do that, being what it is or as it was set up; the words say what to do instead.
     #[error("{0}")]
     Unsupported(&'static str),

@@ -44,6 +44,17 @@ pub enum What {
         /// The device's [state](vimc4_device::Device::State), as it is written down.
         state: serde_json::Value,
     },
+    /// The device is led cause by cause, because its time is [paused](News::Paused) or may be by a
+    /// breakpoint, and has come so far: everything is done that was due before, and of what is due at
+    /// this very instant so many causes, counted from the last of these reports, inputs or states at
+    /// it; `None` if all of it is. It is told whenever something has been done. What else is due is
+    /// done when something later is, or never, if another state is put in.
+    Stands {
+        /// How many causes.
+        causes: Option<u32>,
+    },
+    /// The device is not led cause by cause any more: all that is due by now is done.
+    Goes,
     /// Bytes left on the line.
     Sent {
         /// What.
@@ -321,6 +332,18 @@ pub enum News {
         /// How many bytes.
         bytes: u64,
     },
+    /// The controller's time stands still from now on, and nothing is read from its line.
+    Paused {
+        /// Who has paused it; `None` if it was a breakpoint.
+        by: Option<Source>,
+        /// The breakpoints that were met just now: also those that are met step by step.
+        breakpoints: Vec<BreakpointId>,
+    },
+    /// The controller's time goes on.
+    Resumed {
+        /// Who has it go on.
+        by: Source,
+    },
     /// The controller ends, and its line with it. What that cuts short follows.
     Ends,
     /// The flash file was not as the device would have left it, and is now.
@@ -383,6 +406,12 @@ pub trait Sink: Send {
         false
     }
 }
+
+/// The number of a breakpoint of a running controller, see
+/// [`Handle::break_when`](crate::Handle::break_when).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct BreakpointId(pub u64);
 
 /// A sink that watches, by which it can be [detached](crate::Handle::detach).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,16 +1,52 @@
 //! A device and everything that it is plugged into.
 
 use std::collections::VecDeque;
+use std::iter;
 
 use bytes::Bytes;
-use vimc4_device::{Device, Event, FlashChange, Input, Kinds, Output, Stamp, Time, Warning};
+use tokio::sync::oneshot;
+use vimc4_device::{
+    Condition, Device, Event, FlashChange, Input, Kinds, Output, OwnedInput, Stamp, Time, Warning,
+};
 
+use crate::breakpoints::Breakpoints;
 use crate::leaving::Leaving;
-use crate::report::{News, Sink, SinkId, Source, Wants, What};
+use crate::reply::ControlError;
+use crate::report::{BreakpointId, News, Sink, SinkId, Source, Wants, What};
 use crate::sinks::Sinks;
 use crate::storage::Storage;
 use crate::waiting::Waiters;
 use crate::wire::Wire;
+
+/// Time is paused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pause {
+    /// The controller's time when it was paused.
+    pub at: Time,
+    /// Who has paused it; `None` if it was a breakpoint.
+    pub by: Option<Source>,
+    /// The breakpoints that were met.
+    pub breakpoints: Vec<BreakpointId>,
+}
+
+/// What a step has done while time is paused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The device has done one thing by itself.
+    Cause,
+    /// An input has gone in that had waited behind what was due.
+    Input,
+    /// Nothing but time has passed, up to where a breakpoint is met.
+    Time,
+    /// Nothing: the device waits for an input.
+    Rest,
+}
+
+/// An input that waits, and who gives it.
+struct Pending {
+    input: OwnedInput,
+    by: Option<Source>,
+}
 
 /// A device with its line, its flash memory and those who watch it: whatever goes in goes in here,
 /// and all that comes of it goes where it belongs.
@@ -20,6 +56,15 @@ pub(crate) struct Rig<D: Device> {
     pub(crate) storage: Storage,
     pub(crate) sinks: Sinks,
     pub(crate) waiters: Waiters,
+    pub(crate) breakpoints: Breakpoints,
+    /// Time is paused: since when, and why.
+    pause: Option<Pause>,
+    /// Inputs behind what was due when time was paused.
+    pending: VecDeque<Pending>,
+    /// How many causes have been performed at an instant, since an input or since that was told.
+    performed: (Time, u32),
+    /// Those who want to know when time is paused.
+    waits_for_pause: Vec<oneshot::Sender<Result<Pause, ControlError>>>,
     /// What has come out of the device while it was looked at moment by moment.
     seen: VecDeque<Output>,
     /// How often something but time has gone in.
@@ -39,6 +84,11 @@ impl<D: Device> Rig<D> {
             storage: Storage::default(),
             sinks: Sinks::default(),
             waiters: Waiters::default(),
+            breakpoints: Breakpoints::default(),
+            pause: None,
+            pending: VecDeque::new(),
+            performed: (Time::ZERO, 0),
+            waits_for_pause: Vec::new(),
             seen: VecDeque::new(),
             inputs: 0,
             said: 0,
@@ -53,8 +103,14 @@ impl<D: Device> Rig<D> {
 
     /// Lets a sink watch from now on.
     pub(crate) fn watch(&mut self, sink: Box<dyn Sink>) -> SinkId {
+        let led = self.is_led();
         let Rig { sinks, device, .. } = self;
-        let id = sinks.add(sink, device, || written_state(device));
+        let id = sinks.add(sink, device, || {
+            let state = What::State { by: None, state: written_state(device) };
+            let left = device.wake().is_some_and(|due| due <= device.now());
+            let stands = What::Stands { causes: left.then_some(0) };
+            iter::once(state).chain(led.then_some(stands)).collect()
+        });
         self.watch_kinds();
         id
     }
@@ -75,13 +131,17 @@ impl<D: Device> Rig<D> {
 
     /// Says to recordings that everything that came of what went in has been told.
     fn settle(&mut self) {
+        if self.is_led() {
+            self.tell_place();
+        }
         let Rig { sinks, device, .. } = self;
         sinks.settle(device, &|| written_state(device));
     }
 
     /// Has the device tell what is wanted of it now.
     pub(crate) fn watch_kinds(&mut self) {
-        self.device.watch(self.sinks.wants().kinds.and(self.waiters.kinds()));
+        let wanted = self.sinks.wants().kinds.and(self.waiters.kinds());
+        self.device.watch(wanted.and(self.breakpoints.kinds()));
     }
 
     /// Whether somebody wants to see events of these kinds.
@@ -110,7 +170,22 @@ impl<D: Device> Rig<D> {
 
     /// Something happens to the device. Who has done it has to be known if anybody wants to see
     /// what goes in.
+    ///
+    /// If time is paused by what is due before, it waits behind that. If it is paused already, what is
+    /// due at this instant is done first, and then what comes of it at this instant.
     pub(crate) fn input(&mut self, input: Input<'_>, at: Time, by: Option<&Source>) {
+        if self.is_watched_closely() {
+            self.input_by_moments(input, at, by);
+        } else {
+            self.tell_input(input, at, by);
+            self.device.handle(input, at);
+        }
+        self.drain();
+        self.waiters.look_ahead(&self.device);
+    }
+
+    /// Tells what goes in, and minds the power.
+    fn tell_input(&mut self, input: Input<'_>, at: Time, by: Option<&Source>) {
         if self.sinks.wants().inputs
             && let Some(by) = by
         {
@@ -129,13 +204,6 @@ impl<D: Device> Rig<D> {
             (Input::Power(false), None) => self.unpowered = Some(0),
             _ => {}
         }
-        if self.waiters.have_happenings() {
-            self.handle_by_moments(input, at);
-        } else {
-            self.device.handle(input, at);
-        }
-        self.drain();
-        self.waiters.look_ahead(&self.device);
     }
 
     /// Nothing but time passes.
@@ -154,7 +222,8 @@ impl<D: Device> Rig<D> {
 
     /// The next time at which the device does something, or somebody waits for it.
     pub(crate) fn next_deadline(&self) -> Option<Time> {
-        let due = self.device.wake().into_iter().chain(self.waiters.due()).min();
+        let watched = self.waiters.due().into_iter().chain(self.breakpoints.due());
+        let due = self.device.wake().into_iter().chain(watched).min();
         due.filter(|at| *at != Time::NEVER)
     }
 
@@ -178,27 +247,247 @@ impl<D: Device> Rig<D> {
         }
     }
 
-    /// The same as [`Device::handle`], and after each cause those are answered who have waited for
-    /// what happened in it.
-    fn handle_by_moments(&mut self, input: Input<'_>, at: Time) {
-        while self.device.perform(at) {
-            self.answer_waiters();
+    /// Whether nothing more may happen now: time is paused, or what is stored would be lost.
+    pub(crate) fn has_to_stop(&self) -> bool {
+        self.is_paused() || self.storage.has_failed()
+    }
+
+    // --- moment by moment ---
+
+    /// Whether somebody wants to see what is between two causes of one instant.
+    fn is_watched_closely(&self) -> bool {
+        self.is_led() || self.waiters.have_happenings()
+    }
+
+    /// The same as [`Device::handle`], cause by cause, as far as no breakpoint is met.
+    fn input_by_moments(&mut self, input: Input<'_>, at: Time, by: Option<&Source>) {
+        let was_paused = self.is_paused();
+        let stopped = |rig: &Rig<D>| rig.is_paused() && !was_paused;
+        self.perform_until(at, stopped);
+        while !stopped(self)
+            && let Some(Pending { input, by }) = self.pending.pop_front()
+        {
+            self.accept(input.as_input(), self.device.now().max(at), by.as_ref());
+            self.perform_until(at, stopped);
         }
-        self.device.accept(input, at);
-        self.answer_waiters();
-        while self.device.perform(at) {
-            self.answer_waiters();
+        if stopped(self) {
+            return self.hold_back(input, by);
+        }
+        self.accept(input, at, by);
+        self.perform_until(at, stopped);
+    }
+
+    /// Performs what is due up to `at`, and stops at the instants at which breakpoints have to be
+    /// looked at.
+    fn perform_until(&mut self, at: Time, stopped: impl Fn(&Rig<D>) -> bool) {
+        while !stopped(self)
+            && let Some(due) = self.next_moment().filter(|due| *due <= at)
+        {
+            self.moment_at(due);
         }
     }
 
-    fn answer_waiters(&mut self) {
+    /// The next instant at which the device does something, or has to be looked at.
+    fn next_moment(&self) -> Option<Time> {
+        let now = self.device.now();
+        let look = self.breakpoints.due().filter(|at| *at > now);
+        self.device.wake().into_iter().chain(look).min().filter(|at| *at != Time::NEVER)
+    }
+
+    /// Performs the cause that is due then, or lets time pass up to it. Nothing is due before.
+    /// Returns whether there was a cause.
+    fn moment_at(&mut self, due: Time) -> bool {
+        let is_cause = self.device.perform(due);
+        if is_cause {
+            self.count_cause();
+        } else {
+            self.device.accept(Input::Wake, due);
+        }
+        self.look();
+        is_cause
+    }
+
+    /// Gives the device an input. What is due has been performed.
+    fn accept(&mut self, input: Input<'_>, at: Time, by: Option<&Source>) {
+        // What came out before is told before.
+        self.pass_on();
+        self.tell_input(input, at, by);
+        self.device.accept(input, at);
+        if input != Input::Wake {
+            self.performed = (self.device.now(), 0);
+        }
+        self.look();
+    }
+
+    /// Looks at the device after a cause or an input: those are answered who have waited for what
+    /// happened in it, and time is paused where a breakpoint is met.
+    fn look(&mut self) {
         let before = self.seen.len();
         while let Some(output) = self.device.poll_output() {
             self.seen.push_back(output);
         }
-        let Rig { seen, device, waiters, .. } = self;
+        let Rig { seen, device, waiters, breakpoints, .. } = self;
         let events = seen.range(before..).filter_map(Output::event);
-        if waiters.answer_happened(device, events) {
+        let answered = waiters.answer_happened(device, events.clone());
+        let met = breakpoints.look(device, events);
+        if answered {
+            self.watch_kinds();
+        }
+        if !met.is_empty() {
+            self.pass_on();
+            self.begin_pause(None, met);
+        }
+    }
+
+    fn count_cause(&mut self) {
+        let now = self.device.now();
+        let (at, causes) = self.performed;
+        self.performed = (now, if at == now { causes + 1 } else { 1 });
+    }
+
+    // --- a pause ---
+
+    /// Pauses time from now on whenever a condition becomes true.
+    pub(crate) fn break_when(&mut self, condition: Condition) -> BreakpointId {
+        let id = self.breakpoints.add(&self.device, condition);
+        self.watch_kinds();
+        self.settle();
+        id
+    }
+
+    /// Takes a breakpoint away, and says whether it was there.
+    pub(crate) fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {
+        let was_there = self.breakpoints.remove(id);
+        self.watch_kinds();
+        if was_there {
+            self.tell_if_it_goes();
+        }
+        was_there
+    }
+
+    /// Whether time is paused.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.pause.is_some()
+    }
+
+    /// Since when time is paused, and why.
+    pub(crate) fn paused(&self) -> Option<&Pause> {
+        self.pause.as_ref()
+    }
+
+    /// Whether something is left that happens at this very instant.
+    fn is_anything_due(&self) -> bool {
+        self.device.wake().is_some_and(|due| due <= self.device.now())
+    }
+
+    /// Pauses time here, because somebody wants it.
+    pub(crate) fn pause(&mut self, by: Source) {
+        self.begin_pause(Some(by), Vec::new());
+        self.drain();
+    }
+
+    /// Time is paused here, because somebody wants it or because breakpoints are met.
+    fn begin_pause(&mut self, by: Option<Source>, breakpoints: Vec<BreakpointId>) {
+        let at = self.device.now();
+        self.tell_news(at, News::Paused { by: by.clone(), breakpoints: breakpoints.clone() });
+        let pause = Pause { at, by, breakpoints };
+        for waits in self.waits_for_pause.drain(..) {
+            // Whoever asked may have stopped waiting for it.
+            let _ = waits.send(Ok(pause.clone()));
+        }
+        self.pause = Some(pause);
+    }
+
+    /// Answers when time is paused: at once if it is.
+    pub(crate) fn tell_of_pause(&mut self, answer: oneshot::Sender<Result<Pause, ControlError>>) {
+        match &self.pause {
+            Some(pause) => _ = answer.send(Ok(pause.clone())),
+            None => self.waits_for_pause.push(answer),
+        }
+    }
+
+    /// Tells that the device is not led any more, if it was until now.
+    fn tell_if_it_goes(&mut self) {
+        if !self.is_led() {
+            self.pass_on();
+            let now = self.device.now();
+            self.tell(now, |wants| wants.inputs, || What::Goes);
+        }
+    }
+
+    /// Whether the device is led cause by cause.
+    fn is_led(&self) -> bool {
+        self.pause.is_some() || !self.breakpoints.is_empty()
+    }
+
+    /// Tells how far a device has come that is led.
+    fn tell_place(&mut self) {
+        let (now, left) = (self.device.now(), self.is_anything_due());
+        let (at, causes) = std::mem::replace(&mut self.performed, (now, 0));
+        let causes = left.then_some(if at == now { causes } else { 0 });
+        self.tell(now, |wants| wants.inputs, || What::Stands { causes });
+    }
+
+    /// Time goes on, beginning with what is left at this instant. That may pause it again.
+    pub(crate) fn resume(&mut self, by: &Source) {
+        let now = self.device.now();
+        self.tell_news(now, News::Resumed { by: by.clone() });
+        self.pause = None;
+        self.input_by_moments(Input::Wake, now, None);
+        self.tell_if_it_goes();
+        self.drain();
+        self.waiters.look_ahead(&self.device);
+        self.disappoint();
+    }
+
+    /// Time goes on for good: nobody leads it any more.
+    pub(crate) fn release(&mut self) {
+        self.breakpoints.clear();
+        self.pending.clear();
+        self.pause = None;
+    }
+
+    /// Does one thing while time is paused: a cause that is due now, or else an input that has waited
+    /// behind it, or else the next cause. Time passes no further than to where a breakpoint is met.
+    pub(crate) fn perform_one(&mut self) -> Step {
+        let step = if self.is_anything_due() {
+            self.moment_at(self.device.now());
+            Step::Cause
+        } else if let Some(Pending { input, by }) = self.pending.pop_front() {
+            self.accept(input.as_input(), self.device.now(), by.as_ref());
+            Step::Input
+        } else if let Some(due) = self.next_moment() {
+            if self.moment_at(due) { Step::Cause } else { Step::Time }
+        } else {
+            return Step::Rest;
+        };
+        self.after_step();
+        step
+    }
+
+    /// Gives an input while time is paused. It comes after what is due at this instant, and what it
+    /// leads to is left to steps.
+    pub(crate) fn give(&mut self, input: Input<'_>, by: Option<&Source>) {
+        self.hold_back(input, by);
+        while !self.is_anything_due()
+            && let Some(Pending { input, by }) = self.pending.pop_front()
+        {
+            self.accept(input.as_input(), self.device.now(), by.as_ref());
+        }
+        self.after_step();
+    }
+
+    /// Keeps an input for when time goes on, or for steps: it comes behind what is due.
+    pub(crate) fn hold_back(&mut self, input: Input<'_>, by: Option<&Source>) {
+        if !matches!(input, Input::Wake | Input::Bytes([])) {
+            self.pending.push_back(Pending { input: input.into(), by: by.cloned() });
+        }
+    }
+
+    fn after_step(&mut self) {
+        self.drain();
+        self.waiters.look_ahead(&self.device);
+        if self.waiters.answer_due(self.device.now()) {
             self.watch_kinds();
         }
     }
@@ -232,6 +521,8 @@ impl<D: Device> Rig<D> {
         let at = self.device.now();
         let before = self.storage.is_kept().then(|| self.device.flash_image());
         self.device.restore(state);
+        self.performed = (self.device.now(), 0);
+        self.breakpoints.begin(&self.device);
         self.watch_kinds();
         self.look_for_power();
         if self.sinks.wants().inputs {
@@ -243,14 +534,33 @@ impl<D: Device> Rig<D> {
             self.store(&FlashChange::Replace(Bytes::from(after)));
             self.storage.secure();
         }
+        if self.is_paused() {
+            self.after_step();
+        }
     }
 
     // --- what comes out ---
 
+    /// Lets go of clients that have closed their side of the line, once they have every answer.
+    pub(crate) fn dismiss_listeners(&mut self) {
+        let Rig { wire, device, pause, .. } = self;
+        if pause.is_none() {
+            wire.dismiss_listeners(|| device.is_idle());
+        }
+    }
+
+    /// Passes on what the device has to say, when all has been done that is to be done now.
+    pub(crate) fn drain(&mut self) {
+        self.pass_on();
+        self.settle();
+        self.wire.set_baud(self.device.baud());
+        self.mind_ready();
+    }
+
     /// Passes on what the device has to say, in order: what is stored is on disk before the
     /// answer that confirms it is sent. What is said at one and the same time leaves in one
     /// piece.
-    pub(crate) fn drain(&mut self) {
+    fn pass_on(&mut self) {
         let mut leaving = Leaving::default();
         while let Some(output) = self.seen.pop_front().or_else(|| self.device.poll_output()) {
             match output {
@@ -274,9 +584,11 @@ impl<D: Device> Rig<D> {
         }
         self.send_all(&mut leaving);
         self.storage.secure();
-        self.settle();
-        self.wire.set_baud(self.device.baud());
-        self.wire.set_ready(self.device.room(true) > 0);
+    }
+
+    /// Asks clients to wait, by the lines that there are for it, while the device takes nothing.
+    fn mind_ready(&mut self) {
+        self.wire.set_ready(self.pause.is_none() && self.device.room(true) > 0);
     }
 
     fn send_all(&mut self, leaving: &mut Leaving) {

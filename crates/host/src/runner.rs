@@ -9,9 +9,10 @@ use std::task::{Context, Poll};
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::yield_now;
-use vimc4_device::{Device, Input, Kinds, Time};
+use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
 
 use crate::bell::Bell;
+use crate::breakpoints::BreakpointView;
 use crate::clients::ClientsOfLine;
 use crate::clock::Clock;
 use crate::deeds;
@@ -19,8 +20,9 @@ use crate::drive::Drive;
 use crate::flash::{FlashFile, FlashFileError};
 use crate::journey::Ticket;
 use crate::reception;
-use crate::report::{Deed, Effect, News, Sink, SinkId, Source};
-use crate::rig::Rig;
+use crate::reply::ControlError;
+use crate::report::{BreakpointId, Deed, Effect, News, Sink, SinkId, Source};
+use crate::rig::{Pause, Rig, Step};
 use crate::storage::Storage;
 use crate::timer::Timer;
 use crate::transport::Transport;
@@ -60,6 +62,9 @@ pub struct Runner<D: Device> {
     orders: Bell,
     /// Wakes the task when something is wished of a journey.
     nudges: mpsc::UnboundedReceiver<()>,
+    /// Somebody wants so many bytes of the line to be taken in although time is paused, and to know
+    /// how many that were.
+    hears: Option<(usize, oneshot::Sender<Result<usize, ControlError>>)>,
     /// What happened before anybody watched.
     early: Vec<News>,
 }
@@ -107,6 +112,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             stop,
             orders: Bell::default(),
             nudges,
+            hears: None,
             early: Vec::new(),
         }
     }
@@ -184,6 +190,54 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.restore(by, state);
     }
 
+    pub(crate) fn pause(&mut self, by: Source) -> Time {
+        self.drive.pause(by)
+    }
+
+    pub(crate) fn resume(&mut self, by: &Source) -> Result<Time, ControlError> {
+        self.drive.resume(by)
+    }
+
+    pub(crate) fn step(&mut self) -> Result<Step, ControlError> {
+        self.drive.step()
+    }
+
+    pub(crate) fn give(&mut self, by: Source, input: OwnedInput) {
+        self.drive.give(input, by);
+    }
+
+    pub(crate) fn hear(
+        &mut self,
+        bytes: usize,
+        answer: oneshot::Sender<Result<usize, ControlError>>,
+    ) {
+        if self.drive.rig.is_paused() {
+            self.hears = Some((bytes, answer));
+        } else {
+            let _ = answer.send(Err(ControlError::NotPaused));
+        }
+    }
+
+    pub(crate) fn paused(&self) -> Option<&Pause> {
+        self.drive.rig.paused()
+    }
+
+    pub(crate) fn tell_of_pause(&mut self, answer: oneshot::Sender<Result<Pause, ControlError>>) {
+        self.drive.rig.tell_of_pause(answer);
+    }
+
+    pub(crate) fn break_when(&mut self, condition: Condition) -> BreakpointId {
+        self.drive.rig.break_when(condition)
+    }
+
+    pub(crate) fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {
+        self.drive.rig.remove_breakpoint(id)
+    }
+
+    pub(crate) fn breakpoints(&self) -> Vec<BreakpointView> {
+        self.drive.rig.breakpoints.views()
+    }
+
     // --- the loop ---
 
     /// Runs until it is told to stop, until nobody holds a handle any more, or until the flash
@@ -199,9 +253,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.rig.drain();
         loop {
             let busy = self.drive.move_time();
-            let Rig { wire, storage, device, .. } = &mut self.drive.rig;
-            wire.dismiss_listeners(|| device.is_idle());
-            if let Some(failure) = storage.take_failure() {
+            self.drive.rig.dismiss_listeners();
+            if let Some(failure) = self.drive.rig.storage.take_failure() {
                 self.end(self.device().now());
                 return Err(failure.into());
             }
@@ -217,6 +270,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     self.settle().await;
                     self.drive.catch_up();
                     job(&mut self);
+                    self.listen().await;
                 }
                 Woken::Stop => {
                     self.end(self.drive.present());
@@ -248,7 +302,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
             // Before anything is received: a client that never stops sending gets its answers too.
             self.drive.rig.wire.poll_send(cx);
             if !self.drive.is_away() {
-                if self.poll_line(cx).is_ready() {
+                if self.poll_line(cx, self.room()).is_ready() {
                     return Poll::Ready(Woken::Line);
                 }
                 let Runner { jobs, asked, .. } = &mut *self;
@@ -266,14 +320,22 @@ impl<D: Device + Clone + 'static> Runner<D> {
         .await
     }
 
-    /// Asks the transports for what has arrived, and takes it in.
-    fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+    /// How much may be read: while time is paused what clients send or do waits as on a line that
+    /// nobody attends to, in the hands of their operating system.
+    fn room(&self) -> Option<usize> {
+        (!self.drive.rig.is_paused()).then_some(usize::MAX)
+    }
+
+    /// Asks the transports for what has arrived, and takes it in, but no more than there is room for;
+    /// without any, nobody is asked. Returns how many bytes that were.
+    fn poll_line(&mut self, cx: &mut Context<'_>, room: Option<usize>) -> Poll<usize> {
+        let Some(most) = room else { return Poll::Pending };
         wire::with_buffer(|buffer| {
             let Runner { drive, clients, .. } = self;
             let Rig { wire, device, .. } = &mut drive.rig;
-            wire.poll(cx, |handshake| device.room(handshake), buffer).map(|(from, received)| {
-                reception::receive(drive, clients, from, received, buffer);
-            })
+            let room = |handshake| device.room(handshake).min(most);
+            wire.poll(cx, room, buffer)
+                .map(|(from, received)| reception::receive(drive, clients, from, received, buffer))
         })
     }
 
@@ -281,21 +343,39 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// be under way: a program that writes a command and then asks where the machine is expects them to
     /// be handled in that order.
     async fn settle(&mut self) {
+        let room = self.room();
+        self.take_in(room, |_| false).await;
+    }
+
+    /// Takes in some of what waits on the line while time is paused, if somebody wants that.
+    async fn listen(&mut self) {
+        if let Some((bytes, answer)) = self.hears.take() {
+            let taken = self.take_in(Some(bytes), |taken| taken > 0).await;
+            // Whoever asked may have stopped waiting for the answer.
+            let _ = answer.send(Ok(taken));
+        }
+    }
+
+    /// Takes in what has arrived, in pieces of so many bytes, until it is enough or there is no more.
+    async fn take_in(&mut self, room: Option<usize>, enough: impl Fn(usize) -> bool) -> usize {
         // A client that never stops sending must not keep the control from being used.
         for _ in 0..64 {
             reactor_turn().await;
             self.drive.rig.wire.look_closely();
-            let looked = poll_fn(|cx| Poll::Ready(self.poll_line(cx))).await;
-            if looked.is_pending() {
-                return;
+            match poll_fn(|cx| Poll::Ready(self.poll_line(cx, room))).await {
+                Poll::Ready(taken) if enough(taken) => return taken,
+                Poll::Ready(_) => {}
+                Poll::Pending => break,
             }
         }
+        0
     }
 
     /// The device ends with its task, as if the power had gone: who watches learns what that cuts
     /// short, and what has not been told yet. For a recording of what goes in it is over.
     fn end(&mut self, at: Time) {
         let rig = &mut self.drive.rig;
+        rig.release();
         rig.tell_unheard(at);
         rig.tell_news(at, News::Ends);
         rig.end_recordings();

@@ -39,18 +39,19 @@ impl Sinks {
         self.watching.is_empty()
     }
 
-    /// Lets a sink watch from now on, once it has been told in which state that begins.
+    /// Lets a sink watch from now on. If it wants what goes in, it is told first how that begins.
     pub(crate) fn add<D: Device>(
         &mut self,
         mut sink: Box<dyn Sink>,
         device: &D,
-        state: impl FnOnce() -> serde_json::Value,
+        beginning: impl FnOnce() -> Vec<What>,
     ) -> SinkId {
         let wants = sink.wants();
         if wants.inputs {
-            let what = What::State { by: None, state: state() };
-            let report = Report { controller: Arc::clone(&self.name), at: device.now(), what };
-            sink.report(&report, &|command| device.explain(command));
+            for what in beginning() {
+                let report = Report { controller: Arc::clone(&self.name), at: device.now(), what };
+                sink.report(&report, &|command| device.explain(command));
+            }
         }
         self.last += 1;
         let id = SinkId(self.last);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use vimc4_device::{CommandNumber, Event, Grouped, Kinds, Time, Warning, escape};
 
 use crate::begun::{Answered, Begun};
-use crate::report::{Deed, News, Report, Sink, Wants, What};
+use crate::report::{BreakpointId, Deed, News, Report, Sink, Wants, What};
 
 /// A sink that writes lines of text:
 ///
@@ -354,6 +354,15 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 at,
                 format_args!("the power was off: {} lost, nobody heard what came", count(*bytes)),
             ),
+            News::Paused { by: Some(by), .. } => {
+                self.line(at, format_args!("{by}: time is paused"));
+            }
+            News::Paused { by: None, breakpoints } => {
+                for BreakpointId(number) in breakpoints {
+                    self.line(at, format_args!("time is paused at breakpoint {number}"));
+                }
+            }
+            News::Resumed { by } => self.line(at, format_args!("{by}: time goes on")),
             News::FlashMended { file, what } => {
                 self.line(at, format_args!("flash file {file}: {what}"));
             }

@@ -294,6 +294,8 @@ fn any_what() -> impl Strategy<Value = What> {
             by: done.then(|| Arc::from("me")),
             state: json!({ "a": [state, null] }),
         }),
+        any::<Option<u32>>().prop_map(What::Stands),
+        Just(What::Goes),
         ".{0,20}".prop_map(|news| What::News(json!({ "news": news }))),
         ".{0,20}".prop_map(What::Mark),
         ".{0,20}".prop_map(What::End),

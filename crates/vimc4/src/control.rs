@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Details, Family, Model, State};
-use vimc4_device::{Condition, Device, Event, Line, LineState, Signal, Stamp, Time};
+use vimc4_device::{Condition, Device, Event, Line, LineState, OwnedInput, Signal, Stamp, Time};
 use vimc4_host::{
-    ControlError, Effect, Handle, HostLines, Journey, MemoryPort, Modem, Reply, Sink, SinkId,
+    BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
+    Modem, Pause, Reply, Sink, SinkId, Step,
 };
 
 use crate::record::{Command, Memory, Record};
@@ -310,6 +311,78 @@ impl Control {
         }
         self.handle.restore(snapshot.state.clone())
     }
+
+    // --- time stands still ---
+
+    /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they send
+    /// waits on the line, and they notice nothing but that it takes its time.
+    pub fn pause(&self) -> Reply<Time> {
+        self.handle.pause()
+    }
+
+    /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
+    pub fn resume(&self) -> Reply<Time> {
+        self.handle.resume()
+    }
+
+    /// Since when time is paused, and why; `None` if it goes on.
+    pub fn paused(&self) -> Reply<Option<Pause>> {
+        self.handle.paused()
+    }
+
+    /// Is answered when time is paused, by whomever or whatever: at once if it is.
+    pub fn until_paused(&self) -> Reply<Pause> {
+        self.handle.until_paused()
+    }
+
+    /// Does one thing while time is paused: the next cause of what the controller does by itself, or an
+    /// input that has waited behind what was due.
+    pub fn step(&self) -> Reply<Step> {
+        self.handle.step()
+    }
+
+    /// Gives an input, now. While time is paused it comes after what is due at this instant, and what it
+    /// leads to is left to [steps](Control::step). What the other methods do, such as
+    /// [`press`](Control::press), happens at once with everything that is due at this instant.
+    pub fn inject(&self, input: OwnedInput) -> Reply<()> {
+        self.handle.inject(input)
+    }
+
+    /// Takes in no more than so many bytes that wait on the line, although time is paused, and says how
+    /// many that were; what they lead to is left to [steps](Control::step).
+    pub fn hear(&self, bytes: usize) -> Reply<usize> {
+        self.handle.hear(bytes)
+    }
+
+    /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even
+    /// at the same instant.
+    pub fn break_when(&self, condition: Condition) -> Reply<BreakpointId> {
+        self.handle.break_when(condition)
+    }
+
+    /// Takes a breakpoint away, and says whether it was there.
+    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Reply<bool> {
+        self.handle.remove_breakpoint(breakpoint)
+    }
+
+    /// The breakpoints, and how often each was met.
+    pub fn breakpoints(&self) -> Reply<Vec<BreakpointView>> {
+        self.handle.breakpoints()
+    }
+
+    /// The controller itself at the end of its line, as it is now: a copy, to be driven by whoever has
+    /// it, backwards and forwards. A state of it is put in by [`put`](Control::put).
+    pub fn controller(&self) -> Reply<Line<Controller>> {
+        self.handle.device()
+    }
+
+    /// Goes on from a state of a copy of the [controller](Control::controller), of an earlier or a later
+    /// time. Paused time stays so.
+    pub fn put(&self, state: LineState<State>) -> Reply<()> {
+        self.handle.restore(state)
+    }
+
+    // --- its end ---
 
     /// Tells the emulator to end.
     pub fn stop(&self) {

@@ -11,7 +11,9 @@ use std::time::Duration;
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
 use vimc4_device::{Condition, Event, Signal, Stamp, Time};
-use vimc4_host::{ControlError, MemoryPort, RunError, Worker, block_on};
+use vimc4_host::{
+    BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
+};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{Link, LinkError};
 
@@ -306,6 +308,45 @@ impl Emulator {
     /// time goes back with it; clients stay connected.
     pub fn restore(&self, snapshot: &Snapshot) -> Result<(), Error> {
         Ok(self.control.restore(snapshot).wait()?)
+    }
+
+    // --- time stands still ---
+
+    /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they send
+    /// waits on the line, and they notice nothing but that it takes its time.
+    pub fn pause(&self) -> Result<Time, Error> {
+        Ok(self.control.pause().wait()?)
+    }
+
+    /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
+    pub fn resume(&self) -> Result<Time, Error> {
+        Ok(self.control.resume().wait()?)
+    }
+
+    /// Waits until time is paused by whomever or whatever, and says why.
+    pub fn until_paused(&self) -> Result<Pause, Error> {
+        Ok(self.control.until_paused().wait()?)
+    }
+
+    /// Does one thing while time is paused, and says what that was.
+    pub fn step(&self) -> Result<Step, Error> {
+        Ok(self.control.step().wait()?)
+    }
+
+    /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even
+    /// at the same instant.
+    pub fn break_when(&self, condition: &Condition) -> Result<BreakpointId, Error> {
+        Ok(self.control.break_when(condition.clone()).wait()?)
+    }
+
+    /// Takes a breakpoint away, and says whether it was there.
+    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Result<bool, Error> {
+        Ok(self.control.remove_breakpoint(breakpoint).wait()?)
+    }
+
+    /// The breakpoints, and how often each was met.
+    pub fn breakpoints(&self) -> Result<Vec<BreakpointView>, Error> {
+        Ok(self.control.breakpoints().wait()?)
     }
 
     // --- its end ---

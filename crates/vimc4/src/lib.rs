@@ -39,6 +39,7 @@
 //! | be the person at the machine | [`Emulator::press`], [`Emulator::turn`], [`Emulator::input`], [`Emulator::power`] |
 //! | ask what the host did | [`Emulator::commands`], [`Emulator::events`], [`Emulator::position`], [`Emulator::view`] |
 //! | await instead of block | [`Emulator::control`] |
+//! | hold the controller while its host is connected, at breakpoints or by hand, and lead it step by step | [`Emulator::pause`], [`Emulator::break_when`], [`Emulator::step`], [`Control`] |
 //! | try several things from the same point | [`Emulator::snapshot`], [`Emulator::restore`] |
 #![forbid(unsafe_code)]
 
@@ -71,9 +72,9 @@ pub use vimc4_device::{
     WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
-    Clients, Clock, ControlError, Deed, Effect, HostLines, Journey, MemoryPort, News, Progress,
-    Rate, Recall, Reply, Report, Reports, Sink, SinkId, Source, Tap, Traffic, Verbosity, Wants,
-    What, Worker,
+    BreakpointId, BreakpointView, Clients, Clock, ControlError, Deed, Effect, HostLines, Journey,
+    MemoryPort, News, Pause, Progress, Rate, Recall, Reply, Report, Reports, Sink, SinkId, Source,
+    Step, Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{User, Users};
@@ -83,6 +84,7 @@ pub use vimc4_host::{User, Users};
 pub mod device {
     pub use vimc4_catalogue::{Controller, State};
     pub use vimc4_device::{
-        Device, Endless, Foresight, Harness, Input, Output, OwnedInput, SignalId, TimedInput,
+        Breakpoint, Device, Endless, Foresight, Harness, Input, Line, LineState, Output,
+        OwnedInput, SignalId, TimedInput,
     };
 }

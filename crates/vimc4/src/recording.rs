@@ -69,6 +69,8 @@ struct Sheet {
     signals: Vec<(SignalId, String)>,
     /// Who has done something last, in words.
     by: Option<(Source, Arc<str>)>,
+    /// The controller is led cause by cause.
+    led: bool,
     /// The controller has told its end.
     ends: bool,
     tell: Trouble,
@@ -155,6 +157,7 @@ impl RecordingFile {
             lines: Vec::new(),
             signals,
             by: None,
+            led: false,
             ends: false,
             tell,
             packers: Vec::new(),
@@ -271,7 +274,12 @@ impl Sheet {
         }
         self.pack();
         match self.open() {
-            Ok(()) => self.put(at, What::State { by: None, state: state.clone() }),
+            Ok(()) => {
+                self.put(at, What::State { by: None, state: state.clone() });
+                if self.led {
+                    self.put(at, What::Stands(Some(0)));
+                }
+            }
             Err(error) => (self.tell)(&error.to_string()),
         }
         self.write();
@@ -348,6 +356,14 @@ impl Sheet {
                 let by = by.as_ref().map(|by| self.by(by));
                 self.put(at, What::State { by, state: state.clone() });
                 self.write();
+            }
+            Told::Stands { causes } => {
+                self.led = true;
+                self.put(at, What::Stands(*causes));
+            }
+            Told::Goes => {
+                self.led = false;
+                self.put(at, What::Goes);
             }
             Told::News(News::Ends) => self.ends = true,
             // What was done follows, with who has done it.

@@ -97,6 +97,31 @@ fn a_driver_that_blocks_runs_in_a_thread() -> Result {
 }
 
 #[test]
+fn a_breakpoint_holds_the_controller_and_not_the_driver() -> Result {
+    let emulator = Emulator::builder().time("8x".parse()?).start()?;
+    let below = emulator.break_when(&Condition::AxisBelow { axis: 2, position: -500 })?;
+    let mut stepper = Stepper::open(emulator.connect()?)?;
+    let driver = thread::spawn(move || {
+        for _ in 0..2 {
+            stepper.move_by([0, 0, -1_000], 900)?;
+            stepper.wait()?;
+            stepper.move_by([0, 0, 1_000], 900)?;
+            stepper.wait()?;
+        }
+        Ok::<_, Error>(())
+    });
+
+    for met in 1..=2 {
+        assert_eq!(emulator.until_paused()?.breakpoints, [below]);
+        assert_eq!(emulator.position()?, [0, 0, -501, 0]);
+        assert_eq!(emulator.breakpoints()?[0].met, met);
+        emulator.resume()?;
+    }
+    assert!(matches!(driver.join(), Ok(Ok(()))));
+    Ok(())
+}
+
+#[test]
 fn lost_steps_are_among_the_events() -> Result {
     let emulator = Emulator::builder().machine("mill").time(Clock::Instant).start()?;
     let mut stepper = Stepper::open(emulator.connect()?)?;

@@ -288,7 +288,7 @@ impl Device for Fake {
         }
         // It moves forward only.
         let (began, _) = self.state.move_began?;
-        let steps = u64::try_from(low - self.state.position).ok()?;
+        let steps = u64::try_from(low.checked_sub(self.state.position)?).ok()?;
         Some(began.after_nanos(steps * MS)).filter(|at| *at > from)
     }
 }

@@ -6,6 +6,7 @@ mod fake;
 mod inputs;
 mod journeys;
 mod pacing;
+mod pauses;
 #[cfg(target_os = "linux")]
 mod pty;
 mod reports;

@@ -98,6 +98,12 @@ pub enum What {
         /// The state, as it is written down.
         state: Value,
     },
+    /// From here on the controller is led cause by cause, because its time is paused or may be: it
+    /// has done everything that was due before, and of what is due at this instant so many causes more;
+    /// `None` if all of it.
+    Stands(Option<u32>),
+    /// It is not led any more: all that is due is done.
+    Goes,
     /// Something about the clients of the line.
     News(Value),
     /// A note.
@@ -188,6 +194,20 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
             key(out, "state");
             put_json(out, state);
             by.as_ref()
+        }
+        What::Stands(causes) => {
+            key(out, "stands");
+            put_json(out, &true);
+            if let Some(causes) = causes {
+                key(out, "causes");
+                put_json(out, causes);
+            }
+            None
+        }
+        What::Goes => {
+            key(out, "stands");
+            put_json(out, &false);
+            None
         }
         What::News(news) => {
             key(out, "news");

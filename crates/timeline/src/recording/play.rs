@@ -19,6 +19,8 @@ pub struct Player<D: Device> {
     harness: Harness<D>,
     /// Whether it has been put into the state in which the recording begins.
     begun: bool,
+    /// It is led: nothing is done but what is told.
+    led: bool,
     said: VecDeque<(Time, u8)>,
     told: VecDeque<Told>,
     remembered: usize,
@@ -55,7 +57,7 @@ impl<D: Device> Player<D> {
         let wanted = Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::SIGNAL).and(Kinds::WARNING);
         let harness = Harness::new(device).watching(wanted);
         let (said, told, unknown) = (VecDeque::new(), VecDeque::new(), Vec::new());
-        Player { harness, begun: false, said, told, remembered: REMEMBERED, unknown }
+        Player { harness, begun: false, led: false, said, told, remembered: REMEMBERED, unknown }
     }
 
     /// Remembers so many of the things that happen, instead of a dozen.
@@ -72,6 +74,12 @@ impl<D: Device> Player<D> {
     /// Whether it has been put into the state in which the recording begins.
     pub fn has_begun(&self) -> bool {
         self.begun
+    }
+
+    /// Whether the recorded controller was led cause by cause: then what came out at an instant is
+    /// only known later, and a state is as it was in the middle of things.
+    pub fn is_led(&self) -> bool {
+        self.led
     }
 
     /// Puts the device into a state.
@@ -94,16 +102,27 @@ impl<D: Device> Player<D> {
         state: &dyn Fn(&Value) -> Result<D::State, String>,
     ) -> Result<(), StateError> {
         let first = !self.begun && matches!(entry.what, What::State { .. });
-        // What is told about clients has the time of the clock, of which the device may not know yet.
-        if !first && !matches!(entry.what, What::News(_) | What::Mark(_)) {
+        let lets_time_pass = match entry.what {
+            // What is told about clients has the time of the clock, of which the device may not know
+            // yet.
+            What::News(_) | What::Mark(_) | What::Stands(Some(_)) => false,
+            What::Given { .. } | What::Stands(None) | What::Goes => true,
+            What::Sent(_) | What::State { .. } | What::End(_) => !first && !self.led,
+        };
+        if lets_time_pass {
             self.run_to(entry.at);
         }
         match &entry.what {
-            What::Given { given, .. } => {
-                if let Some(input) = self.input(given) {
-                    self.harness.play(&TimedInput { at: entry.at, input });
-                }
+            What::Given { given, .. } => match self.input(given) {
+                Some(input) if self.led => self.harness.accept(input.as_input()),
+                Some(input) => self.harness.play(&TimedInput { at: entry.at, input }),
+                None => {}
+            },
+            What::Stands(causes) => {
+                self.led = true;
+                self.harness.run_into(entry.at, causes.unwrap_or_default());
             }
+            What::Goes => self.led = false,
             What::State { by, state: written } if first || by.is_some() => {
                 let state = state(written).map_err(|why| StateError { line: entry.line, why })?;
                 self.restore(state);

@@ -61,6 +61,10 @@ struct Line {
     wait: Option<bool>,
     #[serde(default, deserialize_with = "present")]
     state: Option<Value>,
+    #[serde(default)]
+    stands: Option<bool>,
+    #[serde(default)]
+    causes: Option<u32>,
     #[serde(default, deserialize_with = "present")]
     news: Option<Value>,
     #[serde(default)]
@@ -197,8 +201,9 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         by: by.unwrap_or_else(|| Arc::from("")),
         given,
     };
-    let Line { at, given: input, out, signal, value, power, wait, state, news, mark, end, by } =
+    let Line { at, given: input, out, signal, value, power, wait, state, stands, causes, .. } =
         read;
+    let Line { news, mark, end, by, .. } = read;
     let by_nobody = by.is_none();
     // Each field is one thing that a line can say.
     let mut said = Vec::new();
@@ -217,6 +222,17 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
     if let Some(text) = out {
         said.push(What::Sent(bytes(&text, "out")?));
     }
+    match (stands, causes) {
+        (Some(true), causes) => said.push(What::Stands(causes)),
+        (Some(false), None) => said.push(What::Goes),
+        (None, None) => {}
+        _ => {
+            return Err(error(
+                "`causes` is too much".to_owned(),
+                "it belongs to `\"stands\":true`",
+            ));
+        }
+    }
     said.extend(news.map(What::News));
     said.extend(mark.map(What::Mark));
     said.extend(end.map(What::End));
@@ -225,7 +241,7 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         return Err(error(
             "it does not say one thing".to_owned(),
             "each line has `at` and one of `in`, `out`, `signal` with `value`, `power`, `wait`, \
-             `state`, `news`, `mark` and `end`; `by` belongs to what was done",
+             `state`, `stands`, `news`, `mark` and `end`; `by` belongs to what was done",
         ));
     };
     Ok(Entry { at, what, line })

@@ -1,0 +1,100 @@
+//! The breakpoints of a running controller.
+
+use vimc4_device::{Breakpoint, Condition, Device, Event, Kinds, Time};
+
+use crate::report::BreakpointId;
+
+/// A breakpoint of a running controller, as it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BreakpointView {
+    /// Its number.
+    pub id: BreakpointId,
+    /// The condition at which time is paused, whenever it becomes true.
+    pub condition: Condition,
+    /// How often that has been.
+    pub met: u64,
+}
+
+/// All breakpoints.
+#[derive(Default)]
+pub(crate) struct Breakpoints {
+    placed: Vec<Placed>,
+    /// The last number that one was given.
+    last: u64,
+}
+
+struct Placed {
+    id: BreakpointId,
+    breakpoint: Breakpoint,
+    /// When the device has to be looked at for it, if not before.
+    at: Option<Time>,
+}
+
+impl Breakpoints {
+    pub(crate) fn add<D: Device>(&mut self, device: &D, condition: Condition) -> BreakpointId {
+        self.last += 1;
+        let (id, breakpoint) = (BreakpointId(self.last), Breakpoint::new(device, condition));
+        let at = breakpoint.next(device);
+        self.placed.push(Placed { id, breakpoint, at });
+        id
+    }
+
+    /// Takes one away, and says whether it was there.
+    pub(crate) fn remove(&mut self, id: BreakpointId) -> bool {
+        let before = self.placed.len();
+        self.placed.retain(|placed| placed.id != id);
+        self.placed.len() < before
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.placed.clear();
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.placed.is_empty()
+    }
+
+    pub(crate) fn views(&self) -> Vec<BreakpointView> {
+        let view = |Placed { id, breakpoint, .. }: &Placed| BreakpointView {
+            id: *id,
+            condition: breakpoint.condition().clone(),
+            met: breakpoint.met(),
+        };
+        self.placed.iter().map(view).collect()
+    }
+
+    /// Which events they need to see.
+    pub(crate) fn kinds(&self) -> Kinds {
+        let kinds = self.placed.iter().map(|placed| placed.breakpoint.condition().kinds());
+        kinds.fold(Kinds::NONE, Kinds::and)
+    }
+
+    /// When the device has to be looked at next.
+    pub(crate) fn due(&self) -> Option<Time> {
+        self.placed.iter().filter_map(|placed| placed.at).min()
+    }
+
+    /// Looks at the device in a moment with these events, and says which are met.
+    pub(crate) fn look<'a, D: Device>(
+        &mut self,
+        device: &D,
+        events: impl Iterator<Item = &'a Event> + Clone,
+    ) -> Vec<BreakpointId> {
+        let mut met = Vec::new();
+        for Placed { id, breakpoint, at } in &mut self.placed {
+            if breakpoint.look(device, events.clone()) {
+                met.push(*id);
+            }
+            *at = breakpoint.next(device);
+        }
+        met
+    }
+
+    /// The device goes on from another state.
+    pub(crate) fn begin<D: Device>(&mut self, device: &D) {
+        for Placed { breakpoint, at, .. } in &mut self.placed {
+            breakpoint.begin(device);
+            *at = breakpoint.next(device);
+        }
+    }
+}
