@@ -6,7 +6,6 @@
 use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsStr;
-use std::fmt::Display;
 use std::path::Path;
 
 use clap_complete::Shell;
@@ -15,7 +14,7 @@ use clap_complete::engine::{
 };
 use clap_complete::env::{CompleteEnv, Shells};
 use vimc4_catalogue::Controller;
-use vimc4_device::{Device, Signal, SignalKind};
+use vimc4_device::{Device, Names, Signal, Verb};
 
 use crate::failure::Failure;
 use crate::output;
@@ -138,25 +137,17 @@ pub(crate) fn words(words: &'static [&'static str]) -> ArgValueCandidates {
     ArgValueCandidates::new(|| words.iter().map(CompletionCandidate::new).collect())
 }
 
-/// The buttons of the model that was typed.
+/// What can be pressed on the model that was typed.
 pub(crate) fn buttons() -> ArgValueCompleter {
-    signals(|signal| match signal.kind {
-        SignalKind::Button => vec![signal.name.clone()],
-        _ => Vec::new(),
-    })
+    orders(&[Verb::Press], |words| words.to_owned())
 }
 
 /// What `--input` takes for the model that was typed: bits of the input ports with both levels, and
 /// everything else by name with its positions; of numbers the smallest and the largest.
 pub(crate) fn inputs() -> ArgValueCompleter {
-    signals(|signal| {
-        let name = signal.name.strip_prefix("input ").unwrap_or(&signal.name);
-        let with = |values: [&dyn Display; 2]| values.map(|value| format!("{name}={value}")).into();
-        match (&signal.positions, signal.kind) {
-            (Some([zero, one]), _) => with([zero, one]),
-            (None, SignalKind::Analogue { low, high }) => with([&low, &high]),
-            (None, _) => with([&0, &1]),
-        }
+    orders(&[Verb::Input, Verb::Set], |words| match words.rsplit_once(' ') {
+        Some((name, value)) => format!("{name}={value}"),
+        None => words.to_owned(),
     })
 }
 
@@ -213,15 +204,19 @@ fn is_program(path: &Path) -> bool {
     path.is_file()
 }
 
-fn signals(values: fn(&Signal) -> Vec<String>) -> ArgValueCompleter {
+/// The orders of these verbs for the model that was typed, in the form that an option takes them.
+fn orders(verbs: &'static [Verb], form: fn(&str) -> String) -> ArgValueCompleter {
     ArgValueCompleter::new(move |current: &OsStr| {
         let typed = current.to_string_lossy();
+        let names = Names::new([], of_model(&typed_model()));
         let mut candidates = Vec::new();
-        for signal in of_model(&typed_model()) {
-            let fits = values(&signal).into_iter().filter(|value| value.starts_with(&*typed));
-            let help = signal.about;
-            let candidate = |value| CompletionCandidate::new(value).help(Some(help.clone().into()));
-            candidates.extend(fits.map(candidate));
+        for verb in verbs {
+            for way in names.orders(*verb) {
+                let value = form(&way.line);
+                if value.starts_with(&*typed) {
+                    candidates.push(CompletionCandidate::new(value).help(Some(way.about.into())));
+                }
+            }
         }
         candidates
     })

@@ -8,7 +8,7 @@ use std::task::{Context, Poll};
 use std::thread;
 
 use tokio::sync::mpsc;
-use vimc4::{Emulator, Order, Signal};
+use vimc4::{Emulator, Names, Order, Sort};
 
 use crate::text;
 
@@ -98,7 +98,7 @@ pub(crate) enum Next {
 /// and says which order it was if others have been answered meanwhile.
 pub(crate) struct Desk<'a> {
     emulators: &'a [Emulator],
-    signals: &'a [Signal],
+    names: &'a Names,
     open: Vec<Open>,
 }
 
@@ -118,8 +118,8 @@ struct Open {
 type Answer = Result<String, String>;
 
 impl<'a> Desk<'a> {
-    pub(crate) fn new(emulators: &'a [Emulator], signals: &'a [Signal]) -> Desk<'a> {
-        Desk { emulators, signals, open: Vec::new() }
+    pub(crate) fn new(emulators: &'a [Emulator], names: &'a Names) -> Desk<'a> {
+        Desk { emulators, names, open: Vec::new() }
     }
 
     /// Whether everything is answered.
@@ -167,13 +167,13 @@ impl<'a> Desk<'a> {
         let Some(emulator) = self.emulators.get(number.saturating_sub(1)) else {
             return Next::Continue;
         };
-        match Order::parse(order, emulator.model().axis_names(), self.signals) {
+        match Order::read(order, self.names) {
             Ok(None) => {}
             Ok(Some(Order::Quit)) => return Next::Quit,
             Ok(Some(given)) => {
                 let outcome = emulator.control().by("standard input").give(&given);
                 let remark = number == 0 && count > 1;
-                self.open(number, order, given.lasts(), async move {
+                self.open(number, order, given.verb().sort() == Sort::Time, async move {
                     let mut text = outcome.await.map_err(|error| error.to_string())?;
                     if remark {
                         text.push_str(

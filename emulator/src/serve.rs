@@ -16,7 +16,7 @@ use serde::Serialize;
 use tokio::runtime;
 use tokio::task::yield_now;
 use tokio::time::timeout;
-use vimc4::{Clients, Clock, Emulator, Verbosity, Worker};
+use vimc4::{Clients, Clock, Emulator, Names, Verbosity, Worker};
 
 use crate::completions;
 use crate::endings::Endings;
@@ -381,12 +381,12 @@ async fn attend(
     mut endings: Endings,
     until_stdin_closes: bool,
 ) -> Result<ExitCode, Failure> {
-    let signals = match emulators.first() {
-        Some(emulator) => emulator.control().signals().await.map_err(Failure::midway)?,
-        None => Vec::new(),
+    let names = match emulators.first() {
+        Some(emulator) => emulator.control().names().await.map_err(Failure::midway)?,
+        None => Names::default(),
     };
     let mut lines = orders::read();
-    let mut desk = Desk::new(emulators, &signals);
+    let mut desk = Desk::new(emulators, &names);
     let (mut typing, mut ending) = (true, false);
     let mut ended = std::pin::pin!(any_ended(emulators));
     loop {

@@ -723,11 +723,11 @@ fn what_cannot_be_run_is_refused_with_a_remedy() {
         (program("drill.txt"), "--loops 0", "--loops"),
         (program("drill.txt"), "--input 0.2", "0.3=1@2s"),
         (program("drill.txt"), "--input 0.2=1@soon", "as in 250ms"),
-        (program("drill.txt"), "--input 9.0=1", "inputs are 0.2, 0.3"),
+        (program("drill.txt"), "--input 9.0=1", "inputs are input 0.2, input 0.3"),
         (program("drill.txt"), "--input pwer-ok=1", "did you mean power-ok?"),
-        (program("drill.txt"), "--input cover=shut", "set cover open or set cover closed"),
+        (program("drill.txt"), "--input cover=shut", "cover can be open or closed"),
         (program("drill.txt"), "--input in1=1", "in1 is called input 0.2"),
-        (program("drill.txt"), "--press strat", "start, stop"),
+        (program("drill.txt"), "--press strat", "did you mean start?"),
     ] {
         let complaint = complaint(&path, arguments);
         assert!(complaint.contains(right), "{path:?} {arguments}: {complaint}");

@@ -230,9 +230,15 @@ fn people_type_orders() {
     while serve.line().split_once(' ').is_some_and(|(order, _)| order != "quit") {}
     // A wrong line says what would be right, and nothing else happens.
     for (wrong, right) in [
-        ("press stpo", "error: `press stpo` is wrong: press start, stop"),
-        ("move it", "error: `move it` is wrong: not an order; type help"),
-        ("\ninput 9.9 1", "error: `input 9.9 1` is wrong"),
+        (
+            "press stpo",
+            "error: `press stpo` is wrong at `stpo`: there is no button `stpo`; did you mean stop?",
+        ),
+        ("move it", "error: `move it` is wrong: not an order; type help for the list"),
+        (
+            "\ninput 9.9 1",
+            "error: `input 9.9 1` is wrong at `9.9 1`: PORT.BIT, with a bit from 0 to 7",
+        ),
         (
             "run until x 5",
             "error: this never happens unless something else does first; give the command or the \
@@ -307,7 +313,7 @@ fn several_controllers_are_numbered() {
         let answer = serve.order(wrong);
         assert!(answer.contains("begin with the number of a controller, 1 to 2"), "{answer}");
     }
-    assert!(serve.order("1 press stpo").starts_with("1: error: `press stpo` is wrong"));
+    assert!(serve.order("1 press stpo").starts_with("1: error: `press stpo` is wrong at `stpo`"));
     assert!(serve.order("1 press stop").starts_with("1: ok, without effect"));
     serve.signal(Signal::TERM);
     assert_eq!(serve.end(), (0, String::new()));
@@ -441,7 +447,7 @@ fn what_was_ordered_before_quit_is_done() {
         &["--model", "imc4-m", "--time", "manual"],
         "set probe 1\nadvance 1s\nposition\nhlep\nquit\nadvance 1s\n",
     );
-    let wrong = "error: `hlep` is wrong: not an order; type help for the list";
+    let wrong = "error: `hlep` is wrong: not an order; did you mean help? type help for the list";
     assert_eq!(said, ["ok", "now 1.000000000 s", "X 0 Y 0 Z 0 A 0", wrong]);
     // The end of the input ends it in the same way.
     let said = all_at_once(&["--time", "manual", "--until-stdin-closes"], "advance 1s\nposition\n");
@@ -507,7 +513,8 @@ fn help_has_what_this_controller_has() {
         "start, stop, on, cover-button, estop",
         "key test|auto",
         "cover open|closed",
-        "input 0.2 1           set bit 2 of input port 0",
+        "input PORT.BIT 0|1    set a bit of an input port, as in `input 0.2 1`",
+        "press ?",
         "\nerase ",
     ] {
         assert!(imc4.contains(present), "{present}: {imc4}");
@@ -529,11 +536,11 @@ fn signals_are_set_by_the_words_that_signals_lists() {
     assert_eq!(
         said[4..8],
         [
-            "error: `set in1 1` is wrong: in1 is called input 0.2, as in `input 0.2 1`",
-            "error: `set cover shut` is wrong: set cover open or set cover closed",
-            "error: `set nothing 1` is wrong: there is no signal `nothing`; `signals` lists those \
+            "error: `set in1 1` is wrong at `in1 1`: in1 is called input 0.2, as in `input 0.2 1`",
+            "error: `set cover shut` is wrong at `shut`: cover can be open or closed",
+            "error: `set nothing 1` is wrong at `nothing 1`: there is no signal `nothing`; `signals` lists those \
              there are",
-            "error: `set probe` is wrong: set probe 0 or set probe 1",
+            "error: `set probe` is not finished: 0 or 1",
         ]
     );
 }

@@ -1,6 +1,10 @@
-//! The names of axes.
+//! The names of axes and signals.
 
-use crate::{Model, models};
+use std::sync::OnceLock;
+
+use vimc4_device::{Device, Names, Signal, SignalKind};
+
+use crate::{Model, bare, machine, models};
 
 /// The number of the axis of that name, 0 for X, in capital or small letters. What isel calls Z
 /// and A is Z0 and Z1 to LPKF, and Z on an SMCU, which has no other.
@@ -16,4 +20,63 @@ pub fn axis(name: &str) -> Option<u8> {
         |model: Model| model.axis_names().iter().position(|axis| axis.eq_ignore_ascii_case(name));
     let place = models().into_iter().filter_map(Model::builtin).find_map(place)?;
     u8::try_from(place).ok()
+}
+
+impl Model {
+    /// What people call the axes and these signals of such a controller. Its axes are also
+    /// understood by the names that other models have for them.
+    #[must_use]
+    pub fn names(&self, signals: Vec<Signal>) -> Names {
+        let own = self.axis_names();
+        let numbered = || (0..).zip(own).map(|(axis, name)| (axis, (*name).to_owned()));
+        let others = models().into_iter().filter_map(Model::builtin).flat_map(|model| {
+            let names = (0..).zip(model.axis_names()).take(own.len());
+            names
+                .filter(|(_, name)| !own.contains(name))
+                .map(|(axis, name)| (axis, (*name).to_owned()))
+        });
+        Names::new(numbered().chain(others), signals).with_erasing(self.erases_at_panel())
+    }
+}
+
+/// What people call the axes and signals of all built-in models together: for what is read before
+/// it is known which of them it is for, and how that is wired.
+///
+/// ```
+/// use vimc4_device::Order;
+///
+/// let names = vimc4_catalogue::all_names();
+/// assert!(Order::read("cover open", names).is_ok() && Order::read("ball x -3", names).is_err());
+/// assert!(Order::read("set ball x -3", names).is_ok());
+/// ```
+#[must_use]
+pub fn all_names() -> &'static Names {
+    static NAMES: OnceLock<Names> = OnceLock::new();
+    NAMES.get_or_init(|| {
+        let mut signals: Vec<Signal> = Vec::new();
+        let mut axes = Vec::new();
+        for model in models().into_iter().filter_map(Model::builtin) {
+            axes.extend(
+                (0..).zip(model.axis_names()).map(|(axis, name)| (axis, (*name).to_owned())),
+            );
+            let controller = machine("bench").ok().and_then(|bench| bare(&model, &bench, b"").ok());
+            for signal in controller.iter().flat_map(Device::signals) {
+                match signals.iter_mut().find(|known| known.name == signal.name) {
+                    Some(known) => known.kind = widest(known.kind, signal.kind),
+                    None => signals.push(signal),
+                }
+            }
+        }
+        Names::new(axes, signals).with_any_bit()
+    })
+}
+
+/// The kind that takes the values of both.
+fn widest(one: SignalKind, other: SignalKind) -> SignalKind {
+    match (one, other) {
+        (SignalKind::Analogue { low, high }, SignalKind::Analogue { low: least, high: most }) => {
+            SignalKind::Analogue { low: low.min(least), high: high.max(most) }
+        }
+        (one, _) => one,
+    }
 }

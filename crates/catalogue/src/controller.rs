@@ -123,10 +123,6 @@ impl Device for Controller {
         of!(Inner, &self.0, device => device.signals())
     }
 
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        of!(Inner, &self.0, device => device.input_signal(port, bit))
-    }
-
     fn baud(&self) -> u32 {
         of!(Inner, &self.0, device => device.baud())
     }

@@ -39,7 +39,7 @@ mod list;
 mod model;
 mod names;
 
-pub use axes::axis;
+pub use axes::{all_names, axis};
 pub use controller::Controller;
 pub use handling::Handling;
 pub use list::{Details, Family, Model, State};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::Deserialize;
-use vimc4_device::Model as _;
+use vimc4_device::{Deed, Device, Model as _, Verb};
 use vimc4_plant::{ProfileError, parse_profile};
 
 use crate::list::{Family, Model, both, by, of};
@@ -84,10 +84,31 @@ impl Model {
         of!(Model, self, model => model.panel_erase_ms())
     }
 
-    /// Why its panel cannot erase the memory, unless it can.
+    /// Whether its panel can erase the stored program.
     #[must_use]
-    pub fn refuses_to_erase(&self) -> Option<&'static str> {
-        of!(Model, self, model => model.refuses_to_erase())
+    pub fn erases_at_panel(&self) -> bool {
+        of!(Model, self, model => model.erasing_at_panel()).is_ok()
+    }
+
+    /// What a person does at the panel of this controller, as it is now, to erase its stored
+    /// program. Switches that are turned for it are turned back.
+    ///
+    /// # Errors
+    ///
+    /// If the panel cannot erase: why, for people.
+    pub fn erasing(&self, controller: &impl Device) -> Result<Deed, &'static str> {
+        let hands = of!(Model, self, model => model.erasing_at_panel())?;
+        let hands = hands.iter().map(|(name, value)| ((*name).to_owned(), *value));
+        let mut signals: Vec<(String, i32)> = hands.collect();
+        let before = controller.view(controller.now());
+        for switch in controller.signals().iter().filter(|signal| signal.positions.is_some()) {
+            if signals.iter().any(|(name, _)| *name == switch.name)
+                && let Some(value) = before.signal(&switch.name)
+            {
+                signals.push((switch.name.clone(), value));
+            }
+        }
+        Ok(Deed::Several { what: Verb::Erase.to_string(), signals })
     }
 }
 

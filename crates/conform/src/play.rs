@@ -6,12 +6,12 @@ use std::fmt::{self, Write as _};
 
 use vimc4_catalogue::Family;
 use vimc4_device::{
-    Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Output, Time, View,
-    show_nanos,
+    Deed, Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Output,
+    OwnedInput, Time, View, show_nanos,
 };
 
 use crate::format::Session;
-use crate::script::{Action, Expected, SignalName, Step, escape};
+use crate::script::{Action, Expected, Step, escape};
 use crate::travel::Travel;
 
 /// How long a session may take, in the model's time: a week.
@@ -223,8 +223,7 @@ impl<D: Device> Player<D> {
             }
             Action::Wait(nanos) => return self.advance(*nanos),
             Action::Mark => self.stopwatch = self.harness.now(),
-            Action::Signal(name, values) => return self.set(name, values),
-            Action::Power(on) => self.input(Input::Power(*on)),
+            Action::Do(deed) => return self.act(deed),
             Action::Restart | Action::New | Action::Store(_) => {}
             Action::Position(wanted) => {
                 let view = self.view();
@@ -407,27 +406,18 @@ impl<D: Device> Player<D> {
         }
     }
 
-    fn set(&mut self, name: &SignalName, values: &[i32]) -> Result<(), Mismatch> {
+    fn act(&mut self, deed: &Deed) -> Result<(), Mismatch> {
         let signals = self.harness.device().signals();
-        let found = match name {
-            SignalName::Named(name) => signals.iter().find(|signal| signal.name == *name),
-            SignalName::Bit(port, bit) => {
-                let id = self.harness.device().input_signal(*port, *bit);
-                signals.iter().find(|signal| Some(signal.id) == id)
+        let inputs = match deed.inputs(&signals) {
+            Ok(inputs) => inputs,
+            Err(error) => return mismatch(deed.to_string(), error.to_string()),
+        };
+        for input in inputs {
+            if let OwnedInput::Signal(id, _) = input {
+                let touched = signals.iter().filter(|signal| signal.id == id);
+                self.record.signals.extend(touched.map(|signal| signal.name.clone()));
             }
-        };
-        let Some(signal) = found else {
-            let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-            let wanted = match name {
-                SignalName::Named(name) => format!("a signal {name}"),
-                SignalName::Bit(port, bit) => format!("a signal at bit {bit} of port {port}"),
-            };
-            return mismatch(wanted, format!("there are {}", names.join(", ")));
-        };
-        let id = signal.id;
-        self.record.signals.insert(signal.name.clone());
-        for value in values {
-            self.input(Input::Signal(id, *value));
+            self.input(input.as_input());
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use vimc4_catalogue::{Effects, Family};
-use vimc4_device::parse_duration;
+use vimc4_device::{Deed, Order, Sort, Verb, parse_duration};
 
 /// One line of a script.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,11 +33,9 @@ pub enum Action {
     Wait(u64),
     /// `mark`: starts the stopwatch.
     Mark,
-    /// `set`, `press`, `hold`, `release`, `key`, `cover`, `input 0.3 1`: a signal takes values,
-    /// one after the other at the same instant.
-    Signal(SignalName, Vec<i32>),
-    /// `power off`, `power on`.
-    Power(bool),
+    /// `set`, `press`, `hold`, `release`, `cover open`, `input 0.3 1`, `power off`: somebody does
+    /// something at the machine, said as people say it to an emulator that runs.
+    Do(Deed),
     /// `store pattern.cnc`: every line of that program is sent and answered 0. It stands for the
     /// actions that [`store`] makes of its text.
     Store(String),
@@ -65,15 +63,6 @@ pub enum Action {
     Warning(String),
     /// `why limit switch X+ at step 24,001`: the last error was explained with these words.
     Why(String),
-}
-
-/// How a signal is named in a script.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SignalName {
-    /// By its name.
-    Named(String),
-    /// By the bit of an input port that shows it.
-    Bit(u16, u8),
 }
 
 /// What must come, and when.
@@ -115,9 +104,11 @@ impl ScriptError {
     }
 }
 
-const WORDS: &str = "a line begins with >, >>, <, ! or one of silent, wait, mark, set, press, \
-                     hold, release, key, cover, input, power, restart, store, position, carriage, \
-                     port, baud, warning, why";
+/// The words of a script that are no deeds.
+const OWN: [&str; 15] = [
+    ">", ">>", "<", "!", "silent", "wait", "mark", "store", "restart", "position", "carriage",
+    "port", "baud", "warning", "why",
+];
 
 /// Reads one line of a script; nothing for an empty line or a comment. `> LINE -> REPLY` is two
 /// actions.
@@ -160,31 +151,6 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         "mark" => Action::Mark,
         "store" => Action::Store(rest.to_owned()),
         "restart" => Action::Restart,
-        "set" => {
-            let Some((name, value)) = rest.rsplit_once(' ') else {
-                return Err(ScriptError::new("set what to what", "set limit x- 1"));
-            };
-            Action::Signal(SignalName::Named(name.trim().to_owned()), vec![number(value)?])
-        }
-        "press" if rest == "estop" => Action::Signal(named(rest), vec![1]),
-        "press" => Action::Signal(named(rest), vec![1, 0]),
-        "hold" => Action::Signal(named(rest), vec![1]),
-        "release" => Action::Signal(named(rest), vec![0]),
-        "key" => Action::Signal(named("key"), vec![choice(rest, "test", "auto")?]),
-        "cover" => Action::Signal(named("cover"), vec![choice(rest, "open", "closed")?]),
-        "power" => Action::Power(choice(rest, "off", "on")? == 1),
-        "input" => match (values.as_slice(), rest.split_once('.')) {
-            ([place, level], Some(_)) => {
-                let (port, bit) = place.split_once('.').unwrap_or((place, ""));
-                Action::Signal(SignalName::Bit(number(port)?, number(bit)?), vec![number(level)?])
-            }
-            _ => {
-                return Err(ScriptError::new(
-                    "an input has a port, a bit and a level",
-                    "input 0.3 1",
-                ));
-            }
-        },
         "position" => Action::Position(numbers(&values)?),
         "carriage" => Action::Carriage(numbers(&values)?),
         "port" => match values.as_slice() {
@@ -205,7 +171,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         "baud" => Action::Baud(number(rest)?),
         "warning" => Action::Warning(rest.to_owned()),
         "why" => Action::Why(rest.to_owned()),
-        other => return Err(ScriptError::new(format!("{other:?} is no word of a script"), WORDS)),
+        _ => Action::Do(deed(text)?),
     };
     if matches!(word, "mark" | "restart") && !rest.is_empty() {
         return Err(ScriptError::new(format!("{word} stands alone"), format!("remove {rest:?}")));
@@ -238,13 +204,12 @@ pub fn needs<'a>(family: Family, actions: impl IntoIterator<Item = &'a Action>) 
             Action::Send(bytes) => sent.extend_from_slice(bytes),
             Action::Expect(expected) => needs.clock |= expected.at.is_some(),
             Action::Wait(_) | Action::Mark => needs.clock = true,
-            Action::Signal(name, _) => {
+            Action::Do(deed) => {
                 needs.operator = true;
-                if let SignalName::Named(name) = name {
+                if let Some(name) = deed.signal() {
                     effects = effects.and(family.effects_of_signal(name));
                 }
             }
-            Action::Power(_) => needs.operator = true,
             Action::Position(_)
             | Action::Carriage(_)
             | Action::Port { .. }
@@ -341,19 +306,24 @@ fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
     Ok(bytes)
 }
 
-fn named(name: &str) -> SignalName {
-    SignalName::Named(name.to_owned())
+/// What somebody does at a machine. Whether the controller in question has what it is done to is
+/// seen when it is played; here it is what any of them has.
+fn deed(text: &str) -> Result<Deed, ScriptError> {
+    match Order::read(text, vimc4_catalogue::all_names()) {
+        Ok(Some(Order::Do(deed))) => Ok(deed),
+        Err(error) if error.at() > 0 => Err(ScriptError { message: error.to_string() }),
+        _ => {
+            let word = text.split(' ').next().unwrap_or_default();
+            Err(ScriptError::new(format!("{word:?} is no word of a script"), words()))
+        }
+    }
 }
 
-fn choice(text: &str, zero: &str, one: &str) -> Result<i32, ScriptError> {
-    match text {
-        _ if text == zero => Ok(0),
-        _ if text == one => Ok(1),
-        _ => Err(ScriptError::new(
-            format!("{text:?} is no position"),
-            format!("{zero} and {one} are"),
-        )),
-    }
+/// How a line can begin.
+fn words() -> String {
+    let deeds = Verb::all().filter(|verb| verb.sort() == Sort::Deed && *verb != Verb::Erase);
+    let deeds: Vec<_> = deeds.map(Verb::name).collect();
+    format!("a line begins with {}, {}", OWN.join(", "), deeds.join(", "))
 }
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T, ScriptError> {
@@ -406,11 +376,13 @@ mod tests {
             ("send @01", "a line begins with"),
             ("wait 50", "594.09ms"),
             ("! 252", "! 253"),
-            ("cover shut", "open and closed"),
+            ("cover shut", "open or closed"),
+            ("press stpo", "did you mean stop?"),
+            ("erase", "a line begins with"),
             ("< ", "< 0"),
             ("> \\q", "\\xNN"),
             ("port in 0", "port in 0 = C0"),
-            ("input 3 1", "input 0.3 1"),
+            ("input 3 1", "as in `input 0.2 1`"),
             ("position", "position 280 0 0"),
         ] {
             let error = parse_line(line).unwrap_err();

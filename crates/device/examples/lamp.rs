@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
     Activity, Condition, Device, Fact, Fill, Harness, Input, Kinds, Outbox, Output, PortView,
-    Signal, SignalId, Time, View,
+    Signal, Time, View,
 };
 
 /// A lamp at bit 0 of port 0. `1` switches it on for three seconds and `0` off; either is answered
@@ -145,10 +145,6 @@ impl Device for Lamp {
 
     fn signals(&self) -> Vec<Signal> {
         Vec::new()
-    }
-
-    fn input_signal(&self, _: u16, _: u8) -> Option<SignalId> {
-        None
     }
 
     fn baud(&self) -> u32 {

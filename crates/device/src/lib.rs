@@ -19,7 +19,9 @@ mod model;
 mod outbox;
 mod output;
 mod run;
+mod signal;
 mod text;
+mod verb;
 mod view;
 
 pub use breakpoint::Breakpoint;
@@ -32,12 +34,16 @@ pub use handling::{
     Until,
 };
 pub use harness::{Endless, Harness};
-pub use input::{Input, OwnedInput, Signal, SignalId, SignalKind, TimedInput};
+pub use input::{Input, OwnedInput, TimedInput};
 pub use line::{Line, LineState};
 pub use model::{MemoryError, Model};
 pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
+pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said};
+pub use verb::{
+    Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, position_in_words,
+};
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Path, Point, Running, Segment, Time};

@@ -226,10 +226,6 @@ impl<D: Device> Device for Line<D> {
         self.device.signals()
     }
 
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        self.device.input_signal(port, bit)
-    }
-
     fn baud(&self) -> u32 {
         self.device.baud()
     }

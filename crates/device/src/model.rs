@@ -78,8 +78,13 @@ pub trait Model: Sized {
         false
     }
 
-    /// Why its panel cannot erase the memory, unless it can.
-    fn refuses_to_erase(&self) -> Option<&'static str>;
+    /// What a person does at its panel to erase the memory: signals and their values, in order.
+    /// Switches are put back afterwards.
+    ///
+    /// # Errors
+    ///
+    /// If its panel cannot: why, for people.
+    fn erasing_at_panel(&self) -> Result<&'static [(&'static str, i32)], &'static str>;
 
     /// How long its panel takes to erase the memory, in ms, if it can.
     fn panel_erase_ms(&self) -> Option<u64> {

@@ -143,9 +143,6 @@ pub trait Device {
     /// for whoever asks; a device does not carry its own description with it.
     fn signals(&self) -> Vec<Signal>;
 
-    /// The signal behind a bit of an input port, if something outside drives that bit.
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId>;
-
     /// Bits per second of its serial line.
     fn baud(&self) -> u32;
 

@@ -5,8 +5,7 @@ mod cart;
 use cart::Cart;
 use proptest::prelude::*;
 use vimc4_device::{
-    AXES, Condition, Event, Harness, Input, Kinds, Names, Output, Signal, SignalId, SignalKind,
-    Time,
+    AXES, Condition, Event, Harness, Input, Kinds, Names, Output, Signal, SignalId, Time,
 };
 
 fn ms(millis: u64) -> Time {
@@ -15,22 +14,15 @@ fn ms(millis: u64) -> Time {
 
 /// Names of a device that has a bit of everything.
 fn names() -> Names {
-    let signal = |id, name: &str, kind, positions: Option<[&str; 2]>| Signal {
-        id: SignalId(id),
-        name: name.to_owned(),
-        kind,
-        positions: positions.map(|names| names.map(str::to_owned)),
-        about: String::new(),
-    };
     let axes = (0..).zip(["X", "Y", "Z", "A"].map(str::to_owned));
     Names::new(
         axes,
         vec![
-            signal(0, "stop", SignalKind::Button, None),
-            signal(1, "cover", SignalKind::Switch, Some(["open", "closed"])),
-            signal(2, "limit x-", SignalKind::Input, None),
-            signal(3, "limit", SignalKind::Input, None),
-            signal(9, "ball x", SignalKind::Analogue { low: -9, high: 9 }, None),
+            Signal::button(SignalId(0), "stop", ""),
+            Signal::switch(SignalId(1), "cover", ["open", "closed"], ""),
+            Signal::input(SignalId(2), "limit x-", ""),
+            Signal::input(SignalId(3), "limit", ""),
+            Signal::analogue(SignalId(9), "ball x", (-9, 9), ""),
         ],
     )
 }
@@ -250,7 +242,7 @@ fn a_wrong_condition_says_what_would_be_right() {
         ("signal stop", "`is` and a value, `changes`, or `changes to` and a value"),
         ("signal stop is 2", "is wrong at `2`: 0 or 1"),
         ("signal cover is shut", "is wrong at `shut`: open or closed"),
-        ("signal ball x changes to 10", "is wrong at `10`: a value, -9 to 9"),
+        ("signal ball x changes to 10", "is wrong at `10`: a number from -9 to 9"),
         ("at 5", "a time with its unit"),
         ("at 0.1ns", "a time with its unit"),
         ("at 99999999999h", "a time with its unit"),

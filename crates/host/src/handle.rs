@@ -4,20 +4,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
-use vimc4_device::{Condition, Device, Input, OwnedInput, Signal, SignalKind, Time, View};
+use vimc4_device::{Condition, Deed, Device, OwnedInput, Signal, Time, View};
 
 use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
 use crate::journey::Journey;
 use crate::reply::{ControlError, Reply};
-use crate::report::{BreakpointId, Deed, Effect, Sink, SinkId, Source};
+use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
 use crate::rig::{Pause, Step};
 use crate::runner::{Deferred, Runner};
 use crate::transport::Transport;
 use crate::travel::Destination;
-
-/// Buttons that stay pressed until somebody releases them.
-const LATCHING: [&str; 1] = ["estop"];
 
 /// Controls a running controller from outside: its panel, its power, its time.
 ///
@@ -82,97 +79,54 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Sets a signal by name to any value it takes.
     pub fn set(&self, name: &str, value: i32) -> Reply<Effect> {
-        let name = name.to_owned();
-        self.act(move |device| {
-            let signal = find(&device.signals(), "signal", &name, |_| true)?;
-            check(&signal, value)?;
-            Ok((Deed::Set(name, value), vec![Input::Signal(signal.id, value)]))
-        })
+        self.act(Deed::Set(name.to_owned(), value))
     }
 
-    /// Sets several signals at the same instant, in this order. `what` is that in one word.
-    pub fn set_all(&self, what: &str, values: &[(&str, i32)]) -> Reply<Effect> {
-        let what = what.to_owned();
-        let values: Vec<_> =
-            values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        self.act(move |device| {
-            let mut inputs = Vec::with_capacity(values.len());
-            for (name, value) in &values {
-                let signal = find(&device.signals(), "signal", name, |_| true)?;
-                check(&signal, *value)?;
-                inputs.push(Input::Signal(signal.id, *value));
-            }
-            Ok((Deed::Several { what, signals: values }, inputs))
-        })
-    }
-
-    /// Puts a switch into a position by name, as in `key auto`.
+    /// Puts a switch into a position by name, as in `turn("key", "auto")`.
     pub fn turn(&self, name: &str, position: &str) -> Reply<Effect> {
-        let (name, position) = (name.to_owned(), position.to_owned());
-        self.act(move |device| {
-            let signal =
-                find(&device.signals(), "switch", &name, |s| s.kind == SignalKind::Switch)?;
-            let value = position_of(&signal, &position)?;
-            Ok((Deed::Turn(name, position), vec![Input::Signal(signal.id, value)]))
-        })
+        self.act(Deed::Turn(name.to_owned(), position.to_owned()))
     }
 
-    /// Presses a button and releases it at the same instant. The emergency stop stays pressed.
+    /// Presses a button and releases it at the same instant, unless it latches.
     pub fn press(&self, name: &str) -> Reply<Effect> {
-        self.button(Deed::Press, name, if LATCHING.contains(&name) { &[1] } else { &[1, 0] })
+        self.act(Deed::Press(name.to_owned()))
     }
 
     /// Presses a button and keeps it pressed.
     pub fn hold(&self, name: &str) -> Reply<Effect> {
-        self.button(Deed::Hold, name, &[1])
+        self.act(Deed::Hold(name.to_owned()))
     }
 
     /// Releases a button.
     pub fn release(&self, name: &str) -> Reply<Effect> {
-        self.button(Deed::Release, name, &[0])
-    }
-
-    fn button(
-        &self,
-        deed: fn(String) -> Deed,
-        name: &str,
-        values: &'static [i32],
-    ) -> Reply<Effect> {
-        let name = name.to_owned();
-        self.act(move |device| {
-            let signal =
-                find(&device.signals(), "button", &name, |s| s.kind == SignalKind::Button)?;
-            let inputs = values.iter().map(|&value| Input::Signal(signal.id, value)).collect();
-            Ok((deed(name), inputs))
-        })
+        self.act(Deed::Release(name.to_owned()))
     }
 
     /// Sets a bit of an input port.
     pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Reply<Effect> {
-        self.act(move |device| {
-            let Some(id) = device.input_signal(port, bit) else {
-                let known = names(&device.signals(), |s| s.name.starts_with("input "));
-                return Err(ControlError::NotAnInput { port, bit, known });
-            };
-            let value = i32::from(level);
-            let deed = Deed::Set(format!("input {port}.{bit}"), value);
-            Ok((deed, vec![Input::Signal(id, value)]))
-        })
+        self.act(Deed::Input { port, bit, level })
     }
 
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Reply<Effect> {
-        self.act(move |_| Ok((Deed::Power(on), vec![Input::Power(on)])))
+        self.act(Deed::Power(on))
     }
 
     /// Does something to the device in the name of whoever has this handle.
-    fn act(
+    pub fn act(&self, deed: Deed) -> Reply<Effect> {
+        self.act_on(|_| Ok(deed))
+    }
+
+    /// Does something to the device that depends on how the device is then.
+    pub fn act_on(
         &self,
-        what: impl FnOnce(&D) -> Result<(Deed, Vec<Input<'static>>), ControlError> + Send + 'static,
+        what: impl FnOnce(&D) -> Result<Deed, ControlError> + Send + 'static,
     ) -> Reply<Effect> {
         let by = self.source();
         self.with(move |runner| {
-            let (deed, inputs) = what(runner.device())?;
+            let deed = what(runner.device())?;
+            let inputs = deed.inputs(&runner.device().signals())?;
+            let inputs: Vec<_> = inputs.iter().map(OwnedInput::as_input).collect();
             Ok(runner.act(&by, deed, &inputs))
         })
     }
@@ -338,40 +292,4 @@ impl<D: Device + Clone + 'static> Handle<D> {
         let _ = self.jobs.send(Box::new(move |runner| runner.set_out(by, destination, ticket)));
         journey
     }
-}
-
-fn find(
-    signals: &[Signal],
-    wanted: &'static str,
-    name: &str,
-    fits: impl Fn(&Signal) -> bool,
-) -> Result<Signal, ControlError> {
-    signals.iter().find(|s| s.name == name && fits(s)).cloned().ok_or_else(|| {
-        ControlError::NoSuchSignal { wanted, name: name.to_owned(), known: names(signals, fits) }
-    })
-}
-
-fn names(signals: &[Signal], fits: impl Fn(&Signal) -> bool) -> String {
-    let names: Vec<&str> = signals.iter().filter(|s| fits(s)).map(|s| s.name.as_str()).collect();
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
-}
-
-fn check(signal: &Signal, value: i32) -> Result<(), ControlError> {
-    let values = signal.values();
-    if values.contains(&value) {
-        return Ok(());
-    }
-    Err(ControlError::NoSuchValue {
-        name: signal.name.clone(),
-        value: value.to_string(),
-        possible: format!("{} to {}", values.start(), values.end()),
-    })
-}
-
-fn position_of(signal: &Signal, position: &str) -> Result<i32, ControlError> {
-    signal.position(position).ok_or_else(|| ControlError::NoSuchValue {
-        name: signal.name.clone(),
-        value: position.to_owned(),
-        possible: signal.positions.as_ref().map_or_else(String::new, |names| names.join(" or ")),
-    })
 }

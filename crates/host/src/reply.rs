@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 use tokio::sync::oneshot;
-use vimc4_device::Time;
+use vimc4_device::{DeedError, Time};
 
 /// Why a controller did not do what it was told.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -18,36 +18,9 @@ pub enum ControlError {
     /// It runs no longer.
     #[error("the emulator has ended")]
     Ended,
-    /// It has no such signal.
-    #[error("there is no {wanted} `{name}`; there are {known}")]
-    NoSuchSignal {
-        /// What kind of thing was asked for, such as `button`.
-        wanted: &'static str,
-        /// The name.
-        name: String,
-        /// The names that would be right.
-        known: String,
-    },
-    /// The signal does not take this value.
-    #[error("`{name}` cannot be `{value}`; it can be {possible}")]
-    NoSuchValue {
-        /// The signal.
-        name: String,
-        /// What it was to be.
-        value: String,
-        /// What would be right.
-        possible: String,
-    },
-    /// No input is connected to this bit.
-    #[error("nothing outside drives bit {bit} of port {port}; the inputs are {known}")]
-    NotAnInput {
-        /// The port.
-        port: u16,
-        /// The bit.
-        bit: u8,
-        /// The inputs there are.
-        known: String,
-    },
+    /// It cannot have that done to it: it has no such signal, or no such value.
+    #[error(transparent)]
+    Deed(#[from] DeedError),
     /// Its time cannot be moved.
     #[error("time moves by itself with this clock; use the manual clock to move it")]
     RunsByItself,

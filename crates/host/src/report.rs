@@ -8,6 +8,8 @@ use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{CommandNumber, Event, Kinds, OwnedInput, Time};
 
+pub use vimc4_device::Deed;
+
 /// Something that went into a running controller, came out of it or happened on its line.
 ///
 /// Each can be written down and read again. The [states](What::State) and [inputs](What::Input) of a
@@ -120,56 +122,6 @@ impl fmt::Display for Source {
             Source::Client { transport: name, client: None } | Source::Controls(name) => {
                 f.write_str(name)
             }
-        }
-    }
-}
-
-/// Something that was done to a device and is no command: a byte that acts at once, the panel, the
-/// power. It is all that is needed to do it again.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Deed {
-    /// A byte came that acts at once, see
-    /// [`Device::is_urgent`](vimc4_device::Device::is_urgent).
-    Byte(u8),
-    /// A button was pressed, and released at the same instant unless it latches.
-    Press(String),
-    /// A button was pressed.
-    Hold(String),
-    /// A button was released.
-    Release(String),
-    /// A switch was put into a position.
-    Turn(String, String),
-    /// A signal was set.
-    Set(String, i32),
-    /// Several signals were set at the same instant, in this order.
-    Several {
-        /// What that is in one word, such as `erase`.
-        what: String,
-        /// The signals.
-        signals: Vec<(String, i32)>,
-    },
-    /// The power was taken away or given back.
-    Power(bool),
-    /// The device was put back into an earlier state.
-    Restore,
-}
-
-/// As it is ordered.
-impl fmt::Display for Deed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Deed::Byte(byte) => write!(f, "{byte}"),
-            Deed::Press(button) => write!(f, "press {button}"),
-            Deed::Hold(button) => write!(f, "hold {button}"),
-            Deed::Release(button) => write!(f, "release {button}"),
-            Deed::Turn(switch, position) => write!(f, "{switch} {position}"),
-            Deed::Set(input, value) if input.starts_with("input ") => write!(f, "{input} {value}"),
-            Deed::Set(signal, value) => write!(f, "set {signal} {value}"),
-            Deed::Several { what, .. } => f.write_str(what),
-            Deed::Power(true) => f.write_str("power on"),
-            Deed::Power(false) => f.write_str("power off"),
-            Deed::Restore => f.write_str("restore"),
         }
     }
 }

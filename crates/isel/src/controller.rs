@@ -136,11 +136,6 @@ impl Device for Controller {
         signals_of(&self.0.state.model)
     }
 
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        let wire = self.0.state.model.ports.readable(port)?.get(usize::from(bit))?;
-        wire.signal().map(PlantSignal::id)
-    }
-
     fn baud(&self) -> u32 {
         self.0.state.baud
     }

@@ -166,11 +166,21 @@ impl vimc4_device::Model for Model {
         &AXIS_NAMES
     }
 
-    fn refuses_to_erase(&self) -> Option<&'static str> {
+    /// The emergency stop is pressed and released; with the key on test, STOP is held while ON is
+    /// pressed.
+    fn erasing_at_panel(&self) -> Result<&'static [(&'static str, i32)], &'static str> {
         if self.timing.panel_erase_ms.is_some() {
-            return None;
+            return Ok(&[
+                ("estop", 1),
+                ("estop", 0),
+                ("key", 0),
+                ("stop", 1),
+                ("on", 1),
+                ("on", 0),
+                ("stop", 0),
+            ]);
         }
-        Some(match self.erasing() {
+        Err(match self.erasing() {
             Erasing::Command(_) => {
                 "the panel of this model does not erase; send the command @0k instead"
             }
@@ -280,9 +290,9 @@ mod tests {
                 "c142" => assert_eq!(erasing, Erasing::Nothing),
                 _ => assert_eq!(erasing, Erasing::Command("@0k"), "{name}"),
             }
-            let why = model.refuses_to_erase();
-            assert_eq!(why.is_none(), name == "imc4", "{name}");
-            let sends = why.is_some_and(|why| why.contains("@0k"));
+            let hands = model.erasing_at_panel();
+            assert_eq!(hands.is_ok(), name == "imc4", "{name}");
+            let sends = hands.is_err_and(|why| why.contains("@0k"));
             assert_eq!(sends, erasing == Erasing::Command("@0k"), "{name}");
         }
     }

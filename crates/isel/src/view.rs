@@ -14,7 +14,6 @@ use crate::firmware::Firmware;
 use crate::model::Model;
 use crate::program::Validity;
 use crate::why::{Off, Why};
-use crate::wiring::Wire;
 
 /// What only isel's controllers have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -286,22 +285,31 @@ impl Firmware {
     }
 }
 
-/// The plant's signals as a model shows them: its user inputs are called by the first port bit
-/// that shows them.
+/// The plant's signals as a model shows them, with the port bits that show each of them alone; its
+/// user inputs are called by the first of these.
 pub(crate) fn signals_of(model: &Model) -> Vec<Signal> {
+    let bits: Vec<_> = model
+        .ports
+        .inputs()
+        .flat_map(|port| {
+            let wires = model.ports.readable(port).unwrap_or_default();
+            (0..).zip(wires).map(move |(bit, wire)| (wire.signal(), (port, bit)))
+        })
+        .collect();
+    let described = |signal: PlantSignal, place: &str| {
+        let of_it = bits.iter().filter(|(shown, _)| *shown == Some(signal));
+        signal.describe(place).read_by(of_it.map(|(_, bit)| *bit))
+    };
     let mut signals: Vec<Signal> =
-        PlantSignal::PANEL.into_iter().map(|signal| signal.describe("")).collect();
+        PlantSignal::PANEL.into_iter().map(|signal| described(signal, "")).collect();
     for (axis, name) in AXIS_NAMES.iter().enumerate() {
         let ends = [End::Negative, End::Positive].map(|end| PlantSignal::Limit(axis, end));
-        signals.extend(ends.map(|limit| limit.describe(&name.to_lowercase())));
+        signals.extend(ends.map(|limit| described(limit, &name.to_lowercase())));
     }
     for number in 0..16 {
-        let shown = model.ports.read.iter().find_map(|(port, wires)| {
-            let bit = wires.iter().position(|wire| *wire == Wire::Input(number))?;
-            Some(format!("{port}.{bit}"))
-        });
-        if let Some(name) = shown {
-            signals.push(PlantSignal::Input(number).describe(&name));
+        let input = PlantSignal::Input(number);
+        if let Some((_, (port, bit))) = bits.iter().find(|(shown, _)| *shown == Some(input)) {
+            signals.push(described(input, &format!("{port}.{bit}")));
         }
     }
     signals

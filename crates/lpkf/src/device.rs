@@ -4,7 +4,6 @@ use vimc4_device::{
     AXES, Activity, Device, Fact, Input, Kinds, Output, Point, Running, Signal, SignalId, Time,
     View,
 };
-use vimc4_plant::PlantSignal;
 
 use crate::controller::Controller;
 use crate::language::{Axis, remarks, why_refused};
@@ -90,11 +89,6 @@ impl Device for Controller {
 
     fn signals(&self) -> Vec<Signal> {
         self.state.list_signals()
-    }
-
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        let number = self.state.model.io.input_number(port, bit)?;
-        Some(PlantSignal::Input(number).id())
     }
 
     fn baud(&self) -> u32 {

@@ -103,8 +103,8 @@ impl vimc4_device::Model for Model {
         true
     }
 
-    fn refuses_to_erase(&self) -> Option<&'static str> {
-        Some("this model has no memory that could be erased")
+    fn erasing_at_panel(&self) -> Result<&'static [(&'static str, i32)], &'static str> {
+        Err("this model has no memory that could be erased")
     }
 
     fn has_commands_of(&self, other: &Model) -> bool {

@@ -1,7 +1,7 @@
 //! What a test or a person can set from outside.
 
 use bytes::Bytes;
-use vimc4_device::{Signal, SignalId, SignalKind, SignalView};
+use vimc4_device::{Signal, SignalId, SignalView};
 use vimc4_plant::{End, PlantSignal};
 
 use crate::language::{Axis, Status};
@@ -56,36 +56,30 @@ impl Own {
     }
 
     fn describe(self, axes: usize) -> Signal {
-        let way = SignalKind::Analogue { low: -1_000_000, high: 1_000_000 };
-        let (name, kind, about) = match self {
-            Own::Message(number) => (
-                format!("message {number}"),
-                SignalKind::Button,
-                format!("message interrupt {number}"),
-            ),
-            Own::Trigger => {
-                let about = "takes the measured positions".to_owned();
-                ("trigger".to_owned(), SignalKind::Button, about)
+        let id = self.id();
+        match self {
+            Own::Message(number) => {
+                let about = format!("message interrupt {number}");
+                Signal::button(id, format!("message {number}"), about)
             }
+            Own::Trigger => Signal::button(id, "trigger", "takes the measured positions"),
             Own::BallAxis => {
-                let kind = SignalKind::Analogue { low: 0, high: axes as i32 - 1 };
-                ("ball axis".to_owned(), kind, "the axis that the trackball moves".to_owned())
+                let about = "the axis that the trackball moves";
+                Signal::analogue(id, "ball axis", (0, axes as i32 - 1), about)
             }
             Own::Ball(way_of) => {
                 let letter = if way_of == 0 { 'x' } else { 'y' };
-                let about = "turns the trackball by so many steps".to_owned();
-                (format!("ball {letter}"), way, about)
+                let about = "turns the trackball by so many steps";
+                Signal::analogue(id, format!("ball {letter}"), (-1_000_000, 1_000_000), about)
             }
-            Own::SpindleFault => (
-                "spindle-fault".to_owned(),
-                SignalKind::Analogue { low: 0, high: 2 },
-                "the spindle unit does not reach its speed, and says 1 or 2".to_owned(),
-            ),
+            Own::SpindleFault => {
+                let about = "the spindle unit does not reach its speed, and says 1 or 2";
+                Signal::analogue(id, "spindle-fault", (0, 2), about)
+            }
             Own::Fault(status) => {
-                (format!("fault {}", status.name()), SignalKind::Input, status.meaning().to_owned())
+                Signal::input(id, format!("fault {}", status.name()), status.meaning())
             }
-        };
-        Signal { id: self.id(), name, kind, positions: None, about }
+        }
     }
 }
 
@@ -118,7 +112,9 @@ impl State {
         for (number, port) in (0u8..).zip(&self.model.io.read) {
             for bit in 0..8 {
                 let input = PlantSignal::Input(number * 8 + bit);
-                signals.push(input.describe(&format!("{port}.{bit}")));
+                signals.push(
+                    input.describe(&format!("{port}.{bit}")).read_by([(u16::from(*port), bit)]),
+                );
             }
         }
         let own = Own::PLAIN.into_iter().filter(|own| self.has(*own));

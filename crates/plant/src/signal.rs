@@ -1,6 +1,6 @@
 //! The names of the things that can be set from outside.
 
-use vimc4_device::{AXES, Signal, SignalId, SignalKind};
+use vimc4_device::{AXES, Signal, SignalId};
 
 use crate::End;
 
@@ -87,44 +87,42 @@ impl PlantSignal {
     /// in small letters, the axis that it belongs to.
     #[must_use]
     pub fn describe(self, place: &str) -> Signal {
-        let button = (SignalKind::Button, None);
-        let input = (SignalKind::Input, None);
-        let switch = |a: &str, b: &str| (SignalKind::Switch, Some([a.to_owned(), b.to_owned()]));
-        let (name, (kind, positions), about) = match self {
-            PlantSignal::Start => ("start".into(), button, "START button".into()),
-            PlantSignal::Stop => ("stop".into(), button, "STOP button".into()),
-            PlantSignal::On => ("on".into(), button, "ON button of the power stage".into()),
+        let button = |name: &str, about: &str| Signal::button(self.id(), name, about);
+        let input = |name: &str, about: &str| Signal::input(self.id(), name, about);
+        let switch =
+            |name: &str, positions, about: &str| Signal::switch(self.id(), name, positions, about);
+        match self {
+            PlantSignal::Start => button("start", "START button"),
+            PlantSignal::Stop => button("stop", "STOP button"),
+            PlantSignal::On => button("on", "ON button of the power stage"),
             PlantSignal::CoverButton => {
-                ("cover-button".into(), button, "button that asks to open the cover".into())
+                button("cover-button", "button that asks to open the cover")
             }
             PlantSignal::EmergencyStop => {
-                ("estop".into(), button, "emergency stop, latches until released".into())
+                button("estop", "emergency stop, latches until released").latching()
             }
-            PlantSignal::Key => ("key".into(), switch("test", "auto"), "key switch".into()),
-            PlantSignal::Cover => ("cover".into(), switch("open", "closed"), "cover".into()),
+            PlantSignal::Key => switch("key", ["test", "auto"], "key switch"),
+            PlantSignal::Cover => switch("cover", ["open", "closed"], "cover"),
             PlantSignal::Overtemperature => {
-                ("overtemperature".into(), input, "the power stages are too hot".into())
+                input("overtemperature", "the power stages are too hot")
             }
-            PlantSignal::PowerOk => {
-                ("power-ok".into(), input, "the motor supply voltage is good".into())
-            }
-            PlantSignal::Probe => ("probe".into(), input, "tool length probe".into()),
+            PlantSignal::PowerOk => input("power-ok", "the motor supply voltage is good"),
+            PlantSignal::Probe => input("probe", "tool length probe"),
             PlantSignal::Limit(_, end) => {
                 let (sign, word) = match end {
                     End::Negative => ('-', "negative"),
                     End::Positive => ('+', "positive"),
                 };
-                (
-                    format!("limit {place}{sign}"),
-                    input,
-                    format!("{word} limit switch of {}, held by hand", place.to_uppercase()),
-                )
+                let axis = place.to_uppercase();
+                let about = format!("{word} limit switch of {axis}, held by hand");
+                input(&format!("limit {place}{sign}"), &about)
             }
             PlantSignal::Input(number) => {
-                (format!("input {place}"), input, format!("user input {}", number + 1))
+                let number = number + 1;
+                input(&format!("input {place}"), &format!("user input {number}"))
+                    .wired_to(format!("in{number}"))
             }
-        };
-        Signal { id: self.id(), name, kind, positions, about }
+        }
     }
 }
 

@@ -1,11 +1,11 @@
 //! The controls of a running emulator, for programs that must not block.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Details, Family, Model, State};
-use vimc4_device::{Condition, Device, Event, Line, LineState, OwnedInput, Signal, Stamp, Time};
+use vimc4_device::{
+    Condition, Deed, Device, Event, Line, LineState, Names, OwnedInput, Signal, Stamp, Time,
+};
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
     Modem, Pause, Reply, Sink, SinkId, Step,
@@ -47,8 +47,6 @@ pub struct Control {
     model: Model,
     handle: Handle<Line<Controller>>,
     record: Option<Record>,
-    /// Where the key was last turned to, so that erasing can turn it back.
-    key_on_auto: Arc<AtomicBool>,
 }
 
 /// A picture of a controller: [`Emulator::view`](crate::Emulator::view).
@@ -93,7 +91,7 @@ impl Control {
         handle: Handle<Line<Controller>>,
         record: Option<Record>,
     ) -> Control {
-        Control { model, handle, record, key_on_auto: Arc::new(AtomicBool::new(true)) }
+        Control { model, handle, record }
     }
 
     /// The same controls for somebody of this name, who appears in the log and the news; without
@@ -230,13 +228,16 @@ impl Control {
         self.handle.signals()
     }
 
+    /// What people call its axes and signals, with which [orders](crate::Order) are read and
+    /// completed.
+    pub fn names(&self) -> Reply<Names> {
+        let model = self.model.clone();
+        self.handle.with(move |runner| Ok(model.names(runner.device().signals())))
+    }
+
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
     pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Reply<Effect> {
-        let name = name.as_ref();
-        if name == "key" {
-            self.key_on_auto.store(value != 0, Ordering::Relaxed);
-        }
-        self.handle.set(name, value)
+        self.handle.set(name.as_ref(), value)
     }
 
     /// Presses a button and releases it at the same instant; the emergency stop stays pressed
@@ -257,9 +258,6 @@ impl Control {
 
     /// Puts a switch into a position, as in `turn("cover", "open")`.
     pub fn turn(&self, switch: &str, position: &str) -> Reply<Effect> {
-        if switch == "key" {
-            self.key_on_auto.store(position == "auto", Ordering::Relaxed);
-        }
         self.handle.turn(switch, position)
     }
 
@@ -272,21 +270,13 @@ impl Control {
     /// released, key on test, STOP held, ON. The controller has then been reset, and its power
     /// stages are off until ON is pressed or it is switched off and on.
     pub fn erase(&self) -> Reply<Effect> {
-        if let Some(why) = self.model.refuses_to_erase() {
-            return self.handle.with(move |_| Err(ControlError::Unsupported(why)));
-        }
-        let key = i32::from(self.key_on_auto.load(Ordering::Relaxed));
-        let hands = [
-            ("estop", 1),
-            ("estop", 0),
-            ("key", 0),
-            ("stop", 1),
-            ("on", 1),
-            ("on", 0),
-            ("stop", 0),
-            ("key", key),
-        ];
-        self.handle.set_all("erase", &hands)
+        let model = self.model.clone();
+        self.handle.act_on(move |device| model.erasing(device).map_err(ControlError::Unsupported))
+    }
+
+    /// Does something to it: what all the methods above come to.
+    pub fn act(&self, deed: Deed) -> Reply<Effect> {
+        self.handle.act(deed)
     }
 
     /// Takes the power away or gives it back.

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
-use vimc4_device::{Condition, Event, Signal, Stamp, Time};
+use vimc4_device::{Condition, Event, Names, Signal, Stamp, Time};
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
 };
@@ -245,6 +245,12 @@ impl Emulator {
     /// The things of the outside world that can be set, with their names.
     pub fn signals(&self) -> Result<Vec<Signal>, Error> {
         Ok(self.control.signals().wait()?)
+    }
+
+    /// What people call its axes and signals, with which [orders](crate::Order) are read and
+    /// completed.
+    pub fn names(&self) -> Result<Names, Error> {
+        Ok(self.control.names().wait()?)
     }
 
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.

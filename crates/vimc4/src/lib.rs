@@ -56,23 +56,23 @@ pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
-pub use order::{Order, OrderError, Outcome, help};
+pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::Command;
 pub use recording::{RecordingError, RecordingFile, Trouble, recording_head, unpack};
 #[cfg(feature = "lpkf")]
 pub use vimc4_catalogue::lpkf;
 pub use vimc4_catalogue::{
-    Details, Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, axis, bare, isel,
-    machines, models, models_like, quirks,
+    Details, Effects, Family, Handling, Machine, MemoryError, Model, Piece, Turn, all_names, axis,
+    bare, isel, machines, models, models_like, quirks,
 };
 pub use vimc4_device::{
-    AXES, Activity, AxisView, Cause, CommandNumber, Condition, ConditionError, Event, Fill, Kinds,
-    Motion, Names, Point, PortView, Signal, SignalKind, SignalView, Stamp, Time, TimerView,
-    WaitsFor, Warning, escape,
+    AXES, Activity, AxisView, Cause, CommandNumber, Completion, Condition, ConditionError, Deed,
+    DeedError, Event, Fill, Kinds, Motion, Names, Order, OrderError, Point, PortView, Signal,
+    SignalKind, SignalView, Sort, Stamp, Time, TimerView, Verb, WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
-    BreakpointId, BreakpointView, Clients, Clock, ControlError, Deed, Effect, HostLines, Journey,
+    BreakpointId, BreakpointView, Clients, Clock, ControlError, Effect, HostLines, Journey,
     MemoryPort, News, Pause, Progress, Rate, Recall, Reply, Report, Reports, Sink, SinkId, Source,
     Step, Tap, Traffic, Verbosity, Wants, What, Worker,
 };

@@ -137,7 +137,7 @@ fn the_panel_and_the_power_are_in_the_hands_of_the_test() {
     emu.run_until_idle().unwrap();
     assert_eq!(answers(&emu, &mut port), "0000000000000000000");
     let wrong = emu.press("stpo").unwrap_err().to_string();
-    assert!(wrong.contains("there is no button `stpo`; there are start, stop"), "{wrong}");
+    assert!(wrong.contains("there is no button `stpo`; did you mean stop?"), "{wrong}");
 }
 
 #[test]

@@ -102,7 +102,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let controller =
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
     let outside = Outside {
-        signals: arguments.world.signals(job.setup.model(), &controller)?,
+        signals: arguments.world.signals(&controller)?,
         starts: false,
         time: arguments.time,
     };

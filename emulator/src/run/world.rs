@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use vimc4::Order;
 use vimc4_catalogue::{Machine, Model};
-use vimc4_device::{Device, Signal, SignalId};
+use vimc4_device::{Device, Names, Order, OwnedInput, SignalId, Verb};
 
 use super::driver::Driver;
 use super::tape::Tape;
@@ -69,15 +68,10 @@ impl World {
     }
 
     /// What the outside world will do.
-    pub(crate) fn signals(
-        &self,
-        model: &str,
-        device: &impl Device,
-    ) -> Result<Vec<Scheduled>, Failure> {
+    pub(crate) fn signals(&self, device: &impl Device) -> Result<Vec<Scheduled>, Failure> {
         let mut scheduled = Vec::new();
         for (text, after) in &self.input {
-            let (signal, value) = input(model, device, text)?;
-            scheduled.push(Scheduled { after: *after, signal, value });
+            scheduled.extend(ordered(device, &order(text), *after)?);
         }
         for (button, after) in &self.press {
             scheduled.extend(press(device, button, *after)?);
@@ -86,36 +80,11 @@ impl World {
     }
 }
 
-/// Which signal `0.3=1` or `cover=open` sets, and to what.
-fn input(model: &str, device: &impl Device, text: &str) -> Result<(SignalId, i32), Failure> {
-    let signals = device.signals();
+/// `0.3=1` or `cover=open` as an order.
+fn order(text: &str) -> String {
     let (name, value) = text.rsplit_once('=').unwrap_or((text, ""));
     let is_bit = name.starts_with(|first: char| first.is_ascii_digit());
-    let order = format!("{} {name} {value}", if is_bit { "input" } else { "set" });
-    let (name, value) = match Order::parse(&order, &[], &signals).map_err(Failure::usage)? {
-        Some(Order::Input { port, bit, level }) => {
-            let signal = device.input_signal(port, bit).ok_or_else(|| {
-                Failure::usage(format!(
-                    "port {port} bit {bit} is no input of the model {model}; `vimc4 models show \
-                     {model}` has its ports, and its inputs are {}",
-                    inputs(&signals),
-                ))
-            })?;
-            return Ok((signal, level.into()));
-        }
-        Some(Order::Set(name, value)) => (name, value.to_string()),
-        Some(Order::Turn(name, position)) => (name, position),
-        _ => (name.to_owned(), value.to_owned()),
-    };
-    let found = signals.iter().find(|signal| signal.name == name);
-    let found = found.and_then(|signal| Some((signal.id, signal.value_of(&value)?)));
-    found.ok_or_else(|| Failure::usage(format!("there is no signal {name}")))
-}
-
-/// The names of the user inputs.
-fn inputs(signals: &[Signal]) -> String {
-    let names = signals.iter().filter_map(|signal| signal.name.strip_prefix("input "));
-    names.collect::<Vec<_>>().join(", ")
+    format!("{} {name} {value}", if is_bit { Verb::Input } else { Verb::Set })
 }
 
 /// A button goes down, and up again if it does not latch.
@@ -124,20 +93,24 @@ pub(super) fn press(
     name: &str,
     after: Duration,
 ) -> Result<Vec<Scheduled>, Failure> {
-    let button = match Order::parse(&format!("press {name}"), &[], &device.signals()) {
-        Ok(Some(Order::Press(button))) => button,
-        Ok(_) => name.to_owned(),
-        Err(error) => return Err(Failure::usage(error)),
+    ordered(device, &format!("{} {name}", Verb::Press), after)
+}
+
+/// What an order does to signals, the second thing as much later as people take to let go of a
+/// button.
+fn ordered(device: &impl Device, order: &str, after: Duration) -> Result<Vec<Scheduled>, Failure> {
+    let names = Names::new([], device.signals());
+    let deed = match Order::read(order, &names).map_err(Failure::usage)? {
+        Some(Order::Do(deed)) => deed,
+        _ => return Ok(Vec::new()),
     };
-    let found = device.signals().into_iter().find(|signal| signal.name == button);
-    let Some(signal) = found.map(|signal| signal.id) else {
-        return Err(Failure::usage(format!("there is no button {button}")));
-    };
-    let mut scheduled = vec![Scheduled { after, signal, value: 1 }];
-    if button != "estop" {
-        scheduled.push(Scheduled { after: after + PRESS, signal, value: 0 });
-    }
-    Ok(scheduled)
+    let inputs = deed.inputs(names.signals()).map_err(Failure::usage)?.into_iter();
+    let times = (0..).map(|number| after + PRESS * number);
+    let scheduled = inputs.zip(times).filter_map(|(input, after)| match input {
+        OwnedInput::Signal(signal, value) => Some(Scheduled { after, signal, value }),
+        _ => None,
+    });
+    Ok(scheduled.collect())
 }
 
 /// `WHAT@TIME`, or `WHAT` for the beginning.

@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use vimc4_catalogue::Family;
 use vimc4_conform::fixtures;
 use vimc4_conform::format::Session;
-use vimc4_conform::script::{Action, SignalName};
+use vimc4_conform::script::Action;
+use vimc4_device::OwnedInput;
 use vimc4_isel::Controller as Isel;
 use vimc4_isel_wire::{Dialect, Mode};
 use vimc4_lpkf::Controller as Lpkf;
@@ -119,19 +120,20 @@ fn scripts<D: twins::Family>(session: &Session, setup: Setup) -> Vec<Vec<u8>> {
                 then(Operation::Snapshot);
                 then(Operation::Look(number as u8, ways[number % ways.len()]));
             }
-            Action::Power(on) => then(Operation::Power(*on)),
             Action::Restart => then(Operation::Restart),
-            Action::Signal(name, values) => {
-                let is_meant = |id, known: &str| match name {
-                    SignalName::Named(name) => name == known,
-                    SignalName::Bit(port, bit) => device.input_signal(*port, *bit) == Some(id),
-                };
-                let place = signals.iter().position(|signal| is_meant(signal.id, &signal.name));
-                for value in values {
-                    let value = (*value).clamp(i8::MIN.into(), i8::MAX.into()) as i8;
-                    then(Operation::Signal(place.unwrap_or(signals.len()) as u8, value));
-                }
-            }
+            // What this controller does not have is a signal beyond its last.
+            Action::Do(deed) => match deed.inputs(&signals) {
+                Ok(inputs) => inputs.iter().for_each(|input| match input {
+                    OwnedInput::Power(on) => then(Operation::Power(*on)),
+                    OwnedInput::Signal(id, value) => {
+                        let place = signals.iter().position(|signal| signal.id == *id);
+                        let value = (*value).clamp(i8::MIN.into(), i8::MAX.into()) as i8;
+                        then(Operation::Signal(place.unwrap_or(signals.len()) as u8, value));
+                    }
+                    OwnedInput::Bytes(_) | OwnedInput::Wake => {}
+                }),
+                Err(_) => then(Operation::Signal(signals.len() as u8, 1)),
+            },
             Action::New => scripts.push(setup.encode()),
             _ => {}
         }

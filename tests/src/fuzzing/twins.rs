@@ -462,11 +462,6 @@ impl<D: Family> Twins<D> {
             }
         }
         assert!(!self.watched.explain(&self.last).is_empty());
-        for port in ports {
-            for bit in 0..10 {
-                self.watched.input_signal(port, bit);
-            }
-        }
     }
 }
 

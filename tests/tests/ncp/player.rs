@@ -138,9 +138,10 @@ impl Player {
 
 /// The signal of a name, or behind a bit of an input port, as in `0.2`.
 fn signal(device: &Controller, name: &str) -> Result<SignalId, String> {
-    let bit = name
-        .split_once('.')
-        .and_then(|(port, bit)| device.input_signal(port.parse().ok()?, bit.parse().ok()?));
-    let named = || device.signals().into_iter().find(|signal| signal.name == name);
-    bit.or_else(|| named().map(|signal| signal.id)).ok_or_else(|| format!("no signal {name:?}"))
+    let bit = name.split_once('.');
+    let bit = bit.and_then(|(port, bit)| Some((port.parse().ok()?, bit.parse().ok()?)));
+    let mut signals = device.signals().into_iter();
+    let found = signals
+        .find(|signal| bit.is_some_and(|bit| signal.bits.contains(&bit)) || signal.name == name);
+    found.map(|signal| signal.id).ok_or_else(|| format!("no signal {name:?}"))
 }

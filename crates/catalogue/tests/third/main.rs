@@ -28,14 +28,14 @@ mod names;
 mod cart;
 mod list;
 
-pub use axes::axis;
+pub use axes::{all_names, axis};
 pub use controller::Controller;
 pub use handling::Handling;
 pub use list::{Details, Family, Model, State};
 pub use names::*;
 pub use vimc4_device::{Effects, MemoryError};
 
-use vimc4_device::{Device as _, Harness, Heard, Identity, Input, Question, Travel};
+use vimc4_device::{Device as _, Harness, Heard, Identity, Input, Question, Signal, Travel};
 
 /// A cart that has just been switched on.
 fn cart() -> Harness<Controller> {
@@ -64,6 +64,8 @@ fn it_is_driven_as_the_others_are() {
     assert_eq!(cart.device().view(now).axes[0].position, 5);
     assert_eq!(cart.device().details(), Details::Cart(()));
     assert_eq!(cart.device().signals()[0].name, "stop");
+    let known = |signal: &Signal| all_names().signals().iter().any(|any| any.name == signal.name);
+    assert!(cart.device().signals().iter().all(known));
 }
 
 #[test]
@@ -104,7 +106,7 @@ fn tools_know_of_it_what_it_tells_them() {
     assert_eq!(handling.stream(b"m5"), None);
     assert!(Family::Cart.effects_of(b"p\rm5\r").moves && !Family::Cart.effects_of(b"p\r").moves);
     assert_eq!(Family::Cart.travel_of(b"m5\r"), Travel::Relative);
-    assert!(model.refuses_to_erase().is_some());
+    assert!(model.erasing(cart.device()).is_err());
 }
 
 #[test]

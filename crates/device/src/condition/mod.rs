@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Event, Kinds, Point, SignalId, Time};
 
+pub(crate) use text::excerpt;
 pub use text::{ConditionError, Named, Names};
 
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and

@@ -29,7 +29,7 @@ use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
 use super::Condition;
-use crate::{AXES, Device, Point, Signal, SignalId, SignalKind, Time, parse_duration};
+use crate::{AXES, Device, Point, Signal, SignalId, Time, parse_duration};
 
 /// How deep brackets may be within each other.
 const DEEPEST: u32 = 32;
@@ -64,22 +64,55 @@ const RESERVED: [&str; 3] = ["and", "or", "error"];
 pub struct Names {
     axes: Vec<(u8, String)>,
     signals: Vec<Signal>,
+    can_erase: bool,
+    has_any_bit: bool,
 }
 
 /// Without names, axes and signals are numbers: `axis0 = 5`, `signal 3 changes`.
-static NUMBERS: Names = Names { axes: Vec::new(), signals: Vec::new() };
+static NUMBERS: Names =
+    Names { axes: Vec::new(), signals: Vec::new(), can_erase: false, has_any_bit: false };
 
 impl Names {
-    /// These axes, each with its index (0 for X), and these signals.
+    /// These axes, each with its index (0 for X), and these signals. An axis may have several
+    /// names: it is shown by the first, and understood by all.
     #[must_use]
     pub fn new(axes: impl IntoIterator<Item = (u8, String)>, signals: Vec<Signal>) -> Names {
-        Names { axes: axes.into_iter().collect(), signals }
+        Names { axes: axes.into_iter().collect(), signals, ..Names::default() }
+    }
+
+    /// The same of a device whose panel can erase the stored program, or cannot.
+    #[must_use]
+    pub fn with_erasing(self, can_erase: bool) -> Names {
+        Names { can_erase, ..self }
     }
 
     /// Those of a device.
     pub fn of<D: Device>(device: &D) -> Names {
         let axes = device.view(device.now()).axes;
         Names::new(axes.into_iter().map(|axis| (axis.index, axis.name)), device.signals())
+    }
+
+    /// The same of devices that may be wired in any way, so that any bit of any port may be an input:
+    /// for what is read before it is known which of them it is for.
+    #[must_use]
+    pub fn with_any_bit(self) -> Names {
+        Names { has_any_bit: true, ..self }
+    }
+
+    pub(crate) fn has_any_bit(&self) -> bool {
+        self.has_any_bit
+    }
+
+    /// The signals.
+    #[must_use]
+    pub fn signals(&self) -> &[Signal] {
+        &self.signals
+    }
+
+    /// Whether the panel can erase the stored program.
+    #[must_use]
+    pub fn can_erase(&self) -> bool {
+        self.can_erase
     }
 
     /// Reads a condition.
@@ -165,10 +198,9 @@ impl Names {
                 Ok((rest, Condition::Line { line: Some(line) }))
             }
             _ => {
-                let axes: Vec<_> = self.axes.iter().map(|(_, name)| name.to_lowercase()).collect();
-                let axes = match axes.as_slice() {
+                let axes = match self.shown_axes().as_slice() {
                     [] => String::new(),
-                    _ => format!("; axes are {}", axes.join(", ")),
+                    axes => format!("; axes are {}", axes.join(", ")),
                 };
                 Err(failure(input, format!("{FORMS}{axes}")))
             }
@@ -237,15 +269,7 @@ impl Names {
             verbs.into_iter().find(|verb| verb.eq_ignore_ascii_case(word))
         })?;
         let value = |rest: &'t str| {
-            let names = known.and_then(|signal| signal.positions.as_ref());
-            let right = match (known.map(|signal| signal.kind), names) {
-                (_, Some([first, second])) => format!("{first} or {second}"),
-                (Some(SignalKind::Analogue { low, high }), _) => {
-                    format!("a value, {low} to {high}")
-                }
-                (Some(_), _) => "0 or 1".to_owned(),
-                (None, _) => "a value".to_owned(),
-            };
+            let right = known.map_or_else(|| "a value".to_owned(), Signal::values_in_words);
             expected(rest, &right, |word| match known {
                 Some(signal) => signal.value_of(word),
                 None => word.parse().ok(),
@@ -265,13 +289,45 @@ impl Names {
     }
 
     /// An axis by its name, or by its index.
-    fn axis(&self, name: &str) -> Option<u8> {
+    #[must_use]
+    pub fn axis(&self, name: &str) -> Option<u8> {
         let mut axes = self.axes.iter();
         let named = axes.find(|(_, known)| known.eq_ignore_ascii_case(name));
         named.map(|(axis, _)| *axis).or_else(|| {
             let index = name.strip_prefix("axis")?.parse().ok()?;
             (usize::from(index) < AXES).then_some(index)
         })
+    }
+
+    /// The names that the axes are shown by, in small letters, in their order.
+    fn shown_axes(&self) -> Vec<String> {
+        let mut axes: Vec<u8> = self.axes.iter().map(|(axis, _)| *axis).collect();
+        axes.dedup();
+        axes.into_iter().map(|axis| self.axis_name(axis)).collect()
+    }
+
+    /// How a condition can begin, and what it is then.
+    pub(crate) fn conditions(&self) -> Vec<(String, &'static str)> {
+        let axes = self.shown_axes();
+        let mut begins: Vec<_> =
+            axes.iter().map(|axis| (format!("{axis} "), "where an axis is, in steps")).collect();
+        let limits =
+            axes.iter().flat_map(|axis| ["-", "+"].map(|end| format!("limit {axis}{end}")));
+        begins.extend(limits.map(|limit| (limit, "a limit switch is active")));
+        let signals = self.signals.iter().map(|signal| format!("signal {} ", signal.name));
+        begins.extend(signals.map(|signal| (signal, "a signal has a value, or changes")));
+        let others = [
+            ("outside ", "an axis is outside of limits"),
+            ("port ", "a bit of a port has a level"),
+            ("at ", "a time has come"),
+            ("command ", "a command begins"),
+            ("answered ", "a command is answered"),
+            ("answer ", "an answer comes"),
+            ("answer error", "an error is answered"),
+            ("line ", "a line of the stored program begins"),
+        ];
+        begins.extend(others.map(|(begin, about)| (begin.to_owned(), about)));
+        begins
     }
 
     // --- writing ---
@@ -458,21 +514,36 @@ impl ConditionError {
     pub fn right(&self) -> &str {
         &self.right
     }
+
+    /// What follows the place up to which it was read.
+    pub(crate) fn rest(&self) -> &str {
+        &self.rest
+    }
 }
 
 impl fmt::Display for ConditionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let excerpt = |text: &str| -> String {
-            let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
-            if text.chars().nth(SHOWN).is_some() { shown + "…" } else { shown }
-        };
-        let (text, right) = (excerpt(&self.text), &self.right);
-        match self.rest.as_str() {
-            "" if self.text.is_empty() => write!(f, "nothing is said: {right}"),
-            "" => write!(f, "`{text}` is not finished: {right}"),
-            rest if rest == self.text => write!(f, "`{text}` is wrong: {right}"),
-            rest => write!(f, "`{text}` is wrong at `{}`: {right}", excerpt(rest)),
-        }
+        excerpt(f, &self.text, &self.rest, &self.right)
+    }
+}
+
+/// Says where a text goes wrong: in its rest.
+pub(crate) fn excerpt(
+    f: &mut fmt::Formatter<'_>,
+    text: &str,
+    rest: &str,
+    right: &str,
+) -> fmt::Result {
+    let short = |text: &str| -> String {
+        let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
+        if text.chars().nth(SHOWN).is_some() { shown + "…" } else { shown }
+    };
+    let shown = short(text);
+    match rest {
+        "" if text.is_empty() => write!(f, "nothing is said: {right}"),
+        "" => write!(f, "`{shown}` is not finished: {right}"),
+        rest if rest == text => write!(f, "`{shown}` is wrong: {right}"),
+        rest => write!(f, "`{shown}` is wrong at `{}`: {right}", short(rest)),
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
     Activity, AxisView, Device, Event, Fact, Fill, FlashChange, Input, Kinds, Outbox, Output,
-    Signal, SignalId, SignalKind, SignalView, Time, View, WaitsFor, Warning,
+    Signal, SignalId, SignalView, Time, View, WaitsFor, Warning,
 };
 
 /// So long a step takes.
@@ -232,17 +232,7 @@ impl Device for Cart {
     fn details(&self) {}
 
     fn signals(&self) -> Vec<Signal> {
-        vec![Signal {
-            id: Cart::STOP,
-            name: "stop".to_owned(),
-            kind: SignalKind::Button,
-            positions: None,
-            about: "ends a motion".to_owned(),
-        }]
-    }
-
-    fn input_signal(&self, _port: u16, _bit: u8) -> Option<SignalId> {
-        None
+        vec![Signal::button(Cart::STOP, "stop", "ends a motion")]
     }
 
     fn baud(&self) -> u32 {

@@ -224,13 +224,13 @@ fn signals_are_set_by_name() {
     let error = |reply: Result<Effect, ControlError>| reply.unwrap_err().to_string();
     assert_eq!(
         error(handle.press("strat").wait()),
-        "there is no button `strat`; there are start, estop"
+        "there is no button `strat`; did you mean start?"
     );
     assert_eq!(
         error(handle.turn("key", "on").wait()),
         "`key` cannot be `on`; it can be test or auto"
     );
-    assert_eq!(error(handle.set("start", 2).wait()), "`start` cannot be `2`; it can be 0 to 1");
+    assert_eq!(error(handle.set("start", 2).wait()), "`start` cannot be `2`; it can be 0 or 1");
     assert_eq!(
         error(handle.set_input(1, 0, true).wait()),
         "nothing outside drives bit 0 of port 1; the inputs are input 0.3"

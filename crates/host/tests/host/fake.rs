@@ -8,7 +8,7 @@ use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
     Activity, AxisView, Device, Event, Fact, Fill, FlashChange, Input, Kinds, Output, Signal,
-    SignalId, SignalKind, Time, View, Warning,
+    SignalId, Time, View, Warning,
 };
 use vimc4_host::{
     Clock, Handle, Memory, MemoryPort, Report, RunError, Runner, Sink, Transport, Wants,
@@ -53,13 +53,6 @@ pub(crate) struct State {
 
 impl Fake {
     pub(crate) fn new(flash: &[u8]) -> Fake {
-        let signal = |id, name: &str, kind, positions: Option<[&str; 2]>| Signal {
-            id: SignalId(id),
-            name: name.to_owned(),
-            kind,
-            positions: positions.map(|p| p.map(str::to_owned)),
-            about: String::new(),
-        };
         Fake {
             state: State {
                 now: Time::ZERO,
@@ -77,10 +70,10 @@ impl Fake {
             out: VecDeque::new(),
             kinds: Kinds::NONE,
             signals: vec![
-                signal(0, "start", SignalKind::Button, None),
-                signal(1, "estop", SignalKind::Button, None),
-                signal(2, "key", SignalKind::Switch, Some(["test", "auto"])),
-                signal(3, "input 0.3", SignalKind::Input, None),
+                Signal::button(SignalId(0), "start", ""),
+                Signal::button(SignalId(1), "estop", "").latching(),
+                Signal::switch(SignalId(2), "key", ["test", "auto"], ""),
+                Signal::input(SignalId(3), "input 0.3", "").read_by([(0, 3)]).wired_to("in1"),
             ],
             handshake: false,
         }
@@ -246,10 +239,6 @@ impl Device for Fake {
 
     fn signals(&self) -> Vec<Signal> {
         self.signals.clone()
-    }
-
-    fn input_signal(&self, port: u16, bit: u8) -> Option<SignalId> {
-        ((port, bit) == (0, 3)).then_some(SignalId(3))
     }
 
     fn baud(&self) -> u32 {

@@ -42,7 +42,8 @@ fn each_input_is_told_with_its_time_and_who_did_it() {
     person.turn("key", "auto").wait().unwrap();
     person.set_input(0, 3, true).wait().unwrap();
     person.set("key", 1).wait().unwrap();
-    person.set_all("both", &[("start", 1), ("key", 1)]).wait().unwrap();
+    let signals = vec![("start".to_owned(), 1), ("key".to_owned(), 1)];
+    person.act(Deed::Several { what: "both".to_owned(), signals }).wait().unwrap();
     person.power(false).wait().unwrap();
     let state = person.state().wait().unwrap();
     handle.restore(state).wait().unwrap();
@@ -121,13 +122,14 @@ fn what_was_done_can_be_kept_and_read_again() {
         Deed::Byte(253),
         Deed::Press("start".to_owned()),
         Deed::Turn("key".to_owned(), "auto".to_owned()),
+        Deed::Input { port: 0, bit: 3, level: true },
         Deed::Set("input 0.3".to_owned(), 1),
         Deed::Several { what: "erase".to_owned(), signals: vec![("stop".to_owned(), 1)] },
         Deed::Power(false),
         Deed::Restore,
     ];
     let text = serde_json::to_string(&(&by, &deeds)).unwrap();
-    assert_eq!(serde_json::from_str::<(Source, [Deed; 7])>(&text).unwrap(), (by, deeds));
+    assert_eq!(serde_json::from_str::<(Source, [Deed; 8])>(&text).unwrap(), (by, deeds));
 }
 
 #[test]

@@ -68,8 +68,8 @@ impl vimc4_device::Model for Model {
         &["X"]
     }
 
-    fn refuses_to_erase(&self) -> Option<&'static str> {
-        Some("a cart has no panel")
+    fn erasing_at_panel(&self) -> Result<&'static [(&'static str, i32)], &'static str> {
+        Err("a cart has no panel")
     }
 
     fn has_commands_of(&self, other: &Model) -> bool {

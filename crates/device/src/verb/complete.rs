@@ -1,0 +1,149 @@
+//! What can follow a line that has been begun.
+
+use super::table::{Verb, row};
+use crate::{Names, Signal};
+
+/// A way to go on with a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Completion {
+    /// The line with one more piece: a word, a name, or what of it was missing. If more is to
+    /// follow, it ends in a blank.
+    pub line: String,
+    /// What it is, in a few words.
+    pub about: String,
+}
+
+impl Names {
+    /// All ways to go on with a line that has been begun, in the order of the help. None if it is
+    /// wrong already, or what follows cannot be listed, such as a time.
+    ///
+    /// ```
+    /// use vimc4_device::{Names, Signal, SignalId};
+    ///
+    /// let stop = Signal::button(SignalId(1), "stop", "STOP button");
+    /// let names = Names::new([], vec![stop]);
+    /// let lines = |begun| names.complete(begun).into_iter().map(|way| way.line);
+    /// assert!(lines("p").eq(["press ", "power ", "position"]));
+    /// assert!(lines("press ").eq(["press stop"]));
+    /// assert!(lines("press start").eq([""; 0]));
+    /// ```
+    #[must_use]
+    pub fn complete(&self, begun: &str) -> Vec<Completion> {
+        let begun = begun.trim_start();
+        let mut ways: Vec<Completion> = Vec::new();
+        for (pieces, about) in self.lines() {
+            let mut line = String::new();
+            for (number, piece) in pieces.iter().enumerate() {
+                line.push_str(piece);
+                if line.len() > begun.len() || !begun.starts_with(&line) {
+                    let first = number == 0 && pieces.len() > 1;
+                    let fits = line.starts_with(begun) && line.len() > begun.len();
+                    if fits && !ways.iter().any(|way| way.line == line) {
+                        let verb = Verb::all().find(|verb| line.trim_end() == verb.name());
+                        let about = match verb.filter(|_| first) {
+                            Some(verb) => verb.forms()[0].about.to_owned(),
+                            None => about.clone(),
+                        };
+                        ways.push(Completion { line, about });
+                    }
+                    break;
+                }
+            }
+        }
+        ways
+    }
+
+    /// What can follow a line that has been begun, a line each: [`complete`](Names::complete) as
+    /// text.
+    #[must_use]
+    pub fn completions(&self, begun: &str) -> String {
+        let ways = self.complete(begun);
+        if ways.is_empty() {
+            return format!("nothing that could be listed follows `{}`", begun.trim());
+        }
+        let lines: Vec<_> = ways.iter().map(|way| row(&way.line, &way.about)).collect();
+        lines.join("\n")
+    }
+
+    /// Every order of a verb that can be listed, without the verb: `limit x+ 1` of
+    /// [`Set`](Verb::Set).
+    #[must_use]
+    pub fn orders(&self, verb: Verb) -> Vec<Completion> {
+        let lines = self.lines_of(verb).into_iter();
+        let orders = lines.map(|(pieces, about)| {
+            let from = usize::from(verb != Verb::Turn);
+            Completion { line: pieces.get(from..).unwrap_or_default().concat(), about }
+        });
+        orders.collect()
+    }
+
+    /// Every line that can be listed, in pieces, with what it is about.
+    fn lines(&self) -> impl Iterator<Item = (Vec<String>, String)> {
+        Verb::all().filter(|verb| self.has(*verb)).flat_map(|verb| self.lines_of(verb))
+    }
+
+    /// Those of a verb.
+    fn lines_of(&self, verb: Verb) -> Vec<(Vec<String>, String)> {
+        let form = verb.forms()[0];
+        let with = |pieces: &[&str], about: &str| {
+            let mut line = vec![format!("{verb} ")];
+            line.extend(pieces.iter().map(|piece| (*piece).to_owned()));
+            (line, about.to_owned())
+        };
+        let signals = || self.signals().iter();
+        match verb {
+            Verb::Press | Verb::Hold | Verb::Release => {
+                let buttons = self.buttons().into_iter();
+                buttons.map(|signal| with(&[&signal.name], &signal.about)).collect()
+            }
+            Verb::Turn => {
+                let positions = |switch: &Signal| {
+                    let line = |position: &String| {
+                        (vec![format!("{} ", switch.name), position.clone()], switch.about.clone())
+                    };
+                    switch.positions.iter().flatten().map(line).collect::<Vec<_>>()
+                };
+                signals().flat_map(positions).collect()
+            }
+            Verb::Input => {
+                let levels = |signal: &Signal| {
+                    let bits = signal.bits.iter().flat_map(|(port, bit)| {
+                        let bit = format!("{port}.{bit} ");
+                        ["0", "1"].map(|level| with(&[&bit, level], &signal.about))
+                    });
+                    bits.collect::<Vec<_>>()
+                };
+                signals().flat_map(levels).collect()
+            }
+            Verb::Set => {
+                let values = |signal: &Signal| {
+                    let name = format!("{} ", signal.name);
+                    let values = listed_values(signal).into_iter();
+                    values.map(|value| with(&[&name, &value], &signal.about)).collect::<Vec<_>>()
+                };
+                signals().flat_map(values).collect()
+            }
+            Verb::Power => {
+                vec![with(&["off"], "takes the power away"), with(&["on"], "gives the power back")]
+            }
+            Verb::RunUntil => {
+                let conditions = self.conditions();
+                let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
+                std::iter::once(with(&["idle"], form.about)).chain(conditions).collect()
+            }
+            Verb::Advance => vec![with(&[], form.about)],
+            Verb::Complete => Vec::new(),
+            Verb::Erase | Verb::Position | Verb::Signals | Verb::Help | Verb::Quit => {
+                vec![(vec![verb.name().to_owned()], form.about.to_owned())]
+            }
+        }
+    }
+}
+
+/// The values of a signal; of a range, its ends.
+fn listed_values(signal: &Signal) -> Vec<String> {
+    match &signal.positions {
+        Some(positions) => positions.to_vec(),
+        None => [signal.values().start(), signal.values().end()].map(i32::to_string).to_vec(),
+    }
+}

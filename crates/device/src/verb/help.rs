@@ -1,0 +1,62 @@
+//! What can be told to a device, for people.
+
+use super::table::{Verb, row};
+use crate::{Names, Signal, SignalKind};
+
+impl Names {
+    /// What can be told to the device, a line each: what it does not have is not in it.
+    #[must_use]
+    pub fn help(&self) -> String {
+        let mut lines = Vec::new();
+        for verb in Verb::all().filter(|verb| self.has(*verb)) {
+            if verb == Verb::Turn {
+                for switch in self.signals() {
+                    if let Some([first, second]) = &switch.positions {
+                        let order = format!("{} {first}|{second}", switch.name);
+                        lines.push(row(&order, &format!("the {}", switch.about)));
+                    }
+                }
+                continue;
+            }
+            for form in verb.forms() {
+                let about = self.remark(verb).map(|remark| format!("{}{remark}", form.about));
+                lines.push(row(&verb.typed(form), about.as_deref().unwrap_or(form.about)));
+            }
+        }
+        lines.join("\n")
+    }
+
+    /// The signals, a line each: name, values, and what it does.
+    #[must_use]
+    pub fn list(&self) -> String {
+        let line = |signal: &Signal| {
+            let values = match (&signal.kind, &signal.positions) {
+                (_, Some([first, second])) => format!("{first}|{second}"),
+                (SignalKind::Analogue { low, high }, _) => format!("{low}..{high}"),
+                _ => "0|1".to_owned(),
+            };
+            format!("{:<16}  {values:<12}  {}", signal.name, signal.about)
+        };
+        self.signals().iter().map(line).collect::<Vec<_>>().join("\n")
+    }
+
+    /// What is to be said of a verb for this device.
+    fn remark(&self, verb: Verb) -> Option<String> {
+        let latching = self.signals().iter().filter(|signal| signal.latches);
+        let latching: Vec<_> = latching.map(|signal| signal.name.as_str()).collect();
+        match verb {
+            Verb::Press => {
+                let stays = match latching.as_slice() {
+                    [] => String::new(),
+                    names => format!("; {} stays pressed until released", names.join(", ")),
+                };
+                Some(format!(": {}{stays}", self.button_names()))
+            }
+            Verb::Release if !latching.is_empty() => Some(format!(", or {}", latching.join(", "))),
+            Verb::Input => {
+                self.input_example().map(|example| format!(", as in `input {example} 1`"))
+            }
+            _ => None,
+        }
+    }
+}

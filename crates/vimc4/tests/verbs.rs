@@ -1,0 +1,186 @@
+//! Every verb of the table is documented, has a method, and does what it says.
+
+#![expect(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    reason = "a test that finds nothing has failed"
+)]
+
+use std::fs;
+use std::time::Duration;
+
+use vimc4::{Clock, Emulator, Names, Order, Sort, Time, Verb};
+
+/// An emulator whose time stands still, with the names of its axes and signals.
+fn emulator() -> (Emulator, Names) {
+    let emu = Emulator::builder().machine("bench").time(Clock::Manual).start().unwrap();
+    let names = emu.names().unwrap();
+    (emu, names)
+}
+
+/// What an order is answered.
+fn give(emu: &Emulator, names: &Names, line: &str) -> String {
+    let order = Order::read(line, names).unwrap().expect("it says something");
+    vimc4_host::block_on(emu.control().give(&order)).unwrap()
+}
+
+#[test]
+fn each_verb_does_what_it_says() {
+    for verb in Verb::all() {
+        let (emu, names) = emulator();
+        let give = |line: &str| give(&emu, &names, line);
+        let signal = |name: &str| emu.view().unwrap().signal(name);
+        match verb {
+            Verb::Press => {
+                assert_eq!(
+                    give("press stop"),
+                    "ok, without effect: nothing moves and no program runs"
+                );
+                assert_eq!(give("press estop"), "ok");
+                assert_eq!((signal("stop"), signal("estop")), (Some(0), Some(1)));
+            }
+            Verb::Hold => {
+                give("hold stop");
+                give("hold limit x+");
+                assert_eq!((signal("stop"), signal("limit x+")), (Some(1), Some(1)));
+            }
+            Verb::Release => {
+                give("hold stop");
+                assert_eq!(give("release stop"), "ok");
+                assert_eq!(signal("stop"), Some(0));
+            }
+            Verb::Turn => {
+                assert_eq!(give("cover open"), "ok");
+                assert_eq!(signal("cover"), Some(0));
+            }
+            Verb::Input => {
+                assert_eq!(give("input 0.2 1"), "ok");
+                assert_eq!(signal("input 0.2"), Some(1));
+                // What a port shows of the panel is set by its bit, too.
+                let start = names.signals().iter().find(|signal| signal.name == "start").unwrap();
+                let (port, bit) = start.bits[0];
+                assert_eq!(give(&format!("input {port}.{bit} 1")), "ok");
+                assert_eq!(signal("start"), Some(1));
+            }
+            Verb::Set => {
+                assert_eq!(give("set power-ok 0"), "ok");
+                assert_eq!(signal("power-ok"), Some(0));
+            }
+            Verb::Erase => {
+                store(&emu);
+                let lines = || {
+                    emu.view()
+                        .unwrap()
+                        .details
+                        .isel()
+                        .unwrap()
+                        .program
+                        .as_ref()
+                        .map(|p| p.lines.len())
+                };
+                assert_eq!(lines(), Some(1));
+                give("key test");
+                assert!(give("erase").starts_with("ok: the memory is erased, which takes 20 s"));
+                emu.run_until_idle().unwrap();
+                assert_eq!(lines(), None);
+                // The key is turned back to where it was.
+                assert_eq!((signal("key"), signal("estop")), (Some(0), Some(0)));
+            }
+            Verb::Power => {
+                assert_eq!(give("power off"), "ok");
+                assert!(!emu.view().unwrap().powered);
+                assert_eq!(give("power on"), "ok");
+                assert!(emu.view().unwrap().powered);
+            }
+            Verb::Advance => {
+                assert_eq!(give("advance 250ms"), "now 0.250000000 s");
+                assert_eq!(emu.now().unwrap(), Time::from_millis(250));
+            }
+            Verb::RunUntil => {
+                assert_eq!(give("run until at 2s"), "there at 2.000000000 s");
+                assert_eq!(emu.now().unwrap(), Time::from_millis(2_000));
+                assert_eq!(give("run until idle"), "idle at 2.000000000 s");
+            }
+            Verb::Position => {
+                ask(&emu, "@01");
+                ask(&emu, "@0A70,900");
+                emu.advance(Duration::from_secs(1)).unwrap();
+                assert_eq!(give("position"), "X 70 Y 0 Z 0 A 0");
+            }
+            Verb::Signals => {
+                let list = give("signals");
+                let listed: Vec<_> =
+                    list.lines().map(|line| line.split("  ").next().unwrap()).collect();
+                let known: Vec<_> = names.signals().iter().map(|signal| &*signal.name).collect();
+                assert_eq!(listed, known);
+            }
+            Verb::Help => assert_eq!(give("help"), names.help()),
+            Verb::Complete => {
+                assert_eq!(
+                    give("press st?"),
+                    "press start           START button\npress stop            STOP button"
+                );
+                assert_eq!(
+                    give("set ball x 3?"),
+                    "nothing that could be listed follows `set ball x 3`"
+                );
+            }
+            Verb::Quit => {
+                assert_eq!(give("quit"), "");
+                assert_eq!(
+                    vimc4_host::block_on(Box::pin(emu.ended())).map_err(|e| e.to_string()),
+                    Ok(())
+                );
+            }
+        }
+    }
+}
+
+/// A program of one line.
+fn store(emu: &Emulator) {
+    for line in ["@01", "@0i", "0100,900", "9"] {
+        ask(emu, line);
+    }
+}
+
+/// Sends a line whose answer is not looked at.
+fn ask(emu: &Emulator, line: &str) {
+    use std::io::Write;
+    let mut port = emu.connect().unwrap();
+    port.write_all(format!("{line}\r").as_bytes()).unwrap();
+    emu.now().unwrap();
+}
+
+#[test]
+fn each_verb_is_in_the_documents() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let page = fs::read_to_string(format!("{root}/docs/library.md")).unwrap();
+    let mut rows = Vec::new();
+    for verb in Verb::all() {
+        for form in verb.forms() {
+            let order = verb.typed(form).replace('|', "\\|");
+            let method = form.method.map(|name| format!("`{name}` ")).unwrap_or_default();
+            rows.push(format!("| `{order}` | {method}| {} |", form.about));
+        }
+    }
+    let (_, rest) = page.split_once("| order | method | what it does |\n|---|---|---|\n").unwrap();
+    let shown: Vec<_> = rest.lines().take_while(|line| line.starts_with('|')).collect();
+    assert_eq!(shown, rows, "docs/library.md has the table as it was; this is how it is");
+}
+
+#[test]
+fn each_method_of_a_verb_is_there() {
+    let source =
+        |file: &str| fs::read_to_string(format!("{}/src/{file}", env!("CARGO_MANIFEST_DIR")));
+    for file in ["control.rs", "emulator.rs"] {
+        let text = source(file).unwrap();
+        for verb in Verb::all() {
+            for form in verb.forms() {
+                assert!(verb.sort() == Sort::Prompt || form.method.is_some(), "{verb:?}");
+                if let Some(method) = form.method {
+                    assert!(text.contains(&format!("    pub fn {method}(")), "{file}: {method}");
+                }
+            }
+        }
+    }
+}
