@@ -4,6 +4,7 @@
 mod circle;
 mod completions;
 mod conform;
+mod console;
 mod doctor;
 mod endings;
 mod failure;
@@ -13,6 +14,7 @@ mod limits;
 mod lines;
 mod log;
 mod ncp;
+mod opened;
 mod orders;
 mod output;
 mod port;
@@ -63,6 +65,8 @@ enum Command {
     Lines(lines::Arguments),
     #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
     Run(run::Arguments),
+    #[command(about = "Step through what a controller does, forward and back, and ask why")]
+    Console(console::Arguments),
     #[command(about = "Check, run and compile job files in the isel NC intermediate format")]
     Ncp(ncp::Arguments),
     #[command(about = "Send a job or a command list to a controller, virtual or real")]
@@ -105,6 +109,9 @@ fn main() -> ExitCode {
         Command::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
         // Its exit codes are part of what it says.
         Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
+        Command::Console(arguments) => {
+            return console::run(arguments).unwrap_or_else(Failure::report);
+        }
         Command::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
         Command::Send(arguments) => return send::run(arguments).unwrap_or_else(Failure::report),
         Command::Conform(arguments) => {

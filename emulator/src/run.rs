@@ -22,7 +22,7 @@ use crate::job::file;
 use crate::job::source::{self, JobArguments};
 use crate::ncp::run as job;
 use crate::text;
-pub(crate) use arguments::Arguments;
+pub(crate) use arguments::{Arguments, axes};
 use driver::Driver;
 use meter::Meter;
 use report::Report;

@@ -59,6 +59,11 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/connect.md", "vimc4 serve --serial", "needs a serial port; emulator/tests/hostile.rs"),
     ("docs/profiles.md", "vimc4 serve --machine mine.toml", "is refused; a test below"),
     ("docs/ncp.md", "vimc4 ncp check examples/plate.ncp --machine mill", "a test below"),
+    (
+        "",
+        "vimc4 console examples/plate.ncp --machine mill --screen",
+        "needs a terminal; emulator/tests/console.rs",
+    ),
     ("", "vimc4 ncp lsp", "waits for an editor; emulator/tests/lsp.rs"),
     (
         "vimc4 send",

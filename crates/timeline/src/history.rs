@@ -215,6 +215,12 @@ impl<D: Device> History<D> {
         (from..).map_while(input)
     }
 
+    /// The moments of a branch of which the states are kept, from which all others are gone to.
+    pub fn snapshots(&self, branch: BranchId) -> impl Iterator<Item = Moment> {
+        let track = self.tracks.get(branch.0 as usize);
+        track.into_iter().flat_map(|track| track.snapshots.iter().map(|kept| kept.moment))
+    }
+
     /// What all of it takes of the memory.
     pub fn usage(&self) -> Usage {
         let mut usage = Usage::default();

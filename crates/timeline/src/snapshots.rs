@@ -31,6 +31,11 @@ impl<S> Snapshots<S> {
         1 + self.later.len()
     }
 
+    /// All of them, in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Kept<S>> {
+        std::iter::once(&self.first).chain(&self.later)
+    }
+
     pub(crate) fn first(&self) -> &Kept<S> {
         &self.first
     }

@@ -78,7 +78,8 @@ pub(crate) struct Arguments {
     pub(super) verbose: bool,
 }
 
-fn axes(text: &str) -> Result<u8, String> {
+/// The number of a set of axes.
+pub(crate) fn axes(text: &str) -> Result<u8, String> {
     match text.parse() {
         Ok(axes @ (1 | 3 | 7 | 8 | 9 | 11 | 15)) => Ok(axes),
         _ => Err("1, 3, 7, 8, 9, 11 and 15 are possible".to_owned()),

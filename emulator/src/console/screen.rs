@@ -1,0 +1,15 @@
+//! The full screen.
+
+mod brush;
+mod dots;
+mod draw;
+mod face;
+mod ink;
+mod keys;
+mod path;
+mod picture;
+mod svg;
+
+pub(crate) use face::{Leaving, as_svg, check, run};
+pub(crate) use path::Stroke;
+pub(crate) use picture::{Picture, Side, Talk, TimeLine};

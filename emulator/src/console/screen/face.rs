@@ -1,0 +1,513 @@
+//! The full screen as somebody sits before it: keys in, pictures out.
+
+use std::env;
+use std::io::{self, IsTerminal, Write};
+use std::panic;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::cursor::Show;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{
+    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+};
+use ratatui::layout::Rect;
+use ratatui::{DefaultTerminal, Terminal, backend::CrosstermBackend};
+use vimc4_debug::Unit;
+use vimc4_device::SignalKind;
+
+use super::draw::draw;
+use super::ink::Inks;
+use super::keys::{self, Act};
+use super::path::Gaze;
+use super::picture::{Picture, Prompt, Reply, ReplyKind};
+use super::svg::svg;
+use crate::console::camera::{self, Around};
+use crate::console::session::{Outcome, Session, Wrong};
+use crate::failure::Failure;
+
+/// How the screen was left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaving {
+    /// To the line console.
+    Closed,
+    /// With the program.
+    Quits,
+}
+
+/// What the arrow keys can go by.
+const UNITS: [Unit; 8] = [
+    Unit::Command,
+    Unit::Line,
+    Unit::Loop,
+    Unit::Segment,
+    Unit::Event,
+    Unit::Cause,
+    Unit::Byte,
+    Unit::Step,
+];
+
+/// So many answers are remembered.
+const ANSWERS: usize = 200;
+
+/// What somebody has set up on the screen.
+pub(super) struct Look {
+    inks: Inks,
+    gaze: Gaze,
+    unit: usize,
+    pub(super) said: Vec<Reply>,
+    prompt: Prompt,
+    /// Lines that were typed, and which of them is shown.
+    typed: Vec<String>,
+    recalled: usize,
+    shows_keys: bool,
+    around: Around,
+    pictures: u32,
+}
+
+impl Look {
+    pub(super) fn new(inks: Inks) -> Look {
+        Look {
+            inks,
+            gaze: Gaze::default(),
+            unit: 0,
+            said: Vec::new(),
+            prompt: Prompt::default(),
+            typed: Vec::new(),
+            recalled: 0,
+            shows_keys: false,
+            around: Around::default(),
+            pictures: 0,
+        }
+    }
+
+    pub(super) fn picture(&mut self, session: &mut Session) -> Picture {
+        let debugger = &mut session.debugger;
+        let mut picture = Picture {
+            view: vimc4_device::Device::view(debugger.device(), debugger.now()),
+            machine: session.machine.clone(),
+            signals: Vec::new(),
+            clock: String::new(),
+            command: None,
+            listing: vimc4_debug::Listing { of: String::new(), lines: Vec::new() },
+            talk: Vec::new(),
+            strokes: Vec::new(),
+            gaze: self.gaze,
+            line: super::picture::TimeLine::default(),
+            watches: Vec::new(),
+            said: self.said.clone(),
+            prompt: self.prompt.clone(),
+            unit: UNITS[self.unit].to_string(),
+            shows_keys: self.shows_keys,
+        };
+        camera::show(debugger, &mut self.around, &mut picture);
+        picture
+    }
+
+    fn say(&mut self, text: &str, kind: ReplyKind) {
+        if !text.is_empty() {
+            self.said.push(Reply { text: text.to_owned(), kind });
+        }
+        let too_many = self.said.len().saturating_sub(ANSWERS);
+        self.said.drain(..too_many);
+    }
+}
+
+/// Whether there is a terminal that the screen can be drawn on.
+///
+/// # Errors
+///
+/// If there is none, with what to do instead.
+pub(crate) fn check() -> Result<(), Failure> {
+    if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
+        return Err(Failure::usage(
+            "the full screen needs a terminal; leave --screen out, or write it into a file with \
+             `picture FILE`",
+        ));
+    }
+    let terminal = env::var("TERM").unwrap_or_default();
+    if cfg!(unix) && (terminal.is_empty() || terminal == "dumb") {
+        return Err(Failure::usage(
+            "TERM says that this terminal can only print lines; set TERM, for example to \
+             xterm-256color, or leave --screen out",
+        ));
+    }
+    Ok(())
+}
+
+/// Whether colours are wanted.
+fn inks() -> Inks {
+    Inks { colour: env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()) }
+}
+
+/// The screen in so many columns and rows, as a picture.
+pub(crate) fn as_svg(session: &mut Session, (width, height): (u16, u16)) -> String {
+    let picture = Look::new(Inks { colour: true }).picture(session);
+    let area = Rect::new(0, 0, width, height);
+    let mut buffer = Buffer::empty(area);
+    draw(&picture, Inks { colour: true }, area, &mut buffer);
+    let title = format!("{} on {}", picture.view.model, picture.view.machine);
+    svg(&buffer, &title)
+}
+
+/// A terminal that is the screen's, and is given back whatever happens.
+struct Stage(DefaultTerminal);
+
+impl Stage {
+    fn enter() -> io::Result<Stage> {
+        enable_raw_mode()?;
+        execute!(io::stdout(), EnterAlternateScreen)?;
+        Ok(Stage(Terminal::new(CrosstermBackend::new(io::stdout()))?))
+    }
+}
+
+/// Gives the terminal back as it was.
+fn leave() {
+    let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
+    let _ = disable_raw_mode();
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        leave();
+    }
+}
+
+/// Shows everything until somebody has seen enough.
+///
+/// # Errors
+///
+/// If the terminal does not work.
+pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
+    let failed = |error: io::Error| Failure::usage(format!("cannot use the terminal: {error}"));
+    let before = panic::take_hook();
+    // What a panic says is read where it can be read.
+    panic::set_hook(Box::new(move |panic| {
+        leave();
+        before(panic);
+    }));
+    let mut stage = Stage::enter().map_err(failed)?;
+    let keys = Keys::listen();
+    session.cancel.look = Some(is_interrupted);
+    let mut look = Look::new(inks());
+    let leaving = loop {
+        let picture = look.picture(session);
+        let drawn = stage.0.draw(|frame| {
+            let area = frame.area();
+            if let Some(cursor) = draw(&picture, look.inks, area, frame.buffer_mut()) {
+                frame.set_cursor_position(cursor);
+            }
+        });
+        drawn.map_err(failed)?;
+        let Some(Happening::Terminal(Ok(event))) = keys.next() else { break Leaving::Quits };
+        let next = match event {
+            Event::Key(key) if key.kind != KeyEventKind::Release => handle(&mut look, session, key),
+            Event::Paste(text) => {
+                if look.prompt.is_open {
+                    text.chars()
+                        .filter(|c| !c.is_control())
+                        .for_each(|c| insert(&mut look.prompt, c));
+                }
+                Next::GoOn
+            }
+            _ => Next::GoOn,
+        };
+        match next {
+            Next::GoOn => {}
+            Next::Leave(leaving) => break leaving,
+            Next::Redraw => stage.0.clear().map_err(failed)?,
+            Next::Suspend => {
+                leave();
+                suspend();
+                enable_raw_mode().map_err(failed)?;
+                execute!(io::stdout(), EnterAlternateScreen).map_err(failed)?;
+                stage.0.clear().map_err(failed)?;
+            }
+        }
+    };
+    session.cancel.look = None;
+    drop(stage);
+    let _ = panic::take_hook();
+    Ok(leaving)
+}
+
+/// Stops the program as Ctrl-Z does, until the shell lets it go on.
+#[cfg(unix)]
+fn suspend() {
+    let _ = io::stdout().flush();
+    // Of the whole group, as the terminal does it: whoever waits for the program sees it too.
+    let _ = rustix::process::kill_current_process_group(rustix::process::Signal::TSTP);
+}
+
+#[cfg(not(unix))]
+fn suspend() {}
+
+/// What the screen waits for.
+enum Happening {
+    Terminal(io::Result<Event>),
+}
+
+/// The keyboard, read in a thread of its own: one event each time it is asked for. So nobody reads
+/// what is meant for whoever has the terminal next.
+struct Keys {
+    ask: Sender<()>,
+    happenings: Receiver<Happening>,
+}
+
+impl Keys {
+    fn listen() -> Keys {
+        let (tell, happenings) = channel();
+        let (ask, asked) = channel();
+        // Without the thread nothing comes, and the screen closes.
+        let _ = thread::Builder::new().name("keys".to_owned()).spawn(move || {
+            while asked.recv().is_ok() {
+                if tell.send(Happening::Terminal(event::read())).is_err() {
+                    return;
+                }
+            }
+        });
+        Keys { ask, happenings }
+    }
+
+    /// Waits, and costs nothing meanwhile.
+    fn next(&self) -> Option<Happening> {
+        self.ask.send(()).ok()?;
+        self.happenings.recv().ok()
+    }
+}
+
+/// Whether Ctrl-C is among the keys that were pressed while something was looked for. The others are
+/// forgotten: what they were meant for has changed.
+fn is_interrupted() -> bool {
+    while matches!(event::poll(Duration::ZERO), Ok(true)) {
+        if let Ok(Event::Key(KeyEvent { code: KeyCode::Char('c'), modifiers, .. })) = event::read()
+            && modifiers.contains(KeyModifiers::CONTROL)
+        {
+            return true;
+        }
+    }
+    false
+}
+
+/// What comes after a key.
+enum Next {
+    GoOn,
+    Redraw,
+    Suspend,
+    Leave(Leaving),
+}
+
+fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
+    if look.shows_keys {
+        look.shows_keys = false;
+        return Next::GoOn;
+    }
+    if look.prompt.is_open {
+        return edit(look, session, key);
+    }
+    let Some(act) = keys::act(&key) else { return Next::GoOn };
+    match act {
+        Act::Line(line) => return carry_out(look, session, line),
+        Act::Scrub(by) => {
+            let way = if by < 0 { "back" } else { "step" };
+            let line = format!("{way} {} {}", by.unsigned_abs(), UNITS[look.unit]);
+            return carry_out(look, session, &line);
+        }
+        Act::NextUnit => look.unit = (look.unit + 1) % UNITS.len(),
+        Act::Panel(name) => return panel(look, session, name),
+        Act::Type => open_prompt(look),
+        Act::Again => {
+            if let Some(line) = look.typed.last().cloned() {
+                return carry_out(look, session, &line);
+            }
+        }
+        Act::Breakpoint => return breakpoint(look, session),
+        Act::HoldOrGo => {}
+        Act::NextBranch => return next_branch(look, session),
+        Act::Nearer => look.gaze.nearer(),
+        Act::Farther => look.gaze.farther(),
+        Act::Move(right, up) => look.gaze.move_by(right, up),
+        Act::WholePath => look.gaze = Gaze::default(),
+        Act::Picture => {
+            look.pictures += 1;
+            let size = ratatui::crossterm::terminal::size().unwrap_or((80, 24));
+            let line = format!("picture console-{}.svg {}x{}", look.pictures, size.0, size.1);
+            return carry_out(look, session, &line);
+        }
+        Act::Keys => look.shows_keys = true,
+        Act::Redraw => return Next::Redraw,
+        Act::Suspend => return Next::Suspend,
+        Act::Quit => return Next::Leave(Leaving::Closed),
+    }
+    Next::GoOn
+}
+
+/// Carries out a line and shows what was answered.
+fn carry_out(look: &mut Look, session: &mut Session, line: &str) -> Next {
+    look.say(line, ReplyKind::Typed);
+    match session.carry_out_once(line) {
+        Ok(Outcome::Said(text)) => look.say(&text, ReplyKind::Answer),
+        Ok(Outcome::Screen) => {}
+        Ok(Outcome::Quit) => return Next::Leave(Leaving::Quits),
+        Ok(Outcome::Source(file)) => match crate::console::called(session, &file, 0) {
+            Ok(_) => {}
+            Err(failure) => look.say(&failure.to_string(), ReplyKind::Wrong),
+        },
+        Err(Wrong(wrong)) => look.say(&wrong, ReplyKind::Wrong),
+    }
+    Next::GoOn
+}
+
+/// Works a thing of the panel.
+fn panel(look: &mut Look, session: &mut Session, name: &str) -> Next {
+    let view = session.view();
+    let signals = vimc4_device::Device::signals(session.debugger.device());
+    let Some(signal) = signals.iter().find(|signal| signal.name == name) else {
+        look.say(&format!("this controller has no {name}"), ReplyKind::Wrong);
+        return Next::GoOn;
+    };
+    let is_on = view.signal(name).unwrap_or(0) != 0;
+    let line = match (signal.kind, &signal.positions) {
+        (SignalKind::Button, _) if is_on => format!("release {name}"),
+        (SignalKind::Button, _) => format!("press {name}"),
+        (_, Some(positions)) => format!("{name} {}", positions[usize::from(!is_on)]),
+        _ => format!("set {name} {}", i32::from(!is_on)),
+    };
+    carry_out(look, session, &line)
+}
+
+/// A breakpoint at the present line, or none.
+fn breakpoint(look: &mut Look, session: &mut Session) -> Next {
+    let listing = camera::listing(&mut session.debugger);
+    let Some(line) = listing.lines.iter().find(|line| line.is_present) else {
+        look.say("no line is the present one", ReplyKind::Wrong);
+        return Next::GoOn;
+    };
+    let line = match line.breakpoint {
+        Some(breakpoint) => format!("delete {breakpoint}"),
+        None => format!("break line {}", line.number),
+    };
+    carry_out(look, session, &line)
+}
+
+/// Goes to the end of the next branch.
+fn next_branch(look: &mut Look, session: &mut Session) -> Next {
+    let history = session.debugger.history();
+    let heading = history.heading();
+    let branches: Vec<_> = history.branches().collect();
+    let place = branches.iter().position(|branch| branch.id == heading).unwrap_or(0);
+    let next = branches.get((place + 1) % branches.len().max(1));
+    match next.filter(|next| next.id != heading).map(|next| next.name.clone()) {
+        Some(name) => carry_out(look, session, &format!("goto {name}")),
+        None => {
+            look.say("there is one branch only", ReplyKind::Wrong);
+            Next::GoOn
+        }
+    }
+}
+
+// --- the command line ---
+
+fn open_prompt(look: &mut Look) {
+    look.prompt = Prompt { is_open: true, ..Prompt::default() };
+    look.recalled = look.typed.len();
+}
+
+fn insert(prompt: &mut Prompt, character: char) {
+    let place = byte_of(prompt);
+    prompt.text.insert(place, character);
+    prompt.cursor += 1;
+}
+
+/// Where the cursor is in bytes.
+fn byte_of(prompt: &Prompt) -> usize {
+    let place = prompt.text.char_indices().nth(prompt.cursor).map(|(place, _)| place);
+    place.unwrap_or(prompt.text.len())
+}
+
+fn edit(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
+    let control = key.modifiers.contains(KeyModifiers::CONTROL);
+    let prompt = &mut look.prompt;
+    prompt.candidates.clear();
+    match key.code {
+        KeyCode::Esc => look.prompt = Prompt::default(),
+        KeyCode::Char('c') if control => look.prompt = Prompt::default(),
+        KeyCode::Char('z') if control => return Next::Suspend,
+        KeyCode::Char('u') if control => {
+            prompt.text.drain(..byte_of(prompt));
+            prompt.cursor = 0;
+        }
+        KeyCode::Char('a') if control => prompt.cursor = 0,
+        KeyCode::Char('e') if control => prompt.cursor = prompt.text.chars().count(),
+        KeyCode::Char(_) if control => {}
+        KeyCode::Char(character) => insert(prompt, character),
+        KeyCode::Backspace if prompt.cursor > 0 => {
+            prompt.cursor -= 1;
+            let place = byte_of(prompt);
+            prompt.text.remove(place);
+        }
+        KeyCode::Backspace => look.prompt = Prompt::default(),
+        KeyCode::Delete if byte_of(prompt) < prompt.text.len() => {
+            let place = byte_of(prompt);
+            prompt.text.remove(place);
+        }
+        KeyCode::Left => prompt.cursor = prompt.cursor.saturating_sub(1),
+        KeyCode::Right => prompt.cursor = (prompt.cursor + 1).min(prompt.text.chars().count()),
+        KeyCode::Home => prompt.cursor = 0,
+        KeyCode::End => prompt.cursor = prompt.text.chars().count(),
+        KeyCode::Up => recall(look, -1),
+        KeyCode::Down => recall(look, 1),
+        KeyCode::Tab => complete(&mut look.prompt, session),
+        KeyCode::Enter => {
+            let line = std::mem::take(&mut look.prompt).text;
+            let line = line.trim();
+            if line.is_empty() {
+                return Next::GoOn;
+            }
+            look.typed.push(line.to_owned());
+            return carry_out(look, session, line);
+        }
+        _ => {}
+    }
+    let prompt = &mut look.prompt;
+    let is_at_end = prompt.is_open && prompt.cursor == prompt.text.chars().count();
+    prompt.hint =
+        if is_at_end { session.hint(&prompt.text).unwrap_or_default() } else { String::new() };
+    Next::GoOn
+}
+
+/// A line that was typed before, or after that.
+fn recall(look: &mut Look, by: isize) {
+    let place = look.recalled.saturating_add_signed(by).min(look.typed.len());
+    look.recalled = place;
+    let text = look.typed.get(place).cloned().unwrap_or_default();
+    look.prompt.cursor = text.chars().count();
+    look.prompt.text = text;
+}
+
+/// Completes the word before the cursor as far as all that it can be have in common, and shows them
+/// if that is nothing more.
+fn complete(prompt: &mut Prompt, session: &Session) {
+    let cursor = byte_of(prompt);
+    let completion = session.complete(&prompt.text, cursor);
+    let texts: Vec<&str> = completion.candidates.iter().map(|it| it.text.as_str()).collect();
+    let Some((first, others)) = texts.split_first() else { return };
+    let common = others.iter().fold(*first, |common, other| {
+        let same = common.char_indices().zip(other.chars()).find(|((_, one), other)| one != other);
+        let end = same.map_or(common.len().min(other.len()), |((place, _), _)| place);
+        &common[..end]
+    });
+    let end = if others.is_empty() { " " } else { "" };
+    let begun = prompt.text.get(completion.from..cursor).unwrap_or_default().to_owned();
+    if begun == common && !others.is_empty() {
+        prompt.candidates = texts.iter().map(|text| (*text).to_owned()).collect();
+        return;
+    }
+    let word = format!("{common}{end}");
+    prompt.text.replace_range(completion.from..cursor, &word);
+    let before = prompt.text.get(..completion.from).unwrap_or_default().chars().count();
+    prompt.cursor = before + word.chars().count();
+}

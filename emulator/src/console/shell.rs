@@ -1,0 +1,129 @@
+//! The line console: what somebody types, line by line.
+
+use std::cell::RefCell;
+use std::env;
+use std::fs;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use rustyline::completion::{Completer, Pair};
+use rustyline::error::ReadlineError;
+use rustyline::highlight::Highlighter;
+use rustyline::hint::Hinter;
+use rustyline::history::FileHistory;
+use rustyline::validate::Validator;
+use rustyline::{CompletionType, Config, Context, Editor, Helper};
+
+use super::session::Session;
+use crate::failure::Failure;
+
+/// So many lines are remembered.
+const REMEMBERED: usize = 1_000;
+
+/// Somebody at a terminal.
+pub(crate) struct Shell {
+    editor: Editor<Table, FileHistory>,
+    /// Where lines are remembered from one time to the next, if there is such a place.
+    file: Option<PathBuf>,
+}
+
+/// What the editor asks the debugger's table of commands.
+struct Table(Rc<RefCell<Session>>);
+
+impl Shell {
+    pub(crate) fn new(session: Rc<RefCell<Session>>) -> Result<Shell, Failure> {
+        let failed = |error| Failure::usage(format!("cannot read the terminal: {error}"));
+        let config = Config::builder()
+            .completion_type(CompletionType::List)
+            .max_history_size(REMEMBERED)
+            .map_err(failed)?
+            .auto_add_history(true)
+            .build();
+        let mut editor = Editor::with_config(config).map_err(failed)?;
+        editor.set_helper(Some(Table(session)));
+        let file = remembered();
+        if let Some(file) = &file {
+            // There is none the first time.
+            let _ = editor.load_history(file);
+        }
+        Ok(Shell { editor, file })
+    }
+
+    /// The next line; nothing at the end. Ctrl-C leaves out what was typed.
+    pub(crate) fn line(&mut self, prompt: &str) -> Result<Option<String>, Failure> {
+        loop {
+            return match self.editor.readline(prompt) {
+                Ok(line) => Ok(Some(line)),
+                Err(ReadlineError::Interrupted) => continue,
+                Err(ReadlineError::Eof) => Ok(None),
+                Err(error) => Err(Failure::usage(format!("cannot read the terminal: {error}"))),
+            };
+        }
+    }
+}
+
+impl Drop for Shell {
+    fn drop(&mut self) {
+        if let Some(file) = &self.file {
+            if let Some(folder) = file.parent() {
+                let _ = fs::create_dir_all(folder);
+            }
+            // Whoever cannot remember types again.
+            let _ = self.editor.save_history(file);
+        }
+    }
+}
+
+/// The file in which lines are remembered, as the rules for folders of state have it; none if there
+/// is no home.
+fn remembered() -> Option<PathBuf> {
+    let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local/state")))?;
+    Some(state.join("vimc4/console-history"))
+}
+
+impl Completer for Table {
+    type Candidate = Pair;
+
+    fn complete(
+        &self,
+        line: &str,
+        cursor: usize,
+        _: &Context<'_>,
+    ) -> rustyline::Result<(usize, Vec<Pair>)> {
+        // Nobody edits a line while one is carried out.
+        let Ok(session) = self.0.try_borrow() else { return Ok((cursor, Vec::new())) };
+        let completion = session.complete(line, cursor);
+        let is_only = completion.candidates.len() == 1;
+        let pairs = completion.candidates.into_iter().map(|candidate| Pair {
+            display: candidate.text.clone(),
+            // Whoever knows which word it is goes on with the next.
+            replacement: if is_only { candidate.text + " " } else { candidate.text },
+        });
+        Ok((completion.from, pairs.collect()))
+    }
+}
+
+impl Hinter for Table {
+    type Hint = String;
+
+    fn hint(&self, line: &str, cursor: usize, _: &Context<'_>) -> Option<String> {
+        if cursor < line.len() {
+            return None;
+        }
+        self.0.try_borrow().ok()?.hint(line)
+    }
+}
+
+impl Highlighter for Table {
+    fn highlight_hint<'h>(&self, hint: &'h str) -> std::borrow::Cow<'h, str> {
+        match env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty()) {
+            true => hint.into(),
+            false => format!("\x1B[2m{hint}\x1B[0m").into(),
+        }
+    }
+}
+
+impl Validator for Table {}
+
+impl Helper for Table {}

@@ -1,0 +1,228 @@
+//! `vimc4 console`, from outside: scripts, pipes, terminals, and host software that is held.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+#[path = "console/terminal.rs"]
+mod terminal;
+
+use terminal::Terminal;
+
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Runs `vimc4 console` in the folder of the project with this on its standard input.
+fn console(arguments: &[&str], typed: &str) -> Output {
+    let mut child = Command::new(VIMC4)
+        .arg("console")
+        .args(arguments)
+        .current_dir(root())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // It may end without having read anything.
+    let _ = child.stdin.take().unwrap().write_all(typed.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// What a list of commands said that were all carried out.
+fn said(arguments: &[&str], typed: &str) -> String {
+    let output = console(arguments, typed);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{out}\n{err}");
+    out
+}
+
+// --- scripts ---
+
+#[test]
+fn what_comes_through_a_pipe_is_carried_out_line_by_line() {
+    let out = said(
+        &["examples/commands.txt", "--machine", "mill"],
+        "# what comes first\n\nnext z < -100\nprint z\nback command\nassert z = 0\nassert not (x = 5)\n",
+    );
+    assert!(out.contains("> print z\n-101\n"), "{out}");
+    assert!(!out.contains("what comes first"), "{out}");
+}
+
+#[test]
+fn a_claim_that_does_not_hold_ends_a_script_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("look.txt");
+    fs::write(&script, "continue\nassert x = 3200\nassert x = 3201\nprint 5\n").unwrap();
+    let script = script.to_str().unwrap();
+    let output = console(&["examples/commands.txt", "--machine", "mill", "--script", script], "");
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(1), "{out}{err}");
+    assert!(err.contains("line 3") && err.contains("assert x = 3201"), "{err}");
+    // What holds says nothing, and nothing is done behind what does not.
+    assert!(out.contains("> assert x = 3200\n") && !out.contains("print 5"), "{out}");
+}
+
+#[test]
+fn a_command_that_is_none_ends_a_pipe_with_its_line() {
+    let output = console(&["imc4"], "where\nfrobnicate\nprint x\n");
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err.contains("line 2") && err.contains("frobnicate"), "{err}");
+    assert!(!text(&output.stdout).contains("print x"));
+}
+
+#[test]
+fn what_is_no_file_and_no_model_is_wrong_usage() {
+    for (arguments, wanted) in [
+        (&["nothing.txt"][..], "nothing.txt is neither a file nor a model"),
+        (&["imc4", "--machine", "lathe"], "lathe"),
+        (&["imc4", "--script", "nothing.txt"], "nothing.txt"),
+        (&["imc4", "--screen"], "needs a terminal"),
+    ] {
+        let output = console(arguments, "quit\n");
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {err}");
+        assert!(err.contains(wanted), "{arguments:?}: {err}");
+    }
+}
+
+#[test]
+fn a_script_can_call_another_and_not_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, second) = (folder.path().join("first.txt"), folder.path().join("second.txt"));
+    fs::write(&first, format!("source {}\nprint x\n", second.display())).unwrap();
+    fs::write(&second, "send @01\ncontinue\nsend @0A700,900\ncontinue\n").unwrap();
+    let out = said(&["imc4", "--script", first.to_str().unwrap()], "");
+    assert!(out.ends_with("> print x\n700\n"), "{out}");
+    fs::write(&second, format!("source {}\n", first.display())).unwrap();
+    let output = console(&["imc4", "--script", first.to_str().unwrap()], "");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("calls itself"), "{}", text(&output.stderr));
+}
+
+// --- what can be opened ---
+
+#[test]
+fn a_list_a_program_a_plot_and_a_job_are_opened_where_they_begin() {
+    for (arguments, line, condition) in [
+        (&["examples/commands.txt", "--machine", "mill"][..], "goto line 7", "command @M"),
+        (&["examples/plate.ncp", "--machine", "mill"], "goto line 9", "command @y"),
+        (
+            &["examples/board.plt", "--model", "smcu", "--machine", "board-plotter"],
+            "step",
+            "command PA",
+        ),
+        (&["examples/program.txt"], "step 2 lines", "line 2"),
+    ] {
+        let out = said(
+            arguments,
+            &format!("where\nlist\n{line}\nwhere\ngoto start\nnext {condition}\nwhere\n"),
+        );
+        assert!(out.contains("> where\n0ms on main") || arguments[0].contains("program"), "{out}");
+        assert!(!out.contains("not to be found"), "{arguments:?}: {out}");
+    }
+}
+
+#[test]
+fn each_command_of_a_job_is_found_by_its_line_and_the_other_way_round() {
+    let out = said(
+        &["examples/plate.ncp", "--machine", "mill"],
+        "break line 13\ncontinue\nlist\nframes\nbreak line 9\nreverse\nframes\n",
+    );
+    let present: Vec<&str> =
+        out.lines().filter(|line| line.starts_with('>') && line.contains("  ")).collect();
+    assert!(present.iter().any(|line| line.contains("13  DRILL X0 Y0")), "{out}");
+    assert!(out.contains("(line 9 of the file)"), "{out}");
+}
+
+#[test]
+fn what_follows_an_error_reply_is_sent_if_somebody_wants_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("list.txt");
+    fs::write(&list, "@01\n@0Q\n@0A500,900\n").unwrap();
+    let list = list.to_str().unwrap();
+    let output = console(&[list], "continue\nprint x\n");
+    assert!(text(&output.stderr).contains("line 2: @0Q was answered"), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).ends_with("> print x\n0\n"));
+    let output = console(&[list, "--keep-going"], "continue\nprint x\n");
+    assert!(text(&output.stderr).contains("1 error reply"), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).ends_with("> print x\n500\n"));
+}
+
+// --- at a terminal ---
+
+#[test]
+fn tab_completes_enter_repeats_and_lines_are_remembered() {
+    let home = tempfile::tempdir().unwrap();
+    let begin = || {
+        Terminal::start(
+            VIMC4,
+            &["console", "examples/commands.txt", "--machine", "mill"],
+            &root(),
+            home.path(),
+        )
+    };
+    let mut terminal = begin();
+    terminal.wait_for("(vimc4) ");
+    // `conti` can be one word only.
+    terminal.type_("conti\t\r");
+    terminal.wait_for("at rest");
+    terminal.wait_for("(vimc4) ");
+    terminal.type_("back 2 commands\r");
+    terminal.wait_for("#4 @0M2400");
+    // Nothing but Enter does the last line again.
+    terminal.type_("\r");
+    terminal.wait_for("#2 @0d2500");
+    // Two Tabs show what it can be.
+    terminal.type_("br\t\t");
+    terminal.wait_for("branches");
+    terminal.type_("\x15quit\r");
+    assert_eq!(terminal.end(), 0);
+    // Another one remembers what was typed.
+    let mut terminal = begin();
+    terminal.wait_for("(vimc4) ");
+    terminal.type_("\x1b[A\x1b[A");
+    terminal.wait_for("back 2 commands");
+    terminal.type_("\x15\x04");
+    assert_eq!(terminal.end(), 0);
+}
+
+#[test]
+fn ctrl_c_ends_what_is_looked_for_and_not_the_console() {
+    let home = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("list.txt");
+    // A program that never ends, and never comes to where it is looked for.
+    fs::write(&list, "71\n0 1,900,0,900,0,900,0,900\n0 -1,900,0,900,0,900,0,900\n3 0,-2\n9\n")
+        .unwrap();
+    let list = list.to_str().unwrap().to_owned();
+    let mut terminal = Terminal::start(VIMC4, &["console", &list], &root(), home.path());
+    terminal.wait_for("(vimc4) ");
+    terminal.type_("next x > 1000\r");
+    terminal.wait_for("\r\n");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    terminal.type_("\x03");
+    terminal.wait_for("cancelled");
+    terminal.wait_for("(vimc4) ");
+    terminal.type_("quit\r");
+    assert_eq!(terminal.end(), 0);
+}
+
+#[test]
+fn a_terminal_that_can_only_print_lines_is_refused_the_full_screen() {
+    let home = tempfile::tempdir().unwrap();
+    let mut terminal =
+        Terminal::start_as("dumb", VIMC4, &["console", "imc4", "--screen"], &root(), home.path());
+    terminal.wait_for("TERM says that this terminal can only print lines");
+    assert_eq!(terminal.end(), 2);
+}

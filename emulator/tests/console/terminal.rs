@@ -1,0 +1,107 @@
+//! A program at a pseudo-terminal, and somebody who types.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Duration;
+
+use rustix::fs::OFlags;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+/// Nothing takes so long.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub(super) struct Terminal {
+    child: Child,
+    screen: File,
+    said: Receiver<Vec<u8>>,
+    seen: String,
+}
+
+impl Terminal {
+    pub(super) fn start(program: &str, arguments: &[&str], folder: &Path, home: &Path) -> Terminal {
+        Terminal::start_as("xterm", program, arguments, folder, home)
+    }
+
+    pub(super) fn start_as(
+        kind: &str,
+        program: &str,
+        arguments: &[&str],
+        folder: &Path,
+        home: &Path,
+    ) -> Terminal {
+        let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&screen).unwrap();
+        unlockpt(&screen).unwrap();
+        let name = ptsname(&screen, Vec::new()).unwrap();
+        let open = || -> OwnedFd {
+            rustix::fs::open(
+                name.as_c_str(),
+                OFlags::RDWR | OFlags::NOCTTY,
+                rustix::fs::Mode::empty(),
+            )
+            .unwrap()
+        };
+        // It is the terminal of a session of its own, so that Ctrl-C is heard there.
+        let child = Command::new("setsid")
+            .args(["--ctty", "--wait", program])
+            .args(arguments)
+            .current_dir(folder)
+            .env("TERM", kind)
+            .env("HOME", home)
+            .env_remove("XDG_STATE_HOME")
+            .env_remove("NO_COLOR")
+            .stdin(Stdio::from(open()))
+            .stdout(Stdio::from(open()))
+            .stderr(Stdio::from(open()))
+            .spawn()
+            .unwrap();
+        let screen = File::from(screen);
+        let mut reader = screen.try_clone().unwrap();
+        let (sender, said) = channel();
+        thread::spawn(move || {
+            let mut buffer = [0; 4_096];
+            while let Ok(count @ 1..) = reader.read(&mut buffer) {
+                if sender.send(buffer[..count].to_vec()).is_err() {
+                    return;
+                }
+            }
+        });
+        Terminal { child, screen, said, seen: String::new() }
+    }
+
+    pub(super) fn type_(&mut self, keys: &str) {
+        self.screen.write_all(keys.as_bytes()).unwrap();
+    }
+
+    /// Waits until this appears behind what was waited for before.
+    pub(super) fn wait_for(&mut self, text: &str) {
+        loop {
+            if let Some(place) = self.seen.find(text) {
+                self.seen.drain(..place + text.len());
+                return;
+            }
+            let more = self.said.recv_timeout(PATIENCE);
+            let Ok(more) = more else {
+                panic!("{text:?} does not come; what came is {:?}", self.seen)
+            };
+            self.seen.push_str(&String::from_utf8_lossy(&more));
+        }
+    }
+
+    /// Waits for the end and returns the exit code.
+    pub(super) fn end(mut self) -> i32 {
+        self.child.wait().unwrap().code().unwrap()
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
