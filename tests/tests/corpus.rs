@@ -72,3 +72,13 @@ fn lpkf_controllers_do_nothing_that_they_must_not() {
 fn a_history_goes_anywhere_and_is_what_it_was_there() {
     replay("history");
 }
+
+#[test]
+fn a_debugger_goes_back_and_forward_to_where_it_was() {
+    replay("walk");
+}
+
+#[test]
+fn a_console_carries_out_or_refuses_what_is_typed() {
+    replay("console");
+}

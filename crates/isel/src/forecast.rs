@@ -24,7 +24,10 @@ impl Firmware {
                 let (least, most) = (-(COUNTER / 2), COUNTER / 2 - 1);
                 let places = [low.max(least), high.min(most), least, most];
                 let ways = places.map(|place| wrap(place - origin));
-                let turns = [0, COUNTER, -COUNTER];
+                // It may have gone round several times already.
+                let done = self.state.running().map_or(0, |running| running.offset(axis, from));
+                let laps = done / COUNTER;
+                let turns = [-2, -1, 0, 1, 2].map(|turn| (laps + turn) * COUNTER);
                 let offsets = ways.into_iter().flat_map(|way| turns.map(|turn| way + turn));
                 self.first_offset(axis, from, within, offsets)
             }

@@ -42,6 +42,21 @@ fn a_forecast_names_the_exact_step() {
 }
 
 #[test]
+fn a_counter_that_has_gone_round_often_is_forecast_too() {
+    // The A axis of this machine has no switch: its reference run goes on until somebody ends it.
+    let (model, mill) = (Model::builtin("imc4").unwrap(), Machine::builtin("mill").unwrap());
+    let mut imc = Harness::new(Controller::new(model, mill, b"").unwrap());
+    assert_eq!(ask(&mut imc, "@08"), "0");
+    imc.send(b"@0R8\r");
+    imc.run_to(Time::from_secs(100_000));
+    let here = imc.device().position(imc.now())[3];
+    for position in [here + 1, here - 1, here + 5_000] {
+        let at = imc.device().crossing(&Condition::AxisAt { axis: 3, position });
+        assert_eq!(at.map(|at| imc.device().position(at)[3]), Some(position));
+    }
+}
+
+#[test]
 fn what_never_holds_together_is_known_after_a_turn() {
     let mut imc = controller("imc4");
     // A million turns around a circle with a radius of one step, whose centre is never visited.

@@ -7,6 +7,7 @@
 
 mod chance;
 mod conditions;
+mod debugging;
 mod exercise;
 mod histories;
 mod isel;
@@ -20,6 +21,7 @@ pub mod seeds;
 mod twins;
 
 pub use conditions::condition;
+pub use debugging::{console, walk};
 pub use histories::history;
 pub use isel::{controller, flash, lexer, parser};
 pub use lpkf::{language, lpkf};
@@ -35,7 +37,7 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 11] = [
+pub const TARGETS: [Target; 13] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
@@ -47,6 +49,8 @@ pub const TARGETS: [Target; 11] = [
     ("controller", controller),
     ("lpkf", lpkf),
     ("history", history),
+    ("walk", walk),
+    ("console", console),
 ];
 
 /// Where the finds of fuzzing are kept, a folder for each target that has some.

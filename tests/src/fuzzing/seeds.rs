@@ -16,7 +16,7 @@ use vimc4_lpkf::Controller as Lpkf;
 use vimc4_plant::Machine;
 
 use super::operations::{Operation, Setup};
-use super::{conditions, twins};
+use super::{conditions, debugging, twins};
 use crate::jobs;
 
 /// An input to begin with.
@@ -39,7 +39,14 @@ pub struct Seed {
 pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
     let (controllers, lines) = (controllers(&sessions), lines(&sessions));
-    [controllers, lines, flash(), job_files(), profiles(), conditions(), recordings()].concat()
+    let others = [job_files(), profiles(), conditions(), recordings(), consoles()].concat();
+    [controllers, lines, flash(), others].concat()
+}
+
+/// What is typed into a console.
+fn consoles() -> Vec<Seed> {
+    let seed = |(number, data)| Seed { target: "console", name: format!("{number}"), data };
+    debugging::lines().into_iter().enumerate().map(seed).collect()
 }
 
 /// Recordings with every line that there is.
@@ -89,6 +96,9 @@ fn controllers(sessions: &[Session]) -> Vec<Seed> {
                 let name = format!("{}-{model}-{row}", session.id.replace('/', "-"));
                 if which == number % session.models.len() {
                     let data = [&[family], data.as_slice()].concat();
+                    let walked = Seed { target: "walk", name: name.clone(), data: data.clone() };
+                    // A walk is ten: half of them are more than a thousand with what is mixed.
+                    seeds.extend((number % 2 == 0).then_some(walked));
                     seeds.push(Seed { target: "history", name: name.clone(), data });
                 }
                 seeds.push(Seed { target, name, data });
