@@ -75,6 +75,8 @@ enum Command {
         about = "Play the fixture sessions against any port, also real hardware, and report what differs"
     )]
     Conform(conform::Arguments),
+    #[command(about = "Record what passes between host software and a real controller")]
+    Record(recording::tap::Arguments),
     #[command(about = "Play a recording again and compare every byte and time")]
     Replay(recording::replay::Arguments),
     #[command(about = "Say where two recordings part")]
@@ -116,6 +118,9 @@ fn main() -> ExitCode {
         Command::Send(arguments) => return send::run(arguments).unwrap_or_else(Failure::report),
         Command::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
+        }
+        Command::Record(arguments) => {
+            return recording::tap::run(&arguments).unwrap_or_else(Failure::report);
         }
         Command::Replay(arguments) => {
             return recording::replay::run(&arguments).unwrap_or_else(Failure::report);

@@ -171,12 +171,17 @@ impl Port {
         move || drop(sender.try_send(News::Woken))
     }
 
-    /// What sends bytes from another thread, beside what is sent here.
-    pub(crate) fn sideways(&self) -> Option<impl FnMut(&[u8]) + Send + 'static> {
-        let mut writer: Box<dyn Write + Send> = match &self.link {
+    /// What writes to it from another thread, as much as it takes at a time.
+    pub(crate) fn writer(&self) -> Option<Box<dyn Write + Send>> {
+        Some(match &self.link {
             Link::Tcp(stream) => Box::new(stream.try_clone().ok()?),
             Link::Serial { port, .. } => Box::new(port.try_clone().ok()?),
-        };
+        })
+    }
+
+    /// What sends bytes from another thread, beside what is sent here.
+    pub(crate) fn sideways(&self) -> Option<impl FnMut(&[u8]) + Send + 'static> {
+        let mut writer = self.writer()?;
         Some(move |bytes: &[u8]| drop(writer.write_all(bytes)))
     }
 

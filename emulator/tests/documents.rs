@@ -48,6 +48,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("", "vimc4 lines -- mono", "emulator/tests/connect"),
     ("", "vimc4 lines --pty", "emulator/tests/connect: Wine and DOSBox"),
     ("docs/recordings.md", "jq ", "needs jq"),
+    ("", "vimc4 record ", "waits for Ctrl-C; emulator/tests/recording.rs"),
     ("docs/connect.md", "picocom ", "emulator/tests/connect"),
     ("docs/connect.md", "minicom ", "emulator/tests/connect"),
     ("docs/connect.md", "screen ", "emulator/tests/connect"),

@@ -77,7 +77,7 @@ pub use vimc4_host::{
     Step, Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
-pub use vimc4_host::{User, Users};
+pub use vimc4_host::{Link, LinkError, User, Users};
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.

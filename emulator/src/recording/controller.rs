@@ -35,8 +35,10 @@ pub(super) struct Site {
     pub(super) machine: Arc<Machine>,
     line: LineSort,
     profiles: [Value; 2],
-    /// Those of the recording.
+    /// Those of the recording, with what its program did not know yet.
     recorded: [Value; 2],
+    /// Those of the recording as they stand there.
+    written: [Value; 2],
 }
 
 impl Site {
@@ -46,7 +48,9 @@ impl Site {
     ///
     /// What is wrong with its head, as a sentence.
     pub(super) fn recorded(head: &Head) -> Result<Site, String> {
-        let model = model(&head.model)?;
+        let written = [head.model.clone(), head.machine.clone()];
+        let profiles = [completed_model(&head.model), completed_machine(&head.machine)];
+        let model = model(&profiles[0])?;
         if model.family().name() != head.family {
             return Err(format!(
                 "line 1: its family is {}, and its model is of {}",
@@ -54,9 +58,8 @@ impl Site {
                 model.family().name()
             ));
         }
-        let machine = machine(&head.machine)?;
-        let profiles = [head.model.clone(), head.machine.clone()];
-        Ok(Site { model, machine, line: head.line, recorded: profiles.clone(), profiles })
+        let machine = machine(&profiles[1])?;
+        Ok(Site { model, machine, line: head.line, written, recorded: profiles.clone(), profiles })
     }
 
     /// The same with other profiles.
@@ -138,8 +141,12 @@ impl Site {
     /// A recorded state, as one of this controller: one that has just been switched on is just
     /// switched on here too, and has the profiles of this one else.
     pub(super) fn read(&self, written: &Value) -> Result<LineState<State>, String> {
-        if !self.recorded.iter().all(|profile| contains(written, profile)) {
+        if !self.written.iter().all(|profile| contains(written, profile)) {
             return Err("its model and machine are not those of the first line".to_owned());
+        }
+        let mut written = written.clone();
+        for (old, new) in self.written.iter().zip(&self.recorded).filter(|(old, new)| old != new) {
+            exchange(&mut written, old, new);
         }
         let state: LineState<State> =
             serde_json::from_value(written.clone()).map_err(|error| error.to_string())?;
@@ -164,7 +171,6 @@ impl Site {
                 recorded.model.family()
             ));
         }
-        let mut written = written.clone();
         for (old, new) in self.recorded.iter().zip(&self.profiles) {
             exchange(&mut written, old, new);
         }
@@ -177,6 +183,7 @@ impl Site {
             model: self::model(model)?,
             machine: self::machine(machine)?,
             line,
+            written: profiles.clone(),
             recorded: profiles.clone(),
             profiles,
         })
@@ -191,6 +198,44 @@ fn model(profile: &Value) -> Result<Model, String> {
 fn machine(profile: &Value) -> Result<Arc<Machine>, String> {
     let machine = profile_text(&stated(profile)).and_then(|text| Machine::from_toml(&text));
     machine.map(Arc::new).map_err(|error| format!("line 1: the machine: {error}"))
+}
+
+/// The profile of a recorded model with the values that are new since, as the built-in model of its
+/// name has them, or else one of its commands.
+fn completed_model(profile: &Value) -> Value {
+    let models = vimc4_catalogue::models().into_iter();
+    let models: Vec<Value> =
+        models.filter_map(|name| vimc4::model(name).ok()).map(|model| written(&model)).collect();
+    let like = |key: &str| models.iter().find(|own| own.get(key) == profile.get(key));
+    let own = like("name").or_else(|| like("command_set"));
+    own.map_or_else(|| profile.clone(), |own| completed(profile, own))
+}
+
+/// The same for a machine.
+fn completed_machine(profile: &Value) -> Value {
+    let name = profile.get("name").and_then(Value::as_str).unwrap_or_default();
+    let own = vimc4_catalogue::machine(name).or_else(|_| vimc4_catalogue::machine("bench"));
+    own.map_or_else(|_| profile.clone(), |own| completed(profile, &written(&*own)))
+}
+
+/// The tables of a profile whose keys every profile has. What others list is their own.
+const TABLES: [&str; 7] =
+    ["quirks", "timing", "limits", "defaults", "language", "line", "reference"];
+
+/// A profile with what only the other one has.
+fn completed(profile: &Value, other: &Value) -> Value {
+    let (Value::Object(profile), Value::Object(other)) = (profile, other) else {
+        return profile.clone();
+    };
+    let mut whole = profile.clone();
+    for (key, value) in other {
+        match whole.get_mut(key) {
+            Some(own) if TABLES.contains(&key.as_str()) => *own = completed(own, value),
+            Some(_) => {}
+            None => drop(whole.insert(key.clone(), value.clone())),
+        }
+    }
+    Value::Object(whole)
 }
 
 /// What a profile states: TOML has no word for what is not there.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde_json::json;
 use vimc4_timeline::recording::{Divergence, Recording, Tolerance, check, part};
 
+use super::bridge::WALL;
 use super::card::{card, seconds};
 use super::controller::{Other, Site};
 use super::file;
@@ -49,9 +50,6 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
 }
-
-/// The clock of what was heard on the line of a real controller.
-pub(super) const WALL: &str = "wall";
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let recording = file::read(&arguments.file)?;

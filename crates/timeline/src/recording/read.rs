@@ -165,7 +165,7 @@ fn no_recording(message: &str) -> ReadError {
         line: 1,
         column: 0,
         message: format!("this is no recording: {message}"),
-        help: "name a file that `--record` has written".to_owned(),
+        help: "name a file that `--record` or `vimc4 record` has written".to_owned(),
     }
 }
 

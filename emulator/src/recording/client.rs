@@ -1,0 +1,196 @@
+//! Where host software finds the tap: a pseudo-terminal, or an address.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
+use std::thread;
+
+use super::bridge::Tap;
+use crate::failure::Failure;
+
+#[cfg(unix)]
+pub(super) use terminal::Terminal;
+
+/// How much is read at once.
+const PIECE: usize = 4_096;
+
+/// Listens at an address.
+pub(super) fn listen(address: &str) -> Result<TcpListener, Failure> {
+    TcpListener::bind(address).map_err(|error| {
+        Failure::usage(format!(
+            "cannot listen on {address}: {error}; name another address, or port 0 for a free one"
+        ))
+    })
+}
+
+/// Serves one client after the other in a thread of its own.
+pub(super) fn serve(listener: TcpListener, tap: &Arc<Tap>) -> io::Result<()> {
+    let tap = Arc::clone(tap);
+    let serve = move || {
+        for client in listener.incoming().flatten() {
+            // Whatever goes wrong with one client is its own affair.
+            let _ = converse(&tap, client);
+            tap.client(false);
+        }
+    };
+    thread::Builder::new().name("tcp".to_owned()).spawn(serve).map(drop)
+}
+
+fn converse(tap: &Arc<Tap>, mut client: TcpStream) -> io::Result<()> {
+    client.set_nodelay(true)?;
+    let mut writer = client.try_clone()?;
+    if let Some(said) = tap.client(true) {
+        thread::Builder::new().name("tcp".to_owned()).spawn(move || {
+            while let Ok(bytes) = said.recv() {
+                if writer.write_all(&bytes).is_err() {
+                    return;
+                }
+            }
+        })?;
+    }
+    let mut buffer = [0; PIECE];
+    loop {
+        match client.read(&mut buffer)? {
+            0 => return Ok(()),
+            count => tap.client_says(buffer.get(..count).unwrap_or_default()),
+        }
+    }
+}
+
+#[cfg(not(unix))]
+/// There are no pseudo-terminals on this system.
+pub(super) enum Terminal {}
+
+#[cfg(not(unix))]
+impl Terminal {
+    pub(super) fn place(&self) -> &std::path::Path {
+        match *self {}
+    }
+
+    pub(super) fn serve(&self, _tap: &Arc<Tap>) -> io::Result<()> {
+        match *self {}
+    }
+}
+
+#[cfg(unix)]
+mod terminal {
+    use std::fs::File;
+    use std::io::{self, Read, Write};
+    use std::os::fd::AsFd;
+    use std::path::{Path, PathBuf};
+    use std::sync::Arc;
+    use std::thread;
+    use std::time::Duration;
+
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    use rustix::fs::{Mode, OFlags, open};
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+    use vimc4::Link;
+
+    use super::super::bridge::Tap;
+    use super::PIECE;
+    use crate::failure::Failure;
+
+    /// How often it is looked whether somebody has opened the terminal. Nothing is lost until then.
+    const LOOK: Duration = Duration::from_millis(5);
+
+    /// A pseudo-terminal with a link that leads to it, removed when it is dropped.
+    pub(crate) struct Terminal {
+        near: File,
+        link: Link,
+        place: PathBuf,
+    }
+
+    impl Terminal {
+        /// Makes a raw terminal and a link to it.
+        pub(crate) fn open(path: &Path, baud: u32) -> Result<Terminal, Failure> {
+            Link::check(path, false).map_err(Failure::usage)?;
+            let made = pair(baud).map_err(|error| {
+                Failure::usage(format!(
+                    "cannot make a pseudo-terminal: {error}; is /dev/pts mounted?"
+                ))
+            });
+            let (near, far) = made?;
+            let link = Link::create(path, &far, false).map_err(Failure::usage)?;
+            let place = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+            Ok(Terminal { near, link, place })
+        }
+
+        /// Where it is found.
+        pub(crate) fn place(&self) -> &Path {
+            let _ = &self.link;
+            &self.place
+        }
+
+        /// Passes bytes in threads of its own.
+        pub(crate) fn serve(&self, tap: &Arc<Tap>) -> io::Result<()> {
+            let (mut reader, tap) = (self.near.try_clone()?, Arc::clone(tap));
+            let near = self.near.try_clone()?;
+            let serve = move || {
+                let mut buffer = [0; PIECE];
+                let mut there = false;
+                loop {
+                    match reader.read(&mut buffer) {
+                        Ok(count) if count > 0 => {
+                            if !there {
+                                there = attend(&tap, &near).is_ok();
+                            }
+                            tap.client_says(buffer.get(..count).unwrap_or_default());
+                        }
+                        // Nobody has it open.
+                        _ => {
+                            if there {
+                                tap.client(false);
+                            }
+                            there = false;
+                            while is_closed(&near) {
+                                thread::sleep(LOOK);
+                            }
+                            there = attend(&tap, &near).is_ok() || there;
+                        }
+                    }
+                }
+            };
+            thread::Builder::new().name("pty".to_owned()).spawn(serve).map(drop)
+        }
+    }
+
+    /// Somebody has it open, and gets what the device says.
+    fn attend(tap: &Arc<Tap>, near: &File) -> io::Result<()> {
+        let mut writer = near.try_clone()?;
+        let Some(said) = tap.client(true) else { return Ok(()) };
+        let write = move || {
+            while let Ok(bytes) = said.recv() {
+                // On a cable that is pulled out nothing is kept for the next one.
+                if is_closed(&writer) || writer.write_all(&bytes).is_err() {
+                    return;
+                }
+            }
+        };
+        thread::Builder::new().name("pty".to_owned()).spawn(write).map(drop)
+    }
+
+    fn is_closed(near: &File) -> bool {
+        let mut looked = [PollFd::new(near, PollFlags::OUT)];
+        let now = Timespec { tv_sec: 0, tv_nsec: 0 };
+        poll(&mut looked, Some(&now)).is_ok() && looked[0].revents().contains(PollFlags::HUP)
+    }
+
+    fn pair(baud: u32) -> io::Result<(File, PathBuf)> {
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&near)?;
+        unlockpt(&near)?;
+        let name = ptsname(&near, Vec::new())?;
+        let far = PathBuf::from(name.to_string_lossy().into_owned());
+        // Raw, as a cable is; it stays so as long as the near end is open.
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let opened = open(&far, flags, Mode::empty())?;
+        let mut settings = tcgetattr(opened.as_fd())?;
+        settings.make_raw();
+        // A speed that the system does not know makes no difference here.
+        let _ = settings.set_speed(baud);
+        tcsetattr(opened.as_fd(), OptionalActions::Now, &settings)?;
+        Ok((File::from(near), far))
+    }
+}
