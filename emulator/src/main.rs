@@ -25,6 +25,7 @@ mod send;
 mod serve;
 mod setup;
 mod text;
+mod traces;
 mod values;
 
 use std::process::ExitCode;
@@ -106,6 +107,10 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(said) => return output::said(&said),
     };
+    // A level that is none is said at once, also where nothing would be told.
+    if let Err(failure) = traces::level() {
+        return failure.report();
+    }
     let done = match arguments.command {
         Command::Serve(arguments) => return serve::run(arguments).unwrap_or_else(Failure::report),
         Command::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),

@@ -24,6 +24,7 @@ use crate::failure::Failure;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
+use crate::traces;
 use crate::values::size;
 
 /// The address at which it listens if nothing is said.
@@ -40,8 +41,10 @@ Examples:
   vimc4 serve --model smcu --machine board-plotter --time 8x
   vimc4 serve --record session.jsonl
   vimc4 serve --json --time instant --count 8 --until-stdin-closes
+  VIMC4_LOG=info vimc4 serve
 
 It answers orders on standard input, such as press stop, position and quit; help lists them.
+VIMC4_LOG=warn, info, debug or trace tells on standard error what happens, as structured events.
 
 Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself, 2 it could
 not begin, 131 it was ended by SIGQUIT (Ctrl-\\).";
@@ -159,14 +162,16 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
-/// The log that the arguments ask for.
+/// The log that the arguments ask for, and the traces that the environment does.
 pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
-    Log::open(arguments.log.as_deref()).map_err(|error| {
+    let log = Log::open(arguments.log.as_deref()).map_err(|error| {
         let path = arguments.log.as_deref().unwrap_or(Path::new("")).display();
         Failure::usage(format!(
             "cannot write the log {path}: {error}; name a file in a folder that can be written to"
         ))
-    })
+    })?;
+    traces::install(&log)?;
+    Ok(log)
 }
 
 /// Ends all controllers, those that are ready and those of a start that has failed, and leaves

@@ -24,9 +24,15 @@ struct Serve {
 impl Serve {
     /// Starts `vimc4 serve` in a folder of its own.
     fn start(folder: &Path, arguments: &[&str]) -> Serve {
+        Serve::start_with(folder, arguments, &[])
+    }
+
+    /// The same with more in its environment.
+    fn start_with(folder: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Serve {
         let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"))
             .arg("serve")
             .args(arguments)
+            .envs(environment.iter().copied())
             .current_dir(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -29,6 +29,8 @@ mod runner;
 mod sinks;
 mod storage;
 mod timer;
+#[cfg(feature = "tracing")]
+mod traces;
 mod traffic;
 mod transport;
 mod travel;
@@ -47,6 +49,8 @@ pub use report::{BreakpointId, Deed, Effect, News, Report, Sink, SinkId, Source,
 pub use reports::{Reports, Tap};
 pub use rig::{Pause, Step};
 pub use runner::{RunError, Runner};
+#[cfg(feature = "tracing")]
+pub use traces::Traces;
 pub use traffic::{Traffic, Verbosity};
 pub use transport::{
     Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Tcp, TcpError, Transport,

@@ -423,6 +423,16 @@ impl Builder {
         if let Some(tcp) = tcp {
             runner.attach(Box::new(tcp));
         }
+        #[cfg(feature = "tracing")]
+        if let Some(traces) = vimc4_host::Traces::new(&name) {
+            traces.begin(model.name(), &machine.name, &self.time);
+            let Places { tcp, serial, .. } = &places;
+            #[cfg(all(unix, feature = "pty"))]
+            places.pty.iter().for_each(|path| traces.transport("pty", &path.display()));
+            serial.iter().for_each(|device| traces.transport("serial", device));
+            tcp.iter().for_each(|address| traces.transport("tcp", address));
+            runner.watch(Box::new(traces));
+        }
         if let Some(record) = record {
             runner.watch(Box::new(record.recorder()));
         }

@@ -406,3 +406,52 @@ fn two_handles_of_one_program_are_told() {
     let [line] = shared.as_slice() else { panic!("{told:#?}") };
     assert!(line.starts_with("pty: 2 handles of ") && line.contains(&me), "{line}");
 }
+
+#[test]
+fn what_happens_is_traced_as_far_as_the_environment_asks() {
+    let serve = |level: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = ["--tcp", "127.0.0.1:0", "--pty", "none", "--json", "-v"];
+        let mut serve = Serve::start_with(folder.path(), &arguments, &[("VIMC4_LOG", level)]);
+        let mut client = connect(&ready(&serve.line())["controllers"][0]);
+        assert_eq!(ask(&mut client, "@07\r", 1), "0");
+        serve.give("quit\n");
+        assert_eq!(serve.line(), "");
+        serve.end()
+    };
+    let (code, said) = serve("info");
+    assert_eq!(code, 0, "{said}");
+    let traces: Vec<_> = said.lines().filter(|line| line.contains("controller{")).collect();
+    let begins = traces.iter().find(|line| line.contains("begins")).unwrap();
+    assert!(begins.contains(" INFO controller{name=\"1\"}: begins model=\"imc4\""), "{begins}");
+    let opened = traces.iter().find(|line| line.contains("line opened at_ns=")).unwrap();
+    assert!(opened.contains("}:client{transport=\"tcp 127.0.0.1:"), "{opened}");
+    assert!(traces.iter().all(|line| !line.contains(" DEBUG ")), "{said}");
+    // What -v says is as ever, each in its line.
+    assert!(said.lines().any(|line| line.ends_with(" s  @07  set axes X+Y+Z")), "{said}");
+
+    let (_, said) = serve("debug");
+    let command = said.lines().find(|line| line.contains("command=1 mnemonic=\"@axes\"")).unwrap();
+    assert!(command.contains(" DEBUG controller{name=\"1\"}: command at_ns="), "{command}");
+    for quiet in ["", "off", "error"] {
+        assert!(!serve(quiet).1.contains("controller{"), "{quiet}");
+    }
+}
+
+#[test]
+fn a_level_that_is_none_is_said() {
+    for wrong in ["inof", "INFO", "vimc4=info", "3"] {
+        for command in [&["serve", "--tcp", "none"][..], &["models"]] {
+            let output = std::process::Command::new(env!("CARGO_BIN_EXE_vimc4"))
+                .args(command)
+                .env("VIMC4_LOG", wrong)
+                .output()
+                .unwrap();
+            let said = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(2), "{said}");
+            let line = format!("VIMC4_LOG={wrong}: this is no level");
+            assert!(said.contains(&line), "{said}");
+            assert!(said.contains("use one of off, error, warn, info, debug, trace"), "{said}");
+        }
+    }
+}
