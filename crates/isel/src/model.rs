@@ -2,24 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions};
-use vimc4_plant::{Builtins, ProfileError, parse_profile};
+use vimc4_plant::{ProfileError, profiles};
 
 use crate::wiring::{Ports, Wire};
-
-/// The models that are built in, name and profile. The three iMC models share everything but
-/// their texts. The last has no manual.
-static BUILTIN: Builtins<Model, 6> = Builtins::new([
-    ("imc4", include_str!("../models/imc4.toml")),
-    ("imc4-m", include_str!("../models/imc4-m.toml")),
-    ("imc-m", include_str!("../models/imc-m.toml")),
-    ("imc-mp", include_str!("../models/imc-mp.toml")),
-    ("imc-s8", include_str!("../models/imc-s8.toml")),
-    ("c142", include_str!("../models/c142.toml")),
-]);
 
 /// A model of controller. Every value that the manuals leave open is in here, so that the owner
 /// of a real one can set it right without touching code.
@@ -447,36 +435,17 @@ pub enum ControlReply {
     Done,
 }
 
+// The three iMC models share everything but their texts. The last has no manual.
+profiles! { Model, Model::check, [
+    "imc4" = include_str!("../models/imc4.toml"),
+    "imc4-m" = include_str!("../models/imc4-m.toml"),
+    "imc-m" = include_str!("../models/imc-m.toml"),
+    "imc-mp" = include_str!("../models/imc-mp.toml"),
+    "imc-s8" = include_str!("../models/imc-s8.toml"),
+    "c142" = include_str!("../models/c142.toml"),
+] }
+
 impl Model {
-    /// The names of the built-in models.
-    #[must_use]
-    pub fn names() -> Vec<&'static str> {
-        BUILTIN.names()
-    }
-
-    /// A built-in model.
-    #[must_use]
-    pub fn builtin(name: &str) -> Option<Arc<Model>> {
-        BUILTIN.get(name, Model::from_toml)
-    }
-
-    /// The profile of a built-in model, to start one's own from.
-    #[must_use]
-    pub fn builtin_toml(name: &str) -> Option<&'static str> {
-        BUILTIN.text(name)
-    }
-
-    /// Reads a profile.
-    ///
-    /// # Errors
-    ///
-    /// If it is not TOML, has unknown or missing keys, or a value that no controller can have.
-    pub fn from_toml(text: &str) -> Result<Model, ProfileError> {
-        let model: Model = parse_profile(text)?;
-        model.check(text)?;
-        Ok(model)
-    }
-
     /// How a line is read while these axes are set; `line` is its place in the data field, from 0,
     /// if it is to be stored.
     pub(crate) fn context(&self, axes: AxisSet, line: Option<u32>) -> Context<'_> {
@@ -622,15 +591,6 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_built_in_model_is_sound_and_carries_its_name() {
-        for name in Model::names() {
-            let text = Model::builtin_toml(name).unwrap();
-            let model = Model::from_toml(text).unwrap_or_else(|e| panic!("{name}: {e:?}"));
-            assert_eq!(model.name, name);
-        }
-    }
 
     #[test]
     fn an_error_points_at_the_key() {

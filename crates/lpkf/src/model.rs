@@ -1,18 +1,10 @@
 //! What a controller is like: a model is data, not a fork of the code.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 use vimc4_device::AXES;
-use vimc4_plant::{Builtins, ProfileError, parse_profile};
+use vimc4_plant::{ProfileError, profiles};
 
 use crate::language::{Dialect, Grammar};
-
-/// The models that are built in, name and profile.
-static BUILTIN: Builtins<Model, 2> = Builtins::new([
-    ("smcu", include_str!("../models/smcu.toml")),
-    ("motionsystem", include_str!("../models/motionsystem.toml")),
-]);
 
 /// A model of controller. Every value that the manual leaves open is in here, so that the owner
 /// of a real one can set it right without touching code.
@@ -320,36 +312,12 @@ pub enum Ta {
     None,
 }
 
+profiles! { Model, Model::check, [
+    "smcu" = include_str!("../models/smcu.toml"),
+    "motionsystem" = include_str!("../models/motionsystem.toml"),
+] }
+
 impl Model {
-    /// The names of the built-in models.
-    #[must_use]
-    pub fn names() -> Vec<&'static str> {
-        BUILTIN.names()
-    }
-
-    /// A built-in model.
-    #[must_use]
-    pub fn builtin(name: &str) -> Option<Arc<Model>> {
-        BUILTIN.get(name, Model::from_toml)
-    }
-
-    /// The profile of a built-in model, to start one's own from.
-    #[must_use]
-    pub fn builtin_toml(name: &str) -> Option<&'static str> {
-        BUILTIN.text(name)
-    }
-
-    /// Reads a profile.
-    ///
-    /// # Errors
-    ///
-    /// If it is not TOML, has unknown or missing keys, or a value that no controller can have.
-    pub fn from_toml(text: &str) -> Result<Model, ProfileError> {
-        let model: Model = parse_profile(text)?;
-        model.check(text)?;
-        Ok(model)
-    }
-
     /// How it reads what comes over the line.
     #[must_use]
     pub fn grammar(&self) -> Grammar {
@@ -540,15 +508,6 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_built_in_model_is_sound_and_carries_its_name() {
-        for name in Model::names() {
-            let text = Model::builtin_toml(name).unwrap();
-            let model = Model::from_toml(text).unwrap_or_else(|e| panic!("{name}: {e:?}"));
-            assert_eq!(model.name, name);
-        }
-    }
 
     #[test]
     fn an_error_points_at_the_key() {

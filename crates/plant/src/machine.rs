@@ -1,23 +1,11 @@
 //! What a machine is like.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 use vimc4_device::{AXES, Warning};
 
 use crate::job::JobSetup;
-use crate::profile::{Builtins, ProfileError, parse_profile};
-
-/// The machines that are built in, name and profile.
-static BUILTIN: Builtins<Machine, 7> = Builtins::new([
-    ("bench", include_str!("../machines/bench.toml")),
-    ("mill", include_str!("../machines/mill.toml")),
-    ("mill-4axis", include_str!("../machines/mill-4axis.toml")),
-    ("traverse", include_str!("../machines/traverse.toml")),
-    ("stage", include_str!("../machines/stage.toml")),
-    ("board-plotter", include_str!("../machines/board-plotter.toml")),
-    ("positioner", include_str!("../machines/positioner.toml")),
-]);
+use crate::profile::ProfileError;
+use crate::profiles;
 
 /// An end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -236,6 +224,16 @@ static UNFITTED: Axis = Axis {
     start: 0,
 };
 
+profiles! { Machine, Machine::check, [
+    "bench" = include_str!("../machines/bench.toml"),
+    "mill" = include_str!("../machines/mill.toml"),
+    "mill-4axis" = include_str!("../machines/mill-4axis.toml"),
+    "traverse" = include_str!("../machines/traverse.toml"),
+    "stage" = include_str!("../machines/stage.toml"),
+    "board-plotter" = include_str!("../machines/board-plotter.toml"),
+    "positioner" = include_str!("../machines/positioner.toml"),
+] }
+
 impl Machine {
     /// What a step of each axis is for people.
     ///
@@ -256,41 +254,16 @@ impl Machine {
         })
     }
 
-    /// The names of the built-in machines.
-    #[must_use]
-    pub fn names() -> Vec<&'static str> {
-        BUILTIN.names()
-    }
-
-    /// A built-in machine.
-    #[must_use]
-    pub fn builtin(name: &str) -> Option<Arc<Machine>> {
-        BUILTIN.get(name, Machine::from_toml)
-    }
-
-    /// The profile of a built-in machine, to start one's own from.
-    #[must_use]
-    pub fn builtin_toml(name: &str) -> Option<&'static str> {
-        BUILTIN.text(name)
-    }
-
-    /// Reads a profile.
-    ///
-    /// # Errors
-    ///
-    /// If it is not TOML, has unknown or missing keys, or describes a machine that cannot be:
-    /// switches in the wrong order, a carriage that starts outside its travel.
-    pub fn from_toml(text: &str) -> Result<Machine, ProfileError> {
-        let machine: Machine = parse_profile(text)?;
+    /// Switches in the right order, a carriage that starts inside its travel and the like.
+    fn check(&self, text: &str) -> Result<(), ProfileError> {
         let names = [&["x"][..], &["y"], &["z", "z0"], &["a", "z1"], &["z2"], &["z3"]];
-        for (index, names) in names.iter().enumerate().filter(|(axis, _)| machine.fits(*axis)) {
+        for (index, names) in names.iter().enumerate().filter(|(axis, _)| self.fits(*axis)) {
             let mut tables = names.iter().map(|name| format!("axes.{name}"));
             let table = tables.find(|table| text.contains(&format!("[{table}]")));
-            check_axis(text, &table.unwrap_or_default(), machine.axis(index))?;
+            check_axis(text, &table.unwrap_or_default(), self.axis(index))?;
         }
-        check_job(text, &machine.job)?;
-        check_zeros(text, &machine)?;
-        Ok(machine)
+        check_job(text, &self.job)?;
+        check_zeros(text, self)
     }
 
     /// Whether an axis finds its reference point by itself, at a switch or where it began.

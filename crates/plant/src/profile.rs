@@ -74,6 +74,69 @@ impl<T, const N: usize> Builtins<T, N> {
     }
 }
 
+/// Gives a type of profiles those that are built in, by name, and the reading of others.
+///
+/// After the type come what else a profile must keep to, a function of the profile and its text, and
+/// the names and texts of those that are built in.
+///
+/// ```
+/// #[derive(serde::Deserialize)]
+/// struct Lamp {
+///     watts: u32,
+/// }
+///
+/// vimc4_plant::profiles! { Lamp, |lamp: &Lamp, text| match lamp.watts {
+///     0 => Err(vimc4_plant::ProfileError::about_key(text, "", "watts", "no light", "1 at least")),
+///     _ => Ok(()),
+/// }, ["bulb" = "watts = 60"] }
+///
+/// assert_eq!(Lamp::names(), ["bulb"]);
+/// assert_eq!(Lamp::builtin("bulb").map(|lamp| lamp.watts), Some(60));
+/// assert!(Lamp::from_toml("watts = 0").is_err());
+/// ```
+#[macro_export]
+macro_rules! profiles {
+    ($profile:ty, $check:expr, [$($name:literal = $text:expr),+ $(,)?]) => {
+        impl $profile {
+            fn builtins() -> &'static $crate::Builtins<Self, { [$($name),+].len() }> {
+                static BUILTINS: $crate::Builtins<$profile, { [$($name),+].len() }> =
+                    $crate::Builtins::new([$(($name, $text)),+]);
+                &BUILTINS
+            }
+
+            /// The names of those that are built in.
+            #[must_use]
+            pub fn names() -> Vec<&'static str> {
+                Self::builtins().names()
+            }
+
+            /// The one that is built in under a name.
+            #[must_use]
+            pub fn builtin(name: &str) -> Option<std::sync::Arc<Self>> {
+                Self::builtins().get(name, Self::from_toml)
+            }
+
+            /// The profile of the one that is built in under a name, to start one's own from.
+            #[must_use]
+            pub fn builtin_toml(name: &str) -> Option<&'static str> {
+                Self::builtins().text(name)
+            }
+
+            /// Reads a profile.
+            ///
+            /// # Errors
+            ///
+            /// If it is not TOML, has unknown or missing keys, or a value that cannot be.
+            pub fn from_toml(text: &str) -> Result<Self, $crate::ProfileError> {
+                let profile: Self = $crate::parse_profile(text)?;
+                let check: fn(&Self, &str) -> Result<(), $crate::ProfileError> = $check;
+                check(&profile, text)?;
+                Ok(profile)
+            }
+        }
+    };
+}
+
 /// Reads a profile from TOML. Unknown keys are errors; an error says what would be right.
 pub fn parse_profile<T: DeserializeOwned>(text: &str) -> Result<T, ProfileError> {
     toml::from_str(text).map_err(|error| ProfileError {

@@ -4,11 +4,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::MemoryError;
-use vimc4_plant::{Builtins, Machine, ProfileError, parse_profile};
+use vimc4_plant::{Machine, profiles};
 
 use super::Controller;
-
-static BUILTIN: Builtins<Model, 1> = Builtins::new([("cart", include_str!("cart.toml"))]);
 
 /// A model of cart.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,23 +31,9 @@ pub(crate) struct Quirks {
     pub(crate) squeaks: bool,
 }
 
+profiles! { Model, |_, _| Ok(()), ["cart" = include_str!("cart.toml")] }
+
 impl Model {
-    pub(crate) fn names() -> Vec<&'static str> {
-        BUILTIN.names()
-    }
-
-    pub(crate) fn builtin(name: &str) -> Option<Arc<Model>> {
-        BUILTIN.get(name, Model::from_toml)
-    }
-
-    pub(crate) fn builtin_toml(name: &str) -> Option<&'static str> {
-        BUILTIN.text(name)
-    }
-
-    pub(crate) fn from_toml(text: &str) -> Result<Model, ProfileError> {
-        parse_profile(text)
-    }
-
     pub(crate) fn switched_on(
         self: &Arc<Self>,
         _machine: Arc<Machine>,
