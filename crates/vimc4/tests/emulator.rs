@@ -2,13 +2,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::Write;
 use std::time::Duration;
 
-use vimc4::{
-    Builder, Button, Clock, Condition, ControlError, Emulator, Error, Event, MemoryPort, Time,
-};
+use vimc4::{Builder, Button, Clock, Condition, ControlError, Emulator, Error, MemoryPort, Time};
 
 fn manual(model: &str) -> Builder {
     Emulator::builder().model(model).time(Clock::Manual)
@@ -70,6 +67,9 @@ fn commands_can_be_waited_for() {
     assert_eq!(&emu.next_command("@A").unwrap().bytes[..], b"@0A5,900");
     emu.run_until_idle().unwrap();
     assert_eq!(&emu.next_command("@A").unwrap().bytes[..], b"@0A6,900");
+    assert_eq!(emu.commands().unwrap().len(), 3);
+    emu.forget().unwrap();
+    assert!(emu.commands().unwrap().is_empty() && emu.events().unwrap().is_empty());
     // And what has not come yet.
     let reply = emu.control().next_command("@P");
     send(&mut port, "@0P\r");
@@ -83,24 +83,6 @@ fn commands_can_be_waited_for() {
     assert_eq!(control.next_command("@A").wait().unwrap_err(), ControlError::Ended);
     let silent = manual("imc4").record(false).start().unwrap();
     assert!(silent.next_command("@A").is_err());
-}
-
-#[test]
-fn a_stopped_move_goes_on() {
-    let emu = manual("imc4").start().unwrap();
-    let mut port = emu.connect().unwrap();
-    send(&mut port, "@01\r@0A5000,10000\r");
-    emu.advance(Duration::from_millis(50)).unwrap();
-    emu.press(Button::Stop).unwrap();
-    assert_eq!(emu.run_until_idle().unwrap(), Time::from_millis(100));
-    assert_eq!(emu.position().unwrap(), [280, 0, 0, 0]);
-    assert_eq!(answers(&emu, &mut port), "0F");
-    send(&mut port, "@0S\r");
-    emu.run_until(&Condition::AxisAt { axis: 0, position: 2_500 }).unwrap();
-    assert_eq!(emu.position().unwrap(), [2_500, 0, 0, 0]);
-    emu.run_until_idle().unwrap();
-    assert_eq!(emu.position().unwrap(), [5_000, 0, 0, 0]);
-    assert_eq!(answers(&emu, &mut port), "0");
 }
 
 #[test]
@@ -138,22 +120,6 @@ fn the_panel_and_the_power_are_in_the_hands_of_the_test() {
     assert_eq!(answers(&emu, &mut port), "0000000000000000000");
     let wrong = emu.press("stpo").unwrap_err().to_string();
     assert!(wrong.contains("there is no button `stpo`; did you mean stop?"), "{wrong}");
-}
-
-#[test]
-fn what_the_host_sent_is_told_decoded() {
-    let emu = manual("imc-s8").start().unwrap();
-    let mut port = emu.connect().unwrap();
-    send(&mut port, "@07\r@0A5000,900,0,900,0,900,0,900\r");
-    let commands = emu.commands().unwrap();
-    assert_eq!(commands.len(), 2);
-    assert_eq!(commands[1].mnemonic, "@A");
-    assert_eq!(&commands[1].bytes[..], b"@0A5000,900,0,900,0,900,0,900");
-    assert!(commands[1].text.contains("relative move X +5,000"), "{}", commands[1].text);
-    let events = emu.events().unwrap();
-    assert!(events.iter().any(|(_, event)| matches!(event, Event::Motion(_))));
-    emu.forget().unwrap();
-    assert!(emu.commands().unwrap().is_empty() && emu.events().unwrap().is_empty());
 }
 
 #[test]
@@ -221,27 +187,6 @@ fn with_pacing_a_reply_takes_its_time_on_the_line() {
     let idle = emu.run_until_idle().unwrap().as_nanos();
     assert!((2_604_166..2_604_176).contains(&idle), "{idle}");
     assert_eq!(answers(&emu, &mut port), "0");
-}
-
-#[test]
-fn instant_jobs_take_no_time_over_tcp() {
-    let emu = Emulator::builder().time(Clock::Instant).tcp("localhost:0").start().unwrap();
-    let mut port = TcpStream::connect(emu.tcp_addr().unwrap()).unwrap();
-    port.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-    let mut ask = |line: &str| {
-        port.write_all(line.as_bytes()).unwrap();
-        let mut answer = [0];
-        port.read_exact(&mut answer).unwrap();
-        char::from(answer[0])
-    };
-    assert_eq!(ask("@01\r"), '0');
-    for _ in 0..100 {
-        assert_eq!(ask("@0A8000000,10000\r"), '0');
-        assert_eq!(ask("@0A-8000000,10000\r"), '0');
-    }
-    // Two days' work.
-    assert!(emu.now().unwrap() > Time::from_secs(100_000));
-    assert_eq!(emu.position().unwrap(), [0, 0, 0, 0]);
 }
 
 #[cfg(unix)]
