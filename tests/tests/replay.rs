@@ -19,6 +19,7 @@ use vimc4::{
 use vimc4_conform::fixtures;
 use vimc4_conform::script::Action;
 use vimc4_device::{Device, Harness, Line, LineState, Output, OwnedInput, Stamp, Time};
+use vimc4_tests::fuzzing::Chance;
 use vimc4_timeline::recording::{Player, Recording, Tolerance, check};
 
 /// How many sessions are held.
@@ -27,42 +28,12 @@ const SESSIONS: u64 = 1_000;
 /// So many reports of a session are kept, far more than one makes.
 const ROOM: usize = 1 << 20;
 
-/// Numbers that look like chance, the same for the same beginning.
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        // SplitMix64.
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        (self.next() % end as u64) as usize
-    }
-
-    fn one_in(&mut self, of: usize) -> bool {
-        self.below(of) == 0
-    }
-
-    fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
-        &all[self.below(all.len())]
-    }
-
-    /// Another one, for another thread.
-    fn other(&mut self) -> Chance {
-        Chance(self.next())
-    }
-
-    /// Lets others go first, now and then for a while.
-    fn dawdle(&mut self) {
-        match self.below(4) {
-            0 => thread::sleep(Duration::from_micros(self.next() % 300)),
-            1 => thread::yield_now(),
-            _ => {}
-        }
+/// Lets others go first, now and then for a while.
+fn dawdle(chance: &mut Chance) {
+    match chance.below(4) {
+        0 => thread::sleep(Duration::from_micros(chance.below(300))),
+        1 => thread::yield_now(),
+        _ => {}
     }
 }
 
@@ -84,13 +55,16 @@ fn lines(family: Family) -> Vec<Vec<u8>> {
 /// A client sends some lines, whole or in pieces, and may go without ending the last.
 fn converse(mut port: impl Write, lines: &[Vec<u8>], mut chance: Chance) {
     for _ in 0..chance.below(8) {
-        let line = chance.of(lines).clone();
-        let cut = if chance.one_in(3) { chance.below(line.len() + 1) } else { line.len() };
+        let line = chance.pick(lines).clone();
+        let cut = match chance.below(3) {
+            0 => chance.below(line.len() as u64 + 1) as usize,
+            _ => line.len(),
+        };
         let (first, second) = line.split_at(cut);
         port.write_all(first).unwrap();
-        chance.dawdle();
+        dawdle(&mut chance);
         port.write_all(second).unwrap();
-        chance.dawdle();
+        dawdle(&mut chance);
     }
 }
 
@@ -106,30 +80,32 @@ fn operate(person: &Control, mut chance: Chance) {
             4 => person.restore(&kept).wait().unwrap(),
             // Clocks that run by themselves refuse, and a breakpoint may come before.
             5 => {
-                let span = Duration::from_micros(chance.next() % 5_000_000);
+                let span = Duration::from_micros(chance.below(5_000_000));
                 drop(person.advance(span).wait_within(Duration::from_millis(20)));
             }
             // What never comes to rest is not waited for.
             6 => drop(person.run_until_idle().wait_within(Duration::from_millis(1))),
             7 | 8 => debug(person, &signals, &mut chance),
             9 => {
-                let breakpoint = *chance.of(&[
-                    Condition::Command { like: None },
-                    Condition::Answered { like: None },
-                    Condition::AxisAbove { axis: 0, position: 20 },
-                    Condition::Idle,
-                ]
-                .each_ref());
+                let breakpoint = *chance.pick(
+                    &[
+                        Condition::Command { like: None },
+                        Condition::Answered { like: None },
+                        Condition::AxisAbove { axis: 0, position: 20 },
+                        Condition::Idle,
+                    ]
+                    .each_ref(),
+                );
                 person.break_when(breakpoint.clone()).wait().unwrap();
             }
             10 => _ = person.resume().wait(),
             _ => {
-                let signal = chance.of(&signals);
-                let value = (chance.next() % 2) as i32;
+                let signal = chance.pick(&signals);
+                let value = chance.below(2) as i32;
                 let _ = person.set_signal(&signal.name, value).wait().unwrap();
             }
         }
-        chance.dawdle();
+        dawdle(&mut chance);
     }
 }
 
@@ -141,12 +117,12 @@ fn debug(person: &Control, signals: &[Signal], chance: &mut Chance) {
         match chance.below(8) {
             0 => person.put(before.state()).wait().unwrap(),
             1 => {
-                let signal = chance.of(signals).id;
-                let value = (chance.next() % 2) as i32;
+                let signal = chance.pick(signals).id;
+                let value = chance.below(2) as i32;
                 person.inject(OwnedInput::Signal(signal, value)).wait().unwrap();
             }
             2 => person.inject(OwnedInput::Bytes("@01\r!PA10,20;".into())).wait().unwrap(),
-            3 => _ = person.hear(chance.below(20)).wait().unwrap(),
+            3 => _ = person.hear(chance.below(20) as usize).wait().unwrap(),
             4 => {
                 let mut other = person.controller().wait().unwrap();
                 other.perform(Time::NEVER);
@@ -154,9 +130,9 @@ fn debug(person: &Control, signals: &[Signal], chance: &mut Chance) {
             }
             _ => _ = person.step().wait().unwrap(),
         }
-        chance.dawdle();
+        dawdle(chance);
     }
-    if !chance.one_in(8) {
+    if chance.below(8) > 0 {
         person.resume().wait().unwrap();
     }
 }
@@ -283,12 +259,12 @@ fn hold_file(file: &Path, fresh: Line<Controller>, what: &dyn Fn() -> String) {
 
 /// Holds a session, and plays what was reported of it. Returns how much was said.
 fn hold(seed: u64, pools: &[(Family, Vec<Vec<u8>>)], worker: &Worker, folder: &Path) -> usize {
-    let mut chance = Chance(seed);
-    let model = *chance.of(&vimc4::models());
-    let machine = *chance.of(&vimc4::machines());
+    let mut chance = Chance::of(&seed.to_le_bytes());
+    let model = *chance.pick(&vimc4::models());
+    let machine = *chance.pick(&vimc4::machines());
     let clocks = ["real", "real", "8x", "1000x", "100000x", "manual", "instant"];
-    let clock: Clock = chance.of(&clocks).parse().unwrap();
-    let (paced, tcp) = (chance.one_in(3), chance.one_in(4));
+    let clock: Clock = chance.pick(&clocks).parse().unwrap();
+    let (paced, tcp) = (chance.below(3) == 0, chance.below(4) == 0);
     let (model, machine): (Model, Arc<Machine>) =
         (vimc4::model(model).unwrap(), vimc4::machine(machine).unwrap());
     let (_, lines) = pools.iter().find(|(family, _)| *family == model.family()).unwrap();

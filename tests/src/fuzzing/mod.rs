@@ -20,6 +20,7 @@ mod recordings;
 pub mod seeds;
 mod twins;
 
+pub use chance::Chance;
 pub use conditions::condition;
 pub use debugging::{console, walk};
 pub use histories::history;

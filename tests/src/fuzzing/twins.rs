@@ -11,6 +11,7 @@ use vimc4_device::{
 
 use super::chance::Chance;
 use super::operations::{Operation, Operations, Setup};
+use crate::moments::holds;
 
 /// So many operations count; what follows does not.
 const OPERATIONS_MAX: usize = 400;
@@ -435,12 +436,19 @@ impl<D: Family> Twins<D> {
             let (bit, level) = (way as u8 & 7, way & 8 == 0);
             conditions.push(Condition::PortBit { port: *port, bit, level });
         }
+        let machine = self.setup.machine();
         for condition in conditions {
+            let seen = match condition {
+                Condition::AxisAt { axis, position } => {
+                    Condition::AxisAt { axis, position: D::counted(position) }
+                }
+                ref other => other.clone(),
+            };
             let holds = |at: Time| {
                 let mut later = self.watched.clone();
                 later.watch(Kinds::NONE);
                 later.handle(Input::Wake, at);
-                holds(&condition, &later)
+                holds(&seen, &later.view(at), &machine, &later, &[])
             };
             let last = self.watched.wake().map(|wake| Time::from_nanos(wake.as_nanos() - 1));
             let last = last.filter(|last| *last >= now);
@@ -462,35 +470,6 @@ impl<D: Family> Twins<D> {
             }
         }
         assert!(!self.watched.explain(&self.last).is_empty());
-    }
-}
-
-/// Whether a condition holds now.
-fn holds<D: Family>(condition: &Condition, controller: &D) -> bool {
-    let view = controller.view(controller.now());
-    match condition {
-        Condition::AxisAt { axis, position } => {
-            view.axes[usize::from(*axis)].position == D::counted(*position)
-        }
-        Condition::AxisBelow { axis, position } => {
-            view.axes[usize::from(*axis)].position < *position
-        }
-        Condition::AxisAbove { axis, position } => {
-            view.axes[usize::from(*axis)].position > *position
-        }
-        Condition::Outside { low, high } => view
-            .axes
-            .iter()
-            .enumerate()
-            .any(|(axis, view)| view.position < low[axis] || view.position > high[axis]),
-        Condition::PortBit { port, bit, level } => {
-            let port = view.ports.iter().find(|view| view.input && view.port == *port);
-            port.is_some_and(|view| (view.value >> bit & 1 == 1) == *level)
-        }
-        Condition::At(time) => controller.now() >= *time,
-        Condition::Idle => controller.is_idle(),
-        // No picture shows it.
-        limit => controller.crossing(limit) == Some(controller.now()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Clients of a pseudo terminal.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitCode, Stdio};
@@ -21,7 +21,6 @@ use crate::tools::{Counts, PATIENCE, Terminal, ask, at, in_role, wait_until};
 pub(crate) const TESTS: &[(&str, fn())] = &[
     ("terminal: a thousand clients one after the other read nothing stale", a_thousand_clients),
     ("terminal: a client is killed while it has it for itself", exclusive_clients_are_killed),
-    ("terminal: a client never reads", a_client_never_reads),
     (
         "terminal: a stopped output and flow control end with their client",
         a_client_stops_the_output,
@@ -141,36 +140,6 @@ fn exclusive_clients_are_killed() {
         assert_eq!(ask(&mut next, "@0A1,900,0,900,0,900,0,900", 1), "0");
         assert_eq!(ask(&mut next, "@0P", 19), at(n));
     }
-}
-
-fn a_client_never_reads() {
-    const ASKED: usize = 20_000;
-    let counts = Counts::default();
-    let (emulator, path) = emulator(&counts);
-    let mut lazy = Terminal::open(&path);
-    assert_eq!(ask(&mut lazy, "@07", 1), "0");
-    for _ in 0..ASKED {
-        lazy.write_all(b"@0P\r").unwrap();
-    }
-    // Another client of the same controller hears every answer.
-    let mut other = emulator.connect().unwrap();
-    assert_eq!(ask(&mut other, "@0P", 19), at(0));
-    wait_until("a loss", || counts.lost.load(Ordering::SeqCst) > 0);
-    // It may begin to read at any time, and hears whole answers.
-    let mut kept = 0;
-    let mut answer = [0; 19];
-    while lazy.hears(Duration::from_millis(50)) {
-        lazy.read_exact(&mut answer).unwrap();
-        assert_eq!(answer, at(0).as_bytes());
-        kept += 1;
-    }
-    assert!((2_000..ASKED).contains(&kept), "{kept} of {ASKED}");
-    assert_eq!(ask(&mut lazy, "@0P", 19), at(0));
-    for _ in 0..ASKED {
-        lazy.write_all(b"@0P\r").unwrap();
-    }
-    counts.after_leaving(|| drop(lazy));
-    assert_eq!(ask(&mut Terminal::open(&path), "@0P", 19), at(0));
 }
 
 fn a_client_stops_the_output() {
