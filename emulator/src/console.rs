@@ -1,6 +1,7 @@
 //! `vimc4 console`: a controller, a program or a job, step by step, forward and back.
 
 mod camera;
+mod live;
 pub(crate) mod screen;
 pub(crate) mod session;
 mod shell;
@@ -9,18 +10,22 @@ use std::cell::RefCell;
 use std::fs;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, bare};
+use vimc4::{Clients, Clock, Emulator};
+use vimc4_catalogue::{Controller, Machine, bare};
 use vimc4_debug::Debugger;
 
 use crate::completions;
+use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::opened::{self, Opened, Sending};
 use crate::output;
+use crate::serve::{self, LISTENS};
 use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
@@ -34,8 +39,13 @@ Step through what a controller does, forward and back, and ask why
 
 WHAT is a file: a list of commands, a stored program, a plot file or a job file in the isel NC
 intermediate format. It is sent to a virtual controller in virtual time, as `vimc4 run` does it, and
-the console stands at its beginning. A stored program is stored, and START is pressed. Without a file,
-or with the name of a model, there is a controller that has just been switched on.
+the console stands at its beginning. A stored program is stored, and START is pressed.
+
+Without a file, or with the name of a model, there is a controller behind a pseudo terminal and a TCP port,
+as `vimc4 serve` has it. While somebody types its time is paused; clients stay connected and notice nothing
+but time. `continue` lets it go on to the next breakpoint or Ctrl-C. Who steps forward leads it there, who
+goes back only looks, and what is done in the past takes it back. With `--pty none --tcp none` nobody is
+there, and time passes as it is stepped through.
 
 Every command is a line; `help` lists them, an empty line does the last one again, Tab completes. What
 is done in the past begins a branch, and nothing is lost. The same without anybody at the terminal:
@@ -56,6 +66,8 @@ pub(crate) struct Arguments {
     what: Option<String>,
     #[command(flatten)]
     setup: Setup,
+    #[command(flatten)]
+    ports: Ports,
     /// Carry out the commands in this file, and end; `-` is standard input
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
@@ -74,18 +86,112 @@ pub(crate) struct Arguments {
     axes: Option<u8>,
 }
 
+/// Where clients find a controller, as `vimc4 serve` has it.
+#[derive(clap::Args)]
+#[command(next_help_heading = "A controller behind ports")]
+struct Ports {
+    /// A pseudo terminal with a link of this name; `none` for none
+    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = serve::PTY)]
+    pty: Option<PathBuf>,
+    /// Take the link of that name even from an emulator that is still running
+    #[arg(long)]
+    replace: bool,
+    /// Listen at this address; `none` for nowhere, port 0 for a free port
+    #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
+    tcp: String,
+    /// A real serial port; once for each controller
+    #[arg(long, value_name = "DEV")]
+    serial: Vec<String>,
+    /// How time passes while the controller runs: real, a factor such as 8x or 0.5x, or instant
+    #[arg(long = "time", value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "8x"]))]
+    clock: Clock,
+    /// Keep the flash memory in this file, created if need be
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// How many controllers; `controller NUMBER` looks at another one
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1_000))]
+    count: u16,
+    /// What happens to a second TCP client: refuse it, let it take over, or let it observe
+    #[arg(long, value_name = "POLICY", default_value_t = Clients::Refuse, add = completions::words(&["refuse", "takeover", "observe"]))]
+    tcp_clients: Clients,
+    /// Forget the half line of a client that has left
+    #[arg(long)]
+    fresh_clients: bool,
+}
+
+impl Ports {
+    fn link(&self) -> Option<PathBuf> {
+        let link = self.pty.clone().or_else(|| cfg!(unix).then(|| serve::PTY.into()))?;
+        (link.as_os_str() != "none").then_some(link)
+    }
+
+    /// Whether nobody can reach it: then it needs no time of its own.
+    fn are_none(&self) -> bool {
+        self.link().is_none() && self.tcp == "none" && self.serial.is_empty()
+    }
+
+    fn start(&self, model: &str, machine: &Arc<Machine>) -> Result<Vec<Emulator>, Failure> {
+        let count = self.count;
+        if !self.serial.is_empty() && self.serial.len() != usize::from(count) {
+            return Err(Failure::usage(format!(
+                "{count} controllers cannot share {} serial ports; give --serial once for each",
+                self.serial.len()
+            )));
+        }
+        if self.clock == Clock::Manual {
+            return Err(Failure::usage(
+                "time that is moved by hand has nothing to be paused; choose real, instant or 8x",
+            ));
+        }
+        let model = vimc4::model(model)?;
+        let mut emulators = Vec::new();
+        for number in 1..=count {
+            let several = (count > 1).then_some(number);
+            let mut builder = Emulator::builder()
+                .with_model(model.clone())
+                .with_machine(Arc::clone(machine))
+                .time(self.clock)
+                .tcp_clients(self.tcp_clients)
+                .fresh_clients(self.fresh_clients)
+                .record(false)
+                .name(number.to_string());
+            if let Some(link) = self.link() {
+                builder = builder.pty(serve::numbered(&link, several)).replace_link(self.replace);
+            }
+            if self.tcp != "none" {
+                builder = builder.tcp(serve::counted_up(&self.tcp, number - 1)?);
+            }
+            if let Some(device) = self.serial.get(usize::from(number) - 1) {
+                builder = builder.serial(device);
+            }
+            if let Some(file) = &self.flash {
+                builder = builder.flash(serve::numbered(file, several));
+            }
+            emulators.push(builder.start()?);
+        }
+        Ok(emulators)
+    }
+}
+
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     if arguments.screen {
         screen::check()?;
     }
-    let opened = open(&arguments)?;
-    if let Some(note) = &opened.note {
-        // Where nobody can be told it is seen in the history.
-        let _ = writeln!(io::stderr(), "{}", text::shown(note));
-    }
     let cancel = Cancel::default();
-    listen(&cancel);
-    let mut session = Session::new(opened.debugger, opened.machine, cancel);
+    let links = Links::default();
+    listen(&cancel, &links);
+    let session = Rc::new(RefCell::new(open(&arguments, cancel, &links)?));
+    let end = converse(&session, &arguments);
+    let emulators = Rc::into_inner(session).map(|session| session.into_inner().into_emulators());
+    for mut emulator in emulators.into_iter().flatten() {
+        emulator.unlink();
+        emulator.stop();
+    }
+    end
+}
+
+/// Carries out what is typed or written down.
+fn converse(session: &Rc<RefCell<Session>>, arguments: &Arguments) -> Result<ExitCode, Failure> {
     if let Some(file) = &arguments.script {
         let name = text::name(file);
         let lines = match file.to_str() {
@@ -95,17 +201,18 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         let lines = lines.map_err(|error| {
             Failure::usage(format!("cannot read {name}: {error}; name a file of console commands"))
         })?;
-        return carry_out(&mut session, &name, &lines, 0);
+        script(&mut session.borrow_mut(), &name, &lines, 0)?;
+        return Ok(ExitCode::SUCCESS);
     }
     if !io::stdin().is_terminal() && !arguments.screen {
-        return piped(&mut session);
+        return piped(&mut session.borrow_mut());
     }
     interactive(session, arguments.screen)
 }
 
 /// What the command line names.
-fn open(arguments: &Arguments) -> Result<Opened, Failure> {
-    let Arguments { setup, time, keep_going, axes, .. } = arguments;
+fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session, Failure> {
+    let Arguments { setup, ports, time, keep_going, axes, .. } = arguments;
     let (model, file) = match arguments.what.as_deref() {
         None => (setup.model(), None),
         Some(what) if Path::new(what).is_file() => (setup.model(), Some(Path::new(what))),
@@ -119,47 +226,91 @@ fn open(arguments: &Arguments) -> Result<Opened, Failure> {
     };
     if let Some(file) = file {
         let sending = Sending { time: *time, keeps_going: *keep_going, axes: *axes };
-        return opened::open(file, setup.clone(), sending);
+        let Opened { debugger, machine, note } = opened::open(file, setup.clone(), sending)?;
+        if let Some(note) = note {
+            // Where nobody can be told it is seen in the history.
+            let _ = writeln!(io::stderr(), "{}", text::shown(&note));
+        }
+        return Ok(Session::new(debugger, machine, cancel));
     }
-    let (model, machine) = (vimc4::model(model)?, vimc4::machine(setup.machine())?);
-    let controller: Controller = bare(&model, &machine, &[]).map_err(Failure::midway)?;
-    Ok(Opened { debugger: Debugger::new(controller), machine, note: None })
+    let machine = vimc4::machine(setup.machine())?;
+    if ports.are_none() {
+        let model = vimc4::model(model)?;
+        let controller: Controller = bare(&model, &machine, &[]).map_err(Failure::midway)?;
+        return Ok(Session::new(Debugger::new(controller), machine, cancel));
+    }
+    let emulators = ports.start(model, &machine)?;
+    for emulator in &emulators {
+        #[cfg(unix)]
+        links.add(emulator.port());
+        let places = [
+            #[cfg(unix)]
+            emulator.port().map(|path| format!("pty {}\n", path.display())),
+            emulator.tcp_addr().map(|address| format!("tcp {address}\n")),
+            emulator.serial().map(|device| format!("serial {device}\n")),
+        ];
+        output::print(&text::shown(&places.into_iter().flatten().collect::<String>()))?;
+    }
+    Session::live(emulators, machine, cancel).map_err(|Wrong(wrong)| Failure::midway(wrong))
 }
 
-/// Lets Ctrl-C end what is under way, and not the console.
-fn listen(cancel: &Cancel) {
-    let cancel = cancel.clone();
+/// The links to pseudo terminals, which nothing may leave behind.
+#[derive(Clone, Default)]
+struct Links(Arc<Mutex<Vec<PathBuf>>>);
+
+impl Links {
+    fn add(&self, path: Option<&Path>) {
+        let mut links = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        links.extend(path.map(Path::to_owned));
+    }
+
+    fn remove(&self) {
+        let links = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        for link in links.iter().filter(|link| link.is_symlink()) {
+            let _ = fs::remove_file(link);
+        }
+    }
+}
+
+/// Lets Ctrl-C end what is under way, and not the console; other ways to ask for an end do end it.
+fn listen(cancel: &Cancel, links: &Links) {
+    let (cancel, links) = (cancel.clone(), links.clone());
     let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
         return;
     };
+    let (ready, is_ready) = std::sync::mpsc::channel();
     // Without the thread Ctrl-C ends the program, as it does everywhere.
     let _ = thread::Builder::new().name("interrupts".to_owned()).spawn(move || {
         runtime.block_on(async {
-            while tokio::signal::ctrl_c().await.is_ok() {
-                cancel.wish();
+            let mut endings = Endings::without_interrupt();
+            let _ = ready.send(());
+            loop {
+                tokio::select! {
+                    interrupt = tokio::signal::ctrl_c() => match interrupt {
+                        Ok(()) => cancel.wish(),
+                        Err(_) => return,
+                    },
+                    _ = endings.told() => {
+                        links.remove();
+                        screen::leave();
+                        process::exit(ENDED);
+                    }
+                }
             }
         });
     });
+    let _ = is_ready.recv();
 }
+
+/// The exit code of a program that was told to end, as shells have it.
+const ENDED: i32 = 143;
 
 /// So many files may call each other.
 const DEEPEST: u32 = 16;
 
-/// Carries out the commands of a script. The first that fails ends it.
-fn carry_out(
-    session: &mut Session,
-    name: &str,
-    lines: &str,
-    depth: u32,
-) -> Result<ExitCode, Failure> {
-    match script(session, name, lines, depth)? {
-        Flow::GoesOn | Flow::Ends => Ok(ExitCode::SUCCESS),
-    }
-}
-
 /// Whether a script is to be gone on with.
 #[derive(PartialEq, Eq)]
-enum Flow {
+pub(crate) enum Flow {
     GoesOn,
     Ends,
 }
@@ -189,7 +340,7 @@ fn script(session: &mut Session, name: &str, lines: &str, depth: u32) -> Result<
 }
 
 /// Carries out the commands of a file that another one, or somebody, calls.
-fn called(session: &mut Session, file: &str, depth: u32) -> Result<Flow, Failure> {
+pub(crate) fn called(session: &mut Session, file: &str, depth: u32) -> Result<Flow, Failure> {
     if depth >= DEEPEST {
         return Err(Failure::midway(format!("{file} calls itself; leave `source` out")));
     }
@@ -243,25 +394,27 @@ fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
 }
 
 /// Somebody is at the terminal.
-fn interactive(session: Session, begins_with_screen: bool) -> Result<ExitCode, Failure> {
-    let session = Rc::new(RefCell::new(session));
-    let mut shell = Shell::new(Rc::clone(&session))?;
-    if begins_with_screen {
-        if screen::run(&mut session.borrow_mut())? == screen::Leaving::Quits {
-            return Ok(ExitCode::SUCCESS);
-        }
-    } else {
+fn interactive(
+    session: &Rc<RefCell<Session>>,
+    begins_with_screen: bool,
+) -> Result<ExitCode, Failure> {
+    if begins_with_screen && screen::run(&mut session.borrow_mut())? == screen::Leaving::Quits {
+        return Ok(ExitCode::SUCCESS);
+    }
+    if !begins_with_screen {
         output::print(&greeting(&session.borrow()))?;
     }
+    let mut shell = Shell::new(Rc::clone(session))?;
     while let Some(line) = shell.line("(vimc4) ")? {
         let outcome = session.borrow_mut().carry_out(&line);
         match outcome {
             Ok(Outcome::Said(text)) if text.is_empty() => {}
             Ok(Outcome::Said(text)) => output::print(&format!("{text}\n"))?,
             Ok(Outcome::Screen) => match screen::check() {
-                Ok(()) => {
-                    screen::run(&mut session.borrow_mut())?;
-                }
+                Ok(()) => match screen::run(&mut session.borrow_mut())? {
+                    screen::Leaving::Quits => break,
+                    screen::Leaving::Closed => {}
+                },
                 Err(failure) => _ = failure.report(),
             },
             Ok(Outcome::Source(file)) => match called(&mut session.borrow_mut(), &file, 0) {

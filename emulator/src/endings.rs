@@ -26,8 +26,16 @@ const QUIT: u8 = 131;
 #[cfg(unix)]
 impl Endings {
     pub(crate) fn listen() -> Endings {
-        let (interrupt, terminate) = (SignalKind::interrupt(), SignalKind::terminate());
-        let mut kinds = vec![(interrupt, 0), (terminate, 0), (SignalKind::quit(), QUIT)];
+        Endings::of(vec![(SignalKind::interrupt(), 0)])
+    }
+
+    /// The same without Ctrl-C, for a program to which that means something else.
+    pub(crate) fn without_interrupt() -> Endings {
+        Endings::of(Vec::new())
+    }
+
+    fn of(mut kinds: Vec<(SignalKind, u8)>) -> Endings {
+        kinds.extend([(SignalKind::terminate(), 0), (SignalKind::quit(), QUIT)]);
         // A program that was started with `nohup` is to outlive the terminal.
         if !is_ignored(SignalKind::hangup()) {
             kinds.push((SignalKind::hangup(), 0));
@@ -58,15 +66,25 @@ fn is_ignored(signal: SignalKind) -> bool {
 }
 
 #[cfg(not(unix))]
-pub(crate) struct Endings;
+pub(crate) struct Endings {
+    by_interrupt: bool,
+}
 
 #[cfg(not(unix))]
 impl Endings {
     pub(crate) fn listen() -> Endings {
-        Endings
+        Endings { by_interrupt: true }
+    }
+
+    /// The same without Ctrl-C, for a program to which that means something else.
+    pub(crate) fn without_interrupt() -> Endings {
+        Endings { by_interrupt: false }
     }
 
     pub(crate) async fn told(&mut self) -> ExitCode {
+        if !self.by_interrupt {
+            return std::future::pending().await;
+        }
         let _ = tokio::signal::ctrl_c().await;
         ExitCode::SUCCESS
     }

@@ -132,7 +132,8 @@ struct ControllerPlaces<'a> {
     serial: Option<&'a str>,
 }
 
-const PTY: &str = "./vimc4.pty";
+/// The link to a pseudo terminal if nothing is said.
+pub(crate) const PTY: &str = "./vimc4.pty";
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let log = open_log(&arguments)?;
@@ -288,7 +289,7 @@ pub(crate) fn link(arguments: &Arguments) -> Option<PathBuf> {
 }
 
 /// `flash.bin` becomes `flash-2.bin` for the second of several.
-fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
+pub(crate) fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
     let (Some(number), Some(stem)) = (number, path.file_stem()) else { return path.to_owned() };
     let mut name = OsString::from(stem);
     name.push(format!("-{number}"));
@@ -310,7 +311,7 @@ fn recording(path: &Path, number: Option<u16>) -> PathBuf {
 }
 
 /// The address with a port that is `more` higher; port 0 stays, it means any.
-fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
+pub(crate) fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
     let split = address.rsplit_once(':').and_then(|(host, port)| Some((host, port.parse().ok()?)));
     let Some((host, port)) = split else { return Ok(address.to_owned()) };
     match port {

@@ -3,9 +3,11 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::time::Duration;
 
 #[path = "console/terminal.rs"]
 mod terminal;
@@ -74,7 +76,8 @@ fn a_claim_that_does_not_hold_ends_a_script_with_its_line() {
 
 #[test]
 fn a_command_that_is_none_ends_a_pipe_with_its_line() {
-    let output = console(&["imc4"], "where\nfrobnicate\nprint x\n");
+    let output =
+        console(&["imc4", "--pty", "none", "--tcp", "none"], "where\nfrobnicate\nprint x\n");
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(err.contains("line 2") && err.contains("frobnicate"), "{err}");
@@ -86,7 +89,8 @@ fn what_is_no_file_and_no_model_is_wrong_usage() {
     for (arguments, wanted) in [
         (&["nothing.txt"][..], "nothing.txt is neither a file nor a model"),
         (&["imc4", "--machine", "lathe"], "lathe"),
-        (&["imc4", "--script", "nothing.txt"], "nothing.txt"),
+        (&["imc4", "--pty", "none", "--tcp", "none", "--script", "nothing.txt"], "nothing.txt"),
+        (&["imc4", "--time", "manual", "--pty", "none", "--tcp", "127.0.0.1:0"], "moved by hand"),
         (&["imc4", "--screen"], "needs a terminal"),
     ] {
         let output = console(arguments, "quit\n");
@@ -102,10 +106,14 @@ fn a_script_can_call_another_and_not_itself() {
     let (first, second) = (folder.path().join("first.txt"), folder.path().join("second.txt"));
     fs::write(&first, format!("source {}\nprint x\n", second.display())).unwrap();
     fs::write(&second, "send @01\ncontinue\nsend @0A700,900\ncontinue\n").unwrap();
-    let out = said(&["imc4", "--script", first.to_str().unwrap()], "");
+    let out =
+        said(&["imc4", "--pty", "none", "--tcp", "none", "--script", first.to_str().unwrap()], "");
     assert!(out.ends_with("> print x\n700\n"), "{out}");
     fs::write(&second, format!("source {}\n", first.display())).unwrap();
-    let output = console(&["imc4", "--script", first.to_str().unwrap()], "");
+    let output = console(
+        &["imc4", "--pty", "none", "--tcp", "none", "--script", first.to_str().unwrap()],
+        "",
+    );
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("calls itself"), "{}", text(&output.stderr));
 }
@@ -157,6 +165,176 @@ fn what_follows_an_error_reply_is_sent_if_somebody_wants_it() {
     let output = console(&[list, "--keep-going"], "continue\nprint x\n");
     assert!(text(&output.stderr).contains("1 error reply"), "{}", text(&output.stderr));
     assert!(text(&output.stdout).ends_with("> print x\n500\n"));
+}
+
+// --- host software that is held ---
+
+/// A console with controllers behind TCP ports, to which commands are given one by one.
+struct Held {
+    child: Child,
+    typed: ChildStdin,
+    said: BufReader<ChildStdout>,
+    ports: Vec<String>,
+}
+
+impl Held {
+    fn start(folder: &Path, arguments: &[&str]) -> Held {
+        let mut child = Command::new(VIMC4)
+            .args(["console", "imc4", "--machine", "mill", "--tcp", "127.0.0.1:0"])
+            .args(arguments)
+            .current_dir(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::inherit())
+            .spawn()
+            .unwrap();
+        let typed = child.stdin.take().unwrap();
+        let mut said = BufReader::new(child.stdout.take().unwrap());
+        let controllers = if arguments.contains(&"2") { 2 } else { 1 };
+        let mut ports = Vec::new();
+        while ports.len() < controllers {
+            let mut line = String::new();
+            assert!(said.read_line(&mut line).unwrap() > 0);
+            ports.extend(line.trim().strip_prefix("tcp ").map(str::to_owned));
+        }
+        Held { child, typed, said, ports }
+    }
+
+    fn connect(&self, number: usize) -> TcpStream {
+        let stream = TcpStream::connect(&self.ports[number - 1]).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream
+    }
+
+    fn type_(&mut self, line: &str) {
+        writeln!(self.typed, "{line}").unwrap();
+    }
+
+    /// Gives a command and returns what it is answered.
+    fn ask(&mut self, line: &str) -> String {
+        // What comes next says where the answer ends.
+        self.type_(line);
+        self.type_("controller");
+        let mut answer = String::new();
+        loop {
+            let mut said = String::new();
+            assert!(self.said.read_line(&mut said).unwrap() > 0, "it has ended: {answer}");
+            if said == "> controller\n" {
+                let mut number = String::new();
+                self.said.read_line(&mut number).unwrap();
+                return answer.trim_end().to_owned();
+            }
+            if said.trim_end() != format!("> {line}") {
+                answer.push_str(&said);
+            }
+        }
+    }
+
+    fn quit(mut self) {
+        self.type_("quit");
+        assert_eq!(self.child.wait().unwrap().code(), Some(0));
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn receive(stream: &mut TcpStream, count: usize) -> String {
+    let mut answer = vec![0; count];
+    stream.read_exact(&mut answer).unwrap();
+    text(&answer)
+}
+
+fn converse(stream: &mut TcpStream, line: &str, count: usize) -> String {
+    stream.write_all(line.as_bytes()).unwrap();
+    receive(stream, count)
+}
+
+#[test]
+fn a_breakpoint_holds_the_controller_and_the_client_notices_nothing_but_time() {
+    for clock in ["real", "8x"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut held =
+            Held::start(folder.path(), &["--pty", "none", "--count", "2", "--time", clock]);
+        let (mut first, mut second) = (held.connect(1), held.connect(2));
+        held.ask("break z < -100");
+        first.write_all(b"@07\r@0A400,4000,0,900,-200,900,0,900\r@0P\r").unwrap();
+        let stop = held.ask("continue");
+        assert!(stop.contains("breakpoint 1, #2 @0A400"), "{stop}");
+        assert_eq!(held.ask("print z"), "-101");
+        // The first is held in the middle of its move; the second runs on.
+        assert_eq!(receive(&mut first, 1), "0");
+        assert_eq!(
+            converse(&mut second, "@07\r@0A300,900,0,900,0,900,0,900\r@0P\r", 21),
+            "00000012C000000000000"
+        );
+        first.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
+        assert!(first.read_exact(&mut [0]).is_err(), "nothing is answered while it is held");
+        first.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        assert_eq!(held.ask("delete 1"), "");
+        let stop = held.ask("continue 1s");
+        assert!(stop.contains("the time has come"), "{stop}");
+        assert_eq!(receive(&mut first, 20), "00000190000000FFFF38", "in {clock} time");
+        // The second one is paused only when somebody looks at it.
+        let second_is = held.ask("controller 2");
+        assert!(second_is.contains("X         300"), "{second_is}");
+        held.quit();
+    }
+}
+
+#[test]
+fn who_steps_forward_leads_the_controller_and_who_goes_back_only_looks() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut held = Held::start(folder.path(), &["--pty", "none", "--time", "8x"]);
+    let mut client = held.connect(1);
+    held.ask("break command @A");
+    client.write_all(b"@07\r@0A400,900,0,900,0,900,0,900\r").unwrap();
+    let stop = held.ask("continue");
+    assert!(stop.contains("#2 @0A400"), "{stop}");
+    assert_eq!(receive(&mut client, 1), "0");
+    // To the end of the move: the client gets the answer, and only once.
+    held.ask("next x = 400");
+    assert_eq!(held.ask("print x"), "400");
+    assert_eq!(receive(&mut client, 1), "0");
+    held.ask("last x = 100");
+    assert_eq!(held.ask("print x"), "100");
+    held.ask("goto end");
+    client.write_all(b"@0P\r").unwrap();
+    held.ask("continue 10ms");
+    assert_eq!(receive(&mut client, 19), "0000190000000000000");
+    // In the past STOP is pressed instead: that is another branch, and the controller is there.
+    held.ask("last x = 100");
+    held.ask("press stop");
+    held.ask("continue 100ms");
+    let place: i64 = held.ask("print x").parse().unwrap();
+    assert!((101..200).contains(&place), "{place}");
+    assert_eq!(receive(&mut client, 1), "F");
+    let branches = held.ask("branches");
+    assert_eq!(branches.lines().count(), 2, "{branches}");
+    held.quit();
+}
+
+#[test]
+fn a_pseudo_terminal_is_there_and_gone_afterwards_also_when_it_is_told_to_end() {
+    for told in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let held = Held::start(folder.path(), &["--pty", "machine.pty"]);
+        let link = folder.path().join("machine.pty");
+        assert!(link.is_symlink());
+        if told {
+            let pid = rustix::process::Pid::from_child(&held.child);
+            rustix::process::kill_process(pid, rustix::process::Signal::TERM).unwrap();
+            let mut held = held;
+            assert!(!held.child.wait().unwrap().success());
+        } else {
+            held.quit();
+        }
+        assert!(!link.is_symlink(), "told: {told}");
+    }
 }
 
 // --- at a terminal ---

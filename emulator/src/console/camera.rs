@@ -254,7 +254,6 @@ pub(crate) fn show(debugger: &mut Debugger, around: &mut Around, picture: &mut P
     around.look(debugger, &picture.machine);
     picture.talk.clone_from(&around.talk);
     picture.strokes.clone_from(&around.strokes);
-    picture.view = debugger.device().view(debugger.now());
     picture.signals = debugger.device().signals();
     picture.command = debugger.executing().map(|command| command.to_string());
     picture.listing = listing(debugger);

@@ -10,6 +10,6 @@ mod path;
 mod picture;
 mod svg;
 
-pub(crate) use face::{Leaving, as_svg, check, run};
+pub(crate) use face::{Leaving, as_svg, check, leave, run};
 pub(crate) use path::Stroke;
 pub(crate) use picture::{Picture, Side, Talk, TimeLine};

@@ -3,13 +3,17 @@
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use vimc4::{Control, Emulator, Report, Reports};
 use vimc4_catalogue::{Details, Machine};
-use vimc4_debug::{Answer, Candidate, Completion, DebugError, Debugger, Directive};
-use vimc4_device::{Device, Time, View};
+use vimc4_debug::{
+    Answer, Candidate, Completion, DebugError, Debugger, Directive, Watched, patiently,
+};
+use vimc4_device::{Device, Time, View, parse_duration};
 
+use super::live::{self, Live};
 use super::screen;
 use crate::text::shown;
 
@@ -33,6 +37,11 @@ pub(crate) const OWN: &[Own] = &[
         about: "write that screen into a file, as SVG; 80x24 characters if nothing is said",
     },
     Own { name: "source", arguments: "FILE", about: "carry out the commands in a file" },
+    Own {
+        name: "controller",
+        arguments: "[NUMBER]",
+        about: "of several that run: pause this one and look at it; without a number, which one it is",
+    },
 ];
 
 /// What came of a line.
@@ -58,6 +67,12 @@ impl Wrong {
     }
 }
 
+impl From<String> for Wrong {
+    fn from(message: String) -> Wrong {
+        Wrong(message)
+    }
+}
+
 impl From<DebugError> for Wrong {
     fn from(error: DebugError) -> Wrong {
         Wrong(error.to_string())
@@ -70,11 +85,18 @@ pub(crate) struct Cancel {
     wished: Arc<AtomicBool>,
     /// Another place to look whether it is wished: the keyboard, where Ctrl-C is a key like others.
     pub(crate) look: Option<fn() -> bool>,
+    /// The controller that runs and is to be paused then.
+    runs: Arc<Mutex<Option<Control>>>,
 }
 
 impl Cancel {
     pub(crate) fn wish(&self) {
         self.wished.store(true, Ordering::Relaxed);
+        let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(control) = &*runs {
+            // Whoever waits for the pause hears of it.
+            drop(control.pause());
+        }
     }
 
     /// Nobody wants that any more.
@@ -85,6 +107,10 @@ impl Cancel {
     pub(crate) fn is_wished(&self) -> bool {
         self.wished.load(Ordering::Relaxed) || self.look.is_some_and(|look| look())
     }
+
+    fn set_running(&self, control: Option<Control>) {
+        *self.runs.lock().unwrap_or_else(PoisonError::into_inner) = control;
+    }
 }
 
 /// A debugger and what it is opened on.
@@ -92,13 +118,65 @@ pub(crate) struct Session {
     pub(crate) debugger: Debugger,
     pub(crate) machine: Arc<Machine>,
     pub(crate) cancel: Cancel,
+    /// The controller behind ports that the debugger's history follows.
+    pub(crate) live: Option<Live>,
+    /// Its number, from 1, and the others that run beside it.
+    number: usize,
+    others: Vec<Option<Other>>,
+    /// Until when it runs, while it does.
+    until: Option<Time>,
     /// The line that was carried out last, which an empty one repeats.
     last: String,
 }
 
+/// A controller that is not looked at now.
+enum Other {
+    /// Nobody has looked at it yet: it runs.
+    Runs(Box<Emulator>),
+    /// It is as it was left.
+    Left(Box<(Debugger, Live)>),
+}
+
+/// Commands that go forward, for which bytes may wait on the line.
+const FORWARD: [&str; 5] = ["step", "over", "out", "next", "goto"];
+
 impl Session {
     pub(crate) fn new(debugger: Debugger, machine: Arc<Machine>, cancel: Cancel) -> Session {
-        Session { debugger, machine, cancel, last: String::new() }
+        Session {
+            debugger,
+            machine,
+            cancel,
+            live: None,
+            number: 1,
+            others: Vec::new(),
+            until: None,
+            last: String::new(),
+        }
+    }
+
+    /// One of controllers that run behind ports: the first of them is paused and looked at.
+    pub(crate) fn live(
+        emulators: Vec<Emulator>,
+        machine: Arc<Machine>,
+        cancel: Cancel,
+    ) -> Result<Session, Wrong> {
+        let mut emulators = emulators.into_iter();
+        let first = emulators.next().ok_or_else(|| Wrong::new("there is no controller"))?;
+        let (live, debugger) = Live::begin(first)?;
+        let others = std::iter::once(None);
+        let others =
+            others.chain(emulators.map(|emulator| Some(Other::Runs(Box::new(emulator))))).collect();
+        let session = Session::new(debugger, machine, cancel);
+        Ok(Session { live: Some(live), others, ..session })
+    }
+
+    /// All controllers that run, to be ended.
+    pub(crate) fn into_emulators(self) -> Vec<Emulator> {
+        let others = self.others.into_iter().flatten().map(|other| match other {
+            Other::Runs(emulator) => *emulator,
+            Other::Left(left) => left.1.emulator(),
+        });
+        others.chain(self.live.map(Live::emulator)).collect()
     }
 
     /// Carries out a line. An empty one does the last one again, where somebody types; a comment
@@ -127,13 +205,28 @@ impl Session {
             }
             _ => {}
         }
+        if (word, rest.trim()) == ("controller", "") {
+            return Ok(Outcome::Said(self.number.to_string()));
+        }
+        if word == "controller" {
+            return self.change_to(rest.trim());
+        }
         self.cancel.forget();
-        let cancel = self.cancel.clone();
-        let go_on = &mut |_: Time| match cancel.is_wished() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        };
-        match self.debugger.execute(line, go_on)? {
+        let directive = Directive::named(word).map_or("", |directive| directive.name);
+        if let Some(live) = &mut self.live {
+            if directive == "continue" {
+                let until = self.until_of(rest.trim())?;
+                return self.run(until).map(Outcome::Said);
+            }
+            if FORWARD.contains(&directive) {
+                live.hear(&mut self.debugger)?;
+            }
+        }
+        let answer = self.debugger.execute(line, &mut go_on(&self.cancel))?;
+        if let Some(live) = &mut self.live {
+            live.lead(&mut self.debugger)?;
+        }
+        match answer {
             Answer::Quit => Ok(Outcome::Quit),
             answer @ Answer::Help => {
                 let own: Vec<String> = OWN.iter().map(Own::listed).collect();
@@ -146,6 +239,117 @@ impl Session {
             answer => Ok(Outcome::Said(shown(&answer.to_string()))),
         }
     }
+
+    // --- a controller that runs ---
+
+    /// What its time does, in a word.
+    pub(crate) fn clock(&self) -> &'static str {
+        match &self.live {
+            Some(live) if live.is_running() => "RUNS",
+            Some(_) => "paused",
+            None => "",
+        }
+    }
+
+    pub(crate) fn is_running(&self) -> bool {
+        self.live.as_ref().is_some_and(Live::is_running)
+    }
+
+    /// Whether a line lets a running controller go on, and for how long at most.
+    pub(crate) fn goes_on(&self, line: &str) -> Option<Result<Option<Time>, Wrong>> {
+        self.live.as_ref()?;
+        let (word, rest) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
+        let directive = Directive::named(word)?;
+        (directive.name == "continue").then(|| self.until_of(rest.trim()))
+    }
+
+    fn until_of(&self, span: &str) -> Result<Option<Time>, Wrong> {
+        if span.is_empty() {
+            return Ok(None);
+        }
+        let span = parse_duration(span).map_err(|error| Wrong(error.to_string()))?;
+        Ok(Some(self.debugger.now() + span))
+    }
+
+    /// Lets the controller run until a breakpoint pauses it, or Ctrl-C.
+    fn run(&mut self, until: Option<Time>) -> Result<String, Wrong> {
+        self.let_go(until)?;
+        loop {
+            let reports = self.live.as_mut().and_then(Live::take_reports);
+            let Some(mut reports) = reports else { return Err(Wrong::new("nothing runs here")) };
+            let pause = loop {
+                let Some(report) = reports.wait() else {
+                    return Err(Wrong::new("the controller has ended"));
+                };
+                if live::is_pause(&report) {
+                    break report;
+                }
+                live::follow(&mut self.debugger, &report);
+            };
+            if let Some(said) = self.paused(reports, &pause)? {
+                return Ok(said);
+            }
+        }
+    }
+
+    /// Lets the controller go on, and does not wait.
+    pub(crate) fn let_go(&mut self, until: Option<Time>) -> Result<(), Wrong> {
+        self.cancel.forget();
+        let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
+        live.go(&mut self.debugger, until)?;
+        self.until = until;
+        self.cancel.set_running(Some(live.control().clone()));
+        Ok(())
+    }
+
+    /// The controller was paused: what there is to say, or nothing if it goes on.
+    pub(crate) fn paused(
+        &mut self,
+        reports: Reports,
+        pause: &Report,
+    ) -> Result<Option<String>, Wrong> {
+        let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
+        let patience = &mut patiently;
+        let stop = live.paused(&mut self.debugger, reports, pause, self.until, patience)?;
+        let Some(stop) = stop else { return Ok(None) };
+        self.cancel.set_running(None);
+        let watched = self.debugger.watches().into_iter().map(|(expression, value)| Watched {
+            expression: expression.to_string(),
+            value: value.map_err(|error| error.to_string()),
+        });
+        let answer = Answer::Stopped(stop, watched.collect());
+        Ok(Some(shown(&answer.to_string())))
+    }
+
+    /// Looks at another controller, which is paused for that. This one stays as it is.
+    fn change_to(&mut self, number: &str) -> Result<Outcome, Wrong> {
+        let count = self.others.len().max(1);
+        let wanted = number.parse().ok().filter(|number| (1..=count).contains(number));
+        let Some(wanted) = wanted else {
+            return Err(Wrong(format!("there is no controller {number}; there are 1 to {count}")));
+        };
+        if wanted == self.number {
+            return Ok(Outcome::Said(String::new()));
+        }
+        let Some(other) = self.others.get_mut(wanted - 1).and_then(Option::take) else {
+            return Err(Wrong(format!("controller {number} has ended")));
+        };
+        let (debugger, live) = match other {
+            Other::Runs(emulator) => {
+                let (live, debugger) = Live::begin(*emulator)?;
+                (debugger, live)
+            }
+            Other::Left(left) => *left,
+        };
+        let left = std::mem::replace(&mut self.debugger, debugger);
+        if let Some(live) = self.live.replace(live) {
+            self.others[self.number - 1] = Some(Other::Left(Box::new((left, live))));
+        }
+        self.number = wanted;
+        self.carry_out_once("where")
+    }
+
+    // --- what is typed ---
 
     /// How a line can go on.
     pub(crate) fn complete(&self, line: &str, cursor: usize) -> Completion {
@@ -171,6 +375,11 @@ impl Session {
 
     /// What is seen now.
     pub(crate) fn view(&self) -> View<Details> {
+        if let Some(live) = self.live.as_ref().filter(|live| live.is_running())
+            && let Ok(view) = live.control().view().wait()
+        {
+            return view;
+        }
         self.debugger.device().view(self.debugger.now())
     }
 
@@ -207,5 +416,14 @@ impl Own {
 
     fn told(&self) -> String {
         format!("{}\n    {}.", self.usage(), self.about)
+    }
+}
+
+/// Goes on until somebody wants it to end.
+fn go_on(cancel: &Cancel) -> impl FnMut(Time) -> ControlFlow<()> {
+    let cancel = cancel.clone();
+    move |_| match cancel.is_wished() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
     }
 }

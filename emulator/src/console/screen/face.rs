@@ -17,7 +17,7 @@ use ratatui::crossterm::terminal::{
 use ratatui::layout::Rect;
 use ratatui::{DefaultTerminal, Terminal, backend::CrosstermBackend};
 use vimc4_debug::Unit;
-use vimc4_device::SignalKind;
+use vimc4_device::{SignalKind, Time};
 
 use super::draw::draw;
 use super::ink::Inks;
@@ -25,7 +25,10 @@ use super::keys::{self, Act};
 use super::path::Gaze;
 use super::picture::{Picture, Prompt, Reply, ReplyKind};
 use super::svg::svg;
+use vimc4::{Report, Reports};
+
 use crate::console::camera::{self, Around};
+use crate::console::live::{self, Live};
 use crate::console::session::{Outcome, Session, Wrong};
 use crate::failure::Failure;
 
@@ -49,6 +52,9 @@ const UNITS: [Unit; 8] = [
     Unit::Byte,
     Unit::Step,
 ];
+
+/// How often a running controller is looked at anew while something moves.
+const BETWEEN: Duration = Duration::from_millis(100);
 
 /// So many answers are remembered.
 const ANSWERS: usize = 200;
@@ -85,12 +91,14 @@ impl Look {
     }
 
     pub(super) fn picture(&mut self, session: &mut Session) -> Picture {
+        let (view, clock) = (session.view(), session.clock().to_owned());
+        let is_running = session.is_running();
         let debugger = &mut session.debugger;
         let mut picture = Picture {
-            view: vimc4_device::Device::view(debugger.device(), debugger.now()),
+            view,
             machine: session.machine.clone(),
             signals: Vec::new(),
-            clock: String::new(),
+            clock,
             command: None,
             listing: vimc4_debug::Listing { of: String::new(), lines: Vec::new() },
             talk: Vec::new(),
@@ -104,6 +112,10 @@ impl Look {
             shows_keys: self.shows_keys,
         };
         camera::show(debugger, &mut self.around, &mut picture);
+        if is_running {
+            picture.line.now = picture.view.at;
+            picture.line.end = picture.view.at.max(picture.line.end);
+        }
         picture
     }
 
@@ -165,7 +177,7 @@ impl Stage {
 }
 
 /// Gives the terminal back as it was.
-fn leave() {
+pub(crate) fn leave() {
     let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
     let _ = disable_raw_mode();
 }
@@ -190,7 +202,7 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
         before(panic);
     }));
     let mut stage = Stage::enter().map_err(failed)?;
-    let keys = Keys::listen();
+    let mut ears = Ears::listen();
     session.cancel.look = Some(is_interrupted);
     let mut look = Look::new(inks());
     let leaving = loop {
@@ -202,21 +214,46 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
             }
         });
         drawn.map_err(failed)?;
-        let Some(Happening::Terminal(Ok(event))) = keys.next() else { break Leaving::Quits };
-        let next = match event {
-            Event::Key(key) if key.kind != KeyEventKind::Release => handle(&mut look, session, key),
-            Event::Paste(text) => {
+        let is_busy =
+            picture.view.axes.iter().any(|axis| axis.speed != 0) || !picture.view.timers.is_empty();
+        let longest = (session.is_running() && is_busy).then_some(BETWEEN);
+        let Some(happening) = ears.next(longest) else { continue };
+        let next = match happening {
+            Happening::Terminal(Ok(Event::Key(key))) if key.kind != KeyEventKind::Release => {
+                handle(&mut look, session, key)
+            }
+            Happening::Terminal(Ok(Event::Paste(text))) => {
                 if look.prompt.is_open {
-                    text.chars()
-                        .filter(|c| !c.is_control())
-                        .for_each(|c| insert(&mut look.prompt, c));
+                    let printed = text.chars().filter(|c| !c.is_control());
+                    printed.for_each(|c| insert(&mut look.prompt, c));
                 }
                 Next::GoOn
             }
-            _ => Next::GoOn,
+            Happening::Terminal(Ok(_)) => Next::GoOn,
+            Happening::Terminal(Err(_)) => break Leaving::Quits,
+            Happening::Report(report) => {
+                live::follow(&mut session.debugger, &report);
+                Next::GoOn
+            }
+            Happening::Paused(reports, report) => {
+                match session.paused(reports, &report) {
+                    Ok(Some(said)) => look.say(&said, ReplyKind::Answer),
+                    Ok(None) => ears.follow(session),
+                    Err(Wrong(wrong)) => look.say(&wrong, ReplyKind::Wrong),
+                }
+                Next::GoOn
+            }
+            Happening::Ended => {
+                look.say("the controller has ended", ReplyKind::Wrong);
+                Next::GoOn
+            }
         };
         match next {
             Next::GoOn => {}
+            Next::LetGo(until) => match session.let_go(until) {
+                Ok(()) => ears.follow(session),
+                Err(Wrong(wrong)) => look.say(&wrong, ReplyKind::Wrong),
+            },
             Next::Leave(leaving) => break leaving,
             Next::Redraw => stage.0.clear().map_err(failed)?,
             Next::Suspend => {
@@ -248,34 +285,77 @@ fn suspend() {}
 /// What the screen waits for.
 enum Happening {
     Terminal(io::Result<Event>),
+    /// The running controller has been given something.
+    Report(Box<Report>),
+    /// It is paused.
+    Paused(Reports, Box<Report>),
+    /// It has ended.
+    Ended,
 }
 
 /// The keyboard, read in a thread of its own: one event each time it is asked for. So nobody reads
-/// what is meant for whoever has the terminal next.
-struct Keys {
+/// what is meant for whoever has the terminal next. What a running controller is given comes the same
+/// way.
+struct Ears {
     ask: Sender<()>,
+    is_asked: bool,
+    tell: Sender<Happening>,
     happenings: Receiver<Happening>,
 }
 
-impl Keys {
-    fn listen() -> Keys {
+impl Ears {
+    fn listen() -> Ears {
         let (tell, happenings) = channel();
         let (ask, asked) = channel();
+        let told = tell.clone();
         // Without the thread nothing comes, and the screen closes.
         let _ = thread::Builder::new().name("keys".to_owned()).spawn(move || {
             while asked.recv().is_ok() {
-                if tell.send(Happening::Terminal(event::read())).is_err() {
+                if told.send(Happening::Terminal(event::read())).is_err() {
                     return;
                 }
             }
         });
-        Keys { ask, happenings }
+        Ears { ask, is_asked: false, tell, happenings }
     }
 
-    /// Waits, and costs nothing meanwhile.
-    fn next(&self) -> Option<Happening> {
-        self.ask.send(()).ok()?;
-        self.happenings.recv().ok()
+    /// Waits, and costs nothing meanwhile. `None` if nothing has come for so long, if somebody wants
+    /// to know.
+    fn next(&mut self, longest: Option<Duration>) -> Option<Happening> {
+        if !self.is_asked {
+            self.is_asked = true;
+            if self.ask.send(()).is_err() {
+                return Some(Happening::Terminal(Err(io::ErrorKind::BrokenPipe.into())));
+            }
+        }
+        let happening = match longest {
+            Some(longest) => self.happenings.recv_timeout(longest).ok()?,
+            None => self.happenings.recv().ok()?,
+        };
+        self.is_asked &= !matches!(happening, Happening::Terminal(_));
+        Some(happening)
+    }
+
+    /// Hears what a running controller is given, until it is paused.
+    fn follow(&self, session: &mut Session) {
+        let Some(mut reports) = session.live.as_mut().and_then(Live::take_reports) else { return };
+        let tell = self.tell.clone();
+        // Without the thread nobody hears of it.
+        let _ = thread::Builder::new().name("reports".to_owned()).spawn(move || {
+            loop {
+                let told = match reports.wait() {
+                    None => tell.send(Happening::Ended),
+                    Some(report) if live::is_pause(&report) => {
+                        let _ = tell.send(Happening::Paused(reports, Box::new(report)));
+                        return;
+                    }
+                    Some(report) => tell.send(Happening::Report(Box::new(report))),
+                };
+                if told.is_err() {
+                    return;
+                }
+            }
+        });
     }
 }
 
@@ -295,6 +375,8 @@ fn is_interrupted() -> bool {
 /// What comes after a key.
 enum Next {
     GoOn,
+    /// The running controller goes on, until a time at most.
+    LetGo(Option<Time>),
     Redraw,
     Suspend,
     Leave(Leaving),
@@ -309,7 +391,23 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
         return edit(look, session, key);
     }
     let Some(act) = keys::act(&key) else { return Next::GoOn };
+    if session.is_running() {
+        match act {
+            // The first time it pauses the controller, so that nothing runs unseen.
+            Act::HoldOrGo | Act::Quit | Act::Line("continue") => {
+                session.cancel.wish();
+                return Next::GoOn;
+            }
+            Act::Line(_) | Act::Scrub(_) | Act::Type | Act::Again | Act::Breakpoint => {
+                look.say("it runs: Space pauses it first", ReplyKind::Wrong);
+                return Next::GoOn;
+            }
+            Act::NextBranch | Act::Picture => return Next::GoOn,
+            _ => {}
+        }
+    }
     match act {
+        Act::HoldOrGo if session.live.is_some() => return Next::LetGo(None),
         Act::Line(line) => return carry_out(look, session, line),
         Act::Scrub(by) => {
             let way = if by < 0 { "back" } else { "step" };
@@ -348,6 +446,14 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
 /// Carries out a line and shows what was answered.
 fn carry_out(look: &mut Look, session: &mut Session, line: &str) -> Next {
     look.say(line, ReplyKind::Typed);
+    match session.goes_on(line) {
+        Some(Ok(until)) => return Next::LetGo(until),
+        Some(Err(Wrong(wrong))) => {
+            look.say(&wrong, ReplyKind::Wrong);
+            return Next::GoOn;
+        }
+        None => {}
+    }
     match session.carry_out_once(line) {
         Ok(Outcome::Said(text)) => look.say(&text, ReplyKind::Answer),
         Ok(Outcome::Screen) => {}
@@ -376,6 +482,13 @@ fn panel(look: &mut Look, session: &mut Session, name: &str) -> Next {
         (_, Some(positions)) => format!("{name} {}", positions[usize::from(!is_on)]),
         _ => format!("set {name} {}", i32::from(!is_on)),
     };
+    if let Some(live) = session.live.as_ref().filter(|live| live.is_running()) {
+        match live.order(&line) {
+            Ok(()) => look.say(&line, ReplyKind::Typed),
+            Err(wrong) => look.say(&wrong, ReplyKind::Wrong),
+        }
+        return Next::GoOn;
+    }
     carry_out(look, session, &line)
 }
 
