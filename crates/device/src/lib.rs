@@ -25,7 +25,7 @@ mod verb;
 mod view;
 
 pub use breakpoint::Breakpoint;
-pub use condition::{Condition, ConditionError, Fact, Named, Names};
+pub use condition::{Condition, ConditionError, Fact, Named, Names, Vocabulary};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Motion, Warning};
 pub use grouped::Grouped;

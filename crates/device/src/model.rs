@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fmt;
 
-use crate::{Effects, Handling, Heard, Identity, Piece, Point, Question, Travel, Turn};
+use crate::{Effects, Handling, Heard, Identity, Piece, Point, Question, Travel, Turn, Vocabulary};
 
 /// A model of controllers of one family: what every tool must know of it and of its family.
 ///
@@ -117,6 +117,12 @@ pub trait Model: Sized {
     /// When a command is carried out that others wait before.
     fn turn(&self, _command: &[u8]) -> Turn {
         Turn::InOrder
+    }
+
+    /// What can happen at one of its controllers, as conditions name it; `None` if that is not
+    /// known.
+    fn vocabulary(&self) -> Option<Vocabulary> {
+        None
     }
 
     /// The value of a profile with which a controller would know a command that this one does not.

@@ -6,6 +6,7 @@ use cart::Cart;
 use proptest::prelude::*;
 use vimc4_device::{
     AXES, Condition, Event, Harness, Input, Kinds, Names, Output, Signal, SignalId, Time,
+    Vocabulary,
 };
 
 fn ms(millis: u64) -> Time {
@@ -218,6 +219,57 @@ fn conditions_read_as_people_type_them() {
 }
 
 #[test]
+fn what_cannot_happen_at_a_device_is_no_condition_there() {
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect();
+    let known = Vocabulary {
+        commands: words("@A @P !IS/1"),
+        spellings: words("@a"),
+        errors: words("2 E09 E0A"),
+        ports: vec![0, 65_531],
+        stores: true,
+    };
+    let names = names().with_vocabulary(Some(known.clone()));
+    for right in [
+        "command",
+        "command @0A5000",
+        "command @a",
+        "command @07",
+        "command \"@Z\"",
+        "answered @A and x = 5",
+        "answered !IS",
+        "answer zz",
+        "answer error",
+        "answer error 9 or answer error 2",
+        "answer error \"zz\"",
+        "port 65531 bit 0 on",
+        "line 7",
+    ] {
+        assert!(names.read(right).is_ok(), "{right}");
+    }
+    for (typed, wrong) in [
+        ("command @Z", "is wrong at `@Z`: what a command begins with: @A, @P, !IS/1"),
+        ("command A", "is wrong at `A`: what a command begins with"),
+        ("answered @0A", "is wrong at `@0A`: a command without its numbers: @A, @P, !IS/1"),
+        ("answer error zz", "is wrong at `zz`: an error of this model: 2, E09, E0A"),
+        ("x = 1 or answer error 3", "is wrong at `3`: an error of this model"),
+        ("port 99 bit 0 on", "is wrong at `99 bit 0 on`: a port to read: 0, 65531"),
+    ] {
+        let error = names.read(typed).unwrap_err().to_string();
+        assert!(error.contains(wrong), "{typed}: {error}");
+    }
+    let none = Vocabulary { ports: Vec::new(), stores: false, ..known };
+    let names = names.with_vocabulary(Some(none));
+    let error = names.read("port 0 bit 0 on").unwrap_err().to_string();
+    assert!(error.contains("a port to read: none"), "{error}");
+    let error = names.read("line 7").unwrap_err().to_string();
+    assert!(error.contains("this model stores no programs"), "{error}");
+    // What is written is read again.
+    let strange = Condition::Command { like: Some("@Z".to_owned()) };
+    assert_eq!(names.write(&strange).to_string(), "command \"@Z\"");
+    assert_eq!(names.read("command \"@Z\""), Ok(strange));
+}
+
+#[test]
 fn a_wrong_condition_says_what_would_be_right() {
     let deep = format!("{}idle{}", "(".repeat(40), ")".repeat(40));
     for (typed, wrong) in [
@@ -239,7 +291,14 @@ fn a_wrong_condition_says_what_would_be_right() {
         ("limit x", "a limit switch, as in `limit x+` or `limit z- off`"),
         ("limit b+", "a limit switch, as in"),
         ("signal dance changes", "is wrong at `dance changes`: the name of a signal"),
-        ("signal stop", "`is` and a value, `changes`, or `changes to` and a value"),
+        (
+            "signal stop",
+            "is not finished: `is` and a value, `changes`, or `changes to` and a value",
+        ),
+        ("stop", "`stop` is wrong: `signal stop changes`, if that is meant"),
+        ("stop 1", "`signal stop is 1`, if that is meant"),
+        ("x = 1 and cover open", "is wrong at `cover open`: `signal cover is open`, if that is"),
+        ("cover shut", "`signal cover changes`, if that is meant"),
         ("signal stop is 2", "is wrong at `2`: 0 or 1"),
         ("signal cover is shut", "is wrong at `shut`: open or closed"),
         ("signal ball x changes to 10", "is wrong at `10`: a number from -9 to 9"),

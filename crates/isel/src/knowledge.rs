@@ -11,9 +11,9 @@ use std::time::Duration;
 
 use vimc4_device::{
     Effects, Erasing, Handling, Heard, Identity, MemoryError, Point, Question, StartButton, Stop,
-    Travel,
+    Travel, Vocabulary,
 };
-use vimc4_isel_wire::{Control, Mode, Op, Reply, spec};
+use vimc4_isel_wire::{Control, Mode, Op, Reply, spec, table};
 use vimc4_plant::Machine;
 
 use crate::axes::AXIS_NAMES;
@@ -237,6 +237,24 @@ impl vimc4_device::Model for Model {
             takes_stream: false,
             volunteers: false,
         }
+    }
+
+    fn vocabulary(&self) -> Option<Vocabulary> {
+        let dialect = self.command_set.dialect();
+        let modes = [Mode::Direct, Mode::Stored].into_iter();
+        let specs = modes.flat_map(|mode| table(dialect, mode));
+        Some(Vocabulary {
+            commands: specs.map(|spec| spec.mnemonic.to_owned()).collect(),
+            // These letters may be small ones too.
+            spellings: ["@a", "@r", "@s", "@m", "@?"].map(str::to_owned).to_vec(),
+            errors: Reply::ALL
+                .iter()
+                .filter(|reply| **reply != Reply::Done)
+                .map(|reply| char::from(reply.code()).to_string())
+                .collect(),
+            ports: self.ports.read.keys().chain(self.ports.read_alias.keys()).copied().collect(),
+            stores: true,
+        })
     }
 
     fn refusal_of(&self, command: &[u8], answer: &[u8]) -> Option<String> {

@@ -12,12 +12,13 @@ use std::time::Duration;
 
 use vimc4_device::{
     Effects, Erasing, Handling, Heard, Identity, MemoryError, Piece, Point, Question, Travel, Turn,
+    Vocabulary,
 };
 use vimc4_plant::Machine;
 
 use crate::controller::Controller;
-use crate::language::{Dialect, Grammar, Reader, Status, parse};
-use crate::model::Model;
+use crate::language::{Dialect, Grammar, Reader, Status, forms, parse};
+use crate::model::{Model, StatusDigits};
 
 impl Model {
     /// A controller of this model on a machine, just switched on. It has no memory that an image
@@ -195,6 +196,23 @@ impl vimc4_device::Model for Model {
         ];
         let known = others.into_iter().find(|(other, _)| unknown(own) && !unknown(*other));
         known.map(|(_, value)| value)
+    }
+
+    fn vocabulary(&self) -> Option<Vocabulary> {
+        let (grammar, set) = (self.grammar(), self.command_set);
+        let decimal = self.quirks.status_digits == StatusDigits::Decimal;
+        let known = forms().iter().filter(|form| grammar.knows(form));
+        Some(Vocabulary {
+            commands: known.map(|form| form.mnemonic.to_owned()).collect(),
+            // Where numbers without letters are a move, a line may begin with one.
+            spellings: match grammar.bare_pairs {
+                true => "+-.0123456789".chars().map(String::from).collect(),
+                false => Vec::new(),
+            },
+            errors: Status::ALL.iter().filter_map(|status| status.written(set, decimal)).collect(),
+            ports: self.io.read.iter().copied().map(u16::from).collect(),
+            stores: false,
+        })
     }
 
     fn refusal_of(&self, command: &[u8], answer: &[u8]) -> Option<String> {

@@ -6,6 +6,7 @@
 //! moment, or any of them.
 
 mod text;
+mod vocabulary;
 
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,7 @@ use crate::{Event, Kinds, Point, SignalId, Time};
 
 pub(crate) use text::excerpt;
 pub use text::{ConditionError, Named, Names};
+pub use vocabulary::Vocabulary;
 
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
 /// [`Harness::run_until`](crate::Harness::run_until).
@@ -106,8 +108,8 @@ pub enum Condition {
     },
     /// An answer is an error.
     Error {
-        /// Its text without the end of its line, or what follows the letter in it; `None` for any
-        /// error.
+        /// Its text without the end of its line, or the number that follows the letter in it, with
+        /// or without zeros before it; `None` for any error.
         code: Option<String>,
     },
     /// The execution of a line of a stored program begins.
@@ -206,7 +208,7 @@ impl Condition {
     /// Whether a happening is what an event tells.
     pub(crate) fn is_seen_in(&self, event: &Event) -> bool {
         let is = |wanted: &Option<String>, mnemonic: &str| {
-            wanted.as_ref().is_none_or(|wanted| wanted == mnemonic)
+            wanted.as_ref().is_none_or(|wanted| vocabulary::is_mnemonic(mnemonic, wanted))
         };
         match (self, event) {
             (Condition::Command { like }, Event::Command { mnemonic, bytes }) => {
@@ -219,10 +221,7 @@ impl Condition {
             }
             (Condition::Error { code }, Event::Answer { bytes, why: Some(_), .. }) => {
                 let text = bytes.trim_ascii_end();
-                code.as_ref().is_none_or(|code| {
-                    let code = code.as_bytes();
-                    text == code || text.get(1..) == Some(code) && !code.is_empty()
-                })
+                code.as_ref().is_none_or(|code| vocabulary::is_error(text, code.as_bytes()))
             }
             (Condition::Line { line: wanted }, Event::Line { line, .. }) => {
                 wanted.is_none_or(|wanted| wanted == *line)

@@ -14,7 +14,8 @@
 //! ```
 //!
 //! A TEXT with blanks, brackets or comparisons in it, or one of the words above, stands between
-//! quotation marks.
+//! quotation marks; and so does one that the device has no use for, where its commands and errors
+//! are known.
 
 use std::error::Error;
 use std::fmt;
@@ -28,7 +29,7 @@ use nom::error::{ErrorKind, ParseError};
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
-use super::Condition;
+use super::{Condition, Vocabulary};
 use crate::{AXES, Device, Point, Signal, SignalId, Time, parse_duration};
 
 /// How deep brackets may be within each other.
@@ -66,11 +67,17 @@ pub struct Names {
     signals: Vec<Signal>,
     can_erase: bool,
     has_any_bit: bool,
+    vocabulary: Option<Vocabulary>,
 }
 
 /// Without names, axes and signals are numbers: `axis0 = 5`, `signal 3 changes`.
-static NUMBERS: Names =
-    Names { axes: Vec::new(), signals: Vec::new(), can_erase: false, has_any_bit: false };
+static NUMBERS: Names = Names {
+    axes: Vec::new(),
+    signals: Vec::new(),
+    can_erase: false,
+    has_any_bit: false,
+    vocabulary: None,
+};
 
 impl Names {
     /// These axes, each with its index (0 for X), and these signals. An axis may have several
@@ -113,6 +120,13 @@ impl Names {
     #[must_use]
     pub fn can_erase(&self) -> bool {
         self.can_erase
+    }
+
+    /// The same of a device whose commands, errors and ports are known: what can never happen there is
+    /// no condition.
+    #[must_use]
+    pub fn with_vocabulary(self, vocabulary: Option<Vocabulary>) -> Names {
+        Names { vocabulary, ..self }
     }
 
     /// Reads a condition.
@@ -176,18 +190,25 @@ impl Names {
                 Ok((rest, Condition::At(time)))
             }
             "outside" => self.outside(rest),
-            "port" => port(rest),
+            "port" => self.port(rest),
             "limit" => self.limit(rest),
             "signal" => self.signal(rest),
             "command" => {
-                let (rest, like) = text(rest)?;
+                let (rest, like) = self.known(rest, Vocabulary::has_command, |known| {
+                    format!("what a command begins with: {}", known.commands_in_words())
+                })?;
                 Ok((rest, Condition::Command { like }))
             }
             "answered" => {
-                let (rest, like) = text(rest)?;
+                let (rest, like) = self.known(rest, Vocabulary::has_mnemonic, |known| {
+                    format!("a command without its numbers: {}", known.commands_in_words())
+                })?;
                 Ok((rest, Condition::Answered { like }))
             }
-            "answer" => answer(rest),
+            "answer" => self.answer(rest),
+            "line" if self.vocabulary.as_ref().is_some_and(|known| !known.stores) => {
+                Err(failure(input, "another condition: this model stores no programs"))
+            }
             "line" => {
                 let right = "the number of a line, from 1, as in `line 12`";
                 if optional_word(rest).is_none() {
@@ -198,6 +219,9 @@ impl Names {
                 Ok((rest, Condition::Line { line: Some(line) }))
             }
             _ => {
+                if let Some(signal) = self.about_signal(input) {
+                    return Err(failure(input, format!("`{signal}`, if that is meant")));
+                }
                 let axes = match self.shown_axes().as_slice() {
                     [] => String::new(),
                     axes => format!("; axes are {}", axes.join(", ")),
@@ -249,13 +273,7 @@ impl Names {
 
     fn signal<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
         let input = input.trim_start();
-        let named = |signal: &&Signal| {
-            let name = input.get(..signal.name.len());
-            let after = input.get(signal.name.len()..).unwrap_or_default();
-            name.is_some_and(|name| name.eq_ignore_ascii_case(&signal.name))
-                && (after.is_empty() || after.starts_with([' ', '\t']))
-        };
-        let known = self.signals.iter().filter(named).max_by_key(|signal| signal.name.len());
+        let known = self.signal_at(input);
         let (rest, id) = match known {
             Some(signal) => (&input[signal.name.len()..], signal.id),
             None => {
@@ -263,7 +281,8 @@ impl Names {
                 expected(input, "the name of a signal, as in `signal stop changes`", number)?
             }
         };
-        let right = "`is` and a value, `changes`, or `changes to` and a value";
+        let right = "`is` and a value, `changes`, or `changes to` and a value, as in `signal stop \
+                     changes`";
         let (rest, verb) = expected(rest, right, |word| {
             let verbs = ["is", "changes"];
             verbs.into_iter().find(|verb| verb.eq_ignore_ascii_case(word))
@@ -285,6 +304,77 @@ impl Names {
                 Ok((rest, Condition::SignalChanges { signal: id, to: Some(value) }))
             }
             Err(_) => Ok((rest, Condition::SignalChanges { signal: id, to: None })),
+        }
+    }
+
+    /// The signal with whose name a text begins.
+    fn signal_at(&self, input: &str) -> Option<&Signal> {
+        let named = |signal: &&Signal| {
+            let name = input.get(..signal.name.len());
+            let after = input.get(signal.name.len()..).unwrap_or_default();
+            name.is_some_and(|name| name.eq_ignore_ascii_case(&signal.name))
+                && (after.is_empty() || after.starts_with([' ', '\t']))
+        };
+        self.signals.iter().filter(named).max_by_key(|signal| signal.name.len())
+    }
+
+    /// The condition about a signal that may be meant by its name, and perhaps a value, alone.
+    fn about_signal(&self, input: &str) -> Option<String> {
+        let signal = self.signal_at(input)?;
+        let value = word(&input[signal.name.len()..]).ok().map(|(_, value)| value);
+        Some(match value.filter(|value| signal.value_of(value).is_some()) {
+            Some(value) => format!("signal {} is {value}", signal.name),
+            None => format!("signal {} changes", signal.name),
+        })
+    }
+
+    /// A text that means something to the device, or anything between quotation marks.
+    fn known<'t>(
+        &self,
+        input: &'t str,
+        is_known: impl Fn(&Vocabulary, &str) -> bool,
+        right: impl Fn(&Vocabulary) -> String,
+    ) -> Parsed<'t, Option<String>> {
+        let (rest, found) = text(input)?;
+        match (&found, &self.vocabulary) {
+            (Some(text), Some(known)) if symbol('"', input).is_err() && !is_known(known, text) => {
+                Err(failure(input, right(known)))
+            }
+            _ => Ok((rest, found)),
+        }
+    }
+
+    /// Whether a text means something to the device, as far as that is known.
+    fn knows(&self, text: &str, is_known: impl Fn(&Vocabulary, &str) -> bool) -> bool {
+        self.vocabulary.as_ref().is_none_or(|known| is_known(known, text))
+    }
+
+    fn port<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
+        let right = "a port, a bit and a level, as in `port 2 bit 0 on`";
+        let (rest, port) = expected(input, right, |word| word.parse().ok())?;
+        if let Some(known) = self.vocabulary.as_ref().filter(|known| !known.ports.contains(&port)) {
+            return Err(failure(input, format!("a port to read: {}", known.ports_in_words())));
+        }
+        let (rest, _) = keyword("bit", rest).map_err(|_| failure(rest, right))?;
+        let bit = |word: &str| word.parse().ok().filter(|bit| *bit < 8);
+        let (rest, bit) = expected(rest, "a bit, 0 to 7", bit)?;
+        let (rest, level) = expected(rest, "on or off", level)?;
+        Ok((rest, Condition::PortBit { port, bit, level }))
+    }
+
+    fn answer<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
+        if let Ok((rest, _)) = keyword("error", input) {
+            let (rest, code) = self.known(rest, Vocabulary::has_error, |known| {
+                format!("an error of this model: {}", known.errors_in_words())
+            })?;
+            return Ok((rest, Condition::Error { code }));
+        }
+        match text(input)? {
+            (rest, Some(text)) => Ok((rest, Condition::Answer { text })),
+            (rest, None) => Err(failure(
+                rest,
+                "an answer, as in `answer 0`, `answer error` or `answer error 2`",
+            )),
         }
     }
 
@@ -431,10 +521,16 @@ impl fmt::Display for Named<'_> {
                 let text = format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000);
                 write!(f, "at {}s", text.trim_end_matches('0').trim_end_matches('.'))
             }
-            Condition::Command { ref like } => happening(f, "command", like.as_deref()),
-            Condition::Answered { ref like } => happening(f, "answered", like.as_deref()),
-            Condition::Answer { ref text } => happening(f, "answer", Some(text)),
-            Condition::Error { ref code } => happening(f, "answer error", code.as_deref()),
+            Condition::Command { ref like } => {
+                happening(f, "command", like.as_deref(), |text| names.knows(text, Vocabulary::has_command))
+            }
+            Condition::Answered { ref like } => {
+                happening(f, "answered", like.as_deref(), |text| names.knows(text, Vocabulary::has_mnemonic))
+            }
+            Condition::Answer { ref text } => happening(f, "answer", Some(text), |_| true),
+            Condition::Error { ref code } => {
+                happening(f, "answer error", code.as_deref(), |text| names.knows(text, Vocabulary::has_error))
+            }
             Condition::Line { line: None } => f.write_str("line"),
             Condition::Line { line: Some(line) } => write!(f, "line {line}"),
             Condition::SignalChanges { signal, to } => {
@@ -479,10 +575,16 @@ impl Named<'_> {
 }
 
 /// A happening, and the text by which it is told from others.
-fn happening(f: &mut fmt::Formatter<'_>, what: &str, text: Option<&str>) -> fmt::Result {
+fn happening(
+    f: &mut fmt::Formatter<'_>,
+    what: &str,
+    text: Option<&str>,
+    is_known: impl Fn(&str) -> bool,
+) -> fmt::Result {
     f.write_str(what)?;
     let Some(text) = text else { return Ok(()) };
-    let bare = !text.is_empty()
+    let bare = is_known(text)
+        && !text.is_empty()
         && text.chars().all(|c| c.is_ascii_graphic() && is_of_word(c))
         && !RESERVED.iter().any(|word| word.eq_ignore_ascii_case(text));
     if bare {
@@ -661,29 +763,6 @@ fn comparison<'t>(axis: u8, name: &str, input: &'t str) -> Parsed<'t, Condition>
         _ => Condition::AxisAt { axis, position },
     };
     Ok((rest, condition))
-}
-
-fn port(input: &str) -> Parsed<'_, Condition> {
-    let right = "a port, a bit and a level, as in `port 2 bit 0 on`";
-    let (rest, port) = expected(input, right, |word| word.parse().ok())?;
-    let (rest, _) = keyword("bit", rest).map_err(|_| failure(rest, right))?;
-    let bit = |word: &str| word.parse().ok().filter(|bit| *bit < 8);
-    let (rest, bit) = expected(rest, "a bit, 0 to 7", bit)?;
-    let (rest, level) = expected(rest, "on or off", level)?;
-    Ok((rest, Condition::PortBit { port, bit, level }))
-}
-
-fn answer(input: &str) -> Parsed<'_, Condition> {
-    if let Ok((rest, _)) = keyword("error", input) {
-        let (rest, code) = text(rest)?;
-        return Ok((rest, Condition::Error { code }));
-    }
-    match text(input)? {
-        (rest, Some(text)) => Ok((rest, Condition::Answer { text })),
-        (rest, None) => {
-            Err(failure(rest, "an answer, as in `answer 0`, `answer error` or `answer error 2`"))
-        }
-    }
 }
 
 /// A word, or anything between quotation marks; nothing before `and`, `or`, a bracket or the end.
