@@ -8,7 +8,7 @@ use vimc4_device::{Condition, Deed, Device, OwnedInput, Signal, Time, View};
 
 use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
-use crate::journey::Journey;
+use crate::journey::{Journey, Wishes};
 use crate::reply::{ControlError, Reply};
 use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
 use crate::rig::{Pause, Step};
@@ -26,6 +26,8 @@ pub struct Handle<D: Device> {
     jobs: mpsc::UnboundedSender<Deferred<D>>,
     /// Has the controller look at what is wished of its journeys.
     nudge: mpsc::UnboundedSender<()>,
+    /// What is wished of all of them.
+    wishes: Arc<Wishes>,
     stop: Arc<Mutex<Option<oneshot::Sender<()>>>>,
     /// Whether time moves by itself.
     by_itself: bool,
@@ -38,6 +40,7 @@ impl<D: Device> Clone for Handle<D> {
         Handle {
             jobs: self.jobs.clone(),
             nudge: self.nudge.clone(),
+            wishes: Arc::clone(&self.wishes),
             stop: Arc::clone(&self.stop),
             by_itself: self.by_itself,
             who: Arc::clone(&self.who),
@@ -54,7 +57,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         let by_itself = clock.rate().is_some();
         let runner = Runner::new(device, clock, job_queue, nudges, stop_signal);
         let (stop, who) = (Arc::new(Mutex::new(Some(stop))), Arc::from("the library"));
-        (runner, Handle { jobs, nudge, stop, by_itself, who })
+        (runner, Handle { jobs, nudge, wishes: Arc::default(), stop, by_itself, who })
     }
 
     /// The same handle for somebody of this name, who appears in the [news](crate::News::Deed).
@@ -140,6 +143,22 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// instant if the clock runs by itself.
     pub fn run_until(&self, condition: Condition) -> Journey {
         self.travel(Destination::Until(condition))
+    }
+
+    /// Gives up every [`Journey`] that has been asked for so far, whoever waits for it.
+    pub fn cancel_all(&self) {
+        self.wishes.cancel_all();
+        // If nobody hears it, there is no journey any more.
+        let _ = self.nudge.send(());
+    }
+
+    /// Gives up every [`Journey`] asked for so far that needs something from outside to arrive, a
+    /// command or a button, or as soon as it does: where time passes by itself it would be waited for
+    /// that. What the controller does by itself is foreseen for 10,000 causes; what has not come by
+    /// then is given up too.
+    pub fn cancel_all_unless_by_itself(&self) {
+        self.wishes.leave_unaided();
+        let _ = self.nudge.send(());
     }
 
     /// The controller's time.
@@ -287,7 +306,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     fn travel(&self, destination: Destination) -> Journey {
-        let (ticket, journey) = Journey::begin(self.by_itself, self.nudge.clone());
+        let (ticket, journey) = Journey::begin(self.by_itself, self.nudge.clone(), &self.wishes);
         let by = self.source();
         let _ = self.jobs.send(Box::new(move |runner| runner.set_out(by, destination, ticket)));
         journey

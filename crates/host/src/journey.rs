@@ -2,6 +2,7 @@
 
 use std::future::Future;
 use std::pin::Pin;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -45,11 +46,25 @@ pub struct Progress {
     pub paused: bool,
 }
 
-/// Gives a [`Journey`] up for which somebody else waits.
-#[derive(Clone, Debug)]
-pub struct Recall {
-    wish: Arc<Mutex<Wish>>,
-    nudge: mpsc::UnboundedSender<()>,
+/// What is wished of all journeys of a controller that have been asked for so far.
+#[derive(Debug, Default)]
+pub(crate) struct Wishes {
+    /// How many have been asked for.
+    asked: AtomicU64,
+    /// So many of them are given up.
+    cancelled: AtomicU64,
+    /// So many of them are given up where they need something from outside.
+    unaided: AtomicU64,
+}
+
+impl Wishes {
+    pub(crate) fn cancel_all(&self) {
+        self.cancelled.store(self.asked.load(Ordering::Acquire), Ordering::Release);
+    }
+
+    pub(crate) fn leave_unaided(&self) {
+        self.unaided.store(self.asked.load(Ordering::Acquire), Ordering::Release);
+    }
 }
 
 /// What is wished of a journey.
@@ -67,17 +82,26 @@ pub(crate) enum Wish {
 pub(crate) struct Ticket {
     reply: oneshot::Sender<Result<Time, ControlError>>,
     wish: Arc<Mutex<Wish>>,
+    of_all: Arc<Wishes>,
+    /// How many were asked for before it.
+    number: u64,
     progress: watch::Sender<Progress>,
 }
 
 impl Journey {
     /// A journey in a time that goes by itself, or that does not. `nudge` has the controller look at
     /// what is wished of it.
-    pub(crate) fn begin(by_itself: bool, nudge: mpsc::UnboundedSender<()>) -> (Ticket, Journey) {
+    pub(crate) fn begin(
+        by_itself: bool,
+        nudge: mpsc::UnboundedSender<()>,
+        of_all: &Arc<Wishes>,
+    ) -> (Ticket, Journey) {
+        let (of_all, number) = (Arc::clone(of_all), of_all.asked.fetch_add(1, Ordering::AcqRel));
         let (answer, reply) = Reply::promised();
         let (tell, progress) = watch::channel(Progress::default());
         let wish = Arc::new(Mutex::new(Wish::Go));
-        let ticket = Ticket { reply: answer, wish: Arc::clone(&wish), progress: tell };
+        let ticket =
+            Ticket { reply: answer, wish: Arc::clone(&wish), of_all, number, progress: tell };
         (ticket, Journey { reply, wish, nudge, progress, by_itself })
     }
 
@@ -103,12 +127,6 @@ impl Journey {
     /// [`ControlError::Cancelled`] then, unless time has arrived before.
     pub fn cancel(&self) {
         self.wish(Wish::Cancel);
-    }
-
-    /// With this it can be given up by somebody who does not have it.
-    #[must_use]
-    pub fn recall(&self) -> Recall {
-        Recall { wish: Arc::clone(&self.wish), nudge: self.nudge.clone() }
     }
 
     /// How far it had come last.
@@ -142,29 +160,10 @@ impl Journey {
     }
 
     fn wish(&self, wish: Wish) {
-        self.recall().wish(wish);
-    }
-}
-
-impl Recall {
-    /// The same as [`Journey::cancel`].
-    pub fn cancel(&self) {
-        self.wish(Wish::Cancel);
-    }
-
-    /// Gives it up if it takes something from outside to arrive, a command or a button, or as soon as
-    /// it does: where time passes by itself nobody need bring that. What the controller does by
-    /// itself is foreseen for 10,000 causes; what has not come by then is given up too.
-    pub fn cancel_unless_by_itself(&self) {
-        self.wish(Wish::Unaided);
-    }
-
-    fn wish(&self, wish: Wish) {
         let mut wished = lock(&self.wish);
-        match (*wished, wish) {
-            // What is given up is not taken up again.
-            (Wish::Cancel, _) | (Wish::Unaided, Wish::Go | Wish::Pause) => {}
-            _ => *wished = wish,
+        // What is given up is not taken up again.
+        if *wished != Wish::Cancel {
+            *wished = wish;
         }
         // If nobody hears it, there is no journey any more.
         let _ = self.nudge.send(());
@@ -181,7 +180,12 @@ impl Future for Journey {
 
 impl Ticket {
     pub(crate) fn wish(&self) -> Wish {
-        *lock(&self.wish)
+        let of_all = |count: &AtomicU64| self.number < count.load(Ordering::Acquire);
+        match *lock(&self.wish) {
+            _ if of_all(&self.of_all.cancelled) => Wish::Cancel,
+            Wish::Go if of_all(&self.of_all.unaided) => Wish::Unaided,
+            wish => wish,
+        }
     }
 
     pub(crate) fn tell(&self, progress: Progress) {

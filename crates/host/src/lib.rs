@@ -43,7 +43,7 @@ pub use breakpoints::BreakpointView;
 pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::Handle;
-pub use journey::{Journey, Progress, Recall};
+pub use journey::{Journey, Progress};
 pub use reply::{ControlError, Reply, block_on};
 pub use report::{BreakpointId, Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
 pub use reports::{Reports, Tap};

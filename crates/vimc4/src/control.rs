@@ -155,6 +155,17 @@ impl Control {
         self.handle.run_until(condition)
     }
 
+    /// Gives up every journey that has been asked for so far.
+    pub fn cancel_all(&self) {
+        self.handle.cancel_all();
+    }
+
+    /// Gives up every journey asked for so far that needs something from outside, a command or a
+    /// button, to arrive.
+    pub fn cancel_all_unless_by_itself(&self) {
+        self.handle.cancel_all_unless_by_itself();
+    }
+
     // --- what it sees ---
 
     /// The step counters of the axes that the controller has, X first.

@@ -73,8 +73,8 @@ pub use vimc4_device::{
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ControlError, Effect, HostLines, Journey,
-    MemoryPort, News, Pause, Progress, Rate, Recall, Reply, Report, Reports, Sink, SinkId, Source,
-    Step, Tap, Traffic, Verbosity, Wants, What, Worker,
+    MemoryPort, News, Pause, Progress, Rate, Reply, Report, Reports, Sink, SinkId, Source, Step,
+    Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{Link, LinkError, User, Users};

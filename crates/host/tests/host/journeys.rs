@@ -144,6 +144,8 @@ fn a_way_without_an_end_leaves_nobody_unheard() {
         third.cancel();
         let end = third.wait_within(PATIENT);
         assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
+        // What does not need anything from outside goes on.
+        handle.cancel_all_unless_by_itself();
         way.cancel();
         let Err(ControlError::Cancelled { at }) = way.wait_within(PATIENT) else {
             panic!("it was given up");
@@ -208,15 +210,13 @@ fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not
         assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
     };
     let outside = until("command e9");
-    outside.recall().cancel_unless_by_itself();
+    running.handle.cancel_all_unless_by_itself();
     given_up(outside);
 
     port.write_all(b"w300\re1\r").unwrap();
     let (comes, idle) = (until("command e1"), until("idle"));
     let (never, later) = (until("command e2"), until("command e1 and axis0 = 300"));
-    for journey in [&comes, &idle, &never, &later] {
-        journey.recall().cancel_unless_by_itself();
-    }
+    running.handle.cancel_all_unless_by_itself();
     given_up(never);
     let at = comes.wait_within(PATIENT).unwrap();
     assert_eq!((idle.wait_within(PATIENT), later.wait_within(PATIENT)), (Ok(at), Ok(at)));
@@ -224,8 +224,7 @@ fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not
     // An endless program may go on for ever; what it has not done in 10,000 causes is given up.
     port.write_all(b"l\r").unwrap();
     let (near, far) = (until("at 1000000h"), until("command e9"));
-    near.recall().cancel_unless_by_itself();
-    far.recall().cancel_unless_by_itself();
+    running.handle.cancel_all_unless_by_itself();
     given_up(near);
     given_up(far);
     running.end().unwrap();
@@ -237,8 +236,27 @@ fn what_would_have_come_by_itself_is_given_up_when_it_cannot_come_any_more() {
     let rest = running.handle.state().wait().unwrap();
     port.write_all(b"w3600000\re1\r").unwrap();
     let comes = running.handle.run_until("command e1".parse().unwrap());
-    comes.recall().cancel_unless_by_itself();
+    running.handle.cancel_all_unless_by_itself();
     running.handle.restore(rest).wait().unwrap();
     assert_eq!(comes.wait_within(PATIENT), Err(ControlError::Never));
     running.end().unwrap();
+}
+
+#[test]
+fn all_that_was_asked_for_is_given_up_and_nothing_that_is_asked_for_later() {
+    for clock in [Clock::Manual, Clock::Real] {
+        let (running, mut port) = Running::in_memory(Fake::new(b""), clock);
+        let handle = &running.handle;
+        port.write_all(b"w3600000\r").unwrap();
+        // The second has not even been looked at.
+        let journeys = [handle.run_until(at(3_600_001)), handle.run_until(at(3_000_000))];
+        handle.cancel_all();
+        for journey in journeys {
+            let end = journey.wait_within(PATIENT);
+            let never = end == Err(ControlError::Never);
+            assert!(never || matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
+        }
+        assert!(handle.run_until(at(5)).wait_within(PATIENT).is_ok());
+        running.end().unwrap();
+    }
 }
