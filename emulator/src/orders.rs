@@ -81,8 +81,12 @@ fn in_background() -> bool {
     false
 }
 
-/// No more orders than these wait for their answers; whoever types more of them waits.
-const MOST: usize = 1_000;
+/// No more orders than these are awaited at each controller.
+const MOST_WAITING: usize = 1_000;
+
+/// No more of those that are done at once are given before they are answered; whoever types more of
+/// them waits for that.
+const MOST_GIVEN: usize = 1_000;
 
 /// What a line asks for, beyond what was done at once.
 #[derive(PartialEq, Eq)]
@@ -127,8 +131,16 @@ impl<'a> Desk<'a> {
         self.open.is_empty()
     }
 
+    /// Whether it takes another line now.
     pub(crate) fn has_room(&self) -> bool {
-        self.open.len() < MOST
+        self.open.iter().filter(|open| !open.lasts).count() < MOST_GIVEN
+    }
+
+    /// Nobody types any more: what only waits for something from outside is given up.
+    pub(crate) fn leave(&self) {
+        for emulator in self.emulators {
+            emulator.control().cancel_all_unless_by_itself();
+        }
     }
 
     /// Refuses a line that is too long for an order.
@@ -145,7 +157,7 @@ impl<'a> Desk<'a> {
         let (number, order) = match line {
             "" => return Next::Continue,
             "quit" => return Next::Quit,
-            "help" => (0, line),
+            _ if line.split_whitespace().next() == Some("help") => (0, line),
             _ if count == 1 => (1, line),
             _ => {
                 let (number, order) = line.split_once(' ').unwrap_or((line, ""));
@@ -170,10 +182,15 @@ impl<'a> Desk<'a> {
         match Order::read(order, self.names) {
             Ok(None) => {}
             Ok(Some(Order::Quit)) => return Next::Quit,
+            Ok(Some(given)) if self.awaits_enough(number, &given) => {
+                let wrong =
+                    format!("{MOST_WAITING} orders are awaited already; `cancel` gives them up");
+                self.open(number, "", false, async { Err(wrong) });
+            }
             Ok(Some(given)) => {
                 let outcome = emulator.control().by("standard input").give(&given);
                 let remark = number == 0 && count > 1;
-                self.open(number, order, given.verb().sort() == Sort::Time, async move {
+                self.open(number, order, lasts(&given), async move {
                     let mut text = outcome.await.map_err(|error| error.to_string())?;
                     if remark {
                         text.push_str(
@@ -193,6 +210,12 @@ impl<'a> Desk<'a> {
             }
         }
         Next::Continue
+    }
+
+    /// Whether an order of that controller would be one too many to be awaited.
+    fn awaits_enough(&self, number: usize, order: &Order) -> bool {
+        let awaited = || self.open.iter().filter(|open| open.lasts && open.number == number);
+        lasts(order) && awaited().count() >= MOST_WAITING
     }
 
     fn open(
@@ -241,6 +264,11 @@ impl<'a> Desk<'a> {
         }
         None
     }
+}
+
+/// Whether an order may take its time, while others are carried out.
+fn lasts(order: &Order) -> bool {
+    order.verb().sort() == Sort::Time
 }
 
 impl Open {

@@ -404,16 +404,18 @@ async fn attend(
                 // The end of the input is not the end of the controllers, unless it is to be.
                 None => {
                     typing = false;
-                    ending |= until_stdin_closes;
-                }
-                Some(Typed::TooLong(beginning)) => desk.refuse(&beginning),
-                // Said a second time, it leaves no time for what is still awaited.
-                Some(Typed::Line(line)) if ending => {
-                    if line.trim() == "quit" {
-                        return Ok(ExitCode::SUCCESS);
+                    if until_stdin_closes {
+                        ending = true;
+                        desk.leave();
                     }
                 }
-                Some(Typed::Line(line)) => ending = desk.take(&line) == Next::Quit,
+                Some(Typed::TooLong(beginning)) => desk.refuse(&beginning),
+                Some(Typed::Line(line)) => match desk.take(&line) {
+                    Next::Continue => {}
+                    // Said a second time, it leaves no time for what is still awaited.
+                    Next::Quit if ending => return Ok(ExitCode::SUCCESS),
+                    Next::Quit => ending = true,
+                },
             },
         }
         if ending && desk.is_empty() {

@@ -451,7 +451,7 @@ fn all_at_once(arguments: &[&str], orders: &str) -> Vec<String> {
 fn what_was_ordered_before_quit_is_done() {
     let said = all_at_once(
         &["--model", "imc4-m", "--time", "manual"],
-        "set probe 1\nadvance 1s\nposition\nhlep\nquit\nadvance 1s\n",
+        "set probe 1\nadvance 1s\nposition\nhlep\nquit\n",
     );
     let wrong = "error: `hlep` is wrong: not an order; did you mean help? type help for the list";
     assert_eq!(said, ["ok", "now 1.000000000 s", "X 0 Y 0 Z 0 A 0", wrong]);
@@ -494,6 +494,98 @@ fn what_lasts_holds_up_no_other_order_and_says_which_it_was() {
     assert_eq!(serve.line(), "ok");
     assert!(serve.line().starts_with("X "));
     assert_eq!(ask(&mut client, "", 1), "F");
+}
+
+#[test]
+fn the_end_of_the_input_leaves_nothing_behind_that_waits() {
+    let orders = "run until command @A\nrun until signal start changes or line 7\nposition\n";
+    let said = all_at_once(&["--until-stdin-closes"], orders);
+    assert_eq!(said.len(), 3, "{said:?}");
+    let given_up = |line: &String| line.contains("given up at ");
+    assert_eq!(said.iter().filter(|line| given_up(line)).count(), 2, "{said:?}");
+    // What comes by itself is waited for: a LPKF controller that homes when it is switched on.
+    let said = all_at_once(
+        &["--until-stdin-closes", "--model", "motionsystem", "--machine", "board-plotter"],
+        "run until command PA\nrun until idle\n",
+    );
+    assert!(said.iter().any(|line| line.contains("idle at ")), "{said:?}");
+}
+
+#[test]
+fn what_is_ordered_behind_quit_is_carried_out_as_long_as_something_is_awaited() {
+    for (count, one, other) in [("1", "", ""), ("2", "1 ", "2 ")] {
+        let folder = tempfile::tempdir().unwrap();
+        let nowhere = ["--tcp", "none", "--pty", "none", "--count", count];
+        let mut serve = Serve::start(folder.path(), &nowhere);
+        assert_eq!(serve.line(), "ready");
+        serve.give(&format!("{one}run until signal start changes\nquit\n"));
+        assert!(serve.order(&format!("{other}position")).contains("X 0 Y 0"));
+        let colon = if one.is_empty() { "" } else { "1: " };
+        let late = if one.is_empty() { "run until signal start changes: " } else { "" };
+        let there = serve.order(&format!("{one}press start"));
+        assert!(there.starts_with(&format!("{colon}{late}there at ")), "{there}");
+        assert!(serve.line().starts_with(&format!("{colon}ok")));
+        assert_eq!(serve.line(), "");
+        assert_eq!(serve.end(), (0, String::new()));
+        // A second one ends at once.
+        let mut serve = Serve::start(folder.path(), &nowhere);
+        serve.give(&format!("{one}run until command @A\nquit\n{one}quit\n"));
+        assert_eq!(serve.end(), (0, String::new()));
+    }
+}
+
+#[test]
+fn however_many_orders_wait_others_are_heard() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = ["--tcp", "none", "--pty", "none", "--count", "2"];
+    let mut serve = Serve::start(folder.path(), &nowhere);
+    assert_eq!(serve.line(), "ready");
+    serve.give(&"1 run until command @A\n".repeat(1_002));
+    let wrong = "1: error: 1000 orders are awaited already; `cancel` gives them up";
+    assert_eq!([serve.line(), serve.line()], [wrong, wrong]);
+    assert_eq!(serve.order("1 position"), "1: X 0 Y 0 Z 0 A 0");
+    assert!(serve.order("2 press stop").starts_with("2: ok, without effect"));
+    serve.give("2 run until signal stop changes\n2 hold stop\n");
+    assert!(serve.line().starts_with("2: there at "));
+    assert_eq!(serve.line(), "2: ok");
+    serve.give("1 cancel\n");
+    let said: Vec<String> = (0..1_001).map(|_| serve.line()).collect();
+    assert_eq!(said.iter().filter(|line| *line == "1: ok").count(), 1);
+    let given_up = |line: &&String| line.contains("run until command @A: given up at ");
+    assert_eq!(said.iter().filter(given_up).count(), 1_000);
+    serve.give("1 run until command @A\nquit\nquit\n");
+    assert_eq!(serve.end(), (0, String::new()));
+}
+
+#[test]
+fn a_condition_that_can_never_hold_is_refused_with_what_could() {
+    let said = all_at_once(
+        &["--model", "imc4", "--time", "manual"],
+        "run until command @Z\nrun until answer error zz\nrun until port 99 bit 0 on\n\
+         run until cover open\nhelp run until\nquit\n",
+    );
+    for (line, right) in said.iter().zip([
+        "is wrong at `@Z`: what a command begins with: @axes, @A, ",
+        "is wrong at `zz`: an error of this model: 1, 2, 3, 4, 5, 6, 7, 8, 9, D, F, G, H, R",
+        "is wrong at `99 bit 0 on`: a port to read: 0, ",
+        "is wrong at `cover open`: `signal cover is open`, if that is meant",
+        "run until idle ",
+    ]) {
+        assert!(line.contains(right), "{right}: {said:#?}");
+    }
+    for form in
+        ["outside x", "signal NAME changes", "signal NAME is VALUE", "at 1.5s", "answered TEXT"]
+    {
+        assert!(said.iter().any(|line| line.starts_with(form)), "{form}: {said:#?}");
+    }
+    // A number is the same with or without zeros before it.
+    let said = all_at_once(
+        &["--model", "smcu", "--time", "manual"],
+        "run until answer error 9\nrun until answer error 99\nrun until line 1\nquit\n",
+    );
+    assert!(said[0].contains("this never happens unless"), "{said:#?}");
+    assert!(said[1].contains("an error of this model: E00, E01, "), "{said:#?}");
+    assert!(said[2].contains("this model stores no programs"), "{said:#?}");
 }
 
 #[test]

@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
-use vimc4_device::{Device, Names, Signal, SignalKind};
+use vimc4_device::{Device, Model as _, Names, Signal, SignalKind};
 
+use crate::list::of;
 use crate::{Model, bare, machine, models};
 
 /// The number of the axis of that name, 0 for X, in capital or small letters. What isel calls Z
@@ -23,8 +24,8 @@ pub fn axis(name: &str) -> Option<u8> {
 }
 
 impl Model {
-    /// What people call the axes and these signals of such a controller. Its axes are also
-    /// understood by the names that other models have for them.
+    /// What people call the axes and these signals of such a controller, and what can happen there.
+    /// Its axes are also understood by the names that other models have for them.
     #[must_use]
     pub fn names(&self, signals: Vec<Signal>) -> Names {
         let own = self.axis_names();
@@ -35,7 +36,9 @@ impl Model {
                 .filter(|(_, name)| !own.contains(name))
                 .map(|(axis, name)| (axis, (*name).to_owned()))
         });
-        Names::new(numbered().chain(others), signals).with_erasing(self.erases_at_panel())
+        Names::new(numbered().chain(others), signals)
+            .with_erasing(self.erases_at_panel())
+            .with_vocabulary(of!(Model, self, model => model.vocabulary()))
     }
 }
 

@@ -184,6 +184,11 @@ impl Emulator {
         Ok(self.control.advance(span).wait()?)
     }
 
+    /// Gives up every way through time that somebody else is awaiting.
+    pub fn cancel_all(&self) {
+        self.control.cancel_all();
+    }
+
     /// Lets time pass until the controller does nothing any more, and says when that was. With
     /// a clock that runs by itself it waits for it.
     pub fn run_until_idle(&self) -> Result<Time, Error> {

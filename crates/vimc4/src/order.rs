@@ -58,9 +58,17 @@ impl Control {
                 let there = if *condition == Condition::Idle { "idle" } else { "there" };
                 answer(self.run_until(condition.clone()), move |at| format!("{there} at {at}"))
             }
+            Order::Cancel => {
+                self.cancel_all();
+                answer(self.now(), |_| "ok".to_owned())
+            }
             Order::Position => answer(self.view(), |view| position_in_words(&view.axes)),
             Order::Signals => answer(self.names(), |names| names.list()),
-            Order::Help => answer(self.names(), |names| names.help()),
+            Order::Help(None) => answer(self.names(), |names| names.help()),
+            Order::Help(Some(verb)) => {
+                let verb = *verb;
+                answer(self.names(), move |names| names.help_on(verb))
+            }
             Order::Complete(begun) => {
                 let begun = begun.clone();
                 answer(self.names(), move |names| names.completions(&begun))

@@ -114,7 +114,22 @@ fn each_verb_does_what_it_says() {
                 let known: Vec<_> = names.signals().iter().map(|signal| &*signal.name).collect();
                 assert_eq!(listed, known);
             }
-            Verb::Help => assert_eq!(give("help"), names.help()),
+            Verb::Cancel => {
+                // A program without an end, and a time that is far.
+                for line in ["@01", "@0i", "0100,900", "3 0,-1", "9"] {
+                    ask(&emu, line);
+                }
+                give("press start");
+                let order = Order::read("advance 999999h", &names).unwrap().unwrap();
+                let advance = emu.control().give(&order);
+                assert_eq!(give("cancel"), "ok");
+                let end = vimc4_host::block_on(advance).unwrap_err().to_string();
+                assert!(end.starts_with("given up at "), "{end}");
+            }
+            Verb::Help => {
+                assert_eq!(give("help"), names.help());
+                assert_eq!(give("help run until"), names.help_on(Verb::RunUntil));
+            }
             Verb::Complete => {
                 assert_eq!(
                     give("press st?"),

@@ -420,6 +420,51 @@ impl Names {
         begins
     }
 
+    /// The forms of a condition, and what each says.
+    pub(crate) fn help_on_conditions(&self) -> Vec<(String, String)> {
+        let axes = self.shown_axes();
+        let axis = axes.first().map_or("x", String::as_str);
+        let listed = |list: Option<String>| list.map_or(String::new(), |list| format!(": {list}"));
+        let known = self.vocabulary.as_ref();
+        let commands = listed(known.map(Vocabulary::commands_in_words));
+        let errors = listed(known.map(Vocabulary::errors_in_words));
+        let ports = listed(known.map(Vocabulary::ports_in_words));
+        let mut forms = vec![
+            (
+                format!("{axis} < -5000"),
+                format!("where an axis is, with <, <=, =, >= or >; axes are {}", axes.join(", ")),
+            ),
+            (
+                format!("outside {axis} -5..5"),
+                "an axis is outside of limits; several may follow".to_owned(),
+            ),
+            ("port 2 bit 0 on|off".to_owned(), format!("a bit of a port{ports}")),
+            (format!("limit {axis}+ on|off"), "a limit switch".to_owned()),
+            ("signal NAME is VALUE".to_owned(), "what `signals` lists has a value".to_owned()),
+            (
+                "signal NAME changes".to_owned(),
+                "it takes another value; `changes to VALUE`: this one".to_owned(),
+            ),
+            (
+                "idle".to_owned(),
+                "nothing moves, and no command and no program is carried out".to_owned(),
+            ),
+            ("at 1.5s".to_owned(), "a time has come".to_owned()),
+            ("command TEXT".to_owned(), format!("a command begins, or any without TEXT{commands}")),
+            ("answered TEXT".to_owned(), "a command is answered, or any without TEXT".to_owned()),
+            ("answer TEXT".to_owned(), "an answer is this".to_owned()),
+            (
+                "answer error CODE".to_owned(),
+                format!("an error is answered, or any without CODE{errors}"),
+            ),
+        ];
+        if known.is_none_or(|known| known.stores) {
+            let about = "a line of the stored program begins, or any without a number";
+            forms.push(("line 12".to_owned(), about.to_owned()));
+        }
+        forms
+    }
+
     // --- writing ---
 
     fn axis_name(&self, axis: u8) -> String {
@@ -522,14 +567,17 @@ impl fmt::Display for Named<'_> {
                 write!(f, "at {}s", text.trim_end_matches('0').trim_end_matches('.'))
             }
             Condition::Command { ref like } => {
-                happening(f, "command", like.as_deref(), |text| names.knows(text, Vocabulary::has_command))
+                let known = |text: &str| names.knows(text, Vocabulary::has_command);
+                happening(f, "command", like.as_deref(), known)
             }
             Condition::Answered { ref like } => {
-                happening(f, "answered", like.as_deref(), |text| names.knows(text, Vocabulary::has_mnemonic))
+                let known = |text: &str| names.knows(text, Vocabulary::has_mnemonic);
+                happening(f, "answered", like.as_deref(), known)
             }
             Condition::Answer { ref text } => happening(f, "answer", Some(text), |_| true),
             Condition::Error { ref code } => {
-                happening(f, "answer error", code.as_deref(), |text| names.knows(text, Vocabulary::has_error))
+                let known = |text: &str| names.knows(text, Vocabulary::has_error);
+                happening(f, "answer error", code.as_deref(), known)
             }
             Condition::Line { line: None } => f.write_str("line"),
             Condition::Line { line: Some(line) } => write!(f, "line {line}"),
@@ -637,7 +685,14 @@ pub(crate) fn excerpt(
     right: &str,
 ) -> fmt::Result {
     let short = |text: &str| -> String {
-        let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
+        let mut shown = String::new();
+        for c in text.chars().take(SHOWN) {
+            // What can be seen is shown as it was typed.
+            match c {
+                '"' | '\'' | '\\' => shown.push(c),
+                c => shown.extend(c.escape_debug()),
+            }
+        }
         if text.chars().nth(SHOWN).is_some() { shown + "…" } else { shown }
     };
     let shown = short(text);

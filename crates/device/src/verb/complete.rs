@@ -133,7 +133,12 @@ impl Names {
             }
             Verb::Advance => vec![with(&[], form.about)],
             Verb::Complete => Vec::new(),
-            Verb::Erase | Verb::Position | Verb::Signals | Verb::Help | Verb::Quit => {
+            Verb::Erase
+            | Verb::Cancel
+            | Verb::Position
+            | Verb::Signals
+            | Verb::Help
+            | Verb::Quit => {
                 vec![(vec![verb.name().to_owned()], form.about.to_owned())]
             }
         }

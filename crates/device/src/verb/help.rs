@@ -26,6 +26,24 @@ impl Names {
         lines.join("\n")
     }
 
+    /// All that there is to say of a verb, a line for each of its forms, and what its words stand
+    /// for.
+    #[must_use]
+    pub fn help_on(&self, verb: Verb) -> String {
+        let forms = verb.forms().iter().map(|form| {
+            let about = self.remark(verb).map(|remark| format!("{}{remark}", form.about));
+            row(&verb.typed(form), about.as_deref().unwrap_or(form.about))
+        });
+        let mut lines: Vec<String> = forms.collect();
+        if verb == Verb::RunUntil {
+            lines.push(
+                "CONDITION is one of these, or several with `and`, `or` and brackets:".to_owned(),
+            );
+            lines.extend(self.help_on_conditions().iter().map(|(form, about)| row(form, about)));
+        }
+        lines.join("\n")
+    }
+
     /// The signals, a line each: name, values, and what it does.
     #[must_use]
     pub fn list(&self) -> String {

@@ -70,6 +70,7 @@ mod tests {
                 | Verb::Power
                 | Verb::Advance
                 | Verb::RunUntil
+                | Verb::Cancel
                 | Verb::Position
                 | Verb::Signals
                 | Verb::Help
@@ -118,7 +119,10 @@ mod tests {
             ),
             ("position", Order::Position),
             ("signals", Order::Signals),
-            ("help", Order::Help),
+            ("cancel", Order::Cancel),
+            ("help", Order::Help(None)),
+            ("help run until", Order::Help(Some(Verb::RunUntil))),
+            ("help  press", Order::Help(Some(Verb::Press))),
             ("press ?", Order::Complete(text("press "))),
             ("?", Order::Complete(String::new())),
             ("quit", Order::Quit),
@@ -167,6 +171,10 @@ mod tests {
             ("power", 5, "power on or power off"),
             ("power up", 6, "power on or power off"),
             ("position x", 9, "position stands alone"),
+            ("help dance", 5, "an order, as in `help run until`"),
+            ("help press start", 5, "an order, as in `help run until`"),
+            ("run until answer \"\\q\"", 18, "`\\\"`, `\\\\`"),
+            ("run until start 1", 10, "`signal start is 1`"),
             ("run", 3, "run until idle"),
             ("run until", 9, "a condition"),
             ("run until b 5", 10, "axes are x, y, z, a"),

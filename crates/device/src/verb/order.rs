@@ -37,12 +37,14 @@ pub enum Order {
     Advance(Duration),
     /// Let time pass until a condition holds.
     RunUntil(Condition),
+    /// Give up what time is on its way to.
+    Cancel,
     /// Say where the axes are.
     Position,
     /// Say what can be set.
     Signals,
-    /// Say what can be told.
-    Help,
+    /// Say what can be told; or all that there is to say of one verb.
+    Help(Option<Verb>),
     /// Say what can follow this.
     Complete(String),
     /// End.
@@ -119,9 +121,10 @@ impl Order {
             Order::Erase => Verb::Erase,
             Order::Advance(_) => Verb::Advance,
             Order::RunUntil(_) => Verb::RunUntil,
+            Order::Cancel => Verb::Cancel,
             Order::Position => Verb::Position,
             Order::Signals => Verb::Signals,
-            Order::Help => Verb::Help,
+            Order::Help(_) => Verb::Help,
             Order::Complete(_) => Verb::Complete,
             Order::Quit => Verb::Quit,
         }
@@ -198,9 +201,16 @@ impl<'t> Line<'t> {
             }
             Verb::RunUntil => self.run_until(arguments, place, names),
             Verb::Erase => alone(Order::Erase),
+            Verb::Cancel => alone(Order::Cancel),
             Verb::Position => alone(Order::Position),
             Verb::Signals => alone(Order::Signals),
-            Verb::Help => alone(Order::Help),
+            Verb::Help => match (arguments, Verb::of(arguments)) {
+                ([], _) => Ok(Order::Help(None)),
+                (words, Some((verb, length))) if words.len() == length => {
+                    Ok(Order::Help(Some(verb)))
+                }
+                _ => Err(self.wrong(place, "an order, as in `help run until`")),
+            },
             Verb::Quit => alone(Order::Quit),
         }
     }

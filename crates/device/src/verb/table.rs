@@ -25,6 +25,8 @@ pub enum Verb {
     Advance,
     /// Lets time pass until a condition holds.
     RunUntil,
+    /// Gives up what time is on its way to.
+    Cancel,
     /// Says where the axes are.
     Position,
     /// Says what can be set.
@@ -81,7 +83,7 @@ const fn typed(arguments: &'static str, about: &'static str) -> Form {
 }
 
 /// In the order of the help.
-pub(super) const TABLE: [Row; 15] = [
+pub(super) const TABLE: [Row; 16] = [
     Row {
         verb: Verb::Press,
         sort: Sort::Deed,
@@ -160,6 +162,12 @@ pub(super) const TABLE: [Row; 15] = [
         ],
     },
     Row {
+        verb: Verb::Cancel,
+        sort: Sort::Prompt,
+        name: "cancel",
+        forms: &[form("", "cancel_all", "give up every `advance` and `run until` so far")],
+    },
+    Row {
         verb: Verb::Position,
         sort: Sort::Question,
         name: "position",
@@ -171,7 +179,15 @@ pub(super) const TABLE: [Row; 15] = [
         name: "signals",
         forms: &[form("", "signals", "what can be pressed, turned and set")],
     },
-    Row { verb: Verb::Help, sort: Sort::Prompt, name: "help", forms: &[typed("", "this list")] },
+    Row {
+        verb: Verb::Help,
+        sort: Sort::Prompt,
+        name: "help",
+        forms: &[
+            typed("", "this list"),
+            typed("ORDER", "all that there is to say of an order, as in `help run until`"),
+        ],
+    },
     Row {
         verb: Verb::Complete,
         sort: Sort::Prompt,
@@ -185,7 +201,7 @@ pub(super) const TABLE: [Row; 15] = [
         forms: &[form(
             "",
             "stop",
-            "end, when everything ordered before is answered; a second one ends at once",
+            "end, as soon as everything ordered is answered; a second one ends at once",
         )],
     },
 ];
