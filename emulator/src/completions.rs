@@ -137,6 +137,20 @@ pub(crate) fn words(words: &'static [&'static str]) -> ArgValueCandidates {
     ArgValueCandidates::new(|| words.iter().map(CompletionCandidate::new).collect())
 }
 
+/// Every value of every quirk, of all families: a recording says of which one it is.
+pub(crate) fn quirks() -> ArgValueCandidates {
+    ArgValueCandidates::new(|| {
+        let models = vimc4_catalogue::models().into_iter();
+        let models = models.filter_map(|name| vimc4::model(name).ok());
+        let quirks = models.flat_map(|model| vimc4_catalogue::quirks(&model).iter());
+        let values = quirks.flat_map(|(quirk, values)| {
+            values.iter().map(move |value| format!("{quirk}={}", value.trim_matches('"')))
+        });
+        let values: BTreeSet<String> = values.collect();
+        values.into_iter().map(CompletionCandidate::new).collect()
+    })
+}
+
 /// What can be pressed on the model that was typed.
 pub(crate) fn buttons() -> ArgValueCompleter {
     orders(&[Verb::Press], |words| words.to_owned())

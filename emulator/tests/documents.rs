@@ -786,6 +786,9 @@ fn names_are_completed() {
     becomes("vimc4 serve --tcp 0.0.0.0:", "4004 ");
     becomes("vimc4 send --to tcp:", "127.0.0.1:4004 ");
     becomes("vimc4 doctor 12", "7.0.0.1:4004 ");
+    becomes("vimc4 replay examples/lim", "it.jsonl ");
+    becomes("vimc4 minimise --quirk stop_rep", "ly=F");
+    becomes("vimc4 record --device 12", "7.0.0.1:4004 ");
     // And blanks too.
     becomes("vimc4 run --input limit", "\\ ");
     becomes("vimc4 run --input limit\\ x", "");

@@ -610,8 +610,7 @@ impl<D: Device> Rig<D> {
         }
         self.said += 1;
         // Told before it leaves: who records has written down whatever a client has seen.
-        let sent = bytes.clone();
-        self.tell(at, |wants| wants.sent, || What::Sent { bytes: sent });
+        self.tell(at, |wants| wants.sent, || What::Sent { bytes: bytes.clone() });
         let delivery = self.wire.send(&bytes);
         let lost = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
         for news in delivery.losses {

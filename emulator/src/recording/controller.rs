@@ -24,7 +24,7 @@ pub(super) struct Other {
     machine: Option<String>,
     /// Play it with another value of a quirk of the model's profile, as in stop_reply=STOP; also
     /// several times
-    #[arg(long, value_name = "NAME=VALUE")]
+    #[arg(long, value_name = "NAME=VALUE", add = completions::quirks())]
     quirk: Vec<String>,
 }
 

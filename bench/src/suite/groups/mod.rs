@@ -12,6 +12,7 @@ mod moves;
 mod neighbour;
 mod pacing;
 mod ping;
+mod recording;
 mod startup;
 
 use super::Bench;
@@ -37,8 +38,9 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 13] = [
+pub(crate) const GROUPS: [Group; 14] = [
     group("ping", "Question and answer", ping::measure),
+    group("recording", "Recording", recording::measure),
     group("startup", "Start", startup::measure),
     group("memory", "Memory", memory::measure),
     group("idle", "Idling", idle::measure),

@@ -155,7 +155,7 @@ impl Entry {
 /// Adds a line.
 fn put(out: &mut Vec<u8>, at: Time, what: &What) {
     out.extend(b"{\"at\":");
-    out.extend(at.as_nanos().to_string().as_bytes());
+    put_json(out, &at.as_nanos());
     let key = |out: &mut Vec<u8>, key: &str| {
         out.extend(b",\"");
         out.extend(key.as_bytes());
@@ -172,7 +172,7 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
                     key(out, "signal");
                     put_json(out, name);
                     key(out, "value");
-                    out.extend(value.to_string().as_bytes());
+                    put_json(out, value);
                 }
                 Given::Power(on) => {
                     key(out, "power");
@@ -233,6 +233,6 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
 }
 
 fn put_json<T: Serialize + ?Sized>(out: &mut Vec<u8>, value: &T) {
-    // Strings, numbers and values can always be written.
-    out.extend(serde_json::to_vec(value).unwrap_or_default());
+    // Strings, numbers and values can always be written, and there is always room.
+    let _ = serde_json::to_writer(out, value);
 }
