@@ -308,7 +308,7 @@ fn a_wrong_condition_says_what_would_be_right() {
         ("line 0", "the number of a line, from 1"),
         ("answer", "an answer, as in `answer 0`, `answer error` or `answer error 2`"),
         ("answer \"0", "is not finished: `\"` at the end of the text"),
-        ("answer \"\\q\"", "is wrong at `\\\\q"),
+        ("answer \"\\q\"", "`answer \"\\q\"` is wrong at `\\q"),
         ("dance\u{1b}[2J", "`dance\\u{1b}[2J` is wrong"),
         (&deep, "fewer brackets within each other"),
     ] {
