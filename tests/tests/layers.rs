@@ -78,9 +78,11 @@ const OUTER: [&str; 10] = [
 
 /// All that the inner rooms may be built from besides each other, down to the last: crates that
 /// compute, and reach for nothing outside of themselves.
-const PURE: [&str; 19] = [
+const PURE: [&str; 21] = [
+    "allocator-api2",
     "bytes",
     "equivalent",
+    "foldhash",
     "hashbrown",
     "indexmap",
     "itoa",
