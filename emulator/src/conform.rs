@@ -22,7 +22,7 @@ pub(crate) use arguments::Arguments;
 use chosen::{allowed, choose};
 use client::Client;
 use play::Conductor;
-use report::Report;
+use report::ConformReport;
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let allowed = allowed(&arguments)?;
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let port = Port::open(name, arguments.baud.unwrap_or(model.baud())).map_err(Failure::usage)?;
     endings::interrupt(&port, handling.halt)?;
     let candidates = explain::candidates(&model).map_err(Failure::usage)?;
-    let mut report = Report::new(&arguments, name, choices.len());
+    let mut report = ConformReport::new(&arguments, name, choices.len());
     let client = Client::new(port, handling, timing, arguments.verbose);
     let mut conductor = Conductor::new(client, &chooser, candidates, timing, allowed);
     let played = conductor.play(&choices, &mut report);

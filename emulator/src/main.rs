@@ -39,7 +39,7 @@ use failure::Failure;
 #[command(name = "vimc4", version = VERSION, subcommand_required = true, arg_required_else_help = true, args_override_self = true, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: Tool,
 }
 
 const EXAMPLES: &str = "\
@@ -59,7 +59,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 
 // Not doc comments: those would take the place of what a command says of itself at length.
 #[derive(Subcommand)]
-enum Command {
+enum Tool {
     #[command(about = "Run controllers behind pseudo terminals, TCP and real serial ports")]
     Serve(serve::Arguments),
     #[command(about = "Run a program that needs modem lines on a controller's pseudo terminal")]
@@ -112,36 +112,36 @@ fn main() -> ExitCode {
         return failure.report();
     }
     let done = match arguments.command {
-        Command::Serve(arguments) => return serve::run(arguments).unwrap_or_else(Failure::report),
-        Command::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Serve(arguments) => return serve::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
         // Its exit codes are part of what it says.
-        Command::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
-        Command::Console(arguments) => {
+        Tool::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Console(arguments) => {
             return console::run(arguments).unwrap_or_else(Failure::report);
         }
-        Command::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
-        Command::Send(arguments) => return send::run(arguments).unwrap_or_else(Failure::report),
-        Command::Conform(arguments) => {
+        Tool::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Send(arguments) => return send::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Conform(arguments) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }
-        Command::Record(arguments) => {
+        Tool::Record(arguments) => {
             return recording::tap::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Command::Replay(arguments) => {
+        Tool::Replay(arguments) => {
             return recording::replay::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Command::Diff(arguments) => {
+        Tool::Diff(arguments) => {
             return recording::diff::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Command::Cut(arguments) => recording::less::cut(&arguments),
-        Command::Minimise(arguments) => recording::less::minimise(&arguments),
-        Command::Doctor(arguments) => {
+        Tool::Cut(arguments) => recording::less::cut(&arguments),
+        Tool::Minimise(arguments) => recording::less::minimise(&arguments),
+        Tool::Doctor(arguments) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Command::Circle(arguments) => circle::run(arguments),
-        Command::Models(arguments) => profiles::models(arguments),
-        Command::Machines(arguments) => profiles::machines(arguments),
-        Command::Completions(arguments) => completions::run(arguments),
+        Tool::Circle(arguments) => circle::run(arguments),
+        Tool::Models(arguments) => profiles::models(arguments),
+        Tool::Machines(arguments) => profiles::machines(arguments),
+        Tool::Completions(arguments) => completions::run(arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

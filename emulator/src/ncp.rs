@@ -26,12 +26,12 @@ not come to its end."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: Tool,
 }
 
 // Not doc comments: those would take the place of what a command says of itself at length.
 #[derive(clap::Subcommand)]
-enum Command {
+enum Tool {
     #[command(about = "Say everything that is wrong with a job file, line by line")]
     Check(check::Arguments),
     #[command(about = "Carry a job out on a virtual controller, in virtual time")]
@@ -46,9 +46,9 @@ enum Command {
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     match arguments.command {
-        Command::Check(arguments) => check::run(&arguments),
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Compile(arguments) => compile::run(&arguments),
-        Command::Lsp(arguments) => lsp::run(&arguments),
+        Tool::Check(arguments) => check::run(&arguments),
+        Tool::Run(arguments) => run::run(&arguments),
+        Tool::Compile(arguments) => compile::run(&arguments),
+        Tool::Lsp(arguments) => lsp::run(&arguments),
     }
 }

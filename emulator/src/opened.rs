@@ -20,7 +20,7 @@ use crate::job::source::{Reading, Site, takes_jobs};
 use crate::job::virtual_time::{Sent, Virtual};
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::Meter;
-use crate::run::script::{Kind, Line, Script};
+use crate::run::script::{Kind, Script, ScriptLine};
 use crate::setup::Setup;
 use crate::text;
 
@@ -102,7 +102,7 @@ pub(crate) fn open(path: &Path, mut setup: Setup, sending: Sending) -> Result<Op
     Ok(Opened { debugger, machine, note })
 }
 
-fn number(line: &Line) -> u32 {
+fn number(line: &ScriptLine) -> u32 {
     line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or(0)
 }
 
@@ -230,12 +230,12 @@ fn is_command(sent: &[u8], command: &[u8]) -> bool {
 const PRESS: Duration = Duration::from_millis(100);
 
 /// Stores lines as a program and presses START; stands there.
-fn store(debugger: &mut Debugger, lines: &[Line], axes: u8) {
+fn store(debugger: &mut Debugger, lines: &[ScriptLine], axes: u8) {
     let go_on = &mut patiently;
     let set_axes = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
     let mut all: Vec<Vec<u8>> = set_axes.map(|axes| format!("@0{axes}\r").into_bytes()).collect();
     all.push(b"@0i\r".to_vec());
-    all.extend(lines.iter().map(Line::whole));
+    all.extend(lines.iter().map(ScriptLine::whole));
     if !lines.last().is_some_and(|line| line.is("9")) {
         all.push(b"9\r".to_vec());
     }

@@ -24,7 +24,7 @@ const WAITING: usize = 256;
 /// An open port. A thread of its own reads it, so that bytes have the time of their arrival.
 pub(crate) struct Port {
     name: String,
-    link: Link,
+    link: Connection,
     news: Receiver<News>,
     sender: SyncSender<News>,
     /// Somebody has asked for an end.
@@ -32,7 +32,7 @@ pub(crate) struct Port {
     closed: Arc<AtomicBool>,
 }
 
-enum Link {
+enum Connection {
     Tcp(TcpStream),
     Serial {
         port: Box<dyn SerialPort>,
@@ -93,7 +93,7 @@ impl Port {
                     connect(address).map_err(|(e, remedy)| error(e.to_string(), remedy))?;
                 let reader = stream.try_clone().map_err(no_thread)?;
                 read(reader, &sender, &closed).map_err(no_thread)?;
-                Link::Tcp(stream)
+                Connection::Tcp(stream)
             }
             None => {
                 let port = serialport::new(name, baud)
@@ -111,7 +111,7 @@ impl Port {
                 let reader = port.try_clone();
                 let reader = reader.map_err(|e| error(e.to_string(), remedy(name, &e)))?;
                 read(reader, &sender, &closed).map_err(no_thread)?;
-                Link::Serial { port, baud: (!is_pseudo(name)).then_some(baud) }
+                Connection::Serial { port, baud: (!is_pseudo(name)).then_some(baud) }
             }
         };
         Ok(Port { name: name.to_owned(), link, news, sender, interrupted, closed })
@@ -125,14 +125,14 @@ impl Port {
     /// Its speed, if it is a line that has one.
     pub(crate) fn baud(&self) -> Option<u32> {
         match &self.link {
-            Link::Serial { baud, .. } => *baud,
-            Link::Tcp(_) => None,
+            Connection::Serial { baud, .. } => *baud,
+            Connection::Tcp(_) => None,
         }
     }
 
     /// How its modem lines are.
     pub(crate) fn modem_lines(&mut self) -> ModemLines {
-        let Link::Serial { port, .. } = &mut self.link else { return ModemLines::Unasked };
+        let Connection::Serial { port, .. } = &mut self.link else { return ModemLines::Unasked };
         let mut lines = || -> serialport::Result<[(&'static str, bool); 4]> {
             Ok([
                 ("CTS", port.read_clear_to_send()?),
@@ -146,7 +146,7 @@ impl Port {
 
     /// Gives a line that has a speed another one.
     pub(crate) fn set_baud(&mut self, new: u32) -> Result<(), PortError> {
-        if let Link::Serial { port, baud: baud @ Some(_) } = &mut self.link {
+        if let Connection::Serial { port, baud: baud @ Some(_) } = &mut self.link {
             port.set_baud_rate(new).map_err(|error| PortError::Gone(error.to_string()))?;
             *baud = Some(new);
         }
@@ -174,8 +174,8 @@ impl Port {
     /// What writes to it from another thread, as much as it takes at a time.
     pub(crate) fn writer(&self) -> Option<Box<dyn Write + Send>> {
         Some(match &self.link {
-            Link::Tcp(stream) => Box::new(stream.try_clone().ok()?),
-            Link::Serial { port, .. } => Box::new(port.try_clone().ok()?),
+            Connection::Tcp(stream) => Box::new(stream.try_clone().ok()?),
+            Connection::Serial { port, .. } => Box::new(port.try_clone().ok()?),
         })
     }
 
@@ -188,8 +188,8 @@ impl Port {
     /// Whether what is behind it is surely virtual: a pseudo-terminal, or this computer.
     pub(crate) fn is_virtual(&self) -> bool {
         match &self.link {
-            Link::Tcp(stream) => stream.peer_addr().is_ok_and(|peer| peer.ip().is_loopback()),
-            Link::Serial { baud, .. } => baud.is_none(),
+            Connection::Tcp(stream) => stream.peer_addr().is_ok_and(|peer| peer.ip().is_loopback()),
+            Connection::Serial { baud, .. } => baud.is_none(),
         }
     }
 
@@ -197,8 +197,8 @@ impl Port {
     pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), PortError> {
         let gone = |error: io::Error| PortError::Gone(error.to_string());
         let port = match &mut self.link {
-            Link::Tcp(stream) => return stream.write_all(bytes).map_err(gone),
-            Link::Serial { port, .. } => port,
+            Connection::Tcp(stream) => return stream.write_all(bytes).map_err(gone),
+            Connection::Serial { port, .. } => port,
         };
         let begun = Instant::now();
         let mut rest = bytes;
@@ -235,7 +235,7 @@ impl Port {
 impl Drop for Port {
     fn drop(&mut self) {
         self.closed.store(true, Ordering::Relaxed);
-        if let Link::Tcp(stream) = &self.link {
+        if let Connection::Tcp(stream) = &self.link {
             let _ = stream.shutdown(Shutdown::Both);
         }
     }

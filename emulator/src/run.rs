@@ -25,7 +25,7 @@ use crate::text;
 pub(crate) use arguments::{Arguments, axes};
 use driver::Driver;
 use meter::Meter;
-use report::Report;
+use report::RunReport;
 use script::{Kind, Script};
 use session::Session;
 use trace::Trace;
@@ -51,7 +51,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let tape = arguments.world.tape(&model, &machine)?;
     let driver = Driver::new(controller, meter, arguments.loops).recording(tape);
-    let report = Report::new(&arguments, &script);
+    let report = RunReport::new(&arguments, &script);
     let mut session = Session { handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, time: arguments.time };

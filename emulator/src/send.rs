@@ -27,7 +27,7 @@ use crate::job::source::{JobArguments, Site, Unit, Zeros};
 use crate::ncp::check;
 use crate::port::{Port, PortError};
 use crate::run::report::seconds;
-use crate::run::script::{Kind, Line, Script};
+use crate::run::script::{Kind, Script, ScriptLine};
 
 use rehearsal::{Nevertheless, Rehearsal, rehearse};
 use wire::{Broken, Halted, Wire};
@@ -328,8 +328,9 @@ fn command_list(arguments: &Arguments, bytes: &[u8]) -> Result<Option<(List, Wha
     let Some(script) = Script::parse(bytes).filter(|_| !file::is_job(bytes)) else {
         return Ok(None);
     };
-    let number =
-        |line: &Line| line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default();
+    let number = |line: &ScriptLine| {
+        line.number.and_then(|number| u32::try_from(number).ok()).unwrap_or_default()
+    };
     let lines = script.lines.iter().map(|line| (number(line), line.whole()));
     match script.kind {
         Kind::Commands => {

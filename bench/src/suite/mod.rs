@@ -28,7 +28,7 @@ use failure::{Failure, Outcome};
 use groups::GROUPS;
 use launch::Launcher;
 use machine::Machine;
-use report::Report;
+use report::BenchReport;
 
 /// Measure how fast the emulator is, against bare baselines.
 #[derive(Parser)]
@@ -67,7 +67,7 @@ fn measure(arguments: &Arguments) -> Outcome<()> {
         Bench { launcher: Launcher::build()?, cores: Cores::find()?, quick: arguments.quick };
     let chosen =
         |name: &str| arguments.names.is_empty() || arguments.names.iter().any(|n| n == name);
-    let mut report = Report::new(Machine::here(), arguments.quick);
+    let mut report = BenchReport::new(Machine::here(), arguments.quick);
     for group in GROUPS.iter().filter(|group| chosen(group.name)) {
         eprintln!("{}: {}", group.name, group.title);
         let section = (group.measure)(&bench)

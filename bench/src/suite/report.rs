@@ -69,16 +69,16 @@ impl Section {
 }
 
 /// All sections, and what they were measured on.
-pub(crate) struct Report {
+pub(crate) struct BenchReport {
     machine: Machine,
     quick: bool,
     sections: Vec<(&'static str, Section)>,
 }
 
-impl Report {
+impl BenchReport {
     /// An empty one.
-    pub(crate) fn new(machine: Machine, quick: bool) -> Report {
-        Report { machine, quick, sections: Vec::new() }
+    pub(crate) fn new(machine: Machine, quick: bool) -> BenchReport {
+        BenchReport { machine, quick, sections: Vec::new() }
     }
 
     /// Adds the figures of a group.
@@ -104,7 +104,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for BenchReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "Measured on {}.", self.machine)?;
         if self.quick {
@@ -164,7 +164,7 @@ mod tests {
         section.add(Figure::new("speed", "9 /s").baseline("10 /s").target("0.8 ×", true));
         section.add(Figure::new("memory", "9 MB").target("5 MB", false));
         section.add(Figure::new("colour", "blue"));
-        let mut report = Report::new(Machine::here(), true);
+        let mut report = BenchReport::new(Machine::here(), true);
         report.add("Things", section);
         let text = report.to_string();
         assert!(text.contains("1 of 2 targets are met"), "{text}");

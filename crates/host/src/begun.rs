@@ -8,11 +8,11 @@ use vimc4_device::{CommandNumber, Time};
 
 /// Those that have begun last.
 #[derive(Debug, Default)]
-pub(crate) struct Begun(VecDeque<Command>);
+pub(crate) struct Begun(VecDeque<OpenCommand>);
 
 /// A command that has begun.
 #[derive(Debug)]
-struct Command {
+struct OpenCommand {
     number: CommandNumber,
     bytes: Bytes,
     /// When; `None` if it has had an answer. The time that it took counts for the first one only.
@@ -39,7 +39,7 @@ impl Begun {
             let place = commands.iter().position(|command| command.at.is_none());
             commands.remove(place.unwrap_or_default());
         }
-        commands.push_back(Command { number, bytes: bytes.clone(), at: Some(at) });
+        commands.push_back(OpenCommand { number, bytes: bytes.clone(), at: Some(at) });
     }
 
     /// One has been answered.

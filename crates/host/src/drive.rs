@@ -9,7 +9,7 @@ use vimc4_device::{Condition, Device, Foresight, Input, Kinds, OwnedInput, Time}
 use crate::clock::Clock;
 use crate::journey::{Progress, Ticket, Wish};
 use crate::pace::Pace;
-use crate::reply::ControlError;
+use crate::pending::ControlError;
 use crate::report::{Deed, News, Source};
 use crate::rig::{Rig, Step};
 use crate::travel::{Destination, Travel};

@@ -9,7 +9,7 @@ use vimc4_device::{Condition, Deed, Device, OwnedInput, Signal, Time, View};
 use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
 use crate::journey::{Journey, Wishes};
-use crate::reply::{ControlError, Reply};
+use crate::pending::{ControlError, Pending};
 use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
 use crate::rig::{Pause, Step};
 use crate::runner::{Deferred, Runner};
@@ -18,7 +18,7 @@ use crate::travel::Destination;
 
 /// Controls a running controller from outside: its panel, its power, its time.
 ///
-/// Every method asks at once and in order; the [`Reply`] can be awaited or waited for. Bytes
+/// Every method asks at once and in order; the [`Pending`] can be awaited or waited for. Bytes
 /// never take this way. The controller ends when it is [told to](Handle::stop) or when the
 /// last handle is dropped.
 #[derive(Debug)]
@@ -76,47 +76,47 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// The things of the outside world that can be set.
-    pub fn signals(&self) -> Reply<Vec<Signal>> {
+    pub fn signals(&self) -> Pending<Vec<Signal>> {
         self.with(|runner| Ok(runner.device().signals()))
     }
 
     /// Sets a signal by name to any value it takes.
-    pub fn set(&self, name: &str, value: i32) -> Reply<Effect> {
+    pub fn set(&self, name: &str, value: i32) -> Pending<Effect> {
         self.act(Deed::Set(name.to_owned(), value))
     }
 
     /// Puts a switch into a position by name, as in `turn("key", "auto")`.
-    pub fn turn(&self, name: &str, position: &str) -> Reply<Effect> {
+    pub fn turn(&self, name: &str, position: &str) -> Pending<Effect> {
         self.act(Deed::Turn(name.to_owned(), position.to_owned()))
     }
 
     /// Presses a button and releases it at the same instant, unless it latches.
-    pub fn press(&self, name: &str) -> Reply<Effect> {
+    pub fn press(&self, name: &str) -> Pending<Effect> {
         self.act(Deed::Press(name.to_owned()))
     }
 
     /// Presses a button and keeps it pressed.
-    pub fn hold(&self, name: &str) -> Reply<Effect> {
+    pub fn hold(&self, name: &str) -> Pending<Effect> {
         self.act(Deed::Hold(name.to_owned()))
     }
 
     /// Releases a button.
-    pub fn release(&self, name: &str) -> Reply<Effect> {
+    pub fn release(&self, name: &str) -> Pending<Effect> {
         self.act(Deed::Release(name.to_owned()))
     }
 
     /// Sets a bit of an input port.
-    pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Reply<Effect> {
+    pub fn set_input(&self, port: u16, bit: u8, level: bool) -> Pending<Effect> {
         self.act(Deed::Input { port, bit, level })
     }
 
     /// Takes the power away or gives it back.
-    pub fn power(&self, on: bool) -> Reply<Effect> {
+    pub fn power(&self, on: bool) -> Pending<Effect> {
         self.act(Deed::Power(on))
     }
 
     /// Does something to the device in the name of whoever has this handle.
-    pub fn act(&self, deed: Deed) -> Reply<Effect> {
+    pub fn act(&self, deed: Deed) -> Pending<Effect> {
         self.act_on(|_| Ok(deed))
     }
 
@@ -124,7 +124,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn act_on(
         &self,
         what: impl FnOnce(&D) -> Result<Deed, ControlError> + Send + 'static,
-    ) -> Reply<Effect> {
+    ) -> Pending<Effect> {
         let by = self.source();
         self.with(move |runner| {
             let deed = what(runner.device())?;
@@ -162,17 +162,17 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// The controller's time.
-    pub fn now(&self) -> Reply<Time> {
+    pub fn now(&self) -> Pending<Time> {
         self.with(|runner| Ok(runner.device().now()))
     }
 
     /// A picture of the controller at its present time.
-    pub fn view(&self) -> Reply<View<D::Details>> {
+    pub fn view(&self) -> Pending<View<D::Details>> {
         self.with(|runner| Ok(runner.device().view(runner.device().now())))
     }
 
     /// Everything that decides what the controller will do.
-    pub fn state(&self) -> Reply<D::State>
+    pub fn state(&self) -> Pending<D::State>
     where
         D::State: Send,
     {
@@ -180,7 +180,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// Continues from a state taken earlier, its time included.
-    pub fn restore(&self, state: D::State) -> Reply<()>
+    pub fn restore(&self, state: D::State) -> Pending<()>
     where
         D::State: Send,
     {
@@ -192,7 +192,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// The device itself, as it is now: a copy, to be driven by whoever has it.
-    pub fn device(&self) -> Reply<D>
+    pub fn device(&self) -> Pending<D>
     where
         D: Send,
     {
@@ -204,39 +204,39 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// Pauses the controller's time, whatever its clock, and says when that was. Clients stay connected:
     /// what they send waits on the line, and they notice nothing but that it takes its time. If time is
     /// paused already it stays so.
-    pub fn pause(&self) -> Reply<Time> {
+    pub fn pause(&self) -> Pending<Time> {
         let by = self.source();
         self.with(|runner| Ok(runner.pause(by)))
     }
 
     /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
-    pub fn resume(&self) -> Reply<Time> {
+    pub fn resume(&self) -> Pending<Time> {
         let by = self.source();
         self.with(move |runner| runner.resume(&by))
     }
 
     /// Since when time is paused, and why; `None` if it goes on.
-    pub fn paused(&self) -> Reply<Option<Pause>> {
+    pub fn paused(&self) -> Pending<Option<Pause>> {
         self.with(|runner| Ok(runner.paused().cloned()))
     }
 
     /// Is answered when time is paused by whomever or whatever: at once if it is.
-    pub fn until_paused(&self) -> Reply<Pause> {
-        let (answer, reply) = Reply::promised();
+    pub fn until_paused(&self) -> Pending<Pause> {
+        let (answer, reply) = Pending::promised();
         let _ = self.jobs.send(Box::new(move |runner| runner.tell_of_pause(answer)));
         reply
     }
 
     /// Does one thing while time is paused: the next cause of what the device does by itself, or an input
     /// that has waited behind what was due. Time passes as far as that needs.
-    pub fn step(&self) -> Reply<Step> {
+    pub fn step(&self) -> Pending<Step> {
         self.with(|runner| runner.step())
     }
 
     /// Gives the device an input. While time is paused it comes after what is due at this instant, and
     /// what it leads to is left to [steps](Handle::step); what is done by the other methods, such as
     /// [`press`](Handle::press), happens at once with everything that is due at this instant.
-    pub fn inject(&self, input: OwnedInput) -> Reply<()> {
+    pub fn inject(&self, input: OwnedInput) -> Pending<()> {
         let by = self.source();
         self.with(move |runner| {
             runner.give(by, input);
@@ -246,32 +246,32 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Takes in no more than so many bytes that wait on the line, although time is paused, and says how
     /// many that were; what they lead to is left to [steps](Handle::step). With 0, clients come and go.
-    pub fn hear(&self, bytes: usize) -> Reply<usize> {
-        let (answer, reply) = Reply::promised();
+    pub fn hear(&self, bytes: usize) -> Pending<usize> {
+        let (answer, reply) = Pending::promised();
         let _ = self.jobs.send(Box::new(move |runner| runner.hear(bytes, answer)));
         reply
     }
 
     /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even at
     /// the same instant. How it becomes so is said at [`Breakpoint`](vimc4_device::Breakpoint).
-    pub fn break_when(&self, condition: Condition) -> Reply<BreakpointId> {
+    pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
         self.with(|runner| Ok(runner.break_when(condition)))
     }
 
     /// Takes a breakpoint away. Says whether it was still there.
-    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Reply<bool> {
+    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Pending<bool> {
         self.with(move |runner| Ok(runner.remove_breakpoint(breakpoint)))
     }
 
     /// The breakpoints, and how often each was met.
-    pub fn breakpoints(&self) -> Reply<Vec<BreakpointView>> {
+    pub fn breakpoints(&self) -> Pending<Vec<BreakpointView>> {
         self.with(|runner| Ok(runner.breakpoints()))
     }
 
     // --- who is there ---
 
     /// Opens another way to the line.
-    pub fn attach(&self, transport: impl Transport + 'static) -> Reply<()> {
+    pub fn attach(&self, transport: impl Transport + 'static) -> Pending<()> {
         self.with(move |runner| {
             runner.attach(Box::new(transport));
             Ok(())
@@ -279,12 +279,12 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     /// Lets a sink watch from now on.
-    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<SinkId> {
+    pub fn watch(&self, sink: impl Sink + 'static) -> Pending<SinkId> {
         self.with(move |runner| Ok(runner.watch(Box::new(sink))))
     }
 
     /// Lets go of a sink. Says whether it was still there.
-    pub fn detach(&self, sink: SinkId) -> Reply<bool> {
+    pub fn detach(&self, sink: SinkId) -> Pending<bool> {
         self.with(move |runner| Ok(runner.detach(sink)))
     }
 
@@ -292,8 +292,8 @@ impl<D: Device + Clone + 'static> Handle<D> {
     pub fn with<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Runner<D>) -> Result<T, ControlError> + Send + 'static,
-    ) -> Reply<T> {
-        let (sender, reply) = Reply::promised();
+    ) -> Pending<T> {
+        let (sender, reply) = Pending::promised();
         // If it cannot be sent, the sender is dropped with it, and the reply says so.
         let _ = self.jobs.send(Box::new(move |runner| {
             let _ = sender.send(work(runner));

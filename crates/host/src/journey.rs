@@ -10,7 +10,7 @@ use std::time::Duration;
 use tokio::sync::{mpsc, oneshot, watch};
 use vimc4_device::Time;
 
-use crate::reply::{ControlError, Reply};
+use crate::pending::{ControlError, Pending};
 
 /// Time that has been sent somewhere, by [`advance`](crate::Handle::advance) or
 /// [`run_until`](crate::Handle::run_until): the reply says when it has arrived.
@@ -27,7 +27,7 @@ use crate::reply::{ControlError, Reply};
 #[derive(Debug)]
 #[must_use = "without waiting for the journey nobody learns whether time has arrived"]
 pub struct Journey {
-    reply: Reply<Time>,
+    reply: Pending<Time>,
     wish: Arc<Mutex<Wish>>,
     /// Has the controller look at the wish.
     nudge: mpsc::UnboundedSender<()>,
@@ -97,7 +97,7 @@ impl Journey {
         of_all: &Arc<Wishes>,
     ) -> (Ticket, Journey) {
         let (of_all, number) = (Arc::clone(of_all), of_all.asked.fetch_add(1, Ordering::AcqRel));
-        let (answer, reply) = Reply::promised();
+        let (answer, reply) = Pending::promised();
         let (tell, progress) = watch::channel(Progress::default());
         let wish = Arc::new(Mutex::new(Wish::Go));
         let ticket =

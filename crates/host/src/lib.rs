@@ -20,8 +20,8 @@ mod journey;
 mod leaving;
 mod line_feeds;
 mod pace;
+mod pending;
 mod reception;
-mod reply;
 mod report;
 mod reports;
 mod rig;
@@ -44,7 +44,7 @@ pub use clock::{Clock, ClockError, Rate};
 pub use flash::{FlashFile, FlashFileError, unix_lines};
 pub use handle::Handle;
 pub use journey::{Journey, Progress};
-pub use reply::{ControlError, Reply, block_on};
+pub use pending::{ControlError, Pending, block_on};
 pub use report::{BreakpointId, Deed, Effect, News, Report, Sink, SinkId, Source, Wants, What};
 pub use reports::{Reports, Tap};
 pub use rig::{Pause, Step};
@@ -56,7 +56,7 @@ pub use transport::{
     Clients, HostLines, Memory, MemoryPort, Modem, Received, Sent, Tcp, TcpError, Transport,
 };
 #[cfg(all(unix, feature = "pty"))]
-pub use transport::{Link, LinkError, Pty, PtyError, User, Users};
+pub use transport::{LinkError, Pty, PtyError, PtyLink, User, Users};
 #[cfg(feature = "serial")]
 pub use transport::{Serial, SerialError};
 pub use worker::Worker;

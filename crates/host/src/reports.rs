@@ -6,7 +6,7 @@ use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use crate::reply::block_on;
+use crate::pending::block_on;
 use crate::report::{Report, Sink, Wants, What};
 
 /// The reports of one or several controllers, taken whenever there is time for them.

@@ -11,7 +11,7 @@ use vimc4_device::{
 
 use crate::breakpoints::Breakpoints;
 use crate::leaving::Leaving;
-use crate::reply::ControlError;
+use crate::pending::ControlError;
 use crate::report::{BreakpointId, News, Sink, SinkId, Source, Wants, What};
 use crate::sinks::Sinks;
 use crate::storage::Storage;

@@ -3,7 +3,7 @@
 use vimc4_device::{Condition, Device, Event, Foresight, Kinds, Time};
 
 use crate::journey::{Ticket, Wish};
-use crate::reply::ControlError;
+use crate::pending::ControlError;
 
 /// All who wait.
 #[derive(Default)]

@@ -51,7 +51,7 @@ impl Worker {
 
     /// This thread, which has to be in a current-thread runtime of tokio with everything
     /// enabled. Controllers run on it whenever it awaits something, so it must not block for
-    /// them, as [`Reply::wait`](crate::Reply::wait) does.
+    /// them, as [`Pending::wait`](crate::Pending::wait) does.
     #[must_use]
     pub fn here() -> Worker {
         let runtime = Handle::current();

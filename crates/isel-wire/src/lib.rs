@@ -7,7 +7,7 @@
 //! A byte becomes meaning in four steps, and each can be taken alone:
 //!
 //! 1. [`control`] picks out the three bytes that act at once; [`LineBuffer`] collects the rest
-//!    into a [`Line`].
+//!    into a [`ReceivedLine`].
 //! 2. [`parse`] says whom the line is for, and splits it into a [`Frame`]: a known operation and
 //!    its fields, not yet read.
 //! 3. [`Frame::check_count`] and [`Frame::decode`] count, read and check the fields; what comes
@@ -25,7 +25,7 @@
 //!
 //! ```
 //! use vimc4_isel_wire::{
-//!     Addressed, AxisSet, Context, Dialect, Fractions, Line, LineBuffer, Mode, PortMap, parse,
+//!     Addressed, AxisSet, Context, Dialect, Fractions, ReceivedLine, LineBuffer, Mode, PortMap, parse,
 //! };
 //!
 //! struct NoPorts;
@@ -48,7 +48,7 @@
 //! };
 //! let mut buffer = LineBuffer::default();
 //! let mut lines = b"@0A 5000, 900\r\n".iter().filter_map(|&byte| buffer.push(byte));
-//! let Some(Line::Text(line)) = lines.next() else { panic!("no line") };
+//! let Some(ReceivedLine::Text(line)) = lines.next() else { panic!("no line") };
 //!
 //! match parse(&line, Dialect::Imc4, Mode::Direct, 0) {
 //!     Ok(Addressed::Frame(frame)) => {
@@ -89,6 +89,6 @@ pub use decode::{Context, PortMap};
 pub use dialect::{Dialect, Fractions, Mode};
 pub use fault::{Fault, WrongAxes, WrongNumber};
 pub use frame::{Addressed, Frame, parse};
-pub use receive::{Control, LINE_MAX, Line, LineBuffer, control};
+pub use receive::{Control, LINE_MAX, LineBuffer, ReceivedLine, control};
 pub use reply::Reply;
 pub use table::{Class, CommandSpec, Fields, Op, spec, table};

@@ -62,7 +62,7 @@ pub fn control(byte: u8) -> Option<Control> {
 
 /// One line, complete.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Line {
+pub enum ReceivedLine {
     /// Its bytes, without CR and LF. At least one is not a blank.
     Text(Vec<u8>),
     /// It had more than [`LINE_MAX`] bytes, of which these are the first; the others are gone.
@@ -82,7 +82,7 @@ pub struct LineBuffer {
 
 impl LineBuffer {
     /// Takes one byte; at CR it hands out the line, unless that is empty or all blanks.
-    pub fn push(&mut self, byte: u8) -> Option<Line> {
+    pub fn push(&mut self, byte: u8) -> Option<ReceivedLine> {
         match byte {
             b'\r' => self.finish(),
             b'\n' => None,
@@ -120,14 +120,14 @@ impl LineBuffer {
         self.bytes.is_empty()
     }
 
-    fn finish(&mut self) -> Option<Line> {
+    fn finish(&mut self) -> Option<ReceivedLine> {
         if mem::take(&mut self.too_long) {
-            return Some(Line::TooLong(mem::take(&mut self.bytes)));
+            return Some(ReceivedLine::TooLong(mem::take(&mut self.bytes)));
         }
         if self.bytes.iter().all(|&byte| byte == b' ') {
             self.bytes.clear();
             return None;
         }
-        Some(Line::Text(mem::take(&mut self.bytes)))
+        Some(ReceivedLine::Text(mem::take(&mut self.bytes)))
     }
 }

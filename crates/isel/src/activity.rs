@@ -54,7 +54,7 @@ pub(crate) enum Wait {
 
 /// Who wants to know how a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Job {
+pub(crate) enum Purpose {
     /// The host: it gets an answer.
     Command(Op),
     /// The host, which had its answer before the motion began: at most an error is told it.
@@ -108,7 +108,7 @@ pub(crate) enum PortCondition {
 /// A running motion: a segment and its start, never a position and a last update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Moving {
-    pub(crate) job: Job,
+    pub(crate) job: Purpose,
     pub(crate) segment: Segment,
     pub(crate) began: Time,
     /// The step at which a carriage runs onto a limit switch.
@@ -153,7 +153,7 @@ impl Ending {
 /// Axes that look for their reference points, or one that leaves its switch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Referencing {
-    pub(crate) job: Job,
+    pub(crate) job: Purpose,
     /// Whether this is a reference run; otherwise an axis just leaves its switch.
     pub(crate) whole: bool,
     /// The axes still to come after the present one, in order.

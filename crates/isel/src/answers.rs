@@ -4,7 +4,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{Mode, Op, Reply, table};
 
-use crate::activity::{Activity, Job, Wait};
+use crate::activity::{Activity, Purpose, Wait};
 use crate::firmware::Firmware;
 use crate::model::{ControlReply, LowerCase, StopReply};
 use crate::state::Receiver;
@@ -124,23 +124,23 @@ impl Firmware {
     /// Something ends before its time, and no error says so.
     pub(crate) fn tell_cut_short(
         &mut self,
-        job: Job,
+        job: Purpose,
         by: impl FnOnce(&Self) -> String,
         answered: bool,
     ) {
         if !self.wants(Kinds::ANSWER) {
             return;
         }
-        let run = self.state.run.as_ref().filter(|_| job == Job::Program);
+        let run = self.state.run.as_ref().filter(|_| job == Purpose::Program);
         let (op, place) = match job {
-            Job::Command(op) | Job::Answered(op) => (op, String::new()),
-            Job::SelfTest => (Op::SelfTest, String::new()),
-            Job::Program => {
+            Purpose::Command(op) | Purpose::Answered(op) => (op, String::new()),
+            Purpose::SelfTest => (Op::SelfTest, String::new()),
+            Purpose::Program => {
                 let line = run.map_or(0, |run| run.line) + 1;
                 (Op::Start, format!("in line {line} of the program, "))
             }
         };
-        let awaited = matches!(job, Job::Command(_)) || run.is_some_and(|run| run.by_command);
+        let awaited = matches!(job, Purpose::Command(_)) || run.is_some_and(|run| run.by_command);
         let silence = if awaited && !answered { ", without an answer" } else { "" };
         let Receiver { waiting, line } = &self.state.receiver;
         let lost = match line.begun().len() + waiting.len() {
@@ -159,8 +159,8 @@ impl Firmware {
         let job = match &self.state.activity {
             Activity::Moving(moving) => Some(moving.job),
             Activity::Referencing(run) => Some(run.job),
-            Activity::Waiting { what: Wait::Erase, .. } => Some(Job::Command(Op::Erase)),
-            _ => self.state.is_running().then_some(Job::Program),
+            Activity::Waiting { what: Wait::Erase, .. } => Some(Purpose::Command(Op::Erase)),
+            _ => self.state.is_running().then_some(Purpose::Program),
         };
         if let Some(job) = job {
             return self.tell_cut_short(job, |_| by.to_owned(), false);

@@ -2,7 +2,7 @@
 
 use vimc4_device::Point;
 use vimc4_isel_wire::AxisSet;
-use vimc4_motion::Line;
+use vimc4_motion::StraightLine;
 
 /// How many axes these controllers have: X, Y, Z, A.
 pub(crate) const AXES: usize = 4;
@@ -15,10 +15,10 @@ pub(crate) fn wrap(position: i64) -> i64 {
 }
 
 /// A line of one axis.
-pub(crate) fn along(axis: usize, steps: i64) -> Line {
+pub(crate) fn along(axis: usize, steps: i64) -> StraightLine {
     let mut delta = Point::default();
     delta[axis] = steps;
-    Line::new(delta)
+    StraightLine::new(delta)
 }
 
 /// The axes with a way.

@@ -8,7 +8,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{Addressed, Command, Mode, Op, parse};
 
-use crate::activity::{Activity, Job, Plan, Wait};
+use crate::activity::{Activity, Plan, Purpose, Wait};
 use crate::firmware::Firmware;
 use crate::outcome::Outcome;
 use crate::why::{By, Why};
@@ -37,9 +37,9 @@ impl Firmware {
                 match self.admit(&frame) {
                     Ok(command) if capital.is_some() => {
                         self.done(Mode::Direct, op);
-                        self.execute(op, command, Job::Answered(op));
+                        self.execute(op, command, Purpose::Answered(op));
                     }
-                    Ok(command) => self.execute(op, command, Job::Command(op)),
+                    Ok(command) => self.execute(op, command, Purpose::Command(op)),
                     Err(why) => {
                         self.refuse_line(frame.spec().mnemonic, why, line, Mode::Direct);
                     }
@@ -69,7 +69,7 @@ impl Firmware {
     }
 
     /// Begins what a command says, or does it at once. A motion does what it does as `job`.
-    fn execute(&mut self, op: Op, command: Command, job: Job) {
+    fn execute(&mut self, op: Op, command: Command, job: Purpose) {
         let outcome = match command {
             Command::RelativeMove(_)
             | Command::AbsoluteMove(_)
@@ -150,42 +150,42 @@ impl Firmware {
     }
 
     /// A job is done, well or with an error.
-    fn finished(&mut self, job: Job, result: Result<(), Why>) -> Outcome {
+    fn finished(&mut self, job: Purpose, result: Result<(), Why>) -> Outcome {
         self.state.activity = Activity::Idle;
         match (job, result) {
-            (Job::Command(op), Ok(())) => self.done(Mode::Direct, op),
-            (Job::Command(op), Err(why)) => self.refuse(Mode::Direct, op, why),
-            (Job::Answered(op), Err(why)) if self.tells_late_errors() => {
+            (Purpose::Command(op), Ok(())) => self.done(Mode::Direct, op),
+            (Purpose::Command(op), Err(why)) => self.refuse(Mode::Direct, op, why),
+            (Purpose::Answered(op), Err(why)) if self.tells_late_errors() => {
                 self.refuse(Mode::Direct, op, why);
             }
-            (Job::Answered(_), _) => {}
-            (Job::Program, Ok(())) => return self.line_ended(),
-            (Job::Program, Err(why)) => return Outcome::ProgramEnds(Err(why)),
-            (Job::SelfTest, _) => self.self_test_ended(),
+            (Purpose::Answered(_), _) => {}
+            (Purpose::Program, Ok(())) => return self.line_ended(),
+            (Purpose::Program, Err(why)) => return Outcome::ProgramEnds(Err(why)),
+            (Purpose::SelfTest, _) => self.self_test_ended(),
         }
         Outcome::Nothing
     }
 
     /// The motion stopped with something left of it.
-    fn stopped(&mut self, job: Job, plan: Plan, by: By) -> Outcome {
+    fn stopped(&mut self, job: Purpose, plan: Plan, by: By) -> Outcome {
         match job {
-            Job::Command(op) => {
+            Purpose::Command(op) => {
                 self.state.remainder = Some(plan);
                 self.answer_stopped(op, by);
             }
-            Job::Answered(op) => {
+            Purpose::Answered(op) => {
                 self.state.remainder = Some(plan);
                 if self.tells_late_errors() {
                     self.answer_stopped(op, by);
                 }
             }
-            Job::Program => {
+            Purpose::Program => {
                 if let Some(run) = &mut self.state.run {
                     run.remainder = Some(plan);
                 }
                 return Outcome::ProgramHalts(by);
             }
-            Job::SelfTest => self.self_test_ended(),
+            Purpose::SelfTest => self.self_test_ended(),
         }
         Outcome::Nothing
     }

@@ -6,7 +6,7 @@ use vimc4_isel_wire::{Mode, Op};
 use vimc4_motion::Path;
 use vimc4_plant::End;
 
-use crate::activity::{Activity, Ending, Job, PortCondition, Wait};
+use crate::activity::{Activity, Ending, PortCondition, Purpose, Wait};
 use crate::axes::{AXES, moving_axes};
 use crate::firmware::Firmware;
 use crate::model::{StopInMoveUntil, StopInReference};
@@ -20,7 +20,7 @@ impl Firmware {
         let forgets_until = quirks.stop_in_move_until == StopInMoveUntil::Forget;
         if let Activity::Referencing(run) = &self.state.activity {
             return match (run.job, quirks.stop_in_reference) {
-                (Job::Program, StopInReference::End) => self.end_reference_of_program(by),
+                (Purpose::Program, StopInReference::End) => self.end_reference_of_program(by),
                 _ => self.stand_in_for_switch(),
             };
         }
@@ -29,8 +29,8 @@ impl Firmware {
         }
         match &self.state.activity {
             Activity::Moving(moving) => match (moving.job, moving.plan.until) {
-                (Job::SelfTest, _) => Outcome::Nothing,
-                (Job::Command(_), Some(PortCondition::Mask(_))) if forgets_until => {
+                (Purpose::SelfTest, _) => Outcome::Nothing,
+                (Purpose::Command(_), Some(PortCondition::Mask(_))) if forgets_until => {
                     self.brake(Ending::Break(Breaker::Stop(by)))
                 }
                 _ => self.brake(Ending::Stop(by)),
@@ -45,11 +45,11 @@ impl Firmware {
     /// 255: halts along the ramp and forgets the remainder; at rest it drops one.
     pub(crate) fn break_off(&mut self) -> Outcome {
         match &self.state.activity {
-            Activity::Moving(moving) if moving.job == Job::SelfTest => Outcome::Nothing,
+            Activity::Moving(moving) if moving.job == Purpose::SelfTest => Outcome::Nothing,
             Activity::Moving(_) => self.brake(Ending::Break(Breaker::Line)),
             Activity::Referencing(_) => self.halt(Why::ReferenceBroken(Breaker::Line)),
             _ if self.state.is_running() => {
-                self.tell_cut_short(Job::Program, |c| c.breaker_in_words(Breaker::Line), true);
+                self.tell_cut_short(Purpose::Program, |c| c.breaker_in_words(Breaker::Line), true);
                 Outcome::ProgramEnds(Ok(()))
             }
             Activity::Idle => {
@@ -127,7 +127,7 @@ impl Firmware {
 
     /// The motors halt where they are, without a ramp, as when the power is gone or the processor
     /// restarts; returns what they moved for. The carriages know what the counters forget.
-    pub(crate) fn halt_motors(&mut self) -> Option<Job> {
+    pub(crate) fn halt_motors(&mut self) -> Option<Purpose> {
         let now = self.state.now;
         match self.take_activity() {
             Activity::Moving(moving) => {

@@ -3,7 +3,7 @@
 use vimc4_isel_wire::Control;
 use vimc4_plant::PlantSignal;
 
-use crate::activity::{Activity, Job, Phase, PortCondition};
+use crate::activity::{Activity, Phase, PortCondition, Purpose};
 use crate::axes::AXIS_NAMES;
 use crate::firmware::Firmware;
 use crate::model::{StopInMoveUntil, StopInReference};
@@ -40,7 +40,7 @@ impl Firmware {
             (Control::Stop, Activity::Referencing(run)) => {
                 let axis = AXIS_NAMES.get(run.axis).copied().unwrap_or("?");
                 match (run.job, quirks.stop_in_reference) {
-                    (Job::Program, StopInReference::End) => format!(
+                    (Purpose::Program, StopInReference::End) => format!(
                         "stop: the reference run of the program ends, {axis} has no reference \
                          point (stop_in_reference)"
                     ),
@@ -50,7 +50,7 @@ impl Firmware {
                     _ if !run.whole => {
                         format!("stop: {axis} stops, and counts as off its limit switch")
                     }
-                    (Job::Program, StopInReference::Switch) => format!(
+                    (Purpose::Program, StopInReference::Switch) => format!(
                         "stop: stands in for the switch of {axis}, the reference run goes on \
                          (stop_in_reference)"
                     ),
@@ -64,7 +64,7 @@ impl Firmware {
             }
             (Control::Stop, Activity::Moving(moving))
                 if forgets
-                    && matches!(moving.job, Job::Command(_))
+                    && matches!(moving.job, Purpose::Command(_))
                     && matches!(moving.plan.until, Some(PortCondition::Mask(_))) =>
             {
                 "stop: what moves brakes, and the rest of it is forgotten (stop_in_move_until)"

@@ -2,10 +2,10 @@
 
 use vimc4_device::{Event, Kinds, Motion, Point, Warning};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
-use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Profile, Segment};
+use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine};
 use vimc4_plant::End;
 
-use crate::activity::{Activity, Ending, Job, Moving, Plan, PortCondition};
+use crate::activity::{Activity, Ending, Moving, Plan, PortCondition, Purpose};
 use crate::axes::{AXES, AXIS_NAMES, along, moving_axes, wrap};
 use crate::firmware::Firmware;
 use crate::model::SpeedOf3d;
@@ -30,7 +30,7 @@ impl Firmware {
                 for (axis, steps) in self.state.axes.iter().zip(steps) {
                     delta[axis] = i64::from(*steps);
                 }
-                let parts = vec![(Path::Line(Line::new(delta)), *speed)];
+                let parts = vec![(Path::Line(StraightLine::new(delta)), *speed)];
                 (parts, Some(PortCondition::Mask(*test)))
             }
             _ => (Vec::new(), None),
@@ -69,13 +69,13 @@ impl Firmware {
         let alone = |axis: usize| (Path::Line(along(axis, delta[axis])), speed[axis]);
         if self.state.three_d {
             let speed = pairs.first().map_or(0, |pair| pair.speed);
-            return vec![(Path::Line(Line::new(delta)), self.speed_of_3d(&delta, speed))];
+            return vec![(Path::Line(StraightLine::new(delta)), self.speed_of_3d(&delta, speed))];
         }
         let [x, y, ..] = delta;
         let longer = if y.abs() > x.abs() { 1 } else { 0 };
         let mut both = Point::default();
         (both[0], both[1]) = (x, y);
-        let mut parts = vec![(Path::Line(Line::new(both)), speed[longer]), alone(2)];
+        let mut parts = vec![(Path::Line(StraightLine::new(both)), speed[longer]), alone(2)];
         match pairs.get(3).filter(|_| second_z) {
             Some(pair) if !absolute => {
                 parts.push((Path::Line(along(2, i64::from(pair.steps))), pair.speed));
@@ -101,18 +101,18 @@ impl Firmware {
     // --- from segment to segment ---
 
     /// Begins a plan: its first segment, or its end if there is nothing to do.
-    pub(crate) fn begin_plan(&mut self, job: Job, plan: Plan) -> Outcome {
+    pub(crate) fn begin_plan(&mut self, job: Purpose, plan: Plan) -> Outcome {
         let met = plan.until.is_some_and(|condition| self.is_met(condition));
         if met || plan.parts.is_empty() {
             Outcome::Finished(job, Ok(()))
-        } else if self.state.is_stop_held() && job != Job::SelfTest {
+        } else if self.state.is_stop_held() && job != Purpose::SelfTest {
             Outcome::Stopped(job, plan, By::ButtonHeld)
         } else {
             self.next_part(job, plan)
         }
     }
 
-    fn next_part(&mut self, job: Job, mut plan: Plan) -> Outcome {
+    fn next_part(&mut self, job: Purpose, mut plan: Plan) -> Outcome {
         let Some((path, speed)) = plan.parts.pop_front() else {
             return Outcome::Finished(job, Ok(()));
         };
@@ -154,7 +154,7 @@ impl Firmware {
             Ending::Break(by) => {
                 self.tell_cut_short(job, |c| c.breaker_in_words(by), true);
                 match job {
-                    Job::Program => Outcome::ProgramEnds(Ok(())),
+                    Purpose::Program => Outcome::ProgramEnds(Ok(())),
                     _ => Outcome::Finished(job, Ok(())),
                 }
             }

@@ -1,6 +1,6 @@
 //! What a part of the firmware leads to.
 
-use crate::activity::{Job, Plan};
+use crate::activity::{Plan, Purpose};
 use crate::why::{By, Why};
 
 /// What has to happen next because of what a motion, a stop or a line of a program has come to.
@@ -11,9 +11,9 @@ pub(crate) enum Outcome {
     /// Nothing: what is under way goes on, or all is done.
     Nothing,
     /// What was done as a job is over, well or with an error.
-    Finished(Job, Result<(), Why>),
+    Finished(Purpose, Result<(), Why>),
     /// The motion of a job has stopped, and this is left of it.
-    Stopped(Job, Plan, By),
+    Stopped(Purpose, Plan, By),
     /// The program halts and waits to be started again.
     ProgramHalts(By),
     /// The program is over, well or with an error.

@@ -5,7 +5,7 @@ use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::Op;
 use vimc4_plant::{End, PlantSignal};
 
-use crate::activity::{Activity, Ending, Job, Wait};
+use crate::activity::{Activity, Ending, Purpose, Wait};
 use crate::firmware::Firmware;
 use crate::outcome::Outcome;
 use crate::why::{By, Off, Opened, Why};
@@ -75,7 +75,7 @@ impl Firmware {
         } else if self.state.remainder.is_none() {
             self.begin_run(false)
         } else if self.state.model.quirks.start_resumes_dnc {
-            self.start_command(Job::Command(Op::Start))
+            self.start_command(Purpose::Command(Op::Start))
         } else {
             Outcome::Nothing
         }

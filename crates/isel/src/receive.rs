@@ -1,7 +1,7 @@
 //! The receive routine: what happens to a byte from the line.
 
 use vimc4_device::{Event, Kinds, Warning};
-use vimc4_isel_wire::{Control, Line, control};
+use vimc4_isel_wire::{Control, ReceivedLine, control};
 
 use crate::activity::{Activity, Wait};
 use crate::firmware::Firmware;
@@ -71,8 +71,8 @@ impl Firmware {
         while let Some(byte) = self.state.receiver.waiting.pop_front() {
             match self.state.receiver.line.push(byte) {
                 None => continue,
-                Some(Line::Text(text)) => self.execute_line(&text),
-                Some(Line::TooLong(beginning)) => self.refuse_long_line(&beginning),
+                Some(ReceivedLine::Text(text)) => self.execute_line(&text),
+                Some(ReceivedLine::TooLong(beginning)) => self.refuse_long_line(&beginning),
             }
             return self.state.command_ended();
         }

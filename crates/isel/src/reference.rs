@@ -11,7 +11,7 @@ use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference};
 
-use crate::activity::{Activity, Job, Phase, Referencing};
+use crate::activity::{Activity, Phase, Purpose, Referencing};
 use crate::axes::{AXES, AXIS_NAMES, along};
 use crate::firmware::Firmware;
 use crate::outcome::Outcome;
@@ -26,7 +26,7 @@ const ON_AND_ON: i64 = 1 << 40;
 impl Firmware {
     /// Begins a reference run. In test mode nothing moves and the current point becomes the
     /// reference point (99 2.2.15).
-    pub(crate) fn begin_reference(&mut self, job: Job, axes: AxisSet) -> Outcome {
+    pub(crate) fn begin_reference(&mut self, job: Purpose, axes: AxisSet) -> Outcome {
         if self.state.test_mode {
             self.simulate_reference(axes);
             return Outcome::Finished(job, Ok(()));
@@ -53,7 +53,7 @@ impl Firmware {
     }
 
     /// Begins to drive an axis out of whichever limit switch it stands on (12 2.2.9).
-    pub(crate) fn begin_free(&mut self, job: Job, axes: AxisSet) -> Outcome {
+    pub(crate) fn begin_free(&mut self, job: Purpose, axes: AxisSet) -> Outcome {
         let Some(axis) = axes.iter().next() else { return Outcome::Finished(job, Ok(())) };
         if self.active_limit(axis).is_none() {
             return Outcome::Finished(job, Ok(()));
@@ -61,7 +61,7 @@ impl Firmware {
         self.begin_phase(job, false, VecDeque::new(), axis, Phase::StepOut)
     }
 
-    fn reference_next(&mut self, job: Job, mut next: VecDeque<u8>) -> Outcome {
+    fn reference_next(&mut self, job: Purpose, mut next: VecDeque<u8>) -> Outcome {
         let Some(axis) = next.pop_front() else { return Outcome::Finished(job, Ok(())) };
         let axis = usize::from(axis);
         self.state.unreference(AxisSet::of(axis));
@@ -83,7 +83,7 @@ impl Firmware {
 
     fn begin_phase(
         &mut self,
-        job: Job,
+        job: Purpose,
         whole: bool,
         next: VecDeque<u8>,
         axis: usize,

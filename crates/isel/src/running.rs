@@ -8,7 +8,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds, Time, Warning};
 use vimc4_isel_wire::{Command, Mode, Op, PortTest};
 
-use crate::activity::{Activity, Ending, Job, Plan, PortCondition, Wait};
+use crate::activity::{Activity, Ending, Plan, PortCondition, Purpose, Wait};
 use crate::answers::Answer;
 use crate::firmware::Firmware;
 use crate::model::LoopCount;
@@ -23,8 +23,8 @@ impl Firmware {
     // --- start, pause, end ---
 
     /// `S`: goes on with a stopped motion, or with the program.
-    pub(crate) fn start_command(&mut self, job: Job) -> Outcome {
-        let answers = matches!(job, Job::Command(_));
+    pub(crate) fn start_command(&mut self, job: Purpose) -> Outcome {
+        let answers = matches!(job, Purpose::Command(_));
         if let Some(plan) = self.state.remainder.take() {
             self.take_up(job, plan)
         } else if self.state.run.is_some() {
@@ -36,7 +36,7 @@ impl Firmware {
 
     /// Goes on with what is left of a stopped motion. It is a move like any other: from a limit
     /// switch that has become active meanwhile it does not begin, and is gone then.
-    pub(crate) fn take_up(&mut self, job: Job, plan: Plan) -> Outcome {
+    pub(crate) fn take_up(&mut self, job: Purpose, plan: Plan) -> Outcome {
         let way = plan.way();
         match self.check_limits(|axis| way[axis], plan.turns()) {
             Ok(()) => self.begin_plan(job, plan),
@@ -82,7 +82,7 @@ impl Firmware {
         let remainder = run.remainder.take();
         match (self.watch_program_inputs(), remainder) {
             (Outcome::Nothing, Some(plan)) if self.state.is_running() => {
-                self.take_up(Job::Program, plan)
+                self.take_up(Purpose::Program, plan)
             }
             (Outcome::Nothing, _) => self.next_line(),
             (ended, _) => ended,
@@ -182,9 +182,9 @@ impl Firmware {
                 let mut plan = self.plan_of(&command);
                 let until = self.state.run.as_mut().and_then(|run| run.until.take());
                 plan.until = until.map(PortCondition::Bit);
-                self.begin_plan(Job::Program, plan)
+                self.begin_plan(Purpose::Program, plan)
             }
-            Command::Reference(axes) => self.begin_reference(Job::Program, axes),
+            Command::Reference(axes) => self.begin_reference(Purpose::Program, axes),
             Command::Delay { tenths } => {
                 let until = self.state.now.after_nanos(u64::from(tenths) * NANOS_PER_TENTH);
                 self.wait(Wait::Delay, Some(until))
@@ -369,7 +369,7 @@ impl Firmware {
             }
             _ => {
                 if let Ending::Break(by) = ending {
-                    self.tell_cut_short(Job::Program, |c| c.breaker_in_words(by), true);
+                    self.tell_cut_short(Purpose::Program, |c| c.breaker_in_words(by), true);
                 }
                 Outcome::ProgramEnds(result)
             }

@@ -3,7 +3,7 @@
 
 use vimc4_motion::Path;
 
-use crate::activity::{Activity, Job, Plan};
+use crate::activity::{Activity, Plan, Purpose};
 use crate::axes::{AXES, along};
 use crate::firmware::Firmware;
 use crate::model::{CommandSet, SelfTestEnd};
@@ -23,7 +23,7 @@ impl Firmware {
                 parts.push_back((Path::Line(along(axis, way)), self.state.speeds[axis]));
             }
         }
-        self.begin_plan(Job::SelfTest, Plan { parts, until: None })
+        self.begin_plan(Purpose::SelfTest, Plan { parts, until: None })
     }
 
     /// The axes have moved: the characters, then what comes after them.

@@ -8,7 +8,7 @@ use vimc4_device::{
 use vimc4_isel_wire::{Command, Plane};
 use vimc4_plant::{End, PlantSignal};
 
-use crate::activity::{Activity, Job, Phase, Wait};
+use crate::activity::{Activity, Phase, Purpose, Wait};
 use crate::axes::{AXES, AXIS_NAMES, wrap};
 use crate::firmware::Firmware;
 use crate::model::Model;
@@ -209,9 +209,9 @@ impl Firmware {
         }
         match &state.activity {
             Activity::Moving(moving) => match moving.job {
-                Job::Program => Doing::ProgramMove,
-                Job::SelfTest => Doing::SelfTest,
-                Job::Command(_) | Job::Answered(_) => Doing::Move,
+                Purpose::Program => Doing::ProgramMove,
+                Purpose::SelfTest => Doing::SelfTest,
+                Purpose::Command(_) | Purpose::Answered(_) => Doing::Move,
             },
             Activity::Referencing(run) => match run.phase {
                 _ if !run.whole => Doing::LeavingLimitSwitch,

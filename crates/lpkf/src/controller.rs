@@ -32,7 +32,7 @@ use crate::job::Begun;
 use crate::language::{Axis, Command, Item, Reader, Status, why_ignored};
 use crate::model::{InitReply, Model, StatusDigits};
 use crate::signals::Leads;
-use crate::state::{Activity, Job, Moving, Stage, State};
+use crate::state::{Activity, Moving, Stage, State, Task};
 use crate::why::{Stop, Why};
 
 /// So many bytes are shown of a half line that is lost.
@@ -221,7 +221,7 @@ impl Controller {
                 Resumed::Nothing => self.executed(number, command),
                 Resumed::Again(broken) => self.execute(number, broken),
                 Resumed::Stages(command, start, stages) => {
-                    self.state.job = Some(Job::new(command, Some(number), start, stages));
+                    self.state.job = Some(Task::new(command, Some(number), start, stages));
                 }
             };
         }
@@ -230,7 +230,7 @@ impl Controller {
                 return self.executed(number, command);
             }
             let start = self.state.position;
-            self.state.job = Some(Job::new(command, Some(number), start, stages));
+            self.state.job = Some(Task::new(command, Some(number), start, stages));
         }
     }
 
@@ -304,7 +304,7 @@ impl Controller {
                 self.answer_failed(number, letters, why, b"");
             }
             None => {
-                if let Some(Job { command, number: Some(number), .. }) = self.state.job.take() {
+                if let Some(Task { command, number: Some(number), .. }) = self.state.job.take() {
                     self.executed(number, command);
                 }
             }

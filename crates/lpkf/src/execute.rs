@@ -10,7 +10,7 @@ use crate::buffer::Buffer;
 use crate::language::{Axis, AxisLimits, Command, Kind, Limits, Status, TURN, Trackball};
 use crate::model::{DecimalSpeed, Model, ResolutionUnit, StatusDigits};
 use crate::state::{Pause, Stage, State};
-use crate::text::Line;
+use crate::text::AnswerLine;
 use crate::why::Why;
 
 const NANOS_PER_MS: u64 = 1_000_000;
@@ -20,13 +20,13 @@ pub(crate) struct Effect {
     /// That it has none, and why.
     pub(crate) warning: Option<Cow<'static, str>>,
     /// The line of data that it answers with.
-    pub(crate) line: Option<Line>,
+    pub(crate) line: Option<AnswerLine>,
     /// What it does over time, one after the other. It is done when they are.
     pub(crate) stages: VecDeque<Stage>,
 }
 
 impl Effect {
-    fn says(line: Line) -> Effect {
+    fn says(line: AnswerLine) -> Effect {
         Effect { line: Some(line), ..Effect::default() }
     }
 }
@@ -214,13 +214,13 @@ impl State {
             Command::ReadPort(port) => {
                 let known = self.model.io.read.contains(port);
                 let effect = if known { Effect::default() } else { self.no_module(*port, false)? };
-                let mut line = Line::new(b'R');
+                let mut line = AnswerLine::new(b'R');
                 line.number(self.model.io.read_port(&self.plant, u16::from(*port)).into(), 4);
                 return Ok(Effect { line: Some(line), ..effect });
             }
             Command::OutputStatus => {
                 let texts = &self.model.texts;
-                let mut line = Line::new(b'S');
+                let mut line = AnswerLine::new(b'S');
                 if self.model.language.status_texts == StatusDigits::Hexadecimal {
                     line.hexadecimal(texts.version.into());
                     for number in [texts.date, texts.identity] {
@@ -307,8 +307,8 @@ impl State {
     }
 
     /// A letter and the place of one axis, or those of all that this model has.
-    fn position_line(&self, letter: u8, point: &Point, axis: Option<Axis>) -> Line {
-        let mut line = Line::new(letter);
+    fn position_line(&self, letter: u8, point: &Point, axis: Option<Axis>) -> AnswerLine {
+        let mut line = AnswerLine::new(letter);
         match axis {
             Some(axis) => line.number(point[axis.index()], 1),
             None => line.numbers(&point[..self.places()]),

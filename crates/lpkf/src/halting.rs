@@ -7,7 +7,7 @@ use vimc4_plant::End;
 
 use crate::language::{Axis, Command};
 use crate::model::AfterStatus;
-use crate::state::{Activity, Broken, Job, Meeting, Moving, Stage, State};
+use crate::state::{Activity, Broken, Meeting, Moving, Stage, State, Task};
 use crate::why::{Stop, Why};
 
 /// How a motion has ended.
@@ -81,7 +81,7 @@ impl State {
         if !goes_on {
             self.stopped = Some(stop);
         }
-        let Job { command, number, start, mut stages, stage, .. } = self.job.take()?;
+        let Task { command, number, start, mut stages, stage, .. } = self.job.take()?;
         let whose = (number?, command.form().mnemonic);
         // Going back to the start of a broken command leaves that command broken.
         if !goes_on && command != Command::GoBack {

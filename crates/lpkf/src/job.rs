@@ -3,8 +3,8 @@
 use vimc4_device::{Point, Time};
 
 use crate::language::{Axis, Command, Trackball};
-use crate::state::{Activity, Job, Moving, Pause, Stage, State};
-use crate::text::Line;
+use crate::state::{Activity, Moving, Pause, Stage, State, Task};
+use crate::text::AnswerLine;
 use crate::why::Why;
 
 /// What a stage comes to when it begins.
@@ -16,7 +16,7 @@ pub(crate) enum Begun {
     /// A pause.
     Pause(Pause, Time),
     /// A line of data, and it is over.
-    Says(Line),
+    Says(AnswerLine),
 }
 
 impl From<Option<Moving>> for Begun {
@@ -70,8 +70,8 @@ impl State {
     }
 
     /// `W` and what `OH` has found.
-    fn hard_clip_line(&self, only: Option<Axis>) -> Line {
-        let mut line = Line::new(b'W');
+    fn hard_clip_line(&self, only: Option<Axis>) -> AnswerLine {
+        let mut line = AnswerLine::new(b'W');
         if self.model.quirks.hard_clip_blank {
             line.push(b' ');
         }
@@ -99,7 +99,7 @@ impl State {
         if let Some(to) = self.ball_way() {
             self.ball.waiting = 0;
             let command = Command::OpenInterface(Trackball::Move);
-            self.job = Some(Job::new(command, None, self.position, [Stage::To(to)].into()));
+            self.job = Some(Task::new(command, None, self.position, [Stage::To(to)].into()));
         }
     }
 
@@ -107,7 +107,7 @@ impl State {
     pub(crate) fn home(&mut self) {
         let stages = self.homing_stages();
         if !stages.is_empty() {
-            self.job = Some(Job::new(Command::Initialize, None, self.position, stages));
+            self.job = Some(Task::new(Command::Initialize, None, self.position, stages));
         }
     }
 }

@@ -1,11 +1,13 @@
 //! Moves: from a place to a motion, what is in its way, and what it leaves behind.
 
 use vimc4_device::Point;
-use vimc4_motion::{Chain, Line, Path, Profile, Segment, Stretch, Sweep, Turn as Sense, chord};
+use vimc4_motion::{
+    Chain, Path, Profile, Segment, StraightLine, Stretch, Sweep, Turn as Sense, chord,
+};
 use vimc4_plant::End;
 
 use crate::language::{Axis, Side, Turn, Vector};
-use crate::state::{Link, Meeting, Moving, State};
+use crate::state::{ChainLink, Meeting, Moving, State};
 use crate::why::Why;
 
 /// nm in a µm.
@@ -19,14 +21,14 @@ const PER_MILLIRADIAN: u64 = 206_265;
 
 impl Moving {
     /// What is left of its path after so many steps.
-    pub(crate) fn rest(&self, mut steps: u64) -> Vec<Link> {
+    pub(crate) fn rest(&self, mut steps: u64) -> Vec<ChainLink> {
         let mut rest = Vec::new();
-        for Link { path, stretches } in &self.links {
+        for ChainLink { path, stretches } in &self.links {
             let made = steps.min(path.length());
             steps -= made;
             if made < path.length() {
                 let stretches = cut(stretches, made, path.length());
-                rest.push(Link { path: path.after(made), stretches });
+                rest.push(ChainLink { path: path.after(made), stretches });
             }
         }
         rest
@@ -182,7 +184,7 @@ impl State {
     /// From standstill to standstill along these links.
     pub(crate) fn along_links(
         &self,
-        links: Vec<Link>,
+        links: Vec<ChainLink>,
         speed: u64,
         acceleration: u64,
     ) -> Option<Moving> {
@@ -192,7 +194,12 @@ impl State {
     }
 
     /// Along these links as far as nothing is in the way; nothing if that is no way at all.
-    fn motion(&self, links: Vec<Link>, mut profile: Profile, pace: (u64, u64)) -> Option<Moving> {
+    fn motion(
+        &self,
+        links: Vec<ChainLink>,
+        mut profile: Profile,
+        pace: (u64, u64),
+    ) -> Option<Moving> {
         let path = match links.as_slice() {
             [link] => link.path.clone(),
             links => Path::Chain(Chain::new(links.iter().map(|link| link.path.clone()))),
@@ -222,19 +229,19 @@ impl State {
         event: Option<(u64, Meeting)>,
         border: Option<(Axis, Side)>,
     ) -> Moving {
-        let path = Path::Line(Line::new(delta));
+        let path = Path::Line(StraightLine::new(delta));
         let profile = Profile::constant(path.length(), speed);
         let (segment, began) = (Segment { path, profile }, self.now);
         Moving { segment, began, links: Vec::new(), pace: (0, 0), event, border, braking: None }
     }
 
-    pub(crate) fn straight(&self, delta: Point) -> Link {
+    pub(crate) fn straight(&self, delta: Point) -> ChainLink {
         let stretches = vec![Stretch::line(&delta, &self.settings.resolution)];
-        Link { path: Path::Line(Line::new(delta)), stretches }
+        ChainLink { path: Path::Line(StraightLine::new(delta)), stretches }
     }
 
-    fn swept(&self, sweep: &Sweep) -> Link {
-        Link { path: sweep.path(), stretches: sweep.stretches(&self.settings.resolution) }
+    fn swept(&self, sweep: &Sweep) -> ChainLink {
+        ChainLink { path: sweep.path(), stretches: sweep.stretches(&self.settings.resolution) }
     }
 
     // --- what is in the way ---

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use vimc4_motion::{Line, Path};
+use vimc4_motion::{Path, StraightLine};
 use vimc4_plant::{End, Reference};
 
 use crate::language::{Axis, Side};
@@ -125,7 +125,7 @@ impl State {
         let towards = if (end == End::Positive) == onto { 1 } else { -1 };
         let (way, border) = self.within_counter(axis, sign * towards * ON_AND_ON);
         let delta = along(axis, way);
-        let path = Path::Line(Line::new(delta));
+        let path = Path::Line(StraightLine::new(delta));
         // Where the switch is held by hand there is no edge, and the axis goes on and on.
         let edge = plant.machine().axis(index).switch(end).filter(|_| !plant.is_held(index, end));
         let goal = match (edge, onto) {
@@ -149,7 +149,7 @@ impl State {
         }
         let (way, border) = self.within_counter(axis, way);
         let delta = along(axis, way);
-        let event = self.limit_ahead(&Path::Line(Line::new(delta)), 0);
+        let event = self.limit_ahead(&Path::Line(StraightLine::new(delta)), 0);
         Some(self.creep(delta, speed, event, border))
     }
 

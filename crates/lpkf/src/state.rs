@@ -39,7 +39,7 @@ pub struct State {
     pub(crate) referenced: [bool; AXES],
     pub(crate) outputs: Outputs,
     /// The command that executes.
-    pub(crate) job: Option<Job>,
+    pub(crate) job: Option<Task>,
     /// The command that was executed last.
     pub(crate) last: Option<Command>,
     /// `!ST` has come: no other command begins when the present one has ended.
@@ -58,7 +58,7 @@ pub struct State {
 
 /// A command that executes: what it is still to do, and what it does now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Job {
+pub(crate) struct Task {
     pub(crate) command: Command,
     /// Where the counters were when it began.
     pub(crate) start: Point,
@@ -93,7 +93,7 @@ pub(crate) enum Stage {
     /// Along vectors on two axes without a halt.
     Vectors([Axis; 2], Vec<Vector>),
     /// Along what is left of a motion that was broken off, at this speed and acceleration.
-    Rest(Vec<Link>, u64, u64),
+    Rest(Vec<ChainLink>, u64, u64),
     /// Nothing, for this many ns.
     Wait(Pause, u64),
     /// The head goes down or up.
@@ -127,7 +127,7 @@ pub(crate) enum Pause {
 
 /// A part of a path, and how long it is in the world, in stretches of even pace.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Link {
+pub(crate) struct ChainLink {
     pub(crate) path: Path,
     pub(crate) stretches: Vec<Stretch>,
 }
@@ -149,7 +149,7 @@ pub(crate) struct Moving {
     pub(crate) segment: Segment,
     pub(crate) began: Time,
     /// The parts of the path, for what is left of it, and speed and acceleration for that.
-    pub(crate) links: Vec<Link>,
+    pub(crate) links: Vec<ChainLink>,
     pub(crate) pace: (u64, u64),
     /// The step after which something happens before the end of the path, and what.
     pub(crate) event: Option<(u64, Meeting)>,
@@ -168,16 +168,16 @@ pub(crate) enum Meeting {
     Edge,
 }
 
-impl Job {
+impl Task {
     /// A command that is about to do these things, one after the other.
     pub(crate) fn new(
         command: Command,
         number: Option<CommandNumber>,
         start: Point,
         stages: VecDeque<Stage>,
-    ) -> Job {
+    ) -> Task {
         let (stage, activity, found) = (None, Activity::Between, [0; AXES]);
-        Job { command, start, stages, stage, activity, number, found }
+        Task { command, start, stages, stage, activity, number, found }
     }
 }
 

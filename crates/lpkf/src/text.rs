@@ -7,15 +7,15 @@ const LONGEST: usize = 80;
 
 /// A line that is being written.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
+pub(crate) struct AnswerLine {
     bytes: [u8; LONGEST],
     length: usize,
 }
 
-impl Line {
+impl AnswerLine {
     /// A line that begins with a letter.
-    pub(crate) fn new(letter: u8) -> Line {
-        let mut line = Line { bytes: [0; LONGEST], length: 0 };
+    pub(crate) fn new(letter: u8) -> AnswerLine {
+        let mut line = AnswerLine { bytes: [0; LONGEST], length: 0 };
         line.push(letter);
         line
     }
@@ -74,21 +74,21 @@ mod tests {
 
     #[test]
     fn numbers_are_written_as_people_do() {
-        let mut line = Line::new(b'P');
+        let mut line = AnswerLine::new(b'P');
         line.numbers(&[0, -5, 19_100, i64::from(i32::MIN)]);
         assert_eq!(&line.finish()[..], b"P0,-5,19100,-2147483648\r");
-        let mut line = Line::new(b'S');
+        let mut line = AnswerLine::new(b'S');
         line.hexadecimal(0);
         line.hexadecimal(0x29C8);
         line.hexadecimal(u32::MAX);
         assert_eq!(&line.finish()[..], b"S029C8FFFFFFFF\r");
-        let mut line = Line::new(b'R');
+        let mut line = AnswerLine::new(b'R');
         line.number(7, 4);
         assert_eq!(&line.finish()[..], b"R0007\r");
-        let mut line = Line::new(b'P');
+        let mut line = AnswerLine::new(b'P');
         line.numbers(&[i64::from(i32::MIN); 6]);
         assert_eq!(line.finish().len(), 1 + 6 * 11 + 5 + 1);
-        let mut line = Line::new(b'P');
+        let mut line = AnswerLine::new(b'P');
         line.number(i64::MIN, 0);
         assert_eq!(&line.finish()[..], b"P-9223372036854775808\r");
     }

@@ -7,7 +7,7 @@ use vimc4_device::{
 use vimc4_plant::Unit;
 
 use crate::language::{Command, Mode, Trackball};
-use crate::state::{Activity, Job, Pause, Stage, State};
+use crate::state::{Activity, Pause, Stage, State, Task};
 use crate::why::Stop;
 
 /// What only LPKF's controllers have.
@@ -203,15 +203,15 @@ impl State {
             return Doing::Off;
         }
         match &self.job {
-            Some(Job { activity: Activity::Waiting(pause, _), .. }) => match pause {
+            Some(Task { activity: Activity::Waiting(pause, _), .. }) => match pause {
                 Pause::Head => Doing::WaitingForHead,
                 Pause::Settling => Doing::Settling,
                 Pause::Once => Doing::Waiting,
             },
-            Some(Job { command: Command::OpenInterface(_), number: None, .. }) => {
+            Some(Task { command: Command::OpenInterface(_), number: None, .. }) => {
                 Doing::FollowingTrackball
             }
-            Some(Job { stage, .. }) => match stage {
+            Some(Task { stage, .. }) => match stage {
                 Some(Stage::Arc(..)) => Doing::Arc,
                 Some(Stage::Vectors(..)) => Doing::FollowingVectors,
                 Some(Stage::Onto(..)) => Doing::ReferenceTowardsSwitch,

@@ -48,7 +48,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::wide;
 use crate::wide::saturated;
-use crate::{AXES, Line, Path, Point};
+use crate::{AXES, Path, Point, StraightLine};
 
 /// The largest number of steps of a stretch.
 const MOST_STEPS: u64 = 1 << 40;
@@ -77,11 +77,14 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// A straight line to `delta` as [`Line::new`] makes it, with `scale` picometres to a step of
+    /// A straight line to `delta` as [`StraightLine::new`] makes it, with `scale` picometres to a step of
     /// each axis.
     #[must_use]
     pub fn line(delta: &Point, scale: &[u64; AXES]) -> Stretch {
-        Stretch { steps: Path::Line(Line::new(*delta)).length(), length: chord(delta, scale) }
+        Stretch {
+            steps: Path::Line(StraightLine::new(*delta)).length(),
+            length: chord(delta, scale),
+        }
     }
 }
 

@@ -41,7 +41,7 @@ pub use arc::{Arc, ArcState};
 pub use course::{Stretch, chord};
 pub use fit::{CircleFit, Turn};
 pub use helix::Helix;
-pub use line::Line;
+pub use line::StraightLine;
 pub use path::{Chain, Path, PathSteps};
 pub use point::{AXES, Point};
 pub use profile::{Profile, ProfileTimes};

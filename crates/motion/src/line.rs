@@ -13,20 +13,20 @@ const LONGEST: i64 = 1 << 40;
 /// At clock step `k` of `n` of the longest axis, an axis with `m` steps has made
 /// `floor((2·k·m + n) / (2·n))` steps (Bresenham, rounding to nearest).
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Line {
+pub struct StraightLine {
     /// The whole line, signed steps per axis.
     delta: Point,
     /// How many clock steps of the whole line were already made before this path begins.
     done: u64,
 }
 
-impl Line {
+impl StraightLine {
     /// The line from the origin to `delta`. Magnitudes up to 2⁴⁰ are allowed; a line that long
     /// stands for "on and on" (a reference run whose switch is not connected). Larger ones are
     /// cut to it.
     #[must_use]
-    pub fn new(delta: Point) -> Line {
-        Line { delta: delta.map(|steps| steps.clamp(-LONGEST, LONGEST)), done: 0 }
+    pub fn new(delta: Point) -> StraightLine {
+        StraightLine { delta: delta.map(|steps| steps.clamp(-LONGEST, LONGEST)), done: 0 }
     }
 
     /// Clock steps of the whole line: the way of its longest axis.
@@ -66,8 +66,8 @@ impl Line {
     }
 
     /// The whole line goes on: its rounding must not begin anew.
-    pub(crate) fn after(&self, k: u64) -> Line {
-        Line { delta: self.delta, done: self.done + k }
+    pub(crate) fn after(&self, k: u64) -> StraightLine {
+        StraightLine { delta: self.delta, done: self.done + k }
     }
 
     pub(crate) fn walk(&self) -> LineWalk {

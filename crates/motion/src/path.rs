@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::arc::ArcWalk;
 use crate::helix::HelixWalk;
 use crate::line::LineWalk;
-use crate::{AXES, Arc, Helix, Line, Point};
+use crate::{AXES, Arc, Helix, Point, StraightLine};
 
 /// A path in space, measured in steps of the step clock from its own start.
 ///
@@ -16,7 +16,7 @@ use crate::{AXES, Arc, Helix, Line, Point};
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Path {
     /// A straight line on any number of axes.
-    Line(Line),
+    Line(StraightLine),
     /// A circular arc in a plane of two axes.
     Arc(Arc),
     /// A circular arc with a third axis that follows.
@@ -177,12 +177,12 @@ impl Iterator for PathSteps {
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(from = "Vec<Path>", into = "Vec<Path>")]
 pub struct Chain {
-    links: Shared<[Link]>,
+    links: Shared<[ChainLink]>,
 }
 
 /// A path and where in the chain it is.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Link {
+struct ChainLink {
     path: Path,
     /// Clock steps of the chain before it.
     before: u64,
@@ -190,7 +190,7 @@ struct Link {
     start: Point,
 }
 
-impl Link {
+impl ChainLink {
     /// Clock steps of the chain up to its end.
     fn end(&self) -> u64 {
         self.before + self.path.length()
@@ -207,7 +207,7 @@ impl Chain {
         let placed = links.into_iter().flat_map(flattened).map(|path| {
             let (length, here) = (path.length(), start);
             start = moved(start, path.at(length));
-            let link = Link { path, before, start: here };
+            let link = ChainLink { path, before, start: here };
             before += length;
             link
         });
@@ -215,13 +215,13 @@ impl Chain {
     }
 
     /// The link in which clock step `k + 1` is made, or the last; `None` in an empty chain.
-    fn link_at(&self, k: u64) -> Option<&Link> {
+    fn link_at(&self, k: u64) -> Option<&ChainLink> {
         let next = self.links.partition_point(|link| link.before <= k);
         self.links.get(next.saturating_sub(1))
     }
 
     pub(crate) fn length(&self) -> u64 {
-        self.links.last().map_or(0, Link::end)
+        self.links.last().map_or(0, ChainLink::end)
     }
 
     pub(crate) fn at(&self, k: u64) -> Point {
@@ -292,7 +292,7 @@ fn moved(start: Point, by: Point) -> Point {
 /// A chain as a step interrupt makes it: link by link.
 #[derive(Clone, Debug)]
 struct ChainWalk {
-    links: Shared<[Link]>,
+    links: Shared<[ChainLink]>,
     /// The index of the next link.
     next: usize,
     /// Where the link that is being walked begins.

@@ -55,7 +55,7 @@ use std::sync::OnceLock;
 use crate::fit::Turn;
 use crate::trig::{self, HALF_PI, QUARTER, RADIAN_BITS, SINE_BITS};
 use crate::wide::saturated;
-use crate::{AXES, Arc, ArcState, Chain, Line, Path, Point, Stretch, chord, wide};
+use crate::{AXES, Arc, ArcState, Chain, Path, Point, StraightLine, Stretch, chord, wide};
 
 /// Largest radius, steps: the longest quadrant that an [`Arc`] can be.
 const LARGEST: i64 = 1 << 27;
@@ -204,7 +204,7 @@ impl Sweep {
         let start_angle = trig::angle(frame.inward, frame.outward);
         let end_angle = i128::from(quarters) * HALF_PI + trig::angle(inward, outward);
         let angle = (end_angle - start_angle).max(0);
-        let path = Chain::new([Path::Chain(arc), Path::Line(Line::new(rest))]);
+        let path = Chain::new([Path::Chain(arc), Path::Line(StraightLine::new(rest))]);
         let (here, radius) = (frame.here(), frame.radius);
         Some(Sweep {
             plane,
@@ -222,7 +222,7 @@ impl Sweep {
     fn straight(plane: (usize, usize), end: (i64, i64)) -> Sweep {
         let mut rest = [0; AXES];
         (rest[plane.0], rest[plane.1]) = end;
-        let path = Chain::new([Path::Line(Line::new(rest))]);
+        let path = Chain::new([Path::Line(StraightLine::new(rest))]);
         Sweep { plane, path, rest, square: 0, angle: 0, begin: 0, here: 0, radius: 0 }
     }
 

@@ -4,7 +4,7 @@
 //! A job goes through four rooms, and each can be used alone:
 //!
 //! 1. [`language`] reads: bytes become text, text lines, a line a
-//!    [`Command`](language::Command) with its words and their places. Its
+//!    [`Instruction`](language::Instruction) with its words and their places. Its
 //!    [`reference`](language::reference) is the table of all commands, which also feeds the
 //!    [`service`](language::service) for editors.
 //! 2. [`job`] interprets: it knows where the tool is, exactly, and the machine and controller it

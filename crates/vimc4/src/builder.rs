@@ -14,7 +14,7 @@ use vimc4_device::{Device, Line};
 use vimc4_host::Serial;
 use vimc4_host::{Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, Worker, unix_lines};
 #[cfg(all(unix, feature = "pty"))]
-use vimc4_host::{Link, Pty};
+use vimc4_host::{Pty, PtyLink};
 
 use crate::control::Control;
 use crate::emulator::{Emulator, Kept, Places};
@@ -323,7 +323,7 @@ impl Builder {
         };
         #[cfg(all(unix, feature = "pty"))]
         if let Terminal::Link(path) = &self.pty {
-            Link::check(path, self.replace)?;
+            PtyLink::check(path, self.replace)?;
         }
         #[cfg(not(all(unix, feature = "pty")))]
         if self.pty != Terminal::Off {

@@ -8,13 +8,13 @@ use vimc4_device::{
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
-    Modem, Pause, Reply, Sink, SinkId, Step,
+    Modem, Pause, Pending, Sink, SinkId, Step,
 };
 
-use crate::record::{Command, Memory, Record};
+use crate::record::{HostCommand, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of
-/// [`Emulator`](crate::Emulator), but gives a [`Reply`] that can be awaited, or waited for later.
+/// [`Emulator`](crate::Emulator), but gives a [`Pending`] that can be awaited, or waited for later.
 ///
 /// What is asked for takes effect in the order of the calls, whether or not anybody waits. A
 /// control can be copied and sent to other threads and tasks; once the emulator has ended its
@@ -108,7 +108,7 @@ impl Control {
 
     /// Opens the line from within the process. The port can be read and written in either way,
     /// blocking or awaiting.
-    pub fn connect(&self) -> Reply<MemoryPort> {
+    pub fn connect(&self) -> Pending<MemoryPort> {
         self.handle.with(|runner| {
             let (memory, port) = vimc4_host::Memory::pair();
             runner.attach(Box::new(memory));
@@ -120,7 +120,7 @@ impl Control {
     /// client who can answer for them. `cts` is told whenever a host has to wait and when it may
     /// go on; it must not block. What the host does to its own lines is told to the
     /// [`HostLines`] that come back, and appears among the news.
-    pub fn handshake_lines(&self, cts: impl FnMut(bool) + Send + 'static) -> Reply<HostLines> {
+    pub fn handshake_lines(&self, cts: impl FnMut(bool) + Send + 'static) -> Pending<HostLines> {
         self.handle.with(|runner| {
             let (modem, host) = Modem::pair("pty", cts);
             runner.attach(Box::new(modem));
@@ -129,14 +129,14 @@ impl Control {
     }
 
     /// Whether a host that heeds CTS may send now, with all that it has sent so far taken in.
-    pub fn takes_more(&self) -> Reply<bool> {
+    pub fn takes_more(&self) -> Pending<bool> {
         self.handle.with(|runner| Ok(runner.device().room(true) > 0))
     }
 
     // --- time ---
 
     /// The controller's time.
-    pub fn now(&self) -> Reply<Time> {
+    pub fn now(&self) -> Pending<Time> {
         self.handle.now()
     }
 
@@ -169,7 +169,7 @@ impl Control {
     // --- what it sees ---
 
     /// The step counters of the axes that the controller has, X first.
-    pub fn position(&self) -> Reply<Vec<i64>> {
+    pub fn position(&self) -> Pending<Vec<i64>> {
         self.handle.with(|runner| {
             let device = runner.device();
             let axes = device.view(device.now()).axes;
@@ -178,22 +178,22 @@ impl Control {
     }
 
     /// A picture of the controller: positions, speeds, program, ports and what it will do.
-    pub fn view(&self) -> Reply<View> {
+    pub fn view(&self) -> Pending<View> {
         self.handle.view()
     }
 
     /// What the host sent, decoded, oldest first.
-    pub fn commands(&self) -> Reply<Vec<Command>> {
+    pub fn commands(&self) -> Pending<Vec<HostCommand>> {
         self.remembered(|memory| memory.commands())
     }
 
     /// What happened, oldest first.
-    pub fn events(&self) -> Reply<Vec<(Stamp, Event)>> {
+    pub fn events(&self) -> Pending<Vec<(Stamp, Event)>> {
         self.remembered(|memory| memory.events.iter().cloned().collect())
     }
 
     /// Forgets the commands and events so far.
-    pub fn forget(&self) -> Reply<()> {
+    pub fn forget(&self) -> Pending<()> {
         self.remembered(Memory::forget)
     }
 
@@ -201,8 +201,8 @@ impl Control {
     /// that was waited for last. It needs the record that [`Builder::record`] switches off.
     ///
     /// [`Builder::record`]: crate::Builder::record
-    pub fn next_command(&self, mnemonic: &str) -> Reply<Command> {
-        let (answer, reply) = Reply::promised();
+    pub fn next_command(&self, mnemonic: &str) -> Pending<HostCommand> {
+        let (answer, reply) = Pending::promised();
         match &self.record {
             Some(record) => record.lock().await_command(mnemonic.to_owned(), answer),
             None => drop(answer.send(Err(ControlError::Unsupported(
@@ -216,93 +216,93 @@ impl Control {
     fn remembered<T: Default + Send + 'static>(
         &self,
         look: impl FnOnce(&mut Memory) -> T + Send + 'static,
-    ) -> Reply<T> {
+    ) -> Pending<T> {
         let record = self.record.clone();
         self.handle.with(move |_| Ok(record.map_or_else(T::default, |r| look(&mut r.lock()))))
     }
 
     /// Lets a sink watch from now on. [`Reports`](crate::Reports) are for those who want to take
     /// their time.
-    pub fn watch(&self, sink: impl Sink + 'static) -> Reply<SinkId> {
+    pub fn watch(&self, sink: impl Sink + 'static) -> Pending<SinkId> {
         self.handle.watch(sink)
     }
 
     /// Lets go of a sink. Says whether it was still there.
-    pub fn detach(&self, sink: SinkId) -> Reply<bool> {
+    pub fn detach(&self, sink: SinkId) -> Pending<bool> {
         self.handle.detach(sink)
     }
 
     // --- what happens to it ---
 
     /// The things of the outside world that can be set, with their names.
-    pub fn signals(&self) -> Reply<Vec<Signal>> {
+    pub fn signals(&self) -> Pending<Vec<Signal>> {
         self.handle.signals()
     }
 
     /// What people call its axes and signals, with which [orders](crate::Order) are read and
     /// completed.
-    pub fn names(&self) -> Reply<Names> {
+    pub fn names(&self) -> Pending<Names> {
         let model = self.model.clone();
         self.handle.with(move |runner| Ok(model.names(runner.device().signals())))
     }
 
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.
-    pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Reply<Effect> {
+    pub fn set_signal(&self, name: impl AsRef<str>, value: i32) -> Pending<Effect> {
         self.handle.set(name.as_ref(), value)
     }
 
     /// Presses a button and releases it at the same instant; the emergency stop stays pressed
     /// until it is released.
-    pub fn press(&self, button: impl AsRef<str>) -> Reply<Effect> {
+    pub fn press(&self, button: impl AsRef<str>) -> Pending<Effect> {
         self.handle.press(button.as_ref())
     }
 
     /// Presses a button and keeps it pressed.
-    pub fn hold(&self, button: impl AsRef<str>) -> Reply<Effect> {
+    pub fn hold(&self, button: impl AsRef<str>) -> Pending<Effect> {
         self.handle.hold(button.as_ref())
     }
 
     /// Releases a button.
-    pub fn release(&self, button: impl AsRef<str>) -> Reply<Effect> {
+    pub fn release(&self, button: impl AsRef<str>) -> Pending<Effect> {
         self.handle.release(button.as_ref())
     }
 
     /// Puts a switch into a position, as in `turn("cover", "open")`.
-    pub fn turn(&self, switch: &str, position: &str) -> Reply<Effect> {
+    pub fn turn(&self, switch: &str, position: &str) -> Pending<Effect> {
         self.handle.turn(switch, position)
     }
 
     /// Sets a bit of an input port, as the controller reads it.
-    pub fn input(&self, port: u16, bit: u8, level: bool) -> Reply<Effect> {
+    pub fn input(&self, port: u16, bit: u8, level: bool) -> Pending<Effect> {
         self.handle.set_input(port, bit, level)
     }
 
     /// Erases the stored program as a person does at the panel: the emergency stop pressed and
     /// released, key on test, STOP held, ON. The controller has then been reset, and its power
     /// stages are off until ON is pressed or it is switched off and on.
-    pub fn erase(&self) -> Reply<Effect> {
+    pub fn erase(&self) -> Pending<Effect> {
         let model = self.model.clone();
         self.handle.act_on(move |device| model.erasing(device).map_err(ControlError::Unsupported))
     }
 
     /// Does something to it: what all the methods above come to.
-    pub fn act(&self, deed: Deed) -> Reply<Effect> {
+    pub fn act(&self, deed: Deed) -> Pending<Effect> {
         self.handle.act(deed)
     }
 
     /// Takes the power away or gives it back.
-    pub fn power(&self, on: bool) -> Reply<Effect> {
+    pub fn power(&self, on: bool) -> Pending<Effect> {
         self.handle.power(on)
     }
 
     /// The present state.
-    pub fn snapshot(&self) -> Reply<Snapshot> {
+    pub fn snapshot(&self) -> Pending<Snapshot> {
         let family = self.model.family();
         self.handle.with(move |runner| Ok(Snapshot { family, state: runner.device().state() }))
     }
 
     /// Goes back to a state taken earlier, of this or another emulator of the same model.
-    pub fn restore(&self, snapshot: &Snapshot) -> Reply<()> {
+    pub fn restore(&self, snapshot: &Snapshot) -> Pending<()> {
         if snapshot.family != self.model.family() {
             return self.handle.with(|_| {
                 Err(ControlError::Unsupported(
@@ -317,69 +317,69 @@ impl Control {
 
     /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they send
     /// waits on the line, and they notice nothing but that it takes its time.
-    pub fn pause(&self) -> Reply<Time> {
+    pub fn pause(&self) -> Pending<Time> {
         self.handle.pause()
     }
 
     /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
-    pub fn resume(&self) -> Reply<Time> {
+    pub fn resume(&self) -> Pending<Time> {
         self.handle.resume()
     }
 
     /// Since when time is paused, and why; `None` if it goes on.
-    pub fn paused(&self) -> Reply<Option<Pause>> {
+    pub fn paused(&self) -> Pending<Option<Pause>> {
         self.handle.paused()
     }
 
     /// Is answered when time is paused, by whomever or whatever: at once if it is.
-    pub fn until_paused(&self) -> Reply<Pause> {
+    pub fn until_paused(&self) -> Pending<Pause> {
         self.handle.until_paused()
     }
 
     /// Does one thing while time is paused: the next cause of what the controller does by itself, or an
     /// input that has waited behind what was due.
-    pub fn step(&self) -> Reply<Step> {
+    pub fn step(&self) -> Pending<Step> {
         self.handle.step()
     }
 
     /// Gives an input, now. While time is paused it comes after what is due at this instant, and what it
     /// leads to is left to [steps](Control::step). What the other methods do, such as
     /// [`press`](Control::press), happens at once with everything that is due at this instant.
-    pub fn inject(&self, input: OwnedInput) -> Reply<()> {
+    pub fn inject(&self, input: OwnedInput) -> Pending<()> {
         self.handle.inject(input)
     }
 
     /// Takes in no more than so many bytes that wait on the line, although time is paused, and says how
     /// many that were; what they lead to is left to [steps](Control::step).
-    pub fn hear(&self, bytes: usize) -> Reply<usize> {
+    pub fn hear(&self, bytes: usize) -> Pending<usize> {
         self.handle.hear(bytes)
     }
 
     /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even
     /// at the same instant.
-    pub fn break_when(&self, condition: Condition) -> Reply<BreakpointId> {
+    pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
         self.handle.break_when(condition)
     }
 
     /// Takes a breakpoint away, and says whether it was there.
-    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Reply<bool> {
+    pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Pending<bool> {
         self.handle.remove_breakpoint(breakpoint)
     }
 
     /// The breakpoints, and how often each was met.
-    pub fn breakpoints(&self) -> Reply<Vec<BreakpointView>> {
+    pub fn breakpoints(&self) -> Pending<Vec<BreakpointView>> {
         self.handle.breakpoints()
     }
 
     /// The controller itself at the end of its line, as it is now: a copy, to be driven by whoever has
     /// it, backwards and forwards. A state of it is put in by [`put`](Control::put).
-    pub fn controller(&self) -> Reply<Line<Controller>> {
+    pub fn controller(&self) -> Pending<Line<Controller>> {
         self.handle.device()
     }
 
     /// Goes on from a state of a copy of the [controller](Control::controller), of an earlier or a later
     /// time. Paused time stays so.
-    pub fn put(&self, state: LineState<State>) -> Reply<()> {
+    pub fn put(&self, state: LineState<State>) -> Pending<()> {
         self.handle.restore(state)
     }
 

@@ -15,11 +15,11 @@ use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
 };
 #[cfg(all(unix, feature = "pty"))]
-use vimc4_host::{Link, LinkError};
+use vimc4_host::{LinkError, PtyLink};
 
 use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
-use crate::record::Command;
+use crate::record::HostCommand;
 use crate::recording::RecordingFile;
 
 /// A virtual controller that runs until it is dropped, in a thread of its own or one that it
@@ -62,7 +62,7 @@ pub struct Emulator {
     control: Control,
     places: Places,
     #[cfg(all(unix, feature = "pty"))]
-    link: Option<Link>,
+    link: Option<PtyLink>,
     ended: watch::Receiver<End>,
     /// Whether dropping it waits for its end.
     waits_for_end: bool,
@@ -125,7 +125,7 @@ impl Emulator {
     #[cfg(all(unix, feature = "pty"))]
     pub(crate) fn link_to(&mut self, path: &Path, replace: bool) -> Result<(), LinkError> {
         if let Some(target) = &self.places.pty {
-            self.link = Some(Link::create(path, target, replace)?);
+            self.link = Some(PtyLink::create(path, target, replace)?);
         }
         Ok(())
     }
@@ -146,7 +146,7 @@ impl Emulator {
     /// itself if there is no link. `None` if there is no pseudo terminal.
     pub fn port(&self) -> Option<&Path> {
         #[cfg(all(unix, feature = "pty"))]
-        return self.link.as_ref().map(Link::path).or(self.places.pty.as_deref());
+        return self.link.as_ref().map(PtyLink::path).or(self.places.pty.as_deref());
         #[cfg(not(all(unix, feature = "pty")))]
         None
     }
@@ -219,7 +219,7 @@ impl Emulator {
     }
 
     /// What the host sent, decoded, oldest first.
-    pub fn commands(&self) -> Result<Vec<Command>, Error> {
+    pub fn commands(&self) -> Result<Vec<HostCommand>, Error> {
         Ok(self.control.commands().wait()?)
     }
 
@@ -231,7 +231,7 @@ impl Emulator {
     ///
     /// If none comes within ten seconds on the wall, or nothing is
     /// [recorded](crate::Builder::record).
-    pub fn next_command(&self, mnemonic: &str) -> Result<Command, Error> {
+    pub fn next_command(&self, mnemonic: &str) -> Result<HostCommand, Error> {
         Ok(self.control.next_command(mnemonic).wait_within(Duration::from_secs(10))?)
     }
 

@@ -58,7 +58,7 @@ pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
 pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile};
-pub use record::Command;
+pub use record::HostCommand;
 pub use recording::{RecordingError, RecordingFile, Trouble, recording_head, unpack};
 #[cfg(feature = "lpkf")]
 pub use vimc4_catalogue::lpkf;
@@ -73,11 +73,11 @@ pub use vimc4_device::{
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ControlError, Effect, HostLines, Journey,
-    MemoryPort, News, Pause, Progress, Rate, Reply, Report, Reports, Sink, SinkId, Source, Step,
+    MemoryPort, News, Pause, Pending, Progress, Rate, Report, Reports, Sink, SinkId, Source, Step,
     Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
-pub use vimc4_host::{Link, LinkError, User, Users};
+pub use vimc4_host::{LinkError, PtyLink, User, Users};
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.

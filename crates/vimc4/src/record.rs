@@ -15,7 +15,7 @@ const MEMORY: usize = 100_000;
 /// A command that the host sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Command {
+pub struct HostCommand {
     /// When its execution began.
     pub at: Time,
     /// Its number, which its answer and all that comes of it carry too.
@@ -34,7 +34,7 @@ pub(crate) struct Record(Arc<Mutex<Memory>>);
 
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
-    commands: VecDeque<Command>,
+    commands: VecDeque<HostCommand>,
     pub(crate) events: VecDeque<(Stamp, Event)>,
     /// How many of the commands at the front nobody will wait for any more.
     passed: usize,
@@ -45,7 +45,7 @@ pub(crate) struct Memory {
 
 /// Somebody who waits for a command, and its mnemonic.
 #[derive(Debug)]
-struct Awaited(String, oneshot::Sender<Result<Command, ControlError>>);
+struct Awaited(String, oneshot::Sender<Result<HostCommand, ControlError>>);
 
 impl Record {
     /// Every entry is whole at any time, so a panic elsewhere is no reason to stop.
@@ -60,7 +60,7 @@ impl Record {
 }
 
 impl Memory {
-    pub(crate) fn commands(&self) -> Vec<Command> {
+    pub(crate) fn commands(&self) -> Vec<HostCommand> {
         self.commands.iter().cloned().collect()
     }
 
@@ -74,7 +74,7 @@ impl Memory {
     pub(crate) fn await_command(
         &mut self,
         mnemonic: String,
-        answer: oneshot::Sender<Result<Command, ControlError>>,
+        answer: oneshot::Sender<Result<HostCommand, ControlError>>,
     ) {
         let mut coming = self.commands.iter().enumerate().skip(self.passed);
         match coming.find(|(_, command)| command.mnemonic == mnemonic) {
@@ -93,7 +93,7 @@ impl Memory {
         }
     }
 
-    fn add(&mut self, command: Command) {
+    fn add(&mut self, command: HostCommand) {
         if self.commands.len() == MEMORY {
             self.commands.pop_front();
             self.passed = self.passed.saturating_sub(1);
@@ -131,7 +131,7 @@ impl Sink for Recorder {
         if let Event::Command { mnemonic, bytes } = event {
             // Explained at once: what `@0A100,900` means depends on the axes set at the time.
             let (mnemonic, text) = (mnemonic.clone(), explain(bytes));
-            memory.add(Command {
+            memory.add(HostCommand {
                 at: stamp.at,
                 number: stamp.command,
                 mnemonic,

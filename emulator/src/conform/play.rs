@@ -11,7 +11,7 @@ use vimc4_device::Point;
 
 use super::chosen::Choice;
 use super::client::{Client, ClientError};
-use super::report::{Outcome, Report};
+use super::report::{ConformReport, Outcome};
 use crate::port::Port;
 
 /// How long erasing may take.
@@ -65,7 +65,7 @@ impl<'a> Conductor<'a> {
     pub(super) fn play(
         &mut self,
         choices: &[Choice<'_>],
-        report: &mut Report,
+        report: &mut ConformReport,
     ) -> Result<(), (ClientError, Option<String>)> {
         let other = self.client.find().map_err(|trouble| (trouble, None))?;
         if let Some(speed) = other {

@@ -27,7 +27,7 @@ pub(super) enum Outcome {
 }
 
 /// Tells a person, or collects for a program.
-pub(super) struct Report {
+pub(super) struct ConformReport {
     json: bool,
     verbose: bool,
     model: String,
@@ -46,15 +46,15 @@ pub(super) struct Report {
     notes: BTreeSet<String>,
 }
 
-impl Report {
-    pub(super) fn new(arguments: &Arguments, port: &str, sessions: usize) -> Report {
+impl ConformReport {
+    pub(super) fn new(arguments: &Arguments, port: &str, sessions: usize) -> ConformReport {
         let bar = watched(arguments).then(|| {
             let bar = ProgressBar::new(sessions as u64);
             let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}");
             style.into_iter().for_each(|style| bar.set_style(style));
             bar
         });
-        Report {
+        ConformReport {
             json: arguments.json,
             verbose: arguments.verbose,
             model: arguments.model.clone(),

@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use vimc4_device::{StartButton, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
-use vimc4_ncp::language::{Command, Line, TextLine, lines};
+use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 
 use super::perform::{Attendant, Decision, said, shown};
 use crate::text::shown_in_line;
@@ -272,7 +272,7 @@ impl<'t> Operator<'t> {
         let near =
             from.filter(|line| line.number == number || !line.text.trim().is_empty()).take(2);
         let comment = |line: TextLine<'t>| {
-            let Line { command, comment, .. } =
+            let JobLine { command, comment, .. } =
                 vimc4_ncp::language::parse(line.text, &mut |_, _| {});
             // The next line's comment belongs to the HALT only if it is nothing else.
             comment
@@ -469,14 +469,14 @@ impl Attendant for Operator<'_> {
         let Some(command) = command.map(|command| command.value) else { return };
         let sets_zero = matches!(
             command,
-            Command::ZeroHere
-                | Command::ZeroStandard
-                | Command::ZeroAt(_)
-                | Command::ZeroClear
-                | Command::Recall(_)
+            Instruction::ZeroHere
+                | Instruction::ZeroStandard
+                | Instruction::ZeroAt(_)
+                | Instruction::ZeroClear
+                | Instruction::Recall(_)
         );
         let finds_zero =
-            question == Question::Teach && (sets_zero || matches!(command, Command::Move(..)));
+            question == Question::Teach && (sets_zero || matches!(command, Instruction::Move(..)));
         self.entered.push(Entered { line, finds_zero, changes_frame, typed: typed.to_owned() });
     }
 

@@ -1,6 +1,6 @@
 //! Carrying a job out: every command is answered before the next is sent.
 //!
-//! What differs between virtual time and a real port is behind [`Link`], and what a person decides
+//! What differs between virtual time and a real port is behind [`Channel`], and what a person decides
 //! behind [`Attendant`].
 
 use std::time::Duration;
@@ -20,7 +20,7 @@ pub(crate) const FALSE_REFERENCE: &str = "the reference run was stopped, so its 
     the axis was stopped may count as 0; the job has ended there";
 
 /// A controller that answers.
-pub(crate) trait Link {
+pub(crate) trait Channel {
     /// Why it does not any more.
     type Broken;
 
@@ -213,7 +213,7 @@ impl Work<'_> {
 }
 
 /// Carries everything out. What is to be said about the job's lines was said before.
-pub(crate) fn perform<L: Link>(
+pub(crate) fn perform<L: Channel>(
     work: &mut Work<'_>,
     link: &mut L,
     attendant: &mut dyn Attendant,
@@ -257,7 +257,7 @@ pub(crate) fn said(problem: &Problem) -> String {
 }
 
 /// Lets a line begin, once somebody says so who goes line by line.
-fn step<L: Link>(
+fn step<L: Channel>(
     line: u32,
     link: &mut L,
     attendant: &mut dyn Attendant,
@@ -274,7 +274,7 @@ fn step<L: Link>(
 }
 
 /// Waits for somebody.
-fn rest<L: Link>(link: &mut L) -> Result<(), L::Broken> {
+fn rest<L: Channel>(link: &mut L) -> Result<(), L::Broken> {
     match link.rests()? {
         true => Ok(()),
         false => link.rest(LONG).map(drop),
@@ -283,7 +283,7 @@ fn rest<L: Link>(link: &mut L) -> Result<(), L::Broken> {
 
 /// Sends a command until it is done: one that was stopped goes on with `S`, or by itself when
 /// START is pressed.
-fn send<L: Link>(
+fn send<L: Channel>(
     line: u32,
     bytes: &[u8],
     link: &mut L,
@@ -354,7 +354,7 @@ fn send<L: Link>(
 
 /// Sends a piece of a plot file until it is completed. Nothing on the line stops what has begun,
 /// so who wants a halt gets one behind it.
-fn plot<L: Link>(
+fn plot<L: Channel>(
     piece: &Piece,
     link: &mut L,
     attendant: &mut dyn Attendant,
@@ -372,7 +372,7 @@ fn plot<L: Link>(
 }
 
 /// Goes no further while somebody wants a halt that the controller knows nothing of.
-fn hold<L: Link>(
+fn hold<L: Channel>(
     line: u32,
     link: &mut L,
     attendant: &mut dyn Attendant,
@@ -403,7 +403,7 @@ fn byte(answer: &[u8]) -> Option<u8> {
     u8::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 2)
 }
 
-fn await_input<L: Link>(
+fn await_input<L: Channel>(
     line: u32,
     test: InputTest,
     link: &mut L,
@@ -434,7 +434,7 @@ fn await_input<L: Link>(
     }
 }
 
-fn ask<L: Link>(
+fn ask<L: Channel>(
     line: u32,
     question: Question,
     work: &mut Work<'_>,

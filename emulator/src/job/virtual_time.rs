@@ -5,7 +5,7 @@ use std::time::Duration;
 use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Heard, Time, Travel, Warning};
 
-use super::perform::{Link, refusal};
+use super::perform::{Channel, refusal};
 use super::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::run::driver::{Driver, Halt, News};
 use crate::text::explained;
@@ -115,7 +115,7 @@ impl Virtual {
     }
 }
 
-impl Link for Virtual {
+impl Channel for Virtual {
     type Broken = Halt;
 
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Halt> {

@@ -86,7 +86,7 @@ mod terminal {
     use rustix::fs::{Mode, OFlags, open};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-    use vimc4::Link;
+    use vimc4::PtyLink;
 
     use super::super::bridge::Tap;
     use super::PIECE;
@@ -98,21 +98,21 @@ mod terminal {
     /// A pseudo-terminal with a link that leads to it, removed when it is dropped.
     pub(crate) struct Terminal {
         near: File,
-        link: Link,
+        link: PtyLink,
         place: PathBuf,
     }
 
     impl Terminal {
         /// Makes a raw terminal and a link to it.
         pub(crate) fn open(path: &Path, baud: u32) -> Result<Terminal, Failure> {
-            Link::check(path, false).map_err(Failure::usage)?;
+            PtyLink::check(path, false).map_err(Failure::usage)?;
             let made = pair(baud).map_err(|error| {
                 Failure::usage(format!(
                     "cannot make a pseudo-terminal: {error}; is /dev/pts mounted?"
                 ))
             });
             let (near, far) = made?;
-            let link = Link::create(path, &far, false).map_err(Failure::usage)?;
+            let link = PtyLink::create(path, &far, false).map_err(Failure::usage)?;
             let place = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
             Ok(Terminal { near, link, place })
         }

@@ -132,14 +132,14 @@ pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
 }
 
 /// A reply to a command.
-struct Reply {
+struct Outcome {
     mnemonic: String,
     bytes: Vec<u8>,
     is_error: bool,
 }
 
 /// What is answered when a recording is played.
-fn replies(recording: &Recording, site: &Site) -> Vec<Reply> {
+fn replies(recording: &Recording, site: &Site) -> Vec<Outcome> {
     let handling = Handling::of(&site.model);
     let Ok(player) = site.player() else { return Vec::new() };
     let mut player = player.remembering(usize::MAX);
@@ -153,7 +153,7 @@ fn replies(recording: &Recording, site: &Site) -> Vec<Reply> {
     for told in player.told() {
         match &told.event {
             Event::Command { bytes, .. } => command = bytes.to_vec(),
-            Event::Answer { mnemonic, bytes, .. } => replies.push(Reply {
+            Event::Answer { mnemonic, bytes, .. } => replies.push(Outcome {
                 mnemonic: mnemonic.to_string(),
                 bytes: bytes.to_vec(),
                 is_error: handling.refusal(&command, bytes).is_some(),

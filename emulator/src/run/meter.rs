@@ -163,7 +163,7 @@ fn norm(way: &Point, scale: &[f64; AXES]) -> f64 {
 mod tests {
     use std::f64::consts::TAU;
 
-    use vimc4_motion::{Arc, CircleFit, Helix, Line, Turn};
+    use vimc4_motion::{Arc, CircleFit, Helix, StraightLine, Turn};
 
     use super::*;
 
@@ -181,14 +181,14 @@ mod tests {
 
     #[test]
     fn a_line_is_as_long_as_its_axes_say() {
-        let (steps, length) = measured(&Path::Line(Line::new([300, -400, 1_200, 7, 0, 0])));
+        let (steps, length) = measured(&Path::Line(StraightLine::new([300, -400, 1_200, 7, 0, 0])));
         assert_eq!(steps, [300, 400, 1_200, 7, 0, 0]);
         assert!((length - 13.0).abs() < 1e-9, "{length}");
         assert_eq!(
-            measured(&Path::Line(Line::new([0, 0, 0, 500, 0, 0]))),
+            measured(&Path::Line(StraightLine::new([0, 0, 0, 500, 0, 0]))),
             ([0, 0, 0, 500, 0, 0], 0.0)
         );
-        assert_eq!(measured(&Path::Line(Line::new([0; AXES]))), ([0; AXES], 0.0));
+        assert_eq!(measured(&Path::Line(StraightLine::new([0; AXES]))), ([0; AXES], 0.0));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use vimc4_device::{Grouped, Time, Warning, escape};
 
 use super::arguments::Arguments;
 use super::meter::Meter;
-use super::script::{Kind, Line, Script};
+use super::script::{Kind, Script, ScriptLine};
 use crate::failure::Failure;
 use crate::output;
 use crate::text::{self, explained, shortened, shown_in_line};
@@ -127,7 +127,7 @@ impl Answered {
 
 /// A command and what became of it.
 pub(super) struct Answer<'a> {
-    pub(super) line: &'a Line,
+    pub(super) line: &'a ScriptLine,
     /// `None` if nothing was answered.
     pub(super) answer: Option<&'a Answered>,
     /// When it was sent.
@@ -138,7 +138,7 @@ pub(super) struct Answer<'a> {
 }
 
 /// Tells a person, or collects for a script.
-pub(super) struct Report {
+pub(super) struct RunReport {
     file: String,
     kind: Kind,
     json: bool,
@@ -161,11 +161,11 @@ pub(super) struct Report {
     characters: u64,
 }
 
-impl Report {
-    pub(super) fn new(arguments: &Arguments, script: &Script) -> Report {
+impl RunReport {
+    pub(super) fn new(arguments: &Arguments, script: &Script) -> RunReport {
         // Lines that run by are progress enough.
         let quiet = arguments.json || script.kind == Kind::DataField && !arguments.verbose;
-        Report {
+        RunReport {
             file: text::name(&arguments.file),
             kind: script.kind,
             json: arguments.json,
@@ -190,7 +190,7 @@ impl Report {
     }
 
     /// A line, as it can be found in the file.
-    pub(super) fn place(&self, line: &Line) -> String {
+    pub(super) fn place(&self, line: &ScriptLine) -> String {
         let text = line.text();
         let text = shortened(&text, QUOTE);
         match line.number {
@@ -253,13 +253,18 @@ impl Report {
     }
 
     /// The controller leaves something out.
-    pub(super) fn left(&mut self, what: Left, line: &Line) {
+    pub(super) fn left(&mut self, what: Left, line: &ScriptLine) {
         let (text, numbers) = (escape(line.bytes.trim_ascii()), line.numbers);
         self.left.push(LeftOut { what, line: line.number, text, numbers });
     }
 
     /// A command was refused, and that is the end.
-    pub(super) fn refused(&self, line: Option<&Line>, refusal: &str, help: Vec<String>) -> End {
+    pub(super) fn refused(
+        &self,
+        line: Option<&ScriptLine>,
+        refusal: &str,
+        help: Vec<String>,
+    ) -> End {
         let text = match line {
             Some(line) => format!("{} was answered {refusal}", self.place(line)),
             None => format!("it said {refusal}"),
@@ -356,11 +361,11 @@ impl Report {
     }
 
     /// A line of the stored program is executed.
-    pub(super) fn line(&mut self, at: Time, line: Option<&Line>, number: u32) {
+    pub(super) fn line(&mut self, at: Time, line: Option<&ScriptLine>, number: u32) {
         if self.verbose && !self.json {
             let place = line.and_then(|line| line.number);
             let place = place.map_or_else(|| format!("#{number}"), |number| number.to_string());
-            let text = line.map(Line::text).unwrap_or_default();
+            let text = line.map(ScriptLine::text).unwrap_or_default();
             let text = shortened(&text, QUOTE);
             let at = seconds(at - self.began);
             self.say(&format!("{place:>6}  {text:<32}  at {at}"));

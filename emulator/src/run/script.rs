@@ -14,7 +14,7 @@ use crate::text;
 pub(crate) struct Script {
     pub(crate) kind: Kind,
     /// At least one, and none that is blank.
-    pub(crate) lines: Vec<Line>,
+    pub(crate) lines: Vec<ScriptLine>,
     /// The axes that a comment says a data field is for, as `@0` takes them.
     pub(crate) axes: Option<u8>,
     /// The model that a comment says it is for.
@@ -36,7 +36,7 @@ pub(crate) enum Kind {
 
 /// One line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Line {
+pub(crate) struct ScriptLine {
     /// Its number in the file, from 1. What the file does not say but was sent nevertheless has
     /// none.
     pub(crate) number: Option<usize>,
@@ -55,14 +55,14 @@ pub(crate) struct Line {
     pub(crate) escape: bool,
 }
 
-impl Line {
+impl ScriptLine {
     /// A line that is in no file.
-    pub(crate) fn added(text: &str) -> Line {
-        Line::read(None, text.as_bytes())
+    pub(crate) fn added(text: &str) -> ScriptLine {
+        ScriptLine::read(None, text.as_bytes())
     }
 
-    fn read(number: Option<usize>, text: &[u8]) -> Line {
-        Line {
+    fn read(number: Option<usize>, text: &[u8]) -> ScriptLine {
+        ScriptLine {
             number,
             bytes: text.to_vec(),
             end: b'\r',
@@ -137,9 +137,9 @@ impl Script {
             };
             // Blanks and ends of lines at the end mean nothing, but to what is behind it.
             let text = if piece.command { text.trim_ascii_end() } else { text };
-            let line = Line::read(Some(number), text);
+            let line = ScriptLine::read(Some(number), text);
             let (numbers, lower_case) = (piece.numbers, piece.lower_case);
-            Line { end, command: piece.command, numbers, lower_case, escape, ..line }
+            ScriptLine { end, command: piece.command, numbers, lower_case, escape, ..line }
         });
         Some(Script {
             lines: pieces.collect(),
@@ -164,7 +164,7 @@ impl Script {
                     model = model.or_else(|| said(line, "model:").map(str::to_owned));
                     machine = machine.or_else(|| said(line, "machine:").map(str::to_owned));
                 }
-                Some(_) => lines.push(Line::read(Some(number), line)),
+                Some(_) => lines.push(ScriptLine::read(Some(number), line)),
             }
         }
         let first = lines.first()?;
@@ -317,7 +317,7 @@ mod tests {
         let handling = Handling::of(&vimc4::model("smcu").unwrap());
         let stream = |text: &[u8]| {
             let script = Script::stream(text, &handling).unwrap();
-            let whole = |line: &Line| String::from_utf8(line.whole()).unwrap();
+            let whole = |line: &ScriptLine| String::from_utf8(line.whole()).unwrap();
             script.lines.iter().map(|l| (l.number.unwrap(), whole(l))).collect::<Vec<_>>()
         };
         assert_eq!(

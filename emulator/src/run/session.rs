@@ -9,8 +9,8 @@ use vimc4_catalogue::{Handling, Machine};
 use vimc4_device::{Device, Time, Warning};
 
 use super::driver::{Driver, Halt, News};
-use super::report::{Answer, Answered, End, Report, Why};
-use super::script::Line;
+use super::report::{Answer, Answered, End, RunReport, Why};
+use super::script::ScriptLine;
 use super::trace::Trace;
 use super::world::{Outside, PRESS, press};
 use crate::failure::Failure;
@@ -19,15 +19,19 @@ use crate::failure::Failure;
 pub(super) struct Session {
     pub(super) handling: Handling,
     pub(super) driver: Driver,
-    pub(super) report: Report,
+    pub(super) report: RunReport,
     /// The lines of the file that the controller has stored, in order.
-    pub(super) stored: Vec<Line>,
+    pub(super) stored: Vec<ScriptLine>,
 }
 
 impl Session {
     /// Sends the lines one after the other, each when the one before was answered, and starts
     /// what they have stored.
-    pub(super) fn command_list(&mut self, lines: &[Line], outside: &Outside) -> Result<End, End> {
+    pub(super) fn command_list(
+        &mut self,
+        lines: &[ScriptLine],
+        outside: &Outside,
+    ) -> Result<End, End> {
         self.begin(outside);
         for (place, line) in lines.iter().enumerate() {
             let answer = self.command(line)?;
@@ -55,17 +59,17 @@ impl Session {
     /// Stores the lines and starts the program. Time counts from the start.
     pub(super) fn data_field(
         &mut self,
-        lines: &[Line],
+        lines: &[ScriptLine],
         axes: u8,
         outside: &Outside,
     ) -> Result<End, End> {
         let set_axes = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
-        let mut commands: Vec<Line> =
-            set_axes.map(|axes| Line::added(&format!("@0{axes}"))).collect();
-        commands.push(Line::added("@0i"));
+        let mut commands: Vec<ScriptLine> =
+            set_axes.map(|axes| ScriptLine::added(&format!("@0{axes}"))).collect();
+        commands.push(ScriptLine::added("@0i"));
         commands.extend_from_slice(lines);
         if !lines.last().is_some_and(|line| line.is("9")) {
-            commands.push(Line::added("9"));
+            commands.push(ScriptLine::added("9"));
         }
         for line in &commands {
             let answer = self.command(line)?;
@@ -96,7 +100,7 @@ impl Session {
     /// Sends a line and waits for its answer; `None` if it gets none. Older cards answer some
     /// commands before they execute them: the next line would wait until that is over, and so do
     /// we, for what is said meanwhile belongs to this one.
-    fn command(&mut self, line: &Line) -> Result<Option<Answered>, End> {
+    fn command(&mut self, line: &ScriptLine) -> Result<Option<Answered>, End> {
         let at = self.driver.now();
         let meaning = self.driver.device().explain(&line.bytes);
         self.driver.send(&line.whole());
@@ -153,12 +157,12 @@ impl Session {
     }
 
     /// Keeps count of what the controller has stored, so that its lines can be found again.
-    fn remember(&mut self, line: &Line, answer: &[u8]) {
+    fn remember(&mut self, line: &ScriptLine, answer: &[u8]) {
         match line.bytes.trim_ascii_start().first() {
             Some(b'@') if answer == b"0" && line.is("@0i") => self.stored.clear(),
             Some(b'@') => {}
             _ if answer == b"0" && line.is("9") => {
-                let lines: Vec<String> = self.stored.iter().map(Line::text).collect();
+                let lines: Vec<String> = self.stored.iter().map(ScriptLine::text).collect();
                 self.driver.rounds.begin(&lines);
             }
             _ if answer == b"0" => self.stored.push(line.clone()),
@@ -190,7 +194,7 @@ impl Session {
     }
 
     /// An error reply ends the run.
-    fn check(&self, line: &Line, answer: Option<Answered>) -> Result<(), End> {
+    fn check(&self, line: &ScriptLine, answer: Option<Answered>) -> Result<(), End> {
         let Some(answer) = answer else { return Ok(()) };
         let Some(refusal) = self.handling.refusal(&line.bytes, &answer.bytes) else {
             return Ok(());
@@ -206,7 +210,7 @@ impl Session {
     }
 
     /// Why nothing goes on.
-    fn halted(&mut self, halt: Halt, waiting: Option<&Line>) -> End {
+    fn halted(&mut self, halt: Halt, waiting: Option<&ScriptLine>) -> End {
         let now = self.driver.now();
         let view = self.driver.device().view(now);
         let marker = view.details.program().and_then(|program| program.marker).map(|at| at + 1);
@@ -268,7 +272,7 @@ impl Session {
 }
 
 /// Whether a command goes on with a stopped motion.
-fn resumes(line: &Line) -> bool {
+fn resumes(line: &ScriptLine) -> bool {
     let mut bytes = line.bytes.iter().filter(|&&byte| byte != b' ');
     matches!(
         (bytes.next(), bytes.next(), bytes.next(), bytes.next()),

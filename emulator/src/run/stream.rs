@@ -7,27 +7,27 @@ use vimc4_device::{Activity, Device, Time};
 
 use super::driver::{Halt, News};
 use super::report::{Answer, Answered, ESCAPE, End, LOWER_CASE, Left, Why};
-use super::script::Line;
+use super::script::ScriptLine;
 use super::session::Session;
 use super::world::Outside;
 
 /// The host's side of the line.
 struct Feed<'l> {
     /// What is still to be sent.
-    lines: std::slice::Iter<'l, Line>,
+    lines: std::slice::Iter<'l, ScriptLine>,
     /// The commands that were sent and have not begun.
-    waiting: VecDeque<&'l Line>,
+    waiting: VecDeque<&'l ScriptLine>,
     /// The command that began last, unless what became of it was told.
-    running: Option<Command<'l>>,
+    running: Option<SentCommand<'l>>,
     /// A command that has overtaken others, or that nobody knows, likewise. It takes no time.
-    aside: Option<Command<'l>>,
+    aside: Option<SentCommand<'l>>,
     /// Whether the next command waits until the one before says that it was completed.
     echo: bool,
 }
 
 /// A command that has begun.
-struct Command<'l> {
-    line: &'l Line,
+struct SentCommand<'l> {
+    line: &'l ScriptLine,
     at: Time,
     turn: Turn,
     meaning: String,
@@ -36,7 +36,7 @@ struct Command<'l> {
 
 impl<'l> Feed<'l> {
     /// The next piece, if it may be sent to a controller with room for so many bytes.
-    fn next(&mut self, room: usize) -> Option<&'l Line> {
+    fn next(&mut self, room: usize) -> Option<&'l ScriptLine> {
         let begun = self.running.is_some() || self.aside.is_some();
         let may = match self.echo {
             true => self.waiting.is_empty() && !begun,
@@ -47,7 +47,7 @@ impl<'l> Feed<'l> {
     }
 
     /// Which of the commands that wait was sent like this. Some overtake others.
-    fn begins(&mut self, bytes: &[u8]) -> Option<&'l Line> {
+    fn begins(&mut self, bytes: &[u8]) -> Option<&'l ScriptLine> {
         let place = self.waiting.iter().position(|line| line.bytes.trim_ascii_end() == bytes)?;
         self.waiting.remove(place)
     }
@@ -55,7 +55,7 @@ impl<'l> Feed<'l> {
 
 impl Session {
     /// Sends the pieces, each when the one before was completed, or as long as there is room.
-    pub(super) fn stream(&mut self, lines: &[Line], outside: &Outside) -> Result<End, End> {
+    pub(super) fn stream(&mut self, lines: &[ScriptLine], outside: &Outside) -> Result<End, End> {
         self.wait_until_ready();
         self.begin(outside);
         let mut feed = Feed {
@@ -136,7 +136,8 @@ impl Session {
                     }
                     let turn = self.handling.turn(&line.bytes);
                     let meaning = self.driver.device().explain(&line.bytes);
-                    let command = Command { line, at, turn, meaning, answer: Answered::default() };
+                    let command =
+                        SentCommand { line, at, turn, meaning, answer: Answered::default() };
                     match turn {
                         Turn::InOrder => {
                             let before = feed.running.replace(command);
@@ -158,7 +159,7 @@ impl Session {
     /// that runs.
     fn answered(&mut self, feed: &mut Feed<'_>, at: Time, answered: Answered) -> Result<(), End> {
         let answer = answered.bytes.as_slice();
-        let over = |command: &mut Command<'_>| command.at != at;
+        let over = |command: &mut SentCommand<'_>| command.at != at;
         if feed.running.is_some()
             && let Some(command) = feed.aside.take_if(over)
         {
@@ -213,8 +214,8 @@ impl Session {
     }
 
     /// Says what became of a command.
-    fn told(&mut self, command: Command<'_>, now: Time) {
-        let Command { line, at, turn, meaning, answer } = command;
+    fn told(&mut self, command: SentCommand<'_>, now: Time) {
+        let SentCommand { line, at, turn, meaning, answer } = command;
         if turn == Turn::Unknown {
             self.report.left(Left::Command, line);
         }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use vimc4_catalogue::{Machine, Model};
 use vimc4_device::Point;
 use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target, Zero};
-use vimc4_ncp::language::{Command, Units, lines, parse};
+use vimc4_ncp::language::{Instruction, Units, lines, parse};
 
 /// A job that goes on with a line on a controller whose counters are `here`, and what to say of it.
 pub(super) fn resumed<'t>(
@@ -24,14 +24,14 @@ pub(super) fn resumed<'t>(
 pub(super) fn is_taught(text: &str, line: u32) -> bool {
     let before = lines(text).take_while(|before| before.number < line);
     let commands = before.filter_map(|line| parse(line.text, &mut |_, _| {}).command);
-    commands.map(|command| command.value).any(|command| command == Command::Teach)
+    commands.map(|command| command.value).any(|command| command == Instruction::Teach)
 }
 
 /// The command that brings back the unit which the file has behind a line, if what was typed there has
 /// changed it.
 pub(super) fn unit_to_restore(text: &str, line: u32, typed: &[&str]) -> Option<&'static str> {
     let unit = |text: &str| match parse(text, &mut |_, _| {}).command.map(|command| command.value) {
-        Some(Command::Units(units)) => Some(units),
+        Some(Instruction::Units(units)) => Some(units),
         _ => None,
     };
     let before = lines(text).take_while(|before| before.number <= line);

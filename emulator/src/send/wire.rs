@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use vimc4_catalogue::Handling;
 use vimc4_device::{Heard, Identity, Question, Travel, Until};
 
-use crate::job::perform::Link;
+use crate::job::perform::Channel;
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
 use crate::port::{Port, PortError};
 
@@ -587,7 +587,7 @@ impl Wire {
     }
 }
 
-impl Link for Wire {
+impl Channel for Wire {
     type Broken = Broken;
 
     fn command(&mut self, line: &[u8]) -> Result<Vec<u8>, Broken> {

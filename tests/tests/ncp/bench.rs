@@ -175,7 +175,7 @@ impl<'j> Bench<'j> {
         let text = language::lines(&self.text).nth((line as usize).saturating_sub(1));
         text.is_some_and(|line| {
             let read = language::parse(line.text, &mut |_, _| {});
-            matches!(read.command.map(|read| read.value), Some(language::Command::Arc { .. }))
+            matches!(read.command.map(|read| read.value), Some(language::Instruction::Arc { .. }))
         })
     }
 

@@ -16,7 +16,7 @@ use crate::suite::usage::peak;
 const LOOK: Duration = Duration::from_millis(5);
 
 /// A file and what may become of it.
-struct Job {
+struct JobKind {
     /// What is in it.
     what: &'static str,
     line: fn(usize, &mut Dice) -> String,
@@ -24,17 +24,17 @@ struct Job {
     runs: bool,
 }
 
-const JOBS: [Job; 3] = [
-    Job { what: "straight moves", line: straight, runs: true },
-    Job { what: "moves and whole circles", line: mixed, runs: true },
-    Job { what: "mistakes", line: mistakes, runs: false },
+const JOBS: [JobKind; 3] = [
+    JobKind { what: "straight moves", line: straight, runs: true },
+    JobKind { what: "moves and whole circles", line: mixed, runs: true },
+    JobKind { what: "mistakes", line: mistakes, runs: false },
 ];
 
 pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     let lines = bench.either(1_000_000, 100_000);
     let share = lines as f64 / 1e6;
     let mut section = Section::default();
-    for Job { what, line, runs } in JOBS {
+    for JobKind { what, line, runs } in JOBS {
         let text = text(lines, line);
         let file = bench.launcher.file("job.ncp", &text)?;
         let began = Instant::now();

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use vimc4_motion::{Arc, ArcState, Line, Path, Profile, Ramp, Segment};
+use vimc4_motion::{Arc, ArcState, Path, Profile, Ramp, Segment, StraightLine};
 
 use crate::suite::Bench;
 use crate::suite::failure::Outcome;
@@ -24,7 +24,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     };
 
     let long = steps as i64;
-    let line = Path::Line(Line::new([long, -long / 3, long / 7, long / 2, 0, 0]));
+    let line = Path::Line(StraightLine::new([long, -long / 3, long / 7, long / 2, 0, 0]));
     add("positions of a line on four axes", 1e8, &|| walk(&line));
 
     let start = ArcState { x: 10_000, y: 0, d: -5_000, rx: -1, ry: -1 };

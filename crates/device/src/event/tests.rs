@@ -2,7 +2,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-use vimc4_motion::{Arc, ArcState, Chain, Helix, Line, Path, Profile, Ramp, Stretch};
+use vimc4_motion::{Arc, ArcState, Chain, Helix, Path, Profile, Ramp, StraightLine, Stretch};
 
 use super::*;
 use crate::{AXES, CommandNumber, Stamp, Time};
@@ -81,7 +81,7 @@ fn segments() -> impl Strategy<Value = Box<Segment>> {
             },
         )
     };
-    let lines = || points().prop_map(|delta| Path::Line(Line::new(delta)));
+    let lines = || points().prop_map(|delta| Path::Line(StraightLine::new(delta)));
     let paths = prop_oneof![
         lines(),
         arc().prop_map(Path::Arc),

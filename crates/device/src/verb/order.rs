@@ -89,7 +89,7 @@ impl Order {
     ///
     /// If it is no order, or none for such a device.
     pub fn read(line: &str, names: &Names) -> Result<Option<Order>, OrderError> {
-        let line = Line(line.trim());
+        let line = Typed(line.trim());
         if line.0.is_empty() {
             return Ok(None);
         }
@@ -133,9 +133,9 @@ impl Order {
 
 /// A line without blanks around it.
 #[derive(Clone, Copy)]
-struct Line<'t>(&'t str);
+struct Typed<'t>(&'t str);
 
-impl<'t> Line<'t> {
+impl<'t> Typed<'t> {
     fn words(self) -> Vec<&'t str> {
         self.0.split_whitespace().collect()
     }

@@ -11,7 +11,7 @@ use super::users::Users;
 
 /// A symbolic link to a PTY, removed when dropped if it is still ours.
 #[derive(Debug)]
-pub struct Link {
+pub struct PtyLink {
     path: PathBuf,
     target: PathBuf,
 }
@@ -51,8 +51,8 @@ pub enum LinkError {
     },
 }
 
-impl Link {
-    /// Whether [`create`](Link::create) would be allowed to use the name: it is free, or a link
+impl PtyLink {
+    /// Whether [`create`](PtyLink::create) would be allowed to use the name: it is free, or a link
     /// that leads nowhere or to a PTY at which nobody answers. With `replace` it may be one of a
     /// running emulator as well.
     ///
@@ -84,11 +84,11 @@ impl Link {
 
     /// Makes the link, or moves it here from a PTY that is gone. Whoever looks at the name sees
     /// the old link or the new one, never none.
-    pub fn create(path: &Path, target: &Path, replace: bool) -> Result<Link, LinkError> {
+    pub fn create(path: &Path, target: &Path, replace: bool) -> Result<PtyLink, LinkError> {
         // A link of an emulator that was killed may lead to our own terminal, which has got the
         // same number.
         let ours_already = fs::read_link(path).is_ok_and(|old| old == target);
-        Link::check(path, replace || ours_already)?;
+        PtyLink::check(path, replace || ours_already)?;
         let failed = |source| LinkError::Failed { path: path.to_owned(), source };
         // The link must be found again when the working directory has changed.
         let path = absolute(path).map_err(failed)?;
@@ -103,7 +103,7 @@ impl Link {
             let _ = fs::remove_file(&fresh);
             return Err(failed(source));
         }
-        Ok(Link { target: target.to_owned(), path })
+        Ok(PtyLink { target: target.to_owned(), path })
     }
 
     /// The name, absolute.
@@ -132,7 +132,7 @@ fn holder(target: &Path, link: &fs::Metadata) -> Option<String> {
     other.then(|| format!("a program of another user (number {owner})"))
 }
 
-impl Drop for Link {
+impl Drop for PtyLink {
     fn drop(&mut self) {
         // Another emulator may have taken the name over.
         if fs::read_link(&self.path).is_ok_and(|target| target == self.target) {
@@ -152,11 +152,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("vimc4.pty");
         // Free, dangling, into /dev/pts: allowed.
-        drop(Link::create(&path, Path::new("/dev/pts/99990"), false).unwrap());
+        drop(PtyLink::create(&path, Path::new("/dev/pts/99990"), false).unwrap());
         assert!(!path.is_symlink());
         symlink("/nowhere/at/all", &path).unwrap();
-        let first = Link::create(&path, Path::new("/dev/pts/99990"), false).unwrap();
-        let second = Link::create(&path, Path::new("/dev/pts/99991"), false).unwrap();
+        let first = PtyLink::create(&path, Path::new("/dev/pts/99990"), false).unwrap();
+        let second = PtyLink::create(&path, Path::new("/dev/pts/99991"), false).unwrap();
         assert_eq!(fs::read_link(&path).unwrap(), Path::new("/dev/pts/99991"));
         // The first one has lost the name and must not take it away from the second.
         drop(first);
@@ -165,24 +165,24 @@ mod tests {
         assert!(!path.is_symlink());
         // A file, a folder, a link to a file: somebody's own.
         fs::write(&path, "precious").unwrap();
-        let refused = Link::create(&path, Path::new("/dev/pts/99990"), false).unwrap_err();
+        let refused = PtyLink::create(&path, Path::new("/dev/pts/99990"), false).unwrap_err();
         assert!(matches!(refused, LinkError::Occupied(_)), "{refused}");
         let other = folder.path().join("other");
         symlink(&path, &other).unwrap();
-        assert!(Link::create(&other, Path::new("/dev/pts/99990"), false).is_err());
-        assert!(Link::create(folder.path(), Path::new("/dev/pts/99990"), false).is_err());
+        assert!(PtyLink::create(&other, Path::new("/dev/pts/99990"), false).is_err());
+        assert!(PtyLink::create(folder.path(), Path::new("/dev/pts/99990"), false).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"precious");
         // One that was left behind leads to the very terminal that is to be named.
         let (near, far) = TTYPort::pair().unwrap();
         let target = PathBuf::from(far.name().unwrap());
         let left = folder.path().join("left.pty");
         symlink(&target, &left).unwrap();
-        assert!(matches!(Link::check(&left, false), Err(LinkError::Held { .. })));
-        drop(Link::create(&left, &target, false).unwrap());
+        assert!(matches!(PtyLink::check(&left, false), Err(LinkError::Held { .. })));
+        drop(PtyLink::create(&left, &target, false).unwrap());
         drop((near, far));
         // A folder that is not there.
         let nowhere = folder.path().join("none").join("link");
-        let failed = Link::create(&nowhere, Path::new("/dev/pts/99990"), false).unwrap_err();
+        let failed = PtyLink::create(&nowhere, Path::new("/dev/pts/99990"), false).unwrap_err();
         assert!(matches!(failed, LinkError::Failed { .. }), "{failed}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }

@@ -36,7 +36,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 #[cfg(all(unix, feature = "pty"))]
-pub use link::{Link, LinkError};
+pub use link::{LinkError, PtyLink};
 pub use memory::{Memory, MemoryPort};
 pub use modem::{HostLines, Modem};
 #[cfg(all(unix, feature = "pty"))]

@@ -6,7 +6,8 @@ use proptest::sample::select;
 
 use super::{axes, print};
 use crate::{
-    Addressed, Context, Dialect, Fractions, Line, LineBuffer, Mode, PortMap, Reply, control, parse,
+    Addressed, Context, Dialect, Fractions, LineBuffer, Mode, PortMap, ReceivedLine, Reply,
+    control, parse,
 };
 
 /// Any model at all, as long as it keeps the promise that a port to write takes 0.
@@ -168,13 +169,13 @@ proptest! {
         let mut buffer = LineBuffer::default();
         for byte in bytes.into_iter().filter(|&byte| control(byte).is_none()) {
             match buffer.push(byte) {
-                Some(Line::Text(text)) => {
+                Some(ReceivedLine::Text(text)) => {
                     prop_assert!(text.len() <= crate::LINE_MAX);
                     prop_assert!(text.iter().any(|&byte| byte != b' '));
                     prop_assert!(!text.contains(&b'\r') && !text.contains(&b'\n'));
                     prop_assert!(buffer.is_empty());
                 }
-                Some(Line::TooLong(_)) => prop_assert!(buffer.is_empty()),
+                Some(ReceivedLine::TooLong(_)) => prop_assert!(buffer.is_empty()),
                 None => {}
             }
         }

@@ -1,15 +1,15 @@
 //! The receive routine.
 
-use crate::{Control, Line, LineBuffer, control};
+use crate::{Control, LineBuffer, ReceivedLine, control};
 
 /// What comes out of a stream of bytes.
-fn lines(bytes: &[u8]) -> Vec<Line> {
+fn lines(bytes: &[u8]) -> Vec<ReceivedLine> {
     let mut buffer = LineBuffer::default();
     bytes.iter().filter_map(|&byte| buffer.push(byte)).collect()
 }
 
-fn text(text: &str) -> Line {
-    Line::Text(text.as_bytes().to_vec())
+fn text(text: &str) -> ReceivedLine {
+    ReceivedLine::Text(text.as_bytes().to_vec())
 }
 
 #[test]
@@ -43,10 +43,10 @@ fn an_empty_line_is_ignored() {
 #[test]
 fn a_line_has_255_bytes_at_most() {
     let fits = [b'5'; 255];
-    assert_eq!(lines(&[&fits[..], b"\r"].concat()), [Line::Text(fits.to_vec())]);
-    assert_eq!(lines(&[&fits[..], b"\n\n\r"].concat()), [Line::Text(fits.to_vec())]);
+    assert_eq!(lines(&[&fits[..], b"\r"].concat()), [ReceivedLine::Text(fits.to_vec())]);
+    assert_eq!(lines(&[&fits[..], b"\n\n\r"].concat()), [ReceivedLine::Text(fits.to_vec())]);
     // Of a longer one the beginning is kept, so that people can be shown which it was.
-    let too_long = || Line::TooLong(fits[..40].to_vec());
+    let too_long = || ReceivedLine::TooLong(fits[..40].to_vec());
     assert_eq!(lines(&[&fits[..], b"5\r@0P\r"].concat()), [too_long(), text("@0P")]);
     assert_eq!(lines(&[&fits[..], &fits[..], b"\r"].concat()), [too_long()]);
 }

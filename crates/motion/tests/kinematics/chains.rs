@@ -1,7 +1,7 @@
 //! Paths one after the other.
 
 use proptest::prelude::*;
-use vimc4_motion::{AXES, Chain, Line, Path, Point};
+use vimc4_motion::{AXES, Chain, Path, Point, StraightLine};
 
 use crate::segments::paths;
 use crate::{cases, closed_forms_match, point, walked};
@@ -11,7 +11,7 @@ fn chain(links: impl IntoIterator<Item = Path>) -> Path {
 }
 
 fn line<const N: usize>(delta: [i64; N]) -> Path {
-    Path::Line(Line::new(point(delta)))
+    Path::Line(StraightLine::new(point(delta)))
 }
 
 proptest! {

@@ -1,7 +1,7 @@
 //! Speeds along the real way.
 
 use proptest::prelude::*;
-use vimc4_motion::{AXES, Line, Path, Profile, Segment, Stretch, chord};
+use vimc4_motion::{AXES, Path, Profile, Segment, StraightLine, Stretch, chord};
 
 use crate::{cases, point};
 
@@ -214,7 +214,7 @@ fn what_is_written_is_read_again() {
     let vectors = following(0, &[stretch; 2], &[5_000_000, 0], ACCELERATION).unwrap();
     let braked = reference().brake(25 * MILLISECOND).unwrap();
     for profile in [reference(), braked, vectors] {
-        let segment = Segment { path: Path::Line(Line::new(point([100]))), profile };
+        let segment = Segment { path: Path::Line(StraightLine::new(point([100]))), profile };
         let written = serde_json::to_string(&segment).unwrap();
         assert_eq!(serde_json::from_str::<Segment>(&written).unwrap(), segment);
     }

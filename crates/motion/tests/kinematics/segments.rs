@@ -1,7 +1,7 @@
 //! Path and profile together: what a controller's motion is.
 
 use proptest::prelude::*;
-use vimc4_motion::{AXES, Arc, ArcState, Helix, Line, Path, Profile, Ramp, Segment};
+use vimc4_motion::{AXES, Arc, ArcState, Helix, Path, Profile, Ramp, Segment, StraightLine};
 
 use crate::profiles::speeds_and_ramps;
 use crate::{arcs, cases, point};
@@ -10,7 +10,7 @@ use crate::{arcs, cases, point};
 pub(crate) fn paths() -> impl Strategy<Value = Path> {
     let way = || prop_oneof![-40..=40i64, -2_000..=2_000i64];
     prop_oneof![
-        [(); AXES].map(|()| way()).prop_map(|delta| Path::Line(Line::new(delta))),
+        [(); AXES].map(|()| way()).prop_map(|delta| Path::Line(StraightLine::new(delta))),
         arcs().prop_map(|(arc, _)| Path::Arc(arc)),
         (arcs(), way()).prop_map(|((arc, axis), s3)| Path::Helix(Helix::new(arc, axis, s3))),
     ]
@@ -57,7 +57,8 @@ proptest! {
 fn what_lies_beyond_the_brakes_is_not_reached() {
     let ramp = Ramp { start_stop: 300, acceleration: 100 };
     let profile = Profile::new(5_000, 10_000, ramp);
-    let segment = Segment { path: Path::Line(Line::new(point([5_000, 0, -2_500]))), profile };
+    let segment =
+        Segment { path: Path::Line(StraightLine::new(point([5_000, 0, -2_500]))), profile };
     assert_eq!(segment.time_at(0, 5_000), Some(594_090_000));
     assert_eq!(segment.time_at(2, -2_500), Some(segment.profile.time_of(4_999)));
     let profile = segment.profile.brake(50_000_000).unwrap();

@@ -36,7 +36,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, SQRT_2, TAU};
 
 use vimc4_isel_wire::ArcArgs;
-use vimc4_motion::{ArcState, CircleFit, Line, Path, Turn};
+use vimc4_motion::{ArcState, CircleFit, Path, StraightLine, Turn};
 
 use super::MOST_STEPS;
 
@@ -218,7 +218,7 @@ impl Wanted {
             self.ends.into_iter().any(|end| distance(place, end) <= room)
         };
         let by = [self.to[0] - at[0], self.to[1] - at[1], 0, 0, 0, 0];
-        let line = Path::Line(Line::new(by));
+        let line = Path::Line(StraightLine::new(by));
         // The bound of the engine is for the circle, which may go on behind its end.
         is_near(at) && line.steps().all(|way| is_near([at[0] + way[0], at[1] + way[1]]))
     }

@@ -18,7 +18,7 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{ArcArgs, Plane};
-use vimc4_motion::{Arc, ArcState, Helix, Line, Path, Ramp};
+use vimc4_motion::{Arc, ArcState, Helix, Path, Ramp, StraightLine};
 
 pub use circle::{Circle, NoCircle};
 pub use curve::{Curve, Reason};
@@ -64,7 +64,9 @@ impl Motion {
     #[must_use]
     pub fn path(&self) -> Path {
         match self {
-            Motion::Line { by: [x, y, z, a], .. } => Path::Line(Line::new([*x, *y, *z, *a, 0, 0])),
+            Motion::Line { by: [x, y, z, a], .. } => {
+                Path::Line(StraightLine::new([*x, *y, *z, *a, 0, 0]))
+            }
             Motion::Arc(plane, args) => Path::Arc(arc(*plane, args)),
             Motion::Helix(plane, args, third) => {
                 Path::Helix(Helix::new(arc(*plane, args), plane.third(), i64::from(*third)))

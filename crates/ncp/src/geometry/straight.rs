@@ -15,7 +15,7 @@
 //! minor, and those two for one. Where k steps are allowed instead of one, it is the steps k, 3k,
 //! 5k … and 2k, 4k, 6k …, which are a kth of the pieces.
 
-use vimc4_motion::{AXES, Line, Path};
+use vimc4_motion::{AXES, Path, StraightLine};
 
 use super::{Delay, MOST_STEPS, Motion, Speeds, Steps};
 
@@ -78,7 +78,7 @@ impl Straight {
     #[must_use]
     pub fn new(parameters: StraightParameters) -> Straight {
         let [x, y, z, a] = parameters.by;
-        let line = Path::Line(Line::new([x, y, z, 0, 0, 0]));
+        let line = Path::Line(StraightLine::new([x, y, z, 0, 0, 0]));
         let linear = Way::new(x.abs().max(y.abs()).max(z.abs()));
         Straight { parameters, line, linear, a: Way::new(a.abs()) }
     }

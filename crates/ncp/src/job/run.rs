@@ -9,7 +9,7 @@ use super::problem::Problem;
 use super::target::Target;
 use super::zero::Zero;
 use crate::geometry::{Curve, Delay, Steps, Straight};
-use crate::language::{self, Command, Line, Lines, Span, TextLine, Units};
+use crate::language::{self, Instruction, JobLine, Lines, Span, TextLine, Units};
 use crate::{Diagnostic, Severity};
 
 /// How a job ended, and what was said about it.
@@ -179,7 +179,7 @@ impl<'t> Reader<'t> {
 
     fn carry_out(
         &mut self,
-        line: &Line<'_>,
+        line: &JobLine<'_>,
         actions: &mut Vec<Action>,
         report: &mut dyn FnMut(Diagnostic),
     ) -> bool {
@@ -404,10 +404,10 @@ impl<'t> Job<'t> {
             told(Diagnostic { line: number, span, problem: problem.into(), left_out: false });
         });
         let for_files = line.command.and_then(|command| match command.value {
-            Command::Halt => Some("HALT"),
-            Command::Tool(_) => Some("GETTOOL"),
-            Command::Teach => Some("WPTEACH"),
-            Command::End => Some("PROGEND"),
+            Instruction::Halt => Some("HALT"),
+            Instruction::Tool(_) => Some("GETTOOL"),
+            Instruction::Teach => Some("WPTEACH"),
+            Instruction::End => Some("PROGEND"),
             _ => None,
         });
         if let Some(name) = for_files {

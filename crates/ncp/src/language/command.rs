@@ -46,11 +46,11 @@ pub type Words = [Option<Word>; 6];
 
 /// A line of a job file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Line<'t> {
+pub struct JobLine<'t> {
     /// The number that it is given by `N`, if any.
     pub number: Option<u64>,
     /// What it asks for; nothing if there is only a comment, or if it cannot be read.
-    pub command: Option<Placed<Command>>,
+    pub command: Option<Placed<Instruction>>,
     /// What is behind the semicolon, without blanks around it.
     pub comment: Option<&'t str>,
     /// Whether nothing that the tool does depends on what cannot be read of it.
@@ -154,12 +154,12 @@ impl Units {
     }
 }
 
-impl Command {
+impl Instruction {
     /// Whether it only switches something beside the tool, or does nothing: what the tool does
     /// is the same without it.
     #[must_use]
     pub fn is_accessory(&self) -> bool {
-        use Command::{Path, PathEnd, SetBit, SetPort, Switch, ToolDefinition, ToolInit, Type};
+        use Instruction::{Path, PathEnd, SetBit, SetPort, Switch, ToolDefinition, ToolInit, Type};
         matches!(
             self,
             Switch(..)
@@ -176,7 +176,7 @@ impl Command {
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Command {
+pub enum Instruction {
     /// `IMF_PBL…`: this is a job file.
     Mark,
     /// `REF`: reference runs.

@@ -10,7 +10,7 @@ use vimc4_isel_wire::Plane;
 use vimc4_motion::Turn;
 
 use super::command::{
-    Accessory, Command, DrillWords, Groups, LETTERS, Line, Placed, Span, SpindleWords, Word,
+    Accessory, DrillWords, Groups, Instruction, JobLine, LETTERS, Placed, Span, SpindleWords, Word,
 };
 use super::lenient;
 use super::problem::Problem;
@@ -23,7 +23,7 @@ use super::value::Value;
 const REGISTERS: RangeInclusive<u8> = 1..=8;
 
 /// Reads a line, given without its end, and tells what is wrong with it, and where in it.
-pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> Line<'t> {
+pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> JobLine<'t> {
     let mut reader = Reader::new(line, report);
     let number = reader.line_number();
     let sound = !reader.failed();
@@ -32,7 +32,7 @@ pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> Line<'
     let comment = reader.rest().strip_prefix(';').map(str::trim);
     // What is passed over here may be anything, but for a comment in brackets that was told.
     let harmless = sound && harmless && passed.start == passed.end;
-    Line { number, command, comment, harmless }
+    JobLine { number, command, comment, harmless }
 }
 
 impl<'t> Reader<'t, '_> {
@@ -47,7 +47,7 @@ impl<'t> Reader<'t, '_> {
     }
 
     /// The command, if it can be read, and whether it does no harm to leave out what cannot.
-    fn command(&mut self) -> (Option<Placed<Command>>, bool) {
+    fn command(&mut self) -> (Option<Placed<Instruction>>, bool) {
         if self.ends() {
             let says_nothing = !lenient::hides_a_command(self.rest());
             self.bracket_comment();
@@ -106,18 +106,18 @@ impl<'t> Reader<'t, '_> {
     }
 
     /// What follows the name of a command, and with it the command.
-    fn form(&mut self, info: &'static CommandInfo, name: Span) -> Option<Command> {
+    fn form(&mut self, info: &'static CommandInfo, name: Span) -> Option<Instruction> {
         Some(match info.form {
             Form::Plain(command) => command,
             // A comment behind it is one; behind the two others a semicolon is any character.
-            Form::Anything(Command::End) => {
+            Form::Anything(Instruction::End) => {
                 self.pass_over();
-                Command::End
+                Instruction::End
             }
             Form::Anything(command) => {
                 // What posts write behind TYPE is full of words of the trade: `Spindle:18000r.p.m`.
                 let hidden = match command {
-                    Command::Mark => lenient::command_in(self.rest()),
+                    Instruction::Mark => lenient::command_in(self.rest()),
                     _ => None,
                 };
                 if let Some((at, hidden)) = hidden {
@@ -128,48 +128,48 @@ impl<'t> Reader<'t, '_> {
                 self.pass_over_all();
                 command
             }
-            Form::Move(frame, rate) => Command::Move(frame, rate, self.axes(info, name)),
-            Form::ZeroAt => Command::ZeroAt(self.axes(info, name)),
-            Form::Acceleration => Command::Acceleration(self.axes(info, name)),
+            Form::Move(frame, rate) => Instruction::Move(frame, rate, self.axes(info, name)),
+            Form::ZeroAt => Instruction::ZeroAt(self.axes(info, name)),
+            Form::Acceleration => Instruction::Acceleration(self.axes(info, name)),
             Form::Arc { frame, turn, helix } => {
                 let [x, y, z, a, b, c, i, j, k, sweep, ..] = self.words(info);
                 if i.or(j).or(k).is_none() {
                     self.missing(info, name, "centre, I or J");
                 }
                 let (centre, to) = ([i, j, k], [x, y, z, a, b, c]);
-                Command::Arc { frame, turn, helix, centre, sweep, to }
+                Instruction::Arc { frame, turn, helix, centre, sweep, to }
             }
-            Form::Velocity => Command::Velocity(self.only_value(info, name)?),
-            Form::RapidVelocity => Command::RapidVelocity(self.only_value(info, name)?),
-            Form::Wait => Command::Wait(self.only_value(info, name)?),
+            Form::Velocity => Instruction::Velocity(self.only_value(info, name)?),
+            Form::RapidVelocity => Instruction::RapidVelocity(self.only_value(info, name)?),
+            Form::Wait => Instruction::Wait(self.only_value(info, name)?),
             Form::Tool => {
                 let number = self.only_value(info, name)?.value.in_thousandths() / 1_000;
-                Command::Tool(u32::try_from(number).ok()?)
+                Instruction::Tool(u32::try_from(number).ok()?)
             }
-            Form::Plane => Command::Plane(self.plane(info, name)?),
-            Form::Reference => Command::Reference(self.groups(info, name)),
+            Form::Plane => Instruction::Plane(self.plane(info, name)?),
+            Form::Reference => Instruction::Reference(self.groups(info, name)),
             Form::Limit => {
                 let [x, y, z, a, b, c, ..] = self.limits(info, name);
-                Command::Limit([x, y, z, a, b, c])
+                Instruction::Limit([x, y, z, a, b, c])
             }
             Form::Register => self.register(info, name)?,
             Form::SetPort => {
                 let port = self.port(info, name, 'A')?;
-                Command::SetPort(port.value, self.equal_to(port, u8::MAX)?)
+                Instruction::SetPort(port.value, self.equal_to(port, u8::MAX)?)
             }
             Form::WaitPort => {
                 let port = self.port(info, name, 'E')?;
-                Command::WaitPort(port.value, self.equal_to(port, u8::MAX)?)
+                Instruction::WaitPort(port.value, self.equal_to(port, u8::MAX)?)
             }
             Form::SetBit(to) => self.set_bit(info, name, to)?,
             Form::WaitBit => {
                 let bit = self.port_bit(info, name, 'E')?;
-                Command::WaitBit(bit.value, self.equal_to(bit, 1)? == 1)
+                Instruction::WaitBit(bit.value, self.equal_to(bit, 1)? == 1)
             }
-            Form::DrillDefinition => Command::DrillDefinition(self.drill_words(info, name)),
+            Form::DrillDefinition => Instruction::DrillDefinition(self.drill_words(info, name)),
             Form::Drill => {
                 let [x, y, ..] = self.words(info);
-                Command::Drill([x, y, None, None, None, None])
+                Instruction::Drill([x, y, None, None, None, None])
             }
             Form::Cylinder => self.cylinder(info, name)?,
             Form::Spindle => self.spindle(info, name),
@@ -189,12 +189,12 @@ impl<'t> Reader<'t, '_> {
                 self.switch(info, name, *accessories.get(place)?)
             }
             Form::ZeroHere => match self.take(token::standard) {
-                Some(_) => Command::ZeroStandard,
-                None => Command::ZeroHere,
+                Some(_) => Instruction::ZeroStandard,
+                None => Instruction::ZeroHere,
             },
             Form::ToolDefinition => {
                 self.words(info);
-                Command::ToolDefinition
+                Instruction::ToolDefinition
             }
         })
     }
@@ -222,7 +222,7 @@ impl<'t> Reader<'t, '_> {
         }
     }
 
-    fn spindle(&mut self, info: &'static CommandInfo, name: Span) -> Command {
+    fn spindle(&mut self, info: &'static CommandInfo, name: Span) -> Instruction {
         let found = self.words(info);
         // Alone it would start the spindle without saying so.
         if found.iter().all(Option::is_none) {
@@ -234,16 +234,21 @@ impl<'t> Reader<'t, '_> {
         let turn =
             |word: Option<Word>, value| word.map(|Placed { span, .. }| Placed { value, span });
         let turn = turn(cw, Turn::Clockwise).or(turn(ccw, Turn::Counterclockwise));
-        Command::Spindle(SpindleWords { off: off.is_some(), turn, rpm, time })
+        Instruction::Spindle(SpindleWords { off: off.is_some(), turn, rpm, time })
     }
 
-    fn switch(&mut self, info: &'static CommandInfo, name: Span, accessory: Accessory) -> Command {
+    fn switch(
+        &mut self,
+        info: &'static CommandInfo,
+        name: Span,
+        accessory: Accessory,
+    ) -> Instruction {
         let [on, off, ..] = self.words(info);
         if on.or(off).is_none() {
             self.missing(info, name, "ON or OFF");
         }
         self.only_one(on, off, ["ON", "OFF"]);
-        Command::Switch(accessory, on.is_some())
+        Instruction::Switch(accessory, on.is_some())
     }
 
     /// Of two words that contradict each other only one may be there.
@@ -312,7 +317,7 @@ impl<'t> Reader<'t, '_> {
     }
 
     /// A register and either `ACT` or a work-piece zero for it.
-    fn register(&mut self, info: &'static CommandInfo, name: Span) -> Option<Command> {
+    fn register(&mut self, info: &'static CommandInfo, name: Span) -> Option<Instruction> {
         self.ends();
         if !self.next_is(token::digits) {
             self.missing(info, name, "register");
@@ -321,22 +326,22 @@ impl<'t> Reader<'t, '_> {
         let number = self.count("the number of the register", REGISTERS);
         self.ends();
         Some(if self.take(token::act).is_some() {
-            Command::Recall(number?)
+            Instruction::Recall(number?)
         } else {
             let zero = self.axes(info, name);
-            Command::Store(number?, zero)
+            Instruction::Store(number?, zero)
         })
     }
 
     /// `SETBIT` may have a value behind the bit, which counts then.
-    fn set_bit(&mut self, info: &'static CommandInfo, name: Span, to: bool) -> Option<Command> {
+    fn set_bit(&mut self, info: &'static CommandInfo, name: Span, to: bool) -> Option<Instruction> {
         let bit = self.port_bit(info, name, 'A')?;
         let to = if to && self.next_is(token::equals) { self.equal_to(bit, 1)? == 1 } else { to };
-        Some(Command::SetBit(bit.value, to))
+        Some(Instruction::SetBit(bit.value, to))
     }
 
     /// The turning axis with its radius, and the linear axis that it stands in for.
-    fn cylinder(&mut self, info: &'static CommandInfo, name: Span) -> Option<Command> {
+    fn cylinder(&mut self, info: &'static CommandInfo, name: Span) -> Option<Instruction> {
         let turning = self.axis_of_cylinder(info, name)?;
         let parameter = info.parameters.get(turning.value)?;
         let radius = self.value(parameter.name, parameter.value?, turning.span)?;
@@ -345,7 +350,7 @@ impl<'t> Reader<'t, '_> {
             if radius.value != Value::ZERO {
                 self.missing(info, name, "linear axis to stand in for");
             }
-            return Some(Command::Cylinder(turning, radius, None));
+            return Some(Instruction::Cylinder(turning, radius, None));
         }
         let linear = self.axis_of_cylinder(info, name)?;
         if linear.value > 2 {
@@ -353,7 +358,7 @@ impl<'t> Reader<'t, '_> {
         } else if linear.value == turning.value {
             self.say(linear.span, Problem::GivenTwice(parameter.name));
         }
-        Some(Command::Cylinder(turning, radius, Some(linear)))
+        Some(Instruction::Cylinder(turning, radius, Some(linear)))
     }
 
     fn axis_of_cylinder(

@@ -6,15 +6,15 @@ use vimc4_isel_wire::Plane;
 use vimc4_motion::Turn;
 
 use super::command::{
-    Command, DrillWords, Frame, LETTERS, PortBit, Rate, SpindleWords, Units, Word, Words,
+    DrillWords, Frame, Instruction, LETTERS, PortBit, Rate, SpindleWords, Units, Word, Words,
 };
 
 /// As files have it, in the usual order of words: `MOVEABS X20000 Y15000`.
-impl Display for Command {
+impl Display for Instruction {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Command::Mark => f.write_str("IMF_PBL"),
-            Command::Reference(groups) => {
+            Instruction::Mark => f.write_str("IMF_PBL"),
+            Instruction::Reference(groups) => {
                 f.write_str("REF")?;
                 groups.iter().filter(|group| **group != 0).try_for_each(|group| {
                     f.write_str(" ")?;
@@ -22,61 +22,61 @@ impl Display for Command {
                     members.into_iter().try_for_each(|(_, letter)| write!(f, "{letter}"))
                 })
             }
-            Command::Limit(limits) => {
+            Instruction::Limit(limits) => {
                 f.write_str("LIMIT")?;
                 limits.iter().zip(LETTERS).try_for_each(|(limits, letter)| match limits {
                     Some((low, high)) => write!(f, " {letter}{},{}", low.value, high.value),
                     None => Ok(()),
                 })
             }
-            Command::Velocity(speed) => write!(f, "VEL {}", speed.value),
-            Command::RapidVelocity(speed) => write!(f, "FASTVEL {}", speed.value),
-            Command::Move(frame, Rate::Normal, to) => write!(f, "MOVE{frame}{}", Axes(to)),
-            Command::Move(frame, Rate::Rapid, to) => write!(f, "FAST{frame}{}", Axes(to)),
-            Command::Plane(Plane::Xy) => f.write_str("PLANE XY"),
-            Command::Plane(Plane::Xz) => f.write_str("PLANE XZ"),
-            Command::Plane(Plane::Yz) => f.write_str("PLANE YZ"),
-            Command::Arc { frame, turn, helix, centre: [i, j, k], sweep, to } => {
+            Instruction::Velocity(speed) => write!(f, "VEL {}", speed.value),
+            Instruction::RapidVelocity(speed) => write!(f, "FASTVEL {}", speed.value),
+            Instruction::Move(frame, Rate::Normal, to) => write!(f, "MOVE{frame}{}", Axes(to)),
+            Instruction::Move(frame, Rate::Rapid, to) => write!(f, "FAST{frame}{}", Axes(to)),
+            Instruction::Plane(Plane::Xy) => f.write_str("PLANE XY"),
+            Instruction::Plane(Plane::Xz) => f.write_str("PLANE XZ"),
+            Instruction::Plane(Plane::Yz) => f.write_str("PLANE YZ"),
+            Instruction::Arc { frame, turn, helix, centre: [i, j, k], sweep, to } => {
                 let helix = if *helix { "HLX" } else { "" };
                 write!(f, "{}{helix}{frame}", turn_name(*turn))?;
                 words(f, [("I", i), ("J", j), ("K", k), ("W", sweep)])?;
                 write!(f, "{}", Axes(to))
             }
-            Command::Wait(time) => write!(f, "WAIT {}", time.value),
-            Command::ZeroHere => f.write_str("WPZERO"),
-            Command::ZeroStandard => f.write_str("WPZERO STANDARD"),
-            Command::ZeroAt(zero) => write!(f, "WPZEROABS{}", Axes(zero)),
-            Command::ZeroClear => f.write_str("WPCLEAR"),
-            Command::Store(register, zero) => write!(f, "WPREG{register}{}", Axes(zero)),
-            Command::Recall(register) => write!(f, "WPREG{register}ACT"),
-            Command::Teach => f.write_str("WPTEACH"),
-            Command::SetPort(port, value) => write!(f, "SETPORT A{port}={value}D"),
-            Command::SetBit(bit, true) => write!(f, "SETBIT A{bit}"),
-            Command::SetBit(bit, false) => write!(f, "RESBIT A{bit}"),
-            Command::WaitBit(bit, value) => write!(f, "WAITBIT E{bit}=={}", u8::from(*value)),
-            Command::WaitPort(port, value) => write!(f, "WAITPORT E{port}=={value}D"),
-            Command::Path => f.write_str("PATH"),
-            Command::PathEnd => f.write_str("PATHEND"),
-            Command::Tool(number) => write!(f, "GETTOOL {number}"),
-            Command::DrillDefinition(words) => words.fmt(f),
-            Command::Drill(at) => write!(f, "DRILL{}", Axes(at)),
-            Command::Cylinder(turning, radius, linear) => {
+            Instruction::Wait(time) => write!(f, "WAIT {}", time.value),
+            Instruction::ZeroHere => f.write_str("WPZERO"),
+            Instruction::ZeroStandard => f.write_str("WPZERO STANDARD"),
+            Instruction::ZeroAt(zero) => write!(f, "WPZEROABS{}", Axes(zero)),
+            Instruction::ZeroClear => f.write_str("WPCLEAR"),
+            Instruction::Store(register, zero) => write!(f, "WPREG{register}{}", Axes(zero)),
+            Instruction::Recall(register) => write!(f, "WPREG{register}ACT"),
+            Instruction::Teach => f.write_str("WPTEACH"),
+            Instruction::SetPort(port, value) => write!(f, "SETPORT A{port}={value}D"),
+            Instruction::SetBit(bit, true) => write!(f, "SETBIT A{bit}"),
+            Instruction::SetBit(bit, false) => write!(f, "RESBIT A{bit}"),
+            Instruction::WaitBit(bit, value) => write!(f, "WAITBIT E{bit}=={}", u8::from(*value)),
+            Instruction::WaitPort(port, value) => write!(f, "WAITPORT E{port}=={value}D"),
+            Instruction::Path => f.write_str("PATH"),
+            Instruction::PathEnd => f.write_str("PATHEND"),
+            Instruction::Tool(number) => write!(f, "GETTOOL {number}"),
+            Instruction::DrillDefinition(words) => words.fmt(f),
+            Instruction::Drill(at) => write!(f, "DRILL{}", Axes(at)),
+            Instruction::Cylinder(turning, radius, linear) => {
                 let letter = |axis: usize| LETTERS.get(axis).copied().unwrap_or_default();
                 write!(f, "CYL {}{}", letter(turning.value), radius.value)?;
                 linear.iter().try_for_each(|axis| write!(f, " {}", letter(axis.value)))
             }
-            Command::Halt => f.write_str("HALT"),
-            Command::Acceleration(percents) => write!(f, "ACCEL{}", Axes(percents)),
-            Command::Spindle(words) => words.fmt(f),
-            Command::Switch(accessory, on) => {
+            Instruction::Halt => f.write_str("HALT"),
+            Instruction::Acceleration(percents) => write!(f, "ACCEL{}", Axes(percents)),
+            Instruction::Spindle(words) => words.fmt(f),
+            Instruction::Switch(accessory, on) => {
                 write!(f, "{accessory} {}", if *on { "ON" } else { "OFF" })
             }
-            Command::Units(Units::Metric) => f.write_str("METRIC"),
-            Command::Units(Units::Inch) => f.write_str("INCH"),
-            Command::ToolDefinition => f.write_str("TOOLDEF"),
-            Command::ToolInit => f.write_str("INITTOOL"),
-            Command::Type => f.write_str("TYPE"),
-            Command::End => f.write_str("PROGEND"),
+            Instruction::Units(Units::Metric) => f.write_str("METRIC"),
+            Instruction::Units(Units::Inch) => f.write_str("INCH"),
+            Instruction::ToolDefinition => f.write_str("TOOLDEF"),
+            Instruction::ToolInit => f.write_str("INITTOOL"),
+            Instruction::Type => f.write_str("TYPE"),
+            Instruction::End => f.write_str("PROGEND"),
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use vimc4_motion::Turn;
 
-use super::command::{Accessory, Command, Frame, LETTERS, Rate, Units};
+use super::command::{Accessory, Frame, Instruction, LETTERS, Rate, Units};
 use super::value::Value;
 
 // The list below is a table, and reads like one without these prefixes.
@@ -81,9 +81,9 @@ pub struct Number {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
     /// Nothing.
-    Plain(Command),
+    Plain(Instruction),
     /// Anything at all, up to the end of the line.
-    Anything(Command),
+    Anything(Instruction),
     Reference,
     Limit,
     Velocity,
@@ -140,7 +140,7 @@ pub fn markdown() -> String {
         format!("| `{pattern}` | {} | {} |\n", info.meaning, info.source.mark())
     };
     let rows: String = COMMANDS.iter().map(row).collect();
-    format!("| Command | Meaning | |\n|---|---|---|\n{rows}")
+    format!("| Instruction | Meaning | |\n|---|---|---|\n{rows}")
 }
 
 impl CommandInfo {
@@ -564,7 +564,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "WPCLEAR",
         "",
-        Form::Plain(Command::ZeroClear),
+        Form::Plain(Instruction::ZeroClear),
         NOTHING,
         "WPCLEAR",
         "Makes the machine's zero the work-piece zero again.",
@@ -580,7 +580,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "WPTEACH",
         "",
-        Form::Plain(Command::Teach),
+        Form::Plain(Instruction::Teach),
         NOTHING,
         "WPTEACH",
         "Lets the operator move the tool to a new work-piece zero.",
@@ -677,7 +677,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     field(row(
         "METRIC",
         "",
-        Form::Plain(Command::Units(Units::Metric)),
+        Form::Plain(Instruction::Units(Units::Metric)),
         NOTHING,
         "METRIC",
         "Lengths are in µm from now on, as they are at first.",
@@ -685,7 +685,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     field(row(
         "INCH",
         "",
-        Form::Plain(Command::Units(Units::Inch)),
+        Form::Plain(Instruction::Units(Units::Inch)),
         NOTHING,
         "INCH",
         "Lengths are in thousandths of an inch from now on, speeds in thousandths of an inch a second.",
@@ -709,7 +709,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "HALT",
         "",
-        Form::Plain(Command::Halt),
+        Form::Plain(Instruction::Halt),
         NOTHING,
         "HALT ; turn the work piece",
         "Waits for the operator; the comments on this line and the next tell what to do.",
@@ -733,12 +733,19 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "PATH",
         "",
-        Form::Plain(Command::Path),
+        Form::Plain(Instruction::Path),
         NOTHING,
         "PATH",
         "Begins a section that was made for servo controllers; here its moves run as they are written.",
     ),
-    row("PATHEND", "", Form::Plain(Command::PathEnd), NOTHING, "PATHEND", "Ends what PATH began."),
+    row(
+        "PATHEND",
+        "",
+        Form::Plain(Instruction::PathEnd),
+        NOTHING,
+        "PATHEND",
+        "Ends what PATH began.",
+    ),
     row(
         "TOOLDEF",
         "[Tn] [Ln] [Rn]",
@@ -750,7 +757,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "INITTOOL",
         "",
-        Form::Plain(Command::ToolInit),
+        Form::Plain(Instruction::ToolInit),
         NOTHING,
         "INITTOOL",
         "Prepares a tool changer; it has no effect.",
@@ -758,7 +765,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "IMF_PBL",
         "…",
-        Form::Anything(Command::Mark),
+        Form::Anything(Instruction::Mark),
         NOTHING,
         "IMF_PBL_V1.0",
         "Marks the file as a job; it stands in the first line, with any text behind it.",
@@ -766,7 +773,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     field(row(
         "TYPE",
         "…",
-        Form::Anything(Command::Type),
+        Form::Anything(Instruction::Type),
         NOTHING,
         "TYPE 3",
         "Tells something of the program that wrote the file; it has no effect.",
@@ -774,7 +781,7 @@ pub static COMMANDS: &[CommandInfo] = &[
     row(
         "PROGEND",
         "",
-        Form::Anything(Command::End),
+        Form::Anything(Instruction::End),
         NOTHING,
         "PROGEND",
         "Ends the job; nothing behind it counts.",

@@ -1,6 +1,6 @@
 //! Lines from bytes: the receive routine against its description.
 
-use vimc4_isel_wire::{Control, LINE_MAX, Line, LineBuffer, control};
+use vimc4_isel_wire::{Control, LINE_MAX, LineBuffer, ReceivedLine, control};
 
 /// Bytes as they come over the line become the lines that a plain reading of the rules finds.
 pub fn lexer(data: &[u8]) {
@@ -38,13 +38,13 @@ fn is_nothing(bytes: &[u8]) -> bool {
 }
 
 /// The line that some bytes up to their CR are: LF is nowhere part of it, blanks alone are none.
-fn line(bytes: &[u8]) -> Option<Line> {
+fn line(bytes: &[u8]) -> Option<ReceivedLine> {
     let text: Vec<u8> = bytes.iter().copied().filter(|byte| !b"\r\n".contains(byte)).collect();
     if text.len() > LINE_MAX {
-        Some(Line::TooLong(text[..40].to_vec()))
+        Some(ReceivedLine::TooLong(text[..40].to_vec()))
     } else if text.iter().all(|&byte| byte == b' ') {
         None
     } else {
-        Some(Line::Text(text))
+        Some(ReceivedLine::Text(text))
     }
 }

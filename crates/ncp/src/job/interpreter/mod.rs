@@ -22,7 +22,7 @@ use crate::job::action::{Action, InputTest, OutputChange, Question};
 use crate::job::place::Place;
 use crate::job::problem::Problem;
 use crate::job::zero::Zero;
-use crate::language::{Command, Line, Placed, PortBit};
+use crate::language::{Instruction, JobLine, Placed, PortBit};
 
 pub use approach::Standing;
 use arcs::ArcWords;
@@ -36,7 +36,7 @@ impl Interpreter<'_> {
     /// `report`. Says whether it can be carried out; if not, nothing of it is in `actions`.
     pub(in crate::job) fn line(
         &mut self,
-        line: &Line<'_>,
+        line: &JobLine<'_>,
         number: u32,
         actions: &mut Vec<Action>,
         report: Report<'_>,
@@ -62,35 +62,35 @@ impl Interpreter<'_> {
     }
 
     /// The mark stands before everything else.
-    fn mark(&mut self, command: &Command, number: u32, sink: &mut Sink<'_>) {
+    fn mark(&mut self, command: &Instruction, number: u32, sink: &mut Sink<'_>) {
         match (command, self.state.mark) {
-            (Command::Mark, Mark::Awaited) if number > 1 => sink.say(Problem::MarkNotFirst),
-            (Command::Mark, Mark::Missing) => sink.say(Problem::MarkLate),
+            (Instruction::Mark, Mark::Awaited) if number > 1 => sink.say(Problem::MarkNotFirst),
+            (Instruction::Mark, Mark::Missing) => sink.say(Problem::MarkLate),
             _ => {}
         }
         self.state.mark = match (command, self.state.mark) {
-            (Command::Mark, _) | (_, Mark::Seen) => Mark::Seen,
+            (Instruction::Mark, _) | (_, Mark::Seen) => Mark::Seen,
             _ => Mark::Missing,
         };
     }
 
-    fn command(&mut self, command: &Command, sink: &mut Sink<'_>) -> Result<(), Refusal> {
+    fn command(&mut self, command: &Instruction, sink: &mut Sink<'_>) -> Result<(), Refusal> {
         let state = &mut self.state;
         match *command {
-            Command::Mark | Command::Type => {}
-            Command::Reference(groups) => self.reference(&groups, sink)?,
-            Command::Limit(limits) => self.limit(&limits)?,
-            Command::Velocity(word) => {
+            Instruction::Mark | Instruction::Type => {}
+            Instruction::Reference(groups) => self.reference(&groups, sink)?,
+            Instruction::Limit(limits) => self.limit(&limits)?,
+            Instruction::Velocity(word) => {
                 state.normal = word.value;
                 state.turning[0] = state.units.back(word.value);
                 state.told[Pace::Normal as usize] = Told::default();
             }
-            Command::RapidVelocity(word) => {
+            Instruction::RapidVelocity(word) => {
                 state.rapid = word.value;
                 state.turning[1] = state.units.back(word.value);
                 state.told[Pace::Rapid as usize] = Told::default();
             }
-            Command::Move(frame, rate, words) => {
+            Instruction::Move(frame, rate, words) => {
                 let to = self.place_of(frame, &words)?;
                 self.begin(sink);
                 let parameters = self.straight(to, rate.into(), sink)?;
@@ -98,71 +98,71 @@ impl Interpreter<'_> {
                     sink.push(Action::Straight(parameters));
                 }
             }
-            Command::Plane(plane) => state.plane = plane,
-            Command::Arc { frame, turn, helix, centre, sweep, to } => {
+            Instruction::Plane(plane) => state.plane = plane,
+            Instruction::Arc { frame, turn, helix, centre, sweep, to } => {
                 let to = ArcWords { frame, turn, helix, centre, sweep, to };
                 self.arc(&to, sink)?;
             }
-            Command::Wait(word) => sink.dwell(word),
-            Command::ZeroHere if !state.begun && !self.options.no_reference => {
+            Instruction::Wait(word) => sink.dwell(word),
+            Instruction::ZeroHere if !state.begun && !self.options.no_reference => {
                 return Err((sink.span, Problem::PlaceUnknown));
             }
-            Command::ZeroHere => self.take_zero(),
-            Command::ZeroStandard => {
+            Instruction::ZeroHere => self.take_zero(),
+            Instruction::ZeroStandard => {
                 let standard = self.target.zero.0;
                 self.zero_at(&standard.map(|zero| Some(zero.unwrap_or_default())));
             }
-            Command::ZeroAt(words) => self.zero_at(&self.named(&words)?),
-            Command::ZeroClear => self.zero_at(&Place::default().map(Some)),
-            Command::Store(number, words) => {
+            Instruction::ZeroAt(words) => self.zero_at(&self.named(&words)?),
+            Instruction::ZeroClear => self.zero_at(&Place::default().map(Some)),
+            Instruction::Store(number, words) => {
                 let named = self.named(&words)?;
                 if let Some(register) = register(&mut self.state, number) {
                     *register = Zero(named).or(*register);
                 }
             }
-            Command::Recall(number) => match register(state, number).copied() {
+            Instruction::Recall(number) => match register(state, number).copied() {
                 Some(stored) if !stored.is_empty() => self.zero_at(&stored.0),
                 _ => sink.say(Problem::EmptyRegister(number)),
             },
-            Command::Teach => {
+            Instruction::Teach => {
                 self.begin(sink);
                 sink.push(Action::Ask(Question::Teach));
             }
-            Command::SetPort(number, value) => {
+            Instruction::SetPort(number, value) => {
                 let port = self.output_port(number, sink.span)?;
                 sink.push(Action::Output(OutputChange { port, bit: None, value }));
             }
-            Command::SetBit(PortBit { port, bit }, on) => {
+            Instruction::SetBit(PortBit { port, bit }, on) => {
                 let port = self.output_port(port, sink.span)?;
                 let bit = Some(bit.saturating_sub(1));
                 sink.push(Action::Output(OutputChange { port, bit, value: on.into() }));
             }
-            Command::WaitBit(PortBit { port, bit }, on) => {
+            Instruction::WaitBit(PortBit { port, bit }, on) => {
                 let port = self.input_port(port, sink.span)?;
                 let bit = Some(bit.saturating_sub(1));
                 sink.push(Action::Await(InputTest { port, bit, value: on.into() }));
             }
-            Command::WaitPort(number, value) => {
+            Instruction::WaitPort(number, value) => {
                 let port = self.input_port(number, sink.span)?;
                 sink.push(Action::Await(InputTest { port, bit: None, value }));
             }
-            Command::Path | Command::PathEnd => sink.say(Problem::PathIgnored),
-            Command::Tool(number) if self.options.leave_out_tools => {
+            Instruction::Path | Instruction::PathEnd => sink.say(Problem::PathIgnored),
+            Instruction::Tool(number) if self.options.leave_out_tools => {
                 sink.say(Problem::ToolLeftOut(number));
             }
-            Command::Tool(number) => sink.push(Action::Ask(Question::Tool(number))),
-            Command::DrillDefinition(words) => self.drill_definition(&words, sink)?,
-            Command::Drill(words) => self.drill(&words, sink)?,
-            Command::Cylinder(turning, radius, linear) => {
+            Instruction::Tool(number) => sink.push(Action::Ask(Question::Tool(number))),
+            Instruction::DrillDefinition(words) => self.drill_definition(&words, sink)?,
+            Instruction::Drill(words) => self.drill(&words, sink)?,
+            Instruction::Cylinder(turning, radius, linear) => {
                 self.cylinder(turning, radius, linear, sink)?
             }
-            Command::Halt => sink.push(Action::Ask(Question::Halt)),
-            Command::Acceleration(words) => self.acceleration(&words, sink)?,
-            Command::Spindle(words) => self.spindle(&words, sink)?,
-            Command::Switch(accessory, on) => self.accessory(accessory, on, sink)?,
-            Command::Units(units) => state.units = units,
-            Command::ToolDefinition | Command::ToolInit => sink.say(Problem::ToolIgnored),
-            Command::End => state.ended = true,
+            Instruction::Halt => sink.push(Action::Ask(Question::Halt)),
+            Instruction::Acceleration(words) => self.acceleration(&words, sink)?,
+            Instruction::Spindle(words) => self.spindle(&words, sink)?,
+            Instruction::Switch(accessory, on) => self.accessory(accessory, on, sink)?,
+            Instruction::Units(units) => state.units = units,
+            Instruction::ToolDefinition | Instruction::ToolInit => sink.say(Problem::ToolIgnored),
+            Instruction::End => state.ended = true,
         }
         Ok(())
     }

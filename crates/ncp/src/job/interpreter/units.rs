@@ -2,12 +2,17 @@
 
 use vimc4_isel_wire::AxisSet;
 
-use crate::language::{Command, DrillWords, Placed, Units, Value, Word, Words};
+use crate::language::{DrillWords, Instruction, Placed, Units, Value, Word, Words};
 
 impl Units {
     /// The command with its lengths and speeds in µm. Angles, times and everything else stay as
     /// they are, and so do the lengths of DRILLDEF that are in mm.
-    pub(super) fn metric(self, command: Command, rotary: AxisSet, drill_in_mm: bool) -> Command {
+    pub(super) fn metric(
+        self,
+        command: Instruction,
+        rotary: AxisSet,
+        drill_in_mm: bool,
+    ) -> Instruction {
         if self == Units::Metric {
             return command;
         }
@@ -18,23 +23,23 @@ impl Units {
             std::array::from_fn(|axis| words[axis].map(|word| of(axis, word)))
         };
         match command {
-            Command::Limit(limits) => Command::Limit(std::array::from_fn(|axis| {
+            Instruction::Limit(limits) => Instruction::Limit(std::array::from_fn(|axis| {
                 limits[axis].map(|(low, high)| (of(axis, low), of(axis, high)))
             })),
-            Command::Velocity(word) => Command::Velocity(length(word)),
-            Command::RapidVelocity(word) => Command::RapidVelocity(length(word)),
-            Command::Move(frame, rate, to) => Command::Move(frame, rate, words(to)),
-            Command::Arc { frame, turn, helix, centre, sweep, to } => {
+            Instruction::Velocity(word) => Instruction::Velocity(length(word)),
+            Instruction::RapidVelocity(word) => Instruction::RapidVelocity(length(word)),
+            Instruction::Move(frame, rate, to) => Instruction::Move(frame, rate, words(to)),
+            Instruction::Arc { frame, turn, helix, centre, sweep, to } => {
                 let centre = centre.map(|word| word.map(length));
-                Command::Arc { frame, turn, helix, centre, sweep, to: words(to) }
+                Instruction::Arc { frame, turn, helix, centre, sweep, to: words(to) }
             }
-            Command::ZeroAt(zero) => Command::ZeroAt(words(zero)),
-            Command::Store(register, zero) => Command::Store(register, words(zero)),
-            Command::Drill(at) => Command::Drill(words(at)),
-            Command::Cylinder(turning, radius, linear) => {
-                Command::Cylinder(turning, length(radius), linear)
+            Instruction::ZeroAt(zero) => Instruction::ZeroAt(words(zero)),
+            Instruction::Store(register, zero) => Instruction::Store(register, words(zero)),
+            Instruction::Drill(at) => Instruction::Drill(words(at)),
+            Instruction::Cylinder(turning, radius, linear) => {
+                Instruction::Cylinder(turning, length(radius), linear)
             }
-            Command::DrillDefinition(drill) => Command::DrillDefinition(DrillWords {
+            Instruction::DrillDefinition(drill) => Instruction::DrillDefinition(DrillWords {
                 cycle: drill.cycle,
                 plane: drill.plane.map(length),
                 depth: drill.depth.map(bore),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::language::{Command, Problem, lines, parse};
+use crate::language::{Instruction, Problem, lines, parse};
 
 /// A change that mends a problem.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub fn fixes(text: &str, within: Range<usize>) -> Vec<Fix> {
         let read = parse(line.text, &mut |span, problem| {
             fixes.extend(fix(line.in_text(span), problem));
         });
-        if read.command.is_some_and(|command| command.value == Command::End) {
+        if read.command.is_some_and(|command| command.value == Instruction::End) {
             break;
         }
     }
@@ -70,8 +70,8 @@ fn fix(about: Range<usize>, problem: Problem) -> Option<Fix> {
 /// Whether no line up to the end of the job is the mark.
 fn lacks_mark(text: &str) -> bool {
     let mut commands = lines(text).filter_map(|line| parse(line.text, &mut |_, _| {}).command);
-    let found = commands.find(|found| matches!(found.value, Command::Mark | Command::End));
-    found.is_none_or(|found| found.value == Command::End)
+    let found = commands.find(|found| matches!(found.value, Instruction::Mark | Instruction::End));
+    found.is_none_or(|found| found.value == Instruction::End)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Symbol, outline};
-use crate::language::{Command, TextLine, lines, parse};
+use crate::language::{Instruction, TextLine, lines, parse};
 
 /// Lines that can be shown as one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,14 +36,14 @@ pub fn folds(text: &str) -> Vec<Fold> {
                 *count += 1;
                 continue;
             }
-            (Some(Command::Path), _) => path = Some(range.start),
-            (Some(Command::PathEnd), _) => folds.extend(
+            (Some(Instruction::Path), _) => path = Some(range.start),
+            (Some(Instruction::PathEnd), _) => folds.extend(
                 path.take().map(|start| Fold { range: start..range.end, is_comment: false }),
             ),
             _ => {}
         }
         folds.extend(end_comment(&mut comment));
-        if read.command.is_some_and(|command| command.value == Command::End) {
+        if read.command.is_some_and(|command| command.value == Instruction::End) {
             break;
         }
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::language::reader::Reader;
 use crate::language::reference::{self, Form};
-use crate::language::{Command, lines, parse, token};
+use crate::language::{Instruction, lines, parse, token};
 
 /// A piece of the text that is to be replaced.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub fn format(text: &str) -> Vec<Edit> {
             let replaces = line.offset..line.offset + line.text.len();
             edits.push(Edit { replaces, with: written });
         }
-        if parse(line.text, &mut |_, _| {}).command.is_some_and(|it| it.value == Command::End) {
+        if parse(line.text, &mut |_, _| {}).command.is_some_and(|it| it.value == Instruction::End) {
             break;
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::hover::{larger, thousandth};
 use super::{Context, Here};
 use crate::language::reference::Form;
-use crate::language::{Command, Units, Value, lines, parse, token};
+use crate::language::{Instruction, Units, Value, lines, parse, token};
 
 /// A remark behind a word.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,14 +25,14 @@ pub fn hints(text: &str, within: Range<usize>, context: Context) -> Vec<Hint> {
     for line in lines(text).take_while(|line| line.offset <= within.end) {
         let Some(command) = parse(line.text, &mut |_, _| {}).command else { continue };
         match command.value {
-            Command::End => break,
-            Command::Units(new) => units = new,
+            Instruction::End => break,
+            Instruction::Units(new) => units = new,
             _ => {}
         }
         if line.offset + line.text.len() < within.start {
             continue;
         }
-        if let Command::Limit(limits) = command.value {
+        if let Instruction::Limit(limits) = command.value {
             let pairs = limits.iter().enumerate().filter(|(axis, _)| !context.rotary.has(*axis));
             hints.extend(pairs.filter_map(|(_, limits)| *limits).map(|(low, high)| Hint {
                 at: line.offset + high.span.end as usize,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Context, Here, LooseWord};
 use crate::language::reference::{CommandInfo, Form, Parameter, SPEED, Source, WAY};
-use crate::language::{Command, Units, Value, lines, parse, token};
+use crate::language::{Instruction, Units, Value, lines, parse, token};
 
 /// What is to be shown about a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub(super) fn units_at(text: &str, offset: usize) -> Units {
     let before = lines(text).take_while(|line| line.offset < offset);
     let units = before.filter_map(|line| {
         match parse(line.text, &mut |_, _| {}).command.map(|command| command.value) {
-            Some(Command::Units(units)) => Some(units),
+            Some(Instruction::Units(units)) => Some(units),
             _ => None,
         }
     });

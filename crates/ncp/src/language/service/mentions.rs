@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Anatomy, Here};
 use crate::language::reference::Form;
-use crate::language::{Command, lines, parse, token};
+use crate::language::{Instruction, lines, parse, token};
 
 /// Something that has a number in a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ fn mentions(text: &str) -> impl Iterator<Item = Mention> + '_ {
                 return None;
             }
             let command = parse(line.text, &mut |_, _| {}).command;
-            ended = command.is_some_and(|command| command.value == Command::End);
+            ended = command.is_some_and(|command| command.value == Instruction::End);
             Some(mention(Here { offset: line.offset, line: line.text }))
         })
         .flatten()

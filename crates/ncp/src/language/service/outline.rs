@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::language::{Command, Line, Placed, Rate, TextLine, lines, parse};
+use crate::language::{Instruction, JobLine, Placed, Rate, TextLine, lines, parse};
 
 /// A part of a job that people look for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub fn outline(text: &str) -> Vec<Symbol> {
     for line in lines(text) {
         // What is wrong with it is told elsewhere.
         let read = parse(line.text, &mut |_, _| {});
-        if read.command.is_some_and(|command| command.value == Command::End) {
+        if read.command.is_some_and(|command| command.value == Instruction::End) {
             break;
         }
         outline.line(&line, &read);
@@ -64,7 +64,7 @@ struct Outline {
 }
 
 impl Outline {
-    fn line(&mut self, line: &TextLine<'_>, read: &Line<'_>) {
+    fn line(&mut self, line: &TextLine<'_>, read: &JobLine<'_>) {
         let end = line.offset + line.text.len();
         let heading = read.comment.filter(|_| read.command.is_none());
         // Lines such as `;-----` frame a heading.
@@ -82,24 +82,24 @@ impl Outline {
         }
     }
 
-    fn command(&mut self, line: &TextLine<'_>, command: Placed<Command>) {
+    fn command(&mut self, line: &TextLine<'_>, command: Placed<Instruction>) {
         let kind = match command.value {
-            Command::Move(_, Rate::Normal, _) | Command::Arc { .. } => {
+            Instruction::Move(_, Rate::Normal, _) | Instruction::Arc { .. } => {
                 return self.member(line, SymbolKind::Cut);
             }
-            Command::Drill(_) => return self.member(line, SymbolKind::Holes),
-            Command::Move(_, Rate::Rapid, _) | Command::DrillDefinition(_) => {
+            Instruction::Drill(_) => return self.member(line, SymbolKind::Holes),
+            Instruction::Move(_, Rate::Rapid, _) | Instruction::DrillDefinition(_) => {
                 self.group = None;
                 return;
             }
-            Command::Tool(_) => SymbolKind::Tool,
-            Command::Reference(_) => SymbolKind::Reference,
-            Command::Halt => SymbolKind::Halt,
-            Command::ZeroHere
-            | Command::ZeroAt(_)
-            | Command::ZeroClear
-            | Command::Recall(_)
-            | Command::Teach => SymbolKind::Zero,
+            Instruction::Tool(_) => SymbolKind::Tool,
+            Instruction::Reference(_) => SymbolKind::Reference,
+            Instruction::Halt => SymbolKind::Halt,
+            Instruction::ZeroHere
+            | Instruction::ZeroAt(_)
+            | Instruction::ZeroClear
+            | Instruction::Recall(_)
+            | Instruction::Teach => SymbolKind::Zero,
             _ => return,
         };
         self.section(line, kind, command.value.to_string());

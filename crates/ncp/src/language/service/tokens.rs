@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Here;
 use crate::language::reader::Reader;
 use crate::language::reference::{self, Form};
-use crate::language::{Command, Span, lines, parse, token};
+use crate::language::{Instruction, Span, lines, parse, token};
 
 /// A piece of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,7 +61,7 @@ pub fn tokens(text: &str, within: Range<usize>) -> Vec<TextToken> {
         }
         ended |= parse(line.text, &mut |_, _| {})
             .command
-            .is_some_and(|command| command.value == Command::End);
+            .is_some_and(|command| command.value == Instruction::End);
     }
     tokens
 }
@@ -90,7 +90,7 @@ fn of_line(here: Here<'_>, tokens: &mut Vec<TextToken>) {
     if let Some((name, info)) = name.and_then(|name| Some((name, reference::find(name.value)?))) {
         push(name.span, TokenKind::Command);
         match info.form {
-            Form::Anything(Command::End) => drop(reader.pass_over()),
+            Form::Anything(Instruction::End) => drop(reader.pass_over()),
             Form::Anything(_) => {
                 let start = reader.place();
                 let end = here.line.trim_end().len() as u32;
@@ -140,10 +140,10 @@ mod tests {
         assert_eq!(
             shown("IMF_PBL_V1.0 a job\nN5 moveabs X-5.5Y 7 ; ä \n"),
             [
-                "Command IMF_PBL_V",
+                "Instruction IMF_PBL_V",
                 "Text 1.0 a job",
                 "LineNumber N5",
-                "Command moveabs",
+                "Instruction moveabs",
                 "Word X",
                 "Number -5.5",
                 "Word Y",
@@ -154,22 +154,22 @@ mod tests {
         assert_eq!(
             shown("SETPORT A1=F2H\nLIMIT X0,5\nWPREG1ACT"),
             [
-                "Command SETPORT",
+                "Instruction SETPORT",
                 "Word A",
                 "Number 1",
                 "Number F2H",
-                "Command LIMIT",
+                "Instruction LIMIT",
                 "Word X",
                 "Number 0",
                 "Number 5",
-                "Command WPREG",
+                "Instruction WPREG",
                 "Number 1",
                 "Word ACT",
             ]
         );
         assert_eq!(
             shown("(what) X5 ; x\nPROGEND ; y\nREF X"),
-            ["Comment ; x", "Command PROGEND", "Comment ; y", "Comment REF X",]
+            ["Comment ; x", "Instruction PROGEND", "Comment ; y", "Comment REF X",]
         );
     }
 

@@ -7,10 +7,10 @@ mod rules;
 mod tables;
 
 use crate::Severity;
-use crate::language::{Command, Line, Problem, Span, parse};
+use crate::language::{Instruction, JobLine, Problem, Span, parse};
 
 /// A line and all that is told of it.
-fn read(line: &str) -> (Line<'_>, Vec<(Span, Problem)>) {
+fn read(line: &str) -> (JobLine<'_>, Vec<(Span, Problem)>) {
     let mut problems = Vec::new();
     let read = parse(line, &mut |span, problem| problems.push((span, problem)));
     (read, problems)
@@ -18,7 +18,7 @@ fn read(line: &str) -> (Line<'_>, Vec<(Span, Problem)>) {
 
 /// The command of a line that is right.
 #[track_caller]
-fn command(line: &str) -> Command {
+fn command(line: &str) -> Instruction {
     let (read, problems) = read(line);
     assert!(problems.is_empty(), "{line}: {problems:?}");
     read.command.unwrap_or_else(|| panic!("{line} has a command")).value

@@ -9,7 +9,7 @@ use vimc4_motion::Turn;
 
 use super::{command, read};
 use crate::language::{
-    Accessory, Command, DrillWords, Frame, Groups, Placed, PortBit, Rate, Span, SpindleWords,
+    Accessory, DrillWords, Frame, Groups, Instruction, Placed, PortBit, Rate, Span, SpindleWords,
     Units, Value, Word, Words,
 };
 
@@ -100,108 +100,110 @@ fn drill_words() -> impl Strategy<Value = DrillWords> {
         .prop_filter("some", |words| *words != DrillWords::default())
 }
 
-fn cylinder() -> impl Strategy<Value = Command> {
+fn cylinder() -> impl Strategy<Value = Instruction> {
     (0..6_usize, 0..3_usize, positive(0), any::<bool>())
         .prop_filter("an axis does not stand in for itself", |(turning, linear, ..)| {
             turning != linear
         })
         .prop_map(|(turning, linear, radius, named)| {
             let linear = (named || radius.value != Value::ZERO).then_some(at(linear));
-            Command::Cylinder(at(turning), radius, linear)
+            Instruction::Cylinder(at(turning), radius, linear)
         })
 }
 
-fn spindle() -> impl Strategy<Value = Command> {
+fn spindle() -> impl Strategy<Value = Instruction> {
     let word = || option::of(positive(0));
-    (any::<bool>(), option::of(turn().prop_map(at)), word(), word())
-        .prop_map(|(off, turn, rpm, time)| Command::Spindle(SpindleWords { off, turn, rpm, time }))
+    (any::<bool>(), option::of(turn().prop_map(at)), word(), word()).prop_map(
+        |(off, turn, rpm, time)| Instruction::Spindle(SpindleWords { off, turn, rpm, time }),
+    )
 }
 
-fn arc() -> impl Strategy<Value = Command> {
+fn arc() -> impl Strategy<Value = Instruction> {
     let centre = [option::of(any_value()), option::of(any_value()), option::of(any_value())]
         .prop_filter("some", |centre| centre.iter().any(Option::is_some));
     let to = option::of(axes(any_value())).prop_map(Option::unwrap_or_default);
     let sweep = option::of(option::of(positive(0)));
     (frame(), turn(), centre, sweep, to).prop_map(|(frame, turn, centre, sweep, to)| {
         let (helix, sweep) = (sweep.is_some(), sweep.flatten());
-        Command::Arc { frame, turn, helix, centre, sweep, to }
+        Instruction::Arc { frame, turn, helix, centre, sweep, to }
     })
 }
 
-fn plain() -> impl Strategy<Value = Command> {
+fn plain() -> impl Strategy<Value = Instruction> {
     prop_oneof![
-        Just(Command::Mark),
-        Just(Command::ZeroHere),
-        Just(Command::ZeroClear),
-        Just(Command::Teach),
-        Just(Command::Path),
-        Just(Command::PathEnd),
-        Just(Command::Halt),
-        Just(Command::ToolDefinition),
-        Just(Command::ToolInit),
-        Just(Command::Type),
-        Just(Command::End),
-        Just(Command::Plane(Plane::Xy)),
-        Just(Command::Plane(Plane::Xz)),
-        Just(Command::Plane(Plane::Yz)),
-        Just(Command::ZeroStandard),
-        Just(Command::Units(Units::Metric)),
-        Just(Command::Units(Units::Inch)),
+        Just(Instruction::Mark),
+        Just(Instruction::ZeroHere),
+        Just(Instruction::ZeroClear),
+        Just(Instruction::Teach),
+        Just(Instruction::Path),
+        Just(Instruction::PathEnd),
+        Just(Instruction::Halt),
+        Just(Instruction::ToolDefinition),
+        Just(Instruction::ToolInit),
+        Just(Instruction::Type),
+        Just(Instruction::End),
+        Just(Instruction::Plane(Plane::Xy)),
+        Just(Instruction::Plane(Plane::Xz)),
+        Just(Instruction::Plane(Plane::Yz)),
+        Just(Instruction::ZeroStandard),
+        Just(Instruction::Units(Units::Metric)),
+        Just(Instruction::Units(Units::Inch)),
         (select(&Accessory::ALL), any::<bool>())
-            .prop_map(|(accessory, on)| Command::Switch(accessory, on)),
+            .prop_map(|(accessory, on)| Instruction::Switch(accessory, on)),
     ]
 }
 
 /// Every command there is.
-pub(super) fn any_command() -> impl Strategy<Value = Command> {
+pub(super) fn any_command() -> impl Strategy<Value = Instruction> {
     let rate = prop_oneof![Just(Rate::Normal), Just(Rate::Rapid)];
     let moves = (frame(), rate, axes(any_value()));
     let place = || option::of(any_value());
     let drill =
-        (place(), place()).prop_map(|(x, y)| Command::Drill([x, y, None, None, None, None]));
+        (place(), place()).prop_map(|(x, y)| Instruction::Drill([x, y, None, None, None, None]));
     prop_oneof![
         plain(),
-        groups().prop_map(Command::Reference),
-        limits().prop_map(Command::Limit),
-        positive(1).prop_map(Command::Velocity),
-        positive(1).prop_map(Command::RapidVelocity),
-        moves.prop_map(|(frame, rate, to)| Command::Move(frame, rate, to)),
+        groups().prop_map(Instruction::Reference),
+        limits().prop_map(Instruction::Limit),
+        positive(1).prop_map(Instruction::Velocity),
+        positive(1).prop_map(Instruction::RapidVelocity),
+        moves.prop_map(|(frame, rate, to)| Instruction::Move(frame, rate, to)),
         arc(),
-        positive(0).prop_map(Command::Wait),
-        axes(any_value()).prop_map(Command::ZeroAt),
-        (1..=8_u8, axes(any_value())).prop_map(|(register, zero)| Command::Store(register, zero)),
-        (1..=8_u8).prop_map(Command::Recall),
-        (1..=4_u8, any::<u8>()).prop_map(|(port, value)| Command::SetPort(port, value)),
-        (bit(), any::<bool>()).prop_map(|(bit, to)| Command::SetBit(bit, to)),
-        (bit(), any::<bool>()).prop_map(|(bit, to)| Command::WaitBit(bit, to)),
-        (1..=4_u8, any::<u8>()).prop_map(|(port, value)| Command::WaitPort(port, value)),
-        (0..=999_999_999_u32).prop_map(Command::Tool),
-        drill_words().prop_map(Command::DrillDefinition),
+        positive(0).prop_map(Instruction::Wait),
+        axes(any_value()).prop_map(Instruction::ZeroAt),
+        (1..=8_u8, axes(any_value()))
+            .prop_map(|(register, zero)| Instruction::Store(register, zero)),
+        (1..=8_u8).prop_map(Instruction::Recall),
+        (1..=4_u8, any::<u8>()).prop_map(|(port, value)| Instruction::SetPort(port, value)),
+        (bit(), any::<bool>()).prop_map(|(bit, to)| Instruction::SetBit(bit, to)),
+        (bit(), any::<bool>()).prop_map(|(bit, to)| Instruction::WaitBit(bit, to)),
+        (1..=4_u8, any::<u8>()).prop_map(|(port, value)| Instruction::WaitPort(port, value)),
+        (0..=999_999_999_u32).prop_map(Instruction::Tool),
+        drill_words().prop_map(Instruction::DrillDefinition),
         drill,
         cylinder(),
         axes(
             within(5_000, 100_000)
                 .prop_map(|percent| { at(Value::whole(percent.value.in_thousandths() / 1_000)) })
         )
-        .prop_map(Command::Acceleration),
+        .prop_map(Instruction::Acceleration),
         spindle(),
     ]
 }
 
 /// A command of every kind.
-pub(super) fn one_of_each() -> Vec<Command> {
+pub(super) fn one_of_each() -> Vec<Instruction> {
     let bit = PortBit { port: 1, bit: 4 };
     let number = at(Value::whole(5));
     let words = [Some(number), None, None, None, None, None];
     let all = vec![
-        Command::Mark,
-        Command::Reference([7, 0, 0, 0, 0, 0]),
-        Command::Limit([Some((number, number)), None, None, None, None, None]),
-        Command::Velocity(number),
-        Command::RapidVelocity(number),
-        Command::Move(Frame::Absolute, Rate::Normal, words),
-        Command::Plane(Plane::Xy),
-        Command::Arc {
+        Instruction::Mark,
+        Instruction::Reference([7, 0, 0, 0, 0, 0]),
+        Instruction::Limit([Some((number, number)), None, None, None, None, None]),
+        Instruction::Velocity(number),
+        Instruction::RapidVelocity(number),
+        Instruction::Move(Frame::Absolute, Rate::Normal, words),
+        Instruction::Plane(Plane::Xy),
+        Instruction::Arc {
             frame: Frame::Absolute,
             turn: Turn::Clockwise,
             helix: false,
@@ -209,72 +211,88 @@ pub(super) fn one_of_each() -> Vec<Command> {
             sweep: None,
             to: words,
         },
-        Command::Wait(number),
-        Command::ZeroHere,
-        Command::ZeroStandard,
-        Command::ZeroAt(words),
-        Command::ZeroClear,
-        Command::Store(1, words),
-        Command::Recall(1),
-        Command::Teach,
-        Command::SetPort(1, 2),
-        Command::SetBit(bit, true),
-        Command::WaitBit(bit, true),
-        Command::WaitPort(1, 2),
-        Command::Path,
-        Command::PathEnd,
-        Command::Tool(3),
-        Command::DrillDefinition(DrillWords { depth: Some(number), ..DrillWords::default() }),
-        Command::Drill(words),
-        Command::Cylinder(at(3), number, Some(at(1))),
-        Command::Halt,
-        Command::Acceleration(words),
-        Command::Spindle(SpindleWords::default()),
-        Command::Switch(Accessory::Pump, true),
-        Command::Units(Units::Inch),
-        Command::ToolDefinition,
-        Command::ToolInit,
-        Command::Type,
-        Command::End,
+        Instruction::Wait(number),
+        Instruction::ZeroHere,
+        Instruction::ZeroStandard,
+        Instruction::ZeroAt(words),
+        Instruction::ZeroClear,
+        Instruction::Store(1, words),
+        Instruction::Recall(1),
+        Instruction::Teach,
+        Instruction::SetPort(1, 2),
+        Instruction::SetBit(bit, true),
+        Instruction::WaitBit(bit, true),
+        Instruction::WaitPort(1, 2),
+        Instruction::Path,
+        Instruction::PathEnd,
+        Instruction::Tool(3),
+        Instruction::DrillDefinition(DrillWords { depth: Some(number), ..DrillWords::default() }),
+        Instruction::Drill(words),
+        Instruction::Cylinder(at(3), number, Some(at(1))),
+        Instruction::Halt,
+        Instruction::Acceleration(words),
+        Instruction::Spindle(SpindleWords::default()),
+        Instruction::Switch(Accessory::Pump, true),
+        Instruction::Units(Units::Inch),
+        Instruction::ToolDefinition,
+        Instruction::ToolInit,
+        Instruction::Type,
+        Instruction::End,
     ];
     // Whoever adds a command is sent here by the compiler, to put it into the lists above too.
-    let known = |command: &Command| match command {
-        Command::Mark | Command::Reference(_) | Command::Limit(_) | Command::Velocity(_) => 0,
-        Command::RapidVelocity(_) | Command::Move(..) | Command::Plane(_) | Command::Arc { .. } => {
-            0
-        }
-        Command::Wait(_) | Command::ZeroHere | Command::ZeroAt(_) | Command::ZeroClear => 0,
-        Command::Store(..) | Command::Recall(_) | Command::Teach | Command::SetPort(..) => 0,
-        Command::SetBit(..) | Command::WaitBit(..) | Command::WaitPort(..) | Command::Path => 0,
-        Command::PathEnd | Command::Tool(_) | Command::DrillDefinition(_) | Command::Drill(_) => 0,
-        Command::Cylinder(..) | Command::Halt | Command::Acceleration(_) => 0,
-        Command::Spindle(_) | Command::Switch(..) | Command::ToolDefinition => 0,
-        Command::ZeroStandard | Command::Units(_) => 0,
-        Command::ToolInit | Command::Type | Command::End => 0,
+    let known = |command: &Instruction| match command {
+        Instruction::Mark
+        | Instruction::Reference(_)
+        | Instruction::Limit(_)
+        | Instruction::Velocity(_) => 0,
+        Instruction::RapidVelocity(_)
+        | Instruction::Move(..)
+        | Instruction::Plane(_)
+        | Instruction::Arc { .. } => 0,
+        Instruction::Wait(_)
+        | Instruction::ZeroHere
+        | Instruction::ZeroAt(_)
+        | Instruction::ZeroClear => 0,
+        Instruction::Store(..)
+        | Instruction::Recall(_)
+        | Instruction::Teach
+        | Instruction::SetPort(..) => 0,
+        Instruction::SetBit(..)
+        | Instruction::WaitBit(..)
+        | Instruction::WaitPort(..)
+        | Instruction::Path => 0,
+        Instruction::PathEnd
+        | Instruction::Tool(_)
+        | Instruction::DrillDefinition(_)
+        | Instruction::Drill(_) => 0,
+        Instruction::Cylinder(..) | Instruction::Halt | Instruction::Acceleration(_) => 0,
+        Instruction::Spindle(_) | Instruction::Switch(..) | Instruction::ToolDefinition => 0,
+        Instruction::ZeroStandard | Instruction::Units(_) => 0,
+        Instruction::ToolInit | Instruction::Type | Instruction::End => 0,
     };
     assert_eq!(all.iter().map(known).sum::<u32>(), 0);
     all
 }
 
 /// The same command without places.
-fn bare(command: Command) -> Command {
+fn bare(command: Instruction) -> Instruction {
     let word = |word: Option<Word>| word.map(|word| at(word.value));
     let words = |words: Words| words.map(word);
     match command {
-        Command::Limit(limits) => Command::Limit(
+        Instruction::Limit(limits) => Instruction::Limit(
             limits.map(|pair| pair.map(|(low, high)| (at(low.value), at(high.value)))),
         ),
-        Command::Velocity(speed) => Command::Velocity(at(speed.value)),
-        Command::RapidVelocity(speed) => Command::RapidVelocity(at(speed.value)),
-        Command::Move(frame, rate, to) => Command::Move(frame, rate, words(to)),
-        Command::Arc { frame, turn, helix, centre, sweep, to } => {
+        Instruction::Velocity(speed) => Instruction::Velocity(at(speed.value)),
+        Instruction::RapidVelocity(speed) => Instruction::RapidVelocity(at(speed.value)),
+        Instruction::Move(frame, rate, to) => Instruction::Move(frame, rate, words(to)),
+        Instruction::Arc { frame, turn, helix, centre, sweep, to } => {
             let (centre, sweep, to) = (centre.map(word), word(sweep), words(to));
-            Command::Arc { frame, turn, helix, centre, sweep, to }
+            Instruction::Arc { frame, turn, helix, centre, sweep, to }
         }
-        Command::Wait(time) => Command::Wait(at(time.value)),
-        Command::ZeroAt(zero) => Command::ZeroAt(words(zero)),
-        Command::Store(register, zero) => Command::Store(register, words(zero)),
-        Command::DrillDefinition(drill) => Command::DrillDefinition(DrillWords {
+        Instruction::Wait(time) => Instruction::Wait(at(time.value)),
+        Instruction::ZeroAt(zero) => Instruction::ZeroAt(words(zero)),
+        Instruction::Store(register, zero) => Instruction::Store(register, words(zero)),
+        Instruction::DrillDefinition(drill) => Instruction::DrillDefinition(DrillWords {
             cycle: word(drill.cycle),
             plane: word(drill.plane),
             depth: word(drill.depth),
@@ -287,14 +305,14 @@ fn bare(command: Command) -> Command {
             lift: word(drill.lift),
             safety: word(drill.safety),
         }),
-        Command::Drill(to) => Command::Drill(words(to)),
-        Command::Cylinder(turning, radius, linear) => Command::Cylinder(
+        Instruction::Drill(to) => Instruction::Drill(words(to)),
+        Instruction::Cylinder(turning, radius, linear) => Instruction::Cylinder(
             at(turning.value),
             at(radius.value),
             linear.map(|linear| at(linear.value)),
         ),
-        Command::Acceleration(percents) => Command::Acceleration(words(percents)),
-        Command::Spindle(spindle) => Command::Spindle(SpindleWords {
+        Instruction::Acceleration(percents) => Instruction::Acceleration(words(percents)),
+        Instruction::Spindle(spindle) => Instruction::Spindle(SpindleWords {
             off: spindle.off,
             turn: spindle.turn.map(|turn| at(turn.value)),
             rpm: word(spindle.rpm),

@@ -1,7 +1,7 @@
 //! How lines are read.
 
 use super::{command, read};
-use crate::language::{Command, Frame, Placed, Rate, Span, Value};
+use crate::language::{Frame, Instruction, Placed, Rate, Span, Value};
 
 /// The command that a line prints as, if it is right.
 fn printed(line: &str) -> String {
@@ -54,7 +54,7 @@ fn lines_have_a_number_a_command_and_a_comment_or_none_of_them() {
 #[test]
 fn places_are_those_in_the_line() {
     let (line, _) = read("N12 MOVEABS X-5  y +7.5 ; x");
-    let Some(Placed { value: Command::Move(Frame::Absolute, Rate::Normal, words), span }) =
+    let Some(Placed { value: Instruction::Move(Frame::Absolute, Rate::Normal, words), span }) =
         line.command
     else {
         panic!("a move");
@@ -66,7 +66,7 @@ fn places_are_those_in_the_line() {
     assert_eq!(words[2..], [None; 4]);
 
     let (line, _) = read("CYL A 5000 Y ");
-    let Some(Placed { value: Command::Cylinder(turning, radius, linear), span }) = line.command
+    let Some(Placed { value: Instruction::Cylinder(turning, radius, linear), span }) = line.command
     else {
         panic!("a cylinder");
     };
@@ -76,7 +76,9 @@ fn places_are_those_in_the_line() {
     assert_eq!(linear, Some(Placed { value: 1, span: Span { start: 11, end: 12 } }));
 
     let (line, _) = read("LIMIT Y-1 , 20");
-    let Some(Placed { value: Command::Limit(limits), .. }) = line.command else { panic!("limits") };
+    let Some(Placed { value: Instruction::Limit(limits), .. }) = line.command else {
+        panic!("limits")
+    };
     let (low, high) = limits[1].expect("Y has limits");
     assert_eq!((low.span, high.span), (Span { start: 6, end: 9 }, Span { start: 12, end: 14 }));
 }
@@ -87,7 +89,7 @@ fn moves_have_a_frame_and_a_rate() {
     same(&["MOVEREL Y69625"], "MOVEREL Y69625");
     same(&["FASTABS X0 B1 C2"], "FASTABS X0 B1 C2");
     same(&["FASTREL Z5000"], "FASTREL Z5000");
-    assert!(matches!(command("FASTREL Z1"), Command::Move(Frame::Relative, Rate::Rapid, _)));
+    assert!(matches!(command("FASTREL Z1"), Instruction::Move(Frame::Relative, Rate::Rapid, _)));
 }
 
 #[test]
@@ -110,9 +112,9 @@ fn planes_are_pairs_in_any_order() {
 
 #[test]
 fn reference_runs_keep_the_order_of_their_groups() {
-    assert_eq!(command("REF X YZA"), Command::Reference([0b0001, 0b1110, 0, 0, 0, 0]));
-    assert_eq!(command("ref zyx"), Command::Reference([0b0111, 0, 0, 0, 0, 0]));
-    assert_eq!(command("REF C B A Z Y X"), Command::Reference([32, 16, 8, 4, 2, 1]));
+    assert_eq!(command("REF X YZA"), Instruction::Reference([0b0001, 0b1110, 0, 0, 0, 0]));
+    assert_eq!(command("ref zyx"), Instruction::Reference([0b0111, 0, 0, 0, 0, 0]));
+    assert_eq!(command("REF C B A Z Y X"), Instruction::Reference([32, 16, 8, 4, 2, 1]));
     same(&["REF Z  YX ; all"], "REF Z XY");
 }
 
@@ -163,11 +165,11 @@ fn ports_have_values_in_three_bases() {
     ] {
         assert_eq!(
             command(&format!("SETPORT A2={written}")),
-            Command::SetPort(2, value),
+            Instruction::SetPort(2, value),
             "{written}"
         );
         let line = format!("WAITPORT E4 == {written} ; x");
-        assert_eq!(command(&line), Command::WaitPort(4, value), "{written}");
+        assert_eq!(command(&line), Instruction::WaitPort(4, value), "{written}");
     }
     same(&["setport a 1 = 7", "SETPORT A1==7", "SETPORT A1= =7"], "SETPORT A1=7D");
 }
@@ -221,7 +223,7 @@ fn the_rest_takes_what_it_takes() {
 #[test]
 fn what_follows_marks_and_types_is_free() {
     for line in ["IMF_PBL_V1.0 - HPREMOTE V1.32 - PP FILE", "N000001 imf_pblxyz ; ä", "IMF_PBL"] {
-        assert_eq!(command(line), Command::Mark, "{line}");
+        assert_eq!(command(line), Instruction::Mark, "{line}");
         assert_eq!(read(line).0.comment, None, "{line}");
     }
     same(&["TYPE 3 = (x) ; y", "type"], "TYPE");
@@ -229,7 +231,7 @@ fn what_follows_marks_and_types_is_free() {
     assert!(problems.is_empty());
     assert_eq!(
         (line.command.map(|end| end.value), line.comment),
-        (Some(Command::End), Some("done"))
+        (Some(Instruction::End), Some("done"))
     );
 }
 

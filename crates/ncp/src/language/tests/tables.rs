@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::mem::discriminant;
 
 use super::{command, read};
-use crate::language::Command;
+use crate::language::Instruction;
 use crate::language::reference::{COMMANDS, CommandInfo, find, markdown};
 
 #[test]
@@ -68,8 +68,8 @@ fn every_command_has_a_row() {
     for one in &all {
         // The one row of registers keeps and takes.
         let row = match one {
-            Command::Recall(_) => discriminant(&command("WPREG1 X0")),
-            Command::ZeroStandard => discriminant(&command("WPZERO")),
+            Instruction::Recall(_) => discriminant(&command("WPREG1 X0")),
+            Instruction::ZeroStandard => discriminant(&command("WPZERO")),
             one => discriminant(one),
         };
         assert!(kinds.contains(&row), "{one}");

@@ -53,14 +53,14 @@ pub enum ControlError {
 /// An answer that is on its way.
 #[derive(Debug)]
 #[must_use = "without waiting for the reply nobody learns whether it was done"]
-pub struct Reply<T>(oneshot::Receiver<Result<T, ControlError>>);
+pub struct Pending<T>(oneshot::Receiver<Result<T, ControlError>>);
 
-impl<T> Reply<T> {
+impl<T> Pending<T> {
     /// A reply that comes when somebody gives the answer. If nobody will, it says that the
     /// emulator has ended.
-    pub fn promised() -> (oneshot::Sender<Result<T, ControlError>>, Reply<T>) {
+    pub fn promised() -> (oneshot::Sender<Result<T, ControlError>>, Pending<T>) {
         let (answer, reply) = oneshot::channel();
-        (answer, Reply(reply))
+        (answer, Pending(reply))
     }
 
     /// Blocks this thread until the answer is there.
@@ -75,7 +75,7 @@ impl<T> Reply<T> {
     }
 }
 
-impl<T> Future for Reply<T> {
+impl<T> Future for Pending<T> {
     type Output = Result<T, ControlError>;
 
     fn poll(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Self::Output> {
