@@ -16,7 +16,7 @@ use serde::Serialize;
 use tokio::runtime;
 use tokio::task::yield_now;
 use tokio::time::timeout;
-use vimc4::{Clients, Clock, Emulator, Names, Verbosity, Worker};
+use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
 
 use crate::completions;
 use crate::endings::Endings;
@@ -158,7 +158,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             Ok(Err(failure)) => Err(failure),
             Err(code) => Ok(code),
         };
-        finish(emulators, &log).await;
+        end_all(emulators, &log, Control::stop_and_leave).await;
         end
     });
     // With it every controller would be dropped that has not come to its end. Nothing of them is
@@ -181,11 +181,15 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
 
 /// Ends all controllers, those that are ready and those of a start that has failed, and leaves
 /// nothing behind.
-pub(crate) async fn finish(mut emulators: Vec<Emulator>, log: &Log) {
+pub(crate) async fn finish(emulators: Vec<Emulator>, log: &Log) {
+    end_all(emulators, log, Control::stop).await;
+}
+
+async fn end_all(mut emulators: Vec<Emulator>, log: &Log, stop: fn(&Control)) {
     // A program that looks for a controller must not find one that is about to go.
     for emulator in &mut emulators {
         emulator.unlink();
-        emulator.stop();
+        stop(emulator.control());
     }
     let _ = timeout(FAREWELL, async {
         for emulator in &emulators {

@@ -48,10 +48,16 @@ impl Launcher {
 
     /// Starts `vimc4 serve` with a pseudo terminal and TCP at a free port, and more arguments.
     pub(crate) fn emulator(&self, more: &[&str]) -> Outcome<Server> {
+        self.traced("off", more)
+    }
+
+    /// The same, with what happens as structured events on standard error up to a level.
+    pub(crate) fn traced(&self, level: &str, more: &[&str]) -> Outcome<Server> {
         self.started.update(|started| started + 1);
         let link = self.folder.path().join(format!("{}.pty", self.started.get()));
         let mut command = Command::new(&self.vimc4);
         command.args(["serve", "--tcp", "127.0.0.1:0", "--pty"]).arg(link).args(more);
+        command.env("VIMC4_LOG", level);
         Server::start(command)
     }
 

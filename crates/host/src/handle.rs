@@ -12,7 +12,7 @@ use crate::journey::{Journey, Wishes};
 use crate::pending::{ControlError, Pending};
 use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
 use crate::rig::{Pause, Step};
-use crate::runner::{Deferred, Runner};
+use crate::runner::{Deferred, Ending, Runner};
 use crate::transport::Transport;
 use crate::travel::Destination;
 
@@ -28,7 +28,7 @@ pub struct Handle<D: Device> {
     nudge: mpsc::UnboundedSender<()>,
     /// What is wished of all of them.
     wishes: Arc<Wishes>,
-    stop: Arc<Mutex<Option<oneshot::Sender<()>>>>,
+    stop: Arc<Mutex<Option<oneshot::Sender<Ending>>>>,
     /// Whether time moves by itself.
     by_itself: bool,
     /// Who has it.
@@ -68,10 +68,20 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     /// Ends the controller. Its transports are closed when its task has ended.
     pub fn stop(&self) {
+        self.end(Ending::Closes);
+    }
+
+    /// The same for a program that is about to end itself: its transports, and what it has of the memory,
+    /// are left to the system, which is quicker with them where there are many.
+    pub fn stop_and_leave(&self) {
+        self.end(Ending::Leaves);
+    }
+
+    fn end(&self, ending: Ending) {
         let stop = self.stop.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(stop) = stop {
             // If nobody hears it, it has ended already.
-            let _ = stop.send(());
+            let _ = stop.send(ending);
         }
     }
 

@@ -57,7 +57,7 @@ pub struct Runner<D: Device> {
     jobs: mpsc::UnboundedReceiver<Deferred<D>>,
     /// Rings when there is a job.
     asked: Bell,
-    stop: oneshot::Receiver<()>,
+    stop: oneshot::Receiver<Ending>,
     /// Rings when it is to stop, or something is wished of a journey.
     orders: Bell,
     /// Wakes the task when something is wished of a journey.
@@ -84,12 +84,21 @@ pub enum RunError {
 /// What a [`Handle`](crate::Handle) asks for.
 pub(crate) type Deferred<D> = Box<dyn FnOnce(&mut Runner<D>) + Send>;
 
+/// How a controller is told to end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Ending {
+    /// Its ports are closed afterwards.
+    Closes,
+    /// The program ends with it, and the system closes them all at once.
+    Leaves,
+}
+
 /// Why the task looked up.
 enum Woken<D: Device> {
     /// Something has arrived on the line, and was passed on.
     Line,
     Job(Deferred<D>),
-    Stop,
+    Stop(Ending),
     /// Something is wished of a journey.
     Nudge,
     /// Time has passed, or there is more to do.
@@ -102,7 +111,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         clock: Clock,
         jobs: mpsc::UnboundedReceiver<Deferred<D>>,
         nudges: mpsc::UnboundedReceiver<()>,
-        stop: oneshot::Receiver<()>,
+        stop: oneshot::Receiver<Ending>,
     ) -> Runner<D> {
         Runner {
             drive: Drive::new(device, clock),
@@ -272,8 +281,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
                     job(&mut self);
                     self.listen().await;
                 }
-                Woken::Stop => {
+                Woken::Stop(ending) => {
                     self.end(self.drive.present());
+                    if let Ending::Leaves = ending {
+                        std::mem::forget(self);
+                    }
                     return Ok(());
                 }
                 Woken::Nudge => self.drive.give_up_waiting(),
@@ -287,8 +299,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
         poll_fn(|cx| {
             let Runner { stop, nudges, orders, .. } = &mut *self;
             let ordered = orders.answer(cx, |cx| {
-                if Pin::new(stop).poll(cx).is_ready() {
-                    return Poll::Ready(Woken::Stop);
+                if let Poll::Ready(ending) = Pin::new(stop).poll(cx) {
+                    return Poll::Ready(Woken::Stop(ending.unwrap_or(Ending::Closes)));
                 }
                 match nudges.poll_recv(cx) {
                     Poll::Ready(Some(())) => Poll::Ready(Woken::Nudge),
@@ -308,7 +320,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
                 let Runner { jobs, asked, .. } = &mut *self;
                 match asked.answer(cx, |cx| jobs.poll_recv(cx)) {
                     Poll::Ready(Some(job)) => return Poll::Ready(Woken::Job(job)),
-                    Poll::Ready(None) => return Poll::Ready(Woken::Stop),
+                    Poll::Ready(None) => return Poll::Ready(Woken::Stop(Ending::Closes)),
                     Poll::Pending => {}
                 }
             }

@@ -389,4 +389,9 @@ impl Control {
     pub fn stop(&self) {
         self.handle.stop();
     }
+
+    /// The same for a program that is about to end itself: ports and memory are left to the system.
+    pub fn stop_and_leave(&self) {
+        self.handle.stop_and_leave();
+    }
 }

@@ -64,6 +64,15 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         || bench.launcher.emulator(board),
         |server, question| server.open()?.ping(question, span),
     )?;
+    compare(
+        bench,
+        &mut section,
+        ("one client over TCP, with VIMC4_LOG=info beside without", 0.97),
+        (ISEL, ISEL),
+        || bench.launcher.emulator(&[]),
+        || bench.launcher.traced("info", &[]),
+        |server, question| server.connect()?.ping(question, span),
+    )?;
     section.note(
         "An IMC4 answers 19 bytes to `@0P`, an SMCU 9 to `!ON0;`, the echo the 4 it was asked \
          with. The processor \
