@@ -75,11 +75,11 @@ pub struct Limits {
     pub snapshots: usize,
 }
 
-/// Fit for millions of commands: a step back takes about a millisecond, and all snapshots of a
-/// branch take a few MB.
+/// Fit for millions of commands: a step back takes less than a millisecond, and all snapshots of a
+/// branch take some MB.
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { spacing: 16_384, snapshots: 4_096 }
+        Limits { spacing: 8_192, snapshots: 8_192 }
     }
 }
 
@@ -275,6 +275,13 @@ impl<D: Device> History<D> {
     pub fn run_to(&mut self, at: Time) {
         while self.act(at).is_some() {}
         self.wait_until(at);
+    }
+
+    /// Lets everything happen that follows without an input, which is a lot if the device never rests.
+    pub fn run_to_rest(&mut self) {
+        while self.act(Time::NEVER).is_some() {
+            self.outputs.clear();
+        }
     }
 
     /// Goes forward until an act after which `found` says so, and says whether it did. If not, the

@@ -4,6 +4,7 @@ mod clock;
 mod commands;
 mod endings;
 mod forward;
+mod history;
 mod idle;
 mod jobs;
 mod memory;
@@ -48,6 +49,7 @@ pub(crate) const GROUPS: [Group; 14] = [
     group("moves", "Long moves in virtual time", moves::measure),
     group("motion", "Enumerated steps", motion::measure),
     group("forward", "Fast-forward", forward::measure),
+    group("history", "A history of a million commands", history::measure),
     group("jobs", "Job files of a million lines", jobs::measure),
     group("clock", "Real time", clock::measure),
     group("pacing", "Line pacing", pacing::measure),
