@@ -11,7 +11,7 @@ use crate::look::{Frame, Listing, MotionView};
 use crate::stop::{Executing, Stop, time};
 use crate::table::{Directive, Group, TABLE};
 use crate::why::{Chain, Change};
-use crate::{Parting, Variable};
+use crate::{Candidate, Parting, Variable};
 
 /// What a command of the console answers: a value for programs, and its text for people.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,8 +64,10 @@ pub enum Answer {
     Branches(Vec<Branch>, vimc4_timeline::BranchId),
     /// What is kept.
     Usage(Usage),
-    /// All commands.
-    Help,
+    /// What can follow what was typed.
+    Candidates(Vec<Candidate>),
+    /// All commands, with what can be done at the panel: how it is typed, and what it does.
+    Help(Vec<(String, String)>),
     /// One command.
     HelpOn(&'static Directive),
     /// Whoever has asked wants to end.
@@ -174,6 +176,12 @@ impl fmt::Display for Answer {
             }
             Answer::Listing(listing) => write!(f, "{listing}"),
             Answer::Frames(frames) => lines(f, frames, |f, frame| write!(f, "{frame}")),
+            Answer::Candidates(list) if list.is_empty() => {
+                f.write_str("nothing that can be listed")
+            }
+            Answer::Candidates(list) => {
+                lines(f, list, |f, word| write!(f, "{:<18} {}", word.text, word.about))
+            }
             Answer::Motion(None) => f.write_str("nothing moves"),
             Answer::Motion(Some(motion)) => write!(f, "{motion}"),
             Answer::Timers(timers) if timers.is_empty() => f.write_str("nothing is due"),
@@ -199,7 +207,7 @@ impl fmt::Display for Answer {
                 write!(f, "{:<16} {}", name, time(place.moment.at))
             }),
             Answer::Branches(branches, present) => lines(f, branches, |f, branch| {
-                let marker = if branch.id == *present { '>' } else { ' ' };
+                let marker = if branch.id == *present { '*' } else { ' ' };
                 let (first, end) = (time(branch.first.at), time(branch.end.at));
                 write!(f, "{marker} {:<24} {first} to {end}", branch.name)?;
                 let Some(parted) = branch.parted else { return Ok(()) };
@@ -214,7 +222,7 @@ impl fmt::Display for Answer {
                 usage.snapshots,
                 usage.snapshot_bytes / 1_024
             ),
-            Answer::Help => {
+            Answer::Help(deeds) => {
                 for (place, group) in Group::ALL.into_iter().enumerate() {
                     let between = if place > 0 { "\n\n" } else { "" };
                     write!(f, "{between}{group}")?;
@@ -223,6 +231,11 @@ impl fmt::Display for Answer {
                             directive.short.map_or(String::new(), |short| format!(" ({short})"));
                         let name = format!("{}{short}", directive.name);
                         write!(f, "\n  {name:<18} {}", directive.about)?;
+                    }
+                    if group == Group::Doing {
+                        deeds
+                            .iter()
+                            .try_for_each(|(typed, about)| write!(f, "\n  {typed:<18} {about}"))?;
                     }
                 }
                 f.write_str("\n\n`help COMMAND` tells more; an empty line does the last one again.")

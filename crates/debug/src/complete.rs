@@ -1,7 +1,5 @@
 //! What can follow a line that has been begun.
 
-use vimc4_device::{Device, SignalKind};
-
 use crate::debugger::Debugger;
 use crate::field::names_after;
 use crate::table::{Directive, Follows, TABLE};
@@ -35,7 +33,6 @@ impl Debugger {
         let word = if begins_word { "" } else { words.last().copied().unwrap_or_default() };
         let from = begun.len() - word.len();
         let place = words.len() - usize::from(!begins_word);
-        let plain = |text: &str| Candidate { text: text.to_owned(), about: String::new() };
         let mut candidates = match words.first().filter(|_| place > 0) {
             None => {
                 let directive = |directive: &Directive| Candidate {
@@ -43,22 +40,15 @@ impl Debugger {
                     about: directive.about.to_owned(),
                 };
                 let mut all: Vec<Candidate> = TABLE.iter().map(directive).collect();
-                let signals = self.device().signals();
-                let switches = signals.iter().filter(|signal| signal.positions.is_some());
-                all.extend(switches.map(|switch| Candidate {
-                    text: switch.name.clone(),
-                    about: switch.about.clone(),
-                }));
+                all.extend(self.orders(begun, from));
                 all
             }
             Some(first) => match Directive::named(first) {
-                Some(directive) => self.candidates(directive.follows, word, place),
-                None => {
-                    let signals = self.device().signals();
-                    let switch = signals.iter().find(|signal| signal.name == *first);
-                    let positions = switch.and_then(|switch| switch.positions.clone());
-                    positions.iter().flatten().map(|position| plain(position)).collect()
+                Some(directive) => {
+                    let rest = begun.trim_start().get(first.len()..).unwrap_or_default();
+                    self.candidates(directive.follows, word, rest.trim_start(), place)
                 }
+                None => self.orders(begun, from),
             },
         };
         candidates.retain(|candidate| candidate.text.starts_with(word) && candidate.text != word);
@@ -66,7 +56,28 @@ impl Debugger {
         Completion { from, candidates }
     }
 
-    fn candidates(&self, follows: Follows, word: &str, place: usize) -> Vec<Candidate> {
+    /// What people tell a controller anywhere, from a place of the line on.
+    fn orders(&self, begun: &str, from: usize) -> Vec<Candidate> {
+        let from = from.saturating_sub(begun.len() - begun.trim_start().len());
+        let begun = begun.trim_start();
+        let ways = self.names().complete(begun).into_iter();
+        let known = |text: &str| TABLE.iter().any(|directive| directive.name == text);
+        let words = ways.filter_map(|way| {
+            let text = way.line.get(from.min(begun.len())..)?.trim_end().to_owned();
+            (!known(&text) && !text.is_empty()).then_some(Candidate { text, about: way.about })
+        });
+        words.collect()
+    }
+
+    /// The conditions that can follow what has been typed of one.
+    fn conditions(&self, rest: &str, word: &str) -> Vec<Candidate> {
+        const UNTIL: &str = "run until ";
+        let begun = format!("{UNTIL}{rest}");
+        let from = begun.len() - word.len();
+        self.orders(&begun, from)
+    }
+
+    fn candidates(&self, follows: Follows, word: &str, rest: &str, place: usize) -> Vec<Candidate> {
         let plain = |text: &str| Candidate { text: text.to_owned(), about: String::new() };
         let of = |texts: &[&str]| texts.iter().map(|text| plain(text)).collect::<Vec<_>>();
         match follows {
@@ -78,24 +89,15 @@ impl Debugger {
                 });
                 named.chain(of(&["over", "out"])).collect()
             }
-            Follows::Condition | Follows::Trigger if place == 1 => {
-                let mut all = of(&[
-                    "command", "answered", "answer", "line", "outside", "port", "limit", "signal",
-                    "idle", "at",
-                ]);
-                if follows == Follows::Trigger {
+            Follows::Condition => self.conditions(rest, word),
+            Follows::Trigger => {
+                let mut all = self.conditions(rest, word);
+                if place == 1 {
                     all.extend(of(&["change"]));
-                }
-                let axes = self.device().view(self.now()).axes;
-                all.extend(axes.iter().map(|axis| plain(&axis.name.to_lowercase())));
-                all
-            }
-            Follows::Condition | Follows::Trigger => {
-                let mut all = self.signal_names();
-                if follows == Follows::Trigger {
-                    all.extend(self.fields(word));
+                } else {
                     all.extend(of(&["if", "log", "hit", "every", "from"]));
                 }
+                all.extend(self.fields(word));
                 all
             }
             Follows::Field => self.fields(word),
@@ -114,27 +116,9 @@ impl Debugger {
             }
             Follows::Mark => self.marks().keys().map(|name| plain(name)).collect(),
             Follows::Branch => self.history().branches().map(|b| plain(&b.name)).collect(),
-            Follows::Button => {
-                let signals = self.device().signals();
-                let buttons = signals.iter().filter(|signal| signal.kind == SignalKind::Button);
-                let buttons = buttons.map(|button| Candidate {
-                    text: button.name.clone(),
-                    about: button.about.clone(),
-                });
-                buttons.collect()
-            }
-            Follows::Signal => self.signal_names(),
             Follows::Words(words) => of(words),
             Follows::Directive => TABLE.iter().map(|other| plain(other.name)).collect(),
         }
-    }
-
-    fn signal_names(&self) -> Vec<Candidate> {
-        let signals = self.device().signals();
-        let names = signals
-            .iter()
-            .map(|signal| Candidate { text: signal.name.clone(), about: signal.about.clone() });
-        names.collect()
     }
 
     /// The fields that a path which has been begun can be.

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use vimc4_device::{
-    CommandNumber, Device, Input, OwnedInput, Signal, SignalKind, Time, escape, parse_duration,
+    CommandNumber, Deed, Device, Input, Order, OwnedInput, Sort, Time, Verb, escape, parse_duration,
 };
 use vimc4_timeline::Progress;
 
@@ -36,10 +36,7 @@ impl Debugger {
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim();
         let Some(directive) = Directive::named(word) else {
-            return match self.turn(word, rest) {
-                Some(result) => result,
-                None => Err(unknown(word)),
-            };
+            return self.ordered(line, progress);
         };
         if directive.arguments.is_empty() && !rest.is_empty() {
             return Err(DebugError::new(format!(
@@ -118,7 +115,6 @@ impl Debugger {
                 Ok(Answer::Queue { used: received.used, size: received.size })
             }
             "flash" => Ok(Answer::Flash(self.device().flash_image())),
-            "signals" => Ok(Answer::Signals(self.device().view(self.now()).signals)),
             "why" => match About::named(rest) {
                 Some(about) => Ok(Answer::Why(self.why(about)?)),
                 None => Err(missing()),
@@ -144,31 +140,6 @@ impl Debugger {
                 let end = if directive.name == "send" { END } else { "" };
                 let bytes = unescape(&(rest.to_owned() + &escape(end.as_bytes())))?;
                 self.give(Input::Bytes(&bytes));
-                Ok(Answer::Done)
-            }
-            "press" | "hold" | "release" => {
-                let button = self.button(rest)?;
-                let latches = button.name == "estop";
-                let values: &[i32] = match directive.name {
-                    "press" if !latches => &[1, 0],
-                    "release" => &[0],
-                    _ => &[1],
-                };
-                values.iter().for_each(|value| self.give(Input::Signal(button.id, *value)));
-                Ok(Answer::Done)
-            }
-            "set" => {
-                let (signal, value) = self.read_signal(rest)?;
-                self.give(Input::Signal(signal.id, value));
-                Ok(Answer::Done)
-            }
-            "power" => {
-                let on = match rest {
-                    "on" => true,
-                    "off" => false,
-                    _ => return Err(missing()),
-                };
-                self.give(Input::Power(on));
                 Ok(Answer::Done)
             }
             "put" => {
@@ -208,7 +179,7 @@ impl Debugger {
             }
             "usage" => Ok(Answer::Usage(self.history().usage())),
             "help" => match rest {
-                "" => Ok(Answer::Help),
+                "" => Ok(self.helped()),
                 name => Directive::named(name).map(Answer::HelpOn).ok_or_else(|| unknown(name)),
             },
             "quit" => Ok(Answer::Quit),
@@ -536,69 +507,83 @@ impl Debugger {
                 let bytes = unescape(&(rest.to_owned() + &escape(END.as_bytes())))?;
                 WhatIf::Inputs(vec![OwnedInput::from(Input::Bytes(&bytes))])
             }
-            "press" | "hold" => {
-                let button = self.button(rest)?;
-                let down = OwnedInput::Signal(button.id, 1);
-                let up = OwnedInput::Signal(button.id, 0);
-                let latches = word == "hold" || button.name == "estop";
-                WhatIf::Inputs(if latches { vec![down] } else { vec![down, up] })
-            }
-            "power" => WhatIf::Inputs(vec![OwnedInput::Power(rest == "on")]),
-            _ => {
-                let (signal, value) = self.read_signal(text)?;
-                WhatIf::Inputs(vec![OwnedInput::Signal(signal.id, value)])
-            }
+            _ => match Order::read(text, self.names()) {
+                Ok(Some(Order::Do(deed))) => WhatIf::Inputs(self.inputs_of(&deed)?),
+                Ok(_) => {
+                    return Err(DebugError::new(format!(
+                        "`{text}` is nothing that could be otherwise: a quirk, a model, a machine, \
+                         `send`, or something done at the panel"
+                    )));
+                }
+                Err(error) => return Err(DebugError::new(error.to_string())),
+            },
         })
     }
 
-    // --- signals ---
+    // --- what people tell a controller anywhere ---
 
-    fn button(&self, name: &str) -> Result<Signal> {
-        let signals = self.device().signals();
-        let can = |signal: &&Signal| matches!(signal.kind, SignalKind::Button | SignalKind::Input);
-        let found = signals.iter().filter(can).find(|signal| signal.name == name);
-        found.cloned().ok_or_else(|| {
-            let names = signals.iter().filter(|signal| signal.kind == SignalKind::Button);
-            let names: Vec<&str> = names.map(|signal| signal.name.as_str()).collect();
-            DebugError::new(format!("there is no button `{name}`; there are {}", names.join(", ")))
-        })
-    }
-
-    fn read_signal(&self, text: &str) -> Result<(Signal, i32)> {
-        let signals = self.device().signals();
-        let (name, value) = text.rsplit_once(' ').unwrap_or((text, ""));
-        let name = name.trim().trim_end_matches('=').trim();
-        let Some(signal) = signals.iter().find(|signal| signal.name == name) else {
-            let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-            return Err(DebugError::new(format!(
-                "there is no signal `{name}`; there are {}",
-                names.join(", ")
-            )));
-        };
-        let right = || match &signal.positions {
-            Some([first, second]) => format!("{first} or {second}"),
-            None => format!("{} to {}", signal.values().start(), signal.values().end()),
-        };
-        match signal.value_of(value) {
-            Some(value) => Ok((signal.clone(), value)),
-            None => {
-                Err(DebugError::new(format!("{name} cannot be `{value}`; it can be {}", right())))
+    /// A line that is none of the table: what is done at the panel, and how time passes.
+    fn ordered(&mut self, line: &str, progress: &mut Progress<'_>) -> Result {
+        let order = match Order::read(line, self.names()) {
+            Ok(order) => order,
+            Err(error) => {
+                let word = line.split_whitespace().next().unwrap_or_default();
+                let is_known = Verb::all().any(|verb| verb.name().split(' ').next() == Some(word))
+                    || self.names().signals().iter().any(|signal| signal.name == word);
+                let wrong =
+                    if is_known { DebugError::new(error.to_string()) } else { unknown(word) };
+                return Err(wrong);
             }
+        };
+        match order {
+            Some(Order::Do(deed)) => {
+                for input in self.inputs_of(&deed)? {
+                    self.give(input.as_input());
+                }
+                Ok(Answer::Done)
+            }
+            Some(Order::Advance(span)) => {
+                let until = self.now() + span;
+                let stop = self.go(Way::Forward, Some(until), progress);
+                Ok(self.told(stop))
+            }
+            Some(Order::RunUntil(condition)) => {
+                let is_so = self.device().crossing(&condition) == Some(self.now());
+                let stop = if is_so && !condition.has_happenings() {
+                    self.stopped(Reason::Found, Vec::new())
+                } else {
+                    self.seek(&condition, Way::Forward, progress)
+                };
+                Ok(self.told(stop))
+            }
+            Some(Order::Position) => Ok(self.whereabouts()),
+            Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),
+            Some(Order::Help) => Ok(self.helped()),
+            Some(Order::Quit) => Ok(Answer::Quit),
+            Some(Order::Complete(begun)) => {
+                let cursor = begun.len();
+                Ok(Answer::Candidates(self.complete(&begun, cursor).candidates))
+            }
+            Some(Order::Erase) => Err(DebugError::new(
+                "what erases the memory is a row of things done at the panel: do them one by one",
+            )),
+            None => Ok(Answer::Done),
         }
     }
 
-    /// A switch by its name, and the position that it is put to.
-    fn turn(&mut self, name: &str, position: &str) -> Option<Result> {
-        let signals = self.device().signals();
-        let switch = signals.iter().find(|signal| signal.name == name);
-        let switch = switch.filter(|switch| switch.positions.is_some())?;
-        Some(match switch.position(position) {
-            Some(value) => {
-                self.give(Input::Signal(switch.id, value));
-                Ok(Answer::Done)
-            }
-            None => self.read_signal(&format!("{name} {position}")).map(|_| Answer::Done),
-        })
+    fn inputs_of(&self, deed: &Deed) -> Result<Vec<OwnedInput>> {
+        let inputs = deed.inputs(self.names().signals());
+        inputs.map_err(|error| DebugError::new(error.to_string()))
+    }
+
+    fn helped(&self) -> Answer {
+        let deeds = Verb::all().filter(|verb| self.names().has(*verb));
+        let deeds = deeds.filter(|verb| matches!(verb.sort(), Sort::Deed | Sort::Time));
+        let deeds = deeds.filter(|verb| *verb != Verb::Erase);
+        let forms = deeds.flat_map(|verb| {
+            verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
+        });
+        Answer::Help(forms.collect())
     }
 }
 

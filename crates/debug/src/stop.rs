@@ -71,6 +71,8 @@ impl Reason {
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Reason::Step(unit @ Unit::Time(_)) => write!(f, "{unit}"),
+            Reason::Step(unit @ Unit::Event) => write!(f, "an {unit}"),
             Reason::Step(unit) => write!(f, "a {unit}"),
             Reason::Breakpoints(ids) => {
                 let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
@@ -81,7 +83,7 @@ impl fmt::Display for Reason {
             Reason::Gone => f.write_str("here"),
             Reason::Beginning => f.write_str("the beginning"),
             Reason::End => f.write_str("the end of what is recorded"),
-            Reason::Rest => f.write_str("at rest: it waits for something from outside"),
+            Reason::Rest => f.write_str("at rest until something comes from outside"),
             Reason::Time => f.write_str("the time has come"),
             Reason::Nowhere => f.write_str("not to be found; still here"),
             Reason::Cancelled => f.write_str("cancelled"),

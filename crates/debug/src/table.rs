@@ -1,4 +1,5 @@
-//! The commands of the console: one table, from which help, completion and the manual come.
+//! The commands of the console: one table, from which help, completion and the manual come. What is
+//! done at a panel is in the table of [`Verb`](vimc4_device::Verb)s, and typed as it is everywhere.
 
 use std::fmt;
 
@@ -69,10 +70,6 @@ pub enum Follows {
     Mark,
     /// The name of a branch.
     Branch,
-    /// A button.
-    Button,
-    /// A signal.
-    Signal,
     /// One of these words.
     Words(&'static [&'static str]),
     /// A command of the console.
@@ -386,16 +383,6 @@ pub static TABLE: &[Directive] = &[
         group: Group::Looking,
         follows: Follows::Nothing,
     },
-    Directive {
-        name: "signals",
-        short: None,
-        arguments: "",
-        about: "show buttons, switches and inputs with their values",
-        more: "",
-        example: "signals",
-        group: Group::Looking,
-        follows: Follows::Nothing,
-    },
     // --- asking ---
     Directive {
         name: "why",
@@ -420,10 +407,12 @@ pub static TABLE: &[Directive] = &[
     Directive {
         name: "what",
         short: None,
-        arguments: "if quirk NAME = VALUE|model NAME|machine NAME|send TEXT|SIGNAL VALUE",
+        arguments: "if quirk NAME = VALUE|model NAME|machine NAME|send TEXT|DEED",
         about: "what would come if this were so from here on",
-        more: "A branch begins here on which it is so and gets everything else that comes; where the \
-               two part first is shown, and is gone to if they do.",
+        more: "DEED is something done at the panel, such as `press stop`. A branch begins here on which it \
+               is so and gets everything else that comes; with another model, machine or quirk from \
+               before the command on that is executed. Where the two part first is shown, and is gone \
+               to if they do.",
         example: "what if machine mill",
         group: Group::Asking,
         follows: Follows::Words(&["if"]),
@@ -458,56 +447,6 @@ pub static TABLE: &[Directive] = &[
         example: "sendraw \\xFD",
         group: Group::Doing,
         follows: Follows::Nothing,
-    },
-    Directive {
-        name: "press",
-        short: None,
-        arguments: "BUTTON",
-        about: "press a button, and release it unless it latches",
-        more: "",
-        example: "press stop",
-        group: Group::Doing,
-        follows: Follows::Button,
-    },
-    Directive {
-        name: "hold",
-        short: None,
-        arguments: "BUTTON",
-        about: "press a button and keep it pressed",
-        more: "",
-        example: "hold stop",
-        group: Group::Doing,
-        follows: Follows::Button,
-    },
-    Directive {
-        name: "release",
-        short: None,
-        arguments: "BUTTON",
-        about: "release a button",
-        more: "",
-        example: "release stop",
-        group: Group::Doing,
-        follows: Follows::Button,
-    },
-    Directive {
-        name: "set",
-        short: None,
-        arguments: "SIGNAL VALUE",
-        about: "set a signal",
-        more: "",
-        example: "set cover open",
-        group: Group::Doing,
-        follows: Follows::Signal,
-    },
-    Directive {
-        name: "power",
-        short: None,
-        arguments: "on|off",
-        about: "the mains switch",
-        more: "",
-        example: "power off",
-        group: Group::Doing,
-        follows: Follows::Words(&["on", "off"]),
     },
     Directive {
         name: "put",

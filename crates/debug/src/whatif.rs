@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4_catalogue::{Controller, Machine, Model, State};
 use vimc4_device::{
-    CommandNumber, Device, Event, Kinds, Output, OwnedInput, Time, TimedInput, escape,
+    CommandNumber, Device, Event, Kinds, Output, OwnedInput, Stamp, Time, TimedInput, escape,
 };
 use vimc4_timeline::{BranchId, History, Place, Progress};
 
@@ -92,7 +92,7 @@ const CAUSES_MAX: u32 = 1_000_000;
 
 impl Debugger {
     /// Begins a branch here on which something is otherwise, and that gets everything else that
-    /// comes; holds both futures against each other, in bytes, their times, and the counters at
+    /// comes; with another model or machine, from before the command on that is executed. Holds both futures against each other, in bytes, their times, and the counters at
     /// each, and goes to where they part. Where they do not, the present stays.
     ///
     /// # Errors
@@ -104,6 +104,9 @@ impl Debugger {
         progress: &mut Progress<'_>,
     ) -> Result<Parting, DebugError> {
         let begin = self.place();
+        if !matches!(what, WhatIf::Inputs(_)) {
+            self.before_what_is_under_way();
+        }
         let name = self.describe(what);
         let inputs = self.inputs_ahead();
         let end = self.end_ahead();
@@ -155,6 +158,18 @@ impl Debugger {
         }
         history.drain();
         Ok(Parting { what: name, branch, at, until })
+    }
+
+    /// Goes back to before the command that is executed: what comes of it is known where it begins.
+    fn before_what_is_under_way(&mut self) {
+        if self.device().is_idle() {
+            return;
+        }
+        let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
+        if let Some(command) = self.last_event(Kinds::COMMAND, is_command) {
+            self.history_mut().go_back_to(command.place);
+            self.history_mut().back();
+        }
     }
 
     fn describe(&self, what: &WhatIf) -> String {

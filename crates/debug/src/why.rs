@@ -6,10 +6,10 @@ use std::fmt;
 use serde_json::Value;
 use vimc4_catalogue::Controller;
 use vimc4_device::{
-    CommandNumber, Device, Event, Input, Kinds, Motion, Output, OwnedInput, Stamp, Time, Warning,
-    escape,
+    CommandNumber, Condition, Device, Event, Input, Kinds, Motion, Output, OwnedInput, Stamp, Time,
+    Warning, escape,
 };
-use vimc4_timeline::{Act, BranchId, Found, Moment, Place, Progress, Sought};
+use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::{Debugger, patiently};
@@ -118,6 +118,8 @@ pub struct Link {
 pub enum LinkKind {
     /// Something that happened in the controller.
     Event(Event),
+    /// Something that became so.
+    State(Condition),
     /// A line of the stored program that began.
     Line(u32),
     /// A command that began.
@@ -202,6 +204,12 @@ impl Debugger {
     /// If there is no such thing.
     pub fn why(&mut self, about: About) -> Result<Chain, DebugError> {
         let begin = self.place();
+        if about == About::Switch {
+            let chain = self.why_switch();
+            self.history_mut().go_back_to(begin);
+            self.history_mut().drain();
+            return chain.ok_or_else(|| DebugError::new("no limit switch has been met until now"));
+        }
         let is_it = |_: &Stamp, event: &Event| about.is_about(event);
         let Some(told) = self.last_event(about.kinds(), is_it) else {
             return Err(DebugError::new("nothing of that kind has happened until now"));
@@ -211,6 +219,59 @@ impl Debugger {
         self.history_mut().go_back_to(begin);
         self.history_mut().drain();
         Ok(Chain { links })
+    }
+
+    /// What led to the last limit switch that has become active.
+    fn why_switch(&mut self) -> Option<Chain> {
+        let (switch, by_act) = self.limit_met()?;
+        let mut links = vec![switch];
+        // By hand, or by a motion.
+        let place = self.place();
+        if by_act
+            && let Some(input) = self.input_at(place).filter(|input| input.at == place.moment.at)
+            && matches!(input.kind, LinkKind::Input(OwnedInput::Signal(..)))
+        {
+            links.push(input);
+            return Some(Chain { links });
+        }
+        let begins =
+            |_: &Stamp, event: &Event| matches!(event, Event::Motion(Motion::Begins { .. }));
+        let motion = self.last_event(Kinds::MOTION, begins)?;
+        links.push(self.link(&motion));
+        self.causes(&motion, &mut links);
+        Some(Chain { links })
+    }
+
+    /// Goes to where a limit switch has become active last, and says which, and whether that was by an
+    /// act.
+    fn limit_met(&mut self) -> Option<(Link, bool)> {
+        let axes = self.device().view(self.now()).axes;
+        let ends = axes.iter().flat_map(|axis| [(axis, false), (axis, true)]);
+        let limits: Vec<(Condition, String)> = ends
+            .map(|(axis, positive)| {
+                let limit = Condition::Limit { axis: axis.index, positive, active: true };
+                (limit, format!("{}{}", axis.name, if positive { '+' } else { '-' }))
+            })
+            .collect();
+        // Each by itself: another one may be active all the time.
+        let begin = self.place();
+        let mut last: Option<(Place, &(Condition, String))> = None;
+        for limit in &limits {
+            self.history_mut().go_back_to(begin);
+            let mut begins = Begins::new(&limit.0);
+            let found = self.history_mut().seek_last_or_here(&mut begins, &mut patiently);
+            let place = self.place();
+            let is_later = last.is_none_or(|(last, _)| last.moment.at < place.moment.at);
+            if found == Found::Here && is_later {
+                last = Some((place, limit));
+            }
+        }
+        let (place, (condition, name)) = last?;
+        self.history_mut().go_back_to(place);
+        let by_act = self.history().acted() == place.moment.at;
+        let text = format!("the limit switch {name} became active");
+        let kind = LinkKind::State(condition.clone());
+        Some((Link { kind, at: place.moment.at, place, text }, by_act))
     }
 
     /// Adds what led to an event.
@@ -288,7 +349,14 @@ impl Debugger {
         let switch = self.last_event(Kinds::SWITCH, |stamp, event| {
             stamp.at == at && matches!(event, Event::Switch { active: true, .. })
         });
-        links.extend(switch.map(|switch| self.link(&switch)));
+        match switch {
+            Some(switch) => links.push(self.link(&switch)),
+            None => {
+                let met = self.limit_met().filter(|(link, _)| link.at == at);
+                links.extend(met.map(|(link, _)| link));
+                self.history_mut().go_back_to(told.place);
+            }
+        }
         let is_outside = |link: &Link| matches!(link.kind, LinkKind::Input(_));
         if !links.iter().any(is_outside)
             && let Some(signal) = self.last_event(Kinds::SIGNAL, |stamp, _| stamp.at == at)

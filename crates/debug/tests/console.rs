@@ -141,7 +141,7 @@ fn what_is_done_in_the_past_begins_a_branch() {
     run(&mut debugger, &["goto start", "next x = 400", "mark here", "hold stop", "continue"]);
     run(&mut debugger, &["rename stopped", "assert x < 1000"]);
     let branches = said(&mut debugger, "branches");
-    assert!(branches.contains("  main") && branches.contains("> stopped"), "{branches}");
+    assert!(branches.contains("  main") && branches.contains("* stopped"), "{branches}");
     // Back over the parting and forward again leads here again.
     let end = debugger.place();
     run(&mut debugger, &["mark there", "back 5 causes", "goto here", "goto there"]);
@@ -192,9 +192,12 @@ fn what_is_wrong_is_said_and_nothing_happens() {
         ("break", "how it is typed: break WHAT"),
         ("print nothing.there", "there is no `nothing`"),
         ("print axes.q", "there is no `q`: `axes` has a, x, y, z"),
-        ("press cover", "there is no button `cover`"),
-        ("cover ajar", "cover cannot be `ajar`; it can be open or closed"),
-        ("set stop 2", "stop cannot be `2`; it can be 0 to 1"),
+        ("press cover", "`press cover` is wrong at `cover`: "),
+        (
+            "cover ajar",
+            "`cover ajar` is wrong at `ajar`: `cover` cannot be `ajar`; it can be open or",
+        ),
+        ("set stop 2", "`set stop 2` is wrong at `2`: stop can be 0 or 1"),
         ("put activity = idle", "`activity` is computed"),
         ("where am I", "nothing follows `where`"),
         ("send \\q", "`\\q"),
@@ -232,4 +235,96 @@ fn everything_in_the_table_is_carried_out() {
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), count, "a name is there twice");
+}
+
+/// The part of the manual about the commands, as the table says it.
+fn manual() -> String {
+    use vimc4_debug::Group;
+    let mut text = String::new();
+    for group in Group::ALL {
+        text += &format!("### {group}\n\n");
+        for directive in vimc4_debug::TABLE.iter().filter(|directive| directive.group == group) {
+            let short = directive.short.map_or(String::new(), |short| format!(" (`{short}`)"));
+            text += &format!("**`{}`**{short}: {}.", directive.usage(), directive.about);
+            if !directive.more.is_empty() {
+                text += &format!(" {}", directive.more);
+            }
+            text += &format!(" For example `{}`.\n\n", directive.example);
+        }
+    }
+    text
+}
+
+#[test]
+fn the_manual_has_every_command_of_the_table() {
+    const MANUAL: &str = include_str!("../../../docs/console.md");
+    let (_, rest) = MANUAL.split_once("<!-- commands: begin -->").unwrap();
+    let (written, _) = rest.split_once("<!-- commands: end -->").unwrap();
+    let words =
+        |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>().join(" ");
+    let manual = manual();
+    assert_eq!(words(written), words(&manual), "docs/console.md should have:\n{manual}");
+    // The units are those that there are.
+    for (name, _, about) in vimc4_debug::Unit::NAMED {
+        assert!(MANUAL.contains(&format!("| `{name}` | {about} |")), "{name}");
+        assert!(vimc4_debug::Directive::named("step").unwrap().more.contains(name), "{name}");
+    }
+}
+
+#[test]
+fn a_line_is_completed_as_it_can_go_on() {
+    let mut debugger = moved();
+    run(&mut debugger, &["mark before", "break x = 1"]);
+    let offered = |line: &str| -> Vec<String> {
+        let completion = debugger.complete(line, line.len());
+        completion.candidates.into_iter().map(|candidate| candidate.text).collect()
+    };
+    for (line, expected) in [
+        ("conti", "continue"),
+        ("step 3 seg", "segment"),
+        ("print axes.x.po", "axes.x.position"),
+        ("print z", "z"),
+        ("who details.pro", "details.program"),
+        ("goto be", "before"),
+        ("delete ", "1"),
+        ("press st", "stop"),
+        ("cov", "cover"),
+        ("cover ", "open"),
+        ("next limit x", "x+"),
+        ("break comm", "command"),
+        ("why sw", "switch"),
+        ("help bre", "break"),
+    ] {
+        let offered = offered(line);
+        assert!(
+            offered.iter().any(|text| text.trim_end() == expected) || line.ends_with(expected),
+            "{line}: {offered:?}"
+        );
+    }
+    assert!(offered("nonsense ").is_empty());
+}
+
+/// The conversations in the manual are as they are, one controller after the other.
+#[test]
+fn what_the_manual_shows_is_what_is_answered() {
+    const MANUAL: &str = include_str!("../../../docs/console.md");
+    let conversations = MANUAL.split("```text\n").skip(1);
+    let mut count = 0;
+    for conversation in conversations.filter_map(|rest| rest.split_once("```")) {
+        let mut debugger = debugger("imc4", "mill");
+        let mut shown = String::new();
+        for line in conversation.0.lines().filter_map(|line| line.strip_prefix("> ")) {
+            shown += &format!("> {line}\n");
+            let answer = match debugger.execute(line, &mut patiently) {
+                Ok(answer) => answer.to_string(),
+                Err(error) => error.to_string(),
+            };
+            for line in answer.lines() {
+                shown += &format!("{line}\n");
+            }
+        }
+        assert_eq!(shown, conversation.0, "the manual should have:\n{shown}");
+        count += 1;
+    }
+    assert!(count > 0);
 }

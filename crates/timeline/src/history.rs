@@ -182,6 +182,11 @@ impl<D: Device> History<D> {
         self.present.moment.at
     }
 
+    /// When the last act before the present was, or the first moment. Since then only time has passed.
+    pub fn acted(&self) -> Time {
+        self.acted
+    }
+
     /// Whether nothing has happened yet after the present moment.
     pub fn is_at_end(&self) -> bool {
         self.heading == self.present.branch && self.present.moment >= self.track().end
@@ -336,8 +341,12 @@ impl<D: Device> History<D> {
             if self.turn_off(until) {
                 continue;
             }
-            self.outputs.clear();
-            let Some(act) = self.act(until) else { return Found::Nowhere };
+            let last = std::mem::take(&mut self.outputs);
+            let Some(act) = self.act(until) else {
+                // What came out last is still what came out last.
+                self.outputs = last;
+                return Found::Nowhere;
+            };
             if sought.after(&self.device, act, &self.outputs) {
                 return Found::Here;
             }
