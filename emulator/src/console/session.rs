@@ -228,7 +228,7 @@ impl Session {
         }
         match answer {
             Answer::Quit => Ok(Outcome::Quit),
-            answer @ Answer::Help => {
+            answer @ Answer::Help(_) => {
                 let own: Vec<String> = OWN.iter().map(Own::listed).collect();
                 let (table, end) = answer.to_string().rsplit_once("\n\n").map_or_else(
                     || (answer.to_string(), String::new()),
