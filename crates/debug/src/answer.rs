@@ -68,6 +68,8 @@ pub enum Answer {
     Candidates(Vec<Candidate>),
     /// All commands, with what can be done at the panel: how it is typed, and what it does.
     Help(Vec<(String, String)>),
+    /// What is typed to do something at the panel, and what it does.
+    Deeds(Vec<(String, String)>),
     /// One command.
     HelpOn(&'static Directive),
     /// Whoever has asked wants to end.
@@ -239,6 +241,9 @@ impl fmt::Display for Answer {
                     }
                 }
                 f.write_str("\n\n`help COMMAND` tells more; an empty line does the last one again.")
+            }
+            Answer::Deeds(deeds) => {
+                lines(f, deeds, |f, (typed, about)| write!(f, "{typed:<18} {about}"))
             }
             Answer::HelpOn(directive) => {
                 write!(f, "{}", directive.usage())?;

@@ -180,7 +180,15 @@ impl Debugger {
             "usage" => Ok(Answer::Usage(self.history().usage())),
             "help" => match rest {
                 "" => Ok(self.helped()),
-                name => Directive::named(name).map(Answer::HelpOn).ok_or_else(|| unknown(name)),
+                name => match Directive::named(name) {
+                    Some(directive) => Ok(Answer::HelpOn(directive)),
+                    None => match Order::read(line, self.names()) {
+                        Ok(Some(Order::Help(Some(verb)))) => {
+                            Ok(Answer::Deeds(typed(verb).collect()))
+                        }
+                        _ => Err(unknown(name)),
+                    },
+                },
             },
             "quit" => Ok(Answer::Quit),
             name => Err(unknown(name)),
@@ -558,7 +566,8 @@ impl Debugger {
             }
             Some(Order::Position) => Ok(self.whereabouts()),
             Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),
-            Some(Order::Help) => Ok(self.helped()),
+            Some(Order::Help(None)) => Ok(self.helped()),
+            Some(Order::Help(Some(verb))) => Ok(Answer::Deeds(typed(verb).collect())),
             Some(Order::Quit) => Ok(Answer::Quit),
             Some(Order::Complete(begun)) => {
                 let cursor = begun.len();
@@ -567,7 +576,8 @@ impl Debugger {
             Some(Order::Erase) => Err(DebugError::new(
                 "what erases the memory is a row of things done at the panel: do them one by one",
             )),
-            None => Ok(Answer::Done),
+            // Nothing is on its way here when a line is carried out.
+            Some(Order::Cancel) | None => Ok(Answer::Done),
         }
     }
 
@@ -579,10 +589,7 @@ impl Debugger {
     fn helped(&self) -> Answer {
         let deeds = Verb::all().filter(|verb| self.names().has(*verb));
         let deeds = deeds.filter(|verb| matches!(verb.sort(), Sort::Deed | Sort::Time));
-        let deeds = deeds.filter(|verb| *verb != Verb::Erase);
-        let forms = deeds.flat_map(|verb| {
-            verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
-        });
+        let forms = deeds.filter(|verb| !is_elsewhere(*verb)).flat_map(typed);
         Answer::Help(forms.collect())
     }
 }
@@ -591,6 +598,16 @@ impl From<&str> for DebugError {
     fn from(message: &str) -> DebugError {
         DebugError::new(message)
     }
+}
+
+/// The forms that a verb of the panel is typed in, with what each does.
+fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
+    verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
+}
+
+/// Whether a verb is of no use where nothing runs by itself, or is several things one after the other.
+fn is_elsewhere(verb: Verb) -> bool {
+    verb == Order::Cancel.verb() || verb == Verb::Erase
 }
 
 fn unknown(word: &str) -> DebugError {

@@ -228,6 +228,7 @@ fn everything_in_the_table_is_carried_out() {
         let done = debugger.execute(directive.example, &mut patiently);
         let failed = done.as_ref().err().is_some_and(|error| !error.is_failed_assertion());
         assert!(!failed, "{}: {}", directive.example, done.unwrap_err());
+        assert!(said(&mut debugger, "help press").starts_with("press BUTTON"));
         let help = said(&mut debugger, &format!("help {}", directive.name));
         assert!(help.starts_with(&directive.usage()), "{help}");
     }

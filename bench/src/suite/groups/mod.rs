@@ -39,7 +39,7 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 14] = [
+pub(crate) const GROUPS: [Group; 15] = [
     group("ping", "Question and answer", ping::measure),
     group("recording", "Recording", recording::measure),
     group("startup", "Start", startup::measure),
