@@ -41,7 +41,7 @@ WHAT is a file: a list of commands, a stored program, a plot file or a job file 
 intermediate format. It is sent to a virtual controller in virtual time, as `vimc4 run` does it, and
 the console stands at its beginning. A stored program is stored, and START is pressed.
 
-Without a file, or with the name of a model, there is a controller behind a pseudo terminal and a TCP port,
+Without a file, or with the name of a model, there is a controller behind a pseudo-terminal and a TCP port,
 as `vimc4 serve` has it. While somebody types its time is paused; clients stay connected and notice nothing
 but time. `continue` lets it go on to the next breakpoint or Ctrl-C. Who steps forward leads it there, who
 goes back only looks, and what is done in the past takes it back. With `--pty none --tcp none` nobody is
@@ -90,7 +90,7 @@ pub(crate) struct Arguments {
 #[derive(clap::Args)]
 #[command(next_help_heading = "A controller behind ports")]
 struct Ports {
-    /// A pseudo terminal with a link of this name; `none` for none
+    /// A pseudo-terminal with a link of this name; `none` for none
     #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = serve::PTY)]
     pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
@@ -254,7 +254,7 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
     Session::live(emulators, machine, cancel).map_err(|Wrong(wrong)| Failure::midway(wrong))
 }
 
-/// The links to pseudo terminals, which nothing may leave behind.
+/// The links to pseudo-terminals, which nothing may leave behind.
 #[derive(Clone, Default)]
 struct Links(Arc<Mutex<Vec<PathBuf>>>);
 

@@ -26,7 +26,7 @@ may use it, its speed, whether it has modem lines, who else has it open, and whe
 answers, and as which. Nothing is moved, switched or stored: it is asked where its axes are, and for
 its name. While another program has the port open it is not asked, and a data field that somebody has
 left half stored ends with the first question. A controller that moves answers the questions when it
-comes to rest, and then to whoever has the port open.",
+comes to rest, and whichever program has the port open then gets the answers.",
     after_long_help = "\
 Exit codes: 0 a program will find what it needs, 1 something should be mended, 2 it cannot be opened.
 
@@ -389,7 +389,7 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
             "nothing answers",
             "check that it is on, and the cable: crossed (null modem) where the controller needs \
              it. If it moves, or its time is manual, the questions wait on the line: it answers \
-             when it has come to rest, to whoever has the port open then, who should drop that",
+             when it has come to rest, and whichever program has the port open then should drop the answers",
         ),
         false => findings.trouble(
             "controller",

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 
-/// How many files a controller has open at most: both ends of its pseudo terminal, its listening
+/// How many files a controller has open at most: both ends of its pseudo-terminal, its listening
 /// socket, its timer, a serial port, two clients, and its flash file, which is replaced by another
 /// one.
 #[cfg(unix)]

@@ -37,8 +37,8 @@ It takes Linux 5.5, on x86-64 or aarch64, and cannot be nested.
 Exit codes: the program's; 127 if there is none of that name, 126 if it cannot be run, 2 if it was
 not tried.";
 
-/// Runs a program and everything that it starts so that requests for modem lines on one pseudo
-/// terminal are answered: CTS, DSR and DCD can be read and waited for, DTR and RTS set. On every
+/// Runs a program and everything that it starts so that requests for modem lines on one
+/// pseudo-terminal are answered: CTS, DSR and DCD can be read and waited for, DTR and RTS set. On every
 /// other terminal and file nothing changes.
 #[derive(clap::Args)]
 // Both structures have the same name, and clap would make a group of each.
@@ -48,7 +48,7 @@ not tried.";
     after_long_help = EXAMPLES,
     mut_arg("pty", |arg| arg
         .num_args(1)
-        .help("The pseudo terminal, or the link to it: what `vimc4 serve` prints, and what \
+        .help("The pseudo-terminal, or the link to it: what `vimc4 serve` prints, and what \
                --serve makes [default: ./vimc4.pty]")),
     mut_arg("tcp", |arg| arg.default_value("none").requires("serve")),
     mut_arg("model", |arg| arg.requires("serve")),
@@ -117,7 +117,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     };
     let Some(terminal) = serve::link(&controller) else {
         return Err(Failure::usage(
-            "without a pseudo terminal no lines are needed; leave --pty out",
+            "without a pseudo-terminal no lines are needed; leave --pty out",
         ));
     };
     let log = serve::open_log(&controller)?;

@@ -60,9 +60,9 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 // Not doc comments: those would take the place of what a command says of itself at length.
 #[derive(Subcommand)]
 enum Tool {
-    #[command(about = "Run controllers behind pseudo terminals, TCP and real serial ports")]
+    #[command(about = "Run controllers behind pseudo-terminals, TCP and real serial ports")]
     Serve(serve::Arguments),
-    #[command(about = "Run a program that needs modem lines on a controller's pseudo terminal")]
+    #[command(about = "Run a program that needs modem lines on a controller's pseudo-terminal")]
     Lines(lines::Arguments),
     #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
     Run(run::Arguments),

@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
     /// The machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "bench", add = completions::machines())]
     pub(crate) machine: String,
-    /// A pseudo terminal with a link of this name; `none` for none. Several controllers get
+    /// A pseudo-terminal with a link of this name; `none` for none. Several controllers get
     /// ./vimc4-1.pty, ./vimc4-2.pty …
     #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
     pub(crate) pty: Option<PathBuf>,
@@ -132,7 +132,7 @@ struct ControllerPlaces<'a> {
     serial: Option<&'a str>,
 }
 
-/// The link to a pseudo terminal if nothing is said.
+/// The link to a pseudo-terminal if nothing is said.
 pub(crate) const PTY: &str = "./vimc4.pty";
 
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
@@ -286,7 +286,7 @@ fn threads(controllers: u16) -> usize {
     processors.min(usize::from(controllers))
 }
 
-/// The link that is wanted. Where there are no pseudo terminals, only who asks for one is told.
+/// The link that is wanted. Where there are no pseudo-terminals, only a user who asks for one is told.
 pub(crate) fn link(arguments: &Arguments) -> Option<PathBuf> {
     let link = match &arguments.pty {
         Some(link) => link.clone(),
@@ -377,7 +377,7 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
     if let Some(address) = emulators.iter().filter_map(Emulator::tcp_addr).find(is_open_to_others) {
         let _ = writeln!(
             io::stderr(),
-            "{address} is open to everybody who reaches this computer over a network, and who \
+            "{address} is open to everybody who reaches this computer over a network, and whoever \
              connects drives the machine; 127.0.0.1 is open to this computer only"
         );
     }

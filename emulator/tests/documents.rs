@@ -39,7 +39,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/library.md", "./axis ", "emulator/tests/recipes.rs"),
     ("README.md", "python3 examples/tour.py", "a test of its own below"),
     ("", "socat ", "emulator/tests/connect"),
-    ("docs/connect.md", "printf ", "emulator/tests/connect: what is sent; ncat is not everywhere"),
+    ("docs/connect.md", "printf ", "needs socat; emulator/tests/connect"),
     ("", "vimc4 lines --serve -- python3 examples/tour.py", "waits for STOP; a test below"),
     ("docs/connect.md", "vimc4 lines --serve --model smcu", "needs pyserial; a test below"),
     ("vimc4 lines", "vimc4 lines --serve --model smcu", "needs pyserial; a test below"),
@@ -569,7 +569,7 @@ fn the_circle_of_the_readme_is_as_shown() {
     }
 }
 
-/// What is compiled says what for, so that nobody has to.
+/// What is compiled says what it is for, so that nobody has to.
 #[test]
 fn what_compile_writes_runs_without_options() {
     let bench = Bench::new();

@@ -241,7 +241,7 @@ fn a_link_in_use_is_taken_only_with_force() {
     assert!(others.len() == 20 && number.starts_with("/dev/pts"));
 }
 
-/// The near end of a pseudo terminal, whose far end nobody here has, and the far end's name.
+/// The near end of a pseudo-terminal, whose far end nobody here has, and the far end's name.
 fn pseudo_terminal() -> (std::os::fd::OwnedFd, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();

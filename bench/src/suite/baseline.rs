@@ -1,5 +1,5 @@
 //! The bare servers that the emulator is compared with: an echo over TCP and an echo over a
-//! pseudo terminal, with nothing between the reading and the writing.
+//! pseudo-terminal, with nothing between the reading and the writing.
 //!
 //! They answer what they have read, the least that a server can do, and say where they are in
 //! the words of `vimc4 serve`.
@@ -27,7 +27,7 @@ pub(crate) fn run(which: Option<&str>) -> Outcome<()> {
     let runtime = runtime.doing("wait for events")?;
     match which {
         Some("tcp") => runtime.block_on(echo_over_tcp()).doing("echo over TCP"),
-        Some("pty") => runtime.block_on(echo_over_pty()).doing("echo over a pseudo terminal"),
+        Some("pty") => runtime.block_on(echo_over_pty()).doing("echo over a pseudo-terminal"),
         _ => Err(Failure::new("there is no such baseline; there are tcp and pty")),
     }
 }

@@ -46,7 +46,7 @@ impl Launcher {
         })
     }
 
-    /// Starts `vimc4 serve` with a pseudo terminal and TCP at a free port, and more arguments.
+    /// Starts `vimc4 serve` with a pseudo-terminal and TCP at a free port, and more arguments.
     pub(crate) fn emulator(&self, more: &[&str]) -> Outcome<Server> {
         self.traced("off", more)
     }

@@ -35,7 +35,7 @@ pub(crate) const ECHO: Question = (QUESTION, QUESTION.len());
 /// A TCP connection.
 pub(crate) type Wire = Port<TcpStream>;
 
-/// A pseudo terminal.
+/// A pseudo-terminal.
 pub(crate) type Terminal = Port<File>;
 
 /// A line that has somebody at its other end. Reading gives up after [`PATIENCE`].

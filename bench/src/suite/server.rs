@@ -65,12 +65,12 @@ impl Server {
         &self.tcp
     }
 
-    /// Opens the first pseudo terminal.
+    /// Opens the first pseudo-terminal.
     pub(crate) fn open(&self) -> Outcome<Terminal> {
-        Terminal::open(self.pty.first().doing("open: the server has no pseudo terminal")?)
+        Terminal::open(self.pty.first().doing("open: the server has no pseudo-terminal")?)
     }
 
-    /// The links to all pseudo terminals.
+    /// The links to all pseudo-terminals.
     pub(crate) fn links(&self) -> &[PathBuf] {
         &self.pty
     }

@@ -75,7 +75,7 @@ fn why_without_effect<D: Device>(
     }
 }
 
-/// Bytes reach the device. Of those that act at once it is said who has sent them.
+/// Bytes reach the device. The sender of those that act at once is reported.
 pub(crate) fn send<D: Device>(
     rig: &mut Rig<D>,
     bytes: &[u8],

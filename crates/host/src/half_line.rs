@@ -9,9 +9,9 @@ use crate::report::Source;
 /// Keeps what somebody has begun, so that it can be told when somebody else ends it.
 ///
 /// The device hears one line, whoever speaks. Clients who are there at the same time share their
-/// lines, and each sees what the other does. But of what somebody has left who is gone nobody knows:
-/// it is told when he goes, if somebody else is there, else to who comes next, and to the first who
-/// speaks.
+/// lines, and each sees what the other does. But nobody knows of a half line that was left behind:
+/// it is reported when its client goes, if others are there; otherwise when the next client comes,
+/// and when the first of them sends something.
 #[derive(Debug, Default)]
 pub(crate) struct HalfLine {
     /// What ends a line. Nothing is known of lines without.
@@ -23,7 +23,7 @@ pub(crate) struct HalfLine {
     owner: Option<Source>,
     /// The transport whose client has left last, until it has another.
     deserted: Option<String>,
-    /// He was gone when somebody came or went: who speaks next has not been told yet.
+    /// Its client had gone when another came or went: the next one to speak has not been told yet.
     left: bool,
 }
 

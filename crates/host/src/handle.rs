@@ -24,9 +24,9 @@ use crate::travel::Destination;
 #[derive(Debug)]
 pub struct Handle<D: Device> {
     jobs: mpsc::UnboundedSender<Deferred<D>>,
-    /// Has the controller look at what is wished of its journeys.
+    /// Has the controller look at what is asked of its journeys.
     nudge: mpsc::UnboundedSender<()>,
-    /// What is wished of all of them.
+    /// What is asked of all of them.
     wishes: Arc<Wishes>,
     stop: Arc<Mutex<Option<oneshot::Sender<Ending>>>>,
     /// Whether time moves by itself.

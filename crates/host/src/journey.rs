@@ -46,7 +46,7 @@ pub struct Progress {
     pub paused: bool,
 }
 
-/// What is wished of all journeys of a controller that have been asked for so far.
+/// What is asked of all journeys of a controller that have been asked for so far.
 #[derive(Debug, Default)]
 pub(crate) struct Wishes {
     /// How many have been asked for.
@@ -67,7 +67,7 @@ impl Wishes {
     }
 }
 
-/// What is wished of a journey.
+/// What is asked of a journey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wish {
     Go,
@@ -90,7 +90,7 @@ pub(crate) struct Ticket {
 
 impl Journey {
     /// A journey in a time that goes by itself, or that does not. `nudge` has the controller look at
-    /// what is wished of it.
+    /// what is asked of it.
     pub(crate) fn begin(
         by_itself: bool,
         nudge: mpsc::UnboundedSender<()>,

@@ -222,8 +222,8 @@ pub enum News {
         line: u32,
     },
     /// A client has set its port to a parity, which no device's line here has. It is understood
-    /// all the same; a real device would hear noise. Of even parity, and of 7 bits, a pseudo
-    /// terminal tells nothing.
+    /// all the same; a real device would hear noise. Of even parity, and of 7 bits, a
+    /// pseudo-terminal tells nothing.
     WrongParity {
         /// The transport, by its label.
         transport: Arc<str>,

@@ -58,9 +58,9 @@ pub struct Runner<D: Device> {
     /// Rings when there is a job.
     asked: Bell,
     stop: oneshot::Receiver<Ending>,
-    /// Rings when it is to stop, or something is wished of a journey.
+    /// Rings when it is to stop, or something is asked of a journey.
     orders: Bell,
-    /// Wakes the task when something is wished of a journey.
+    /// Wakes the task when something is asked of a journey.
     nudges: mpsc::UnboundedReceiver<()>,
     /// Somebody wants so many bytes of the line to be taken in although time is paused, and to know
     /// how many that were.
@@ -99,7 +99,7 @@ enum Woken<D: Device> {
     Line,
     Job(Deferred<D>),
     Stop(Ending),
-    /// Something is wished of a journey.
+    /// Something is asked of a journey.
     Nudge,
     /// Time has passed, or there is more to do.
     Time,

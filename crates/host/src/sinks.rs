@@ -6,7 +6,7 @@ use vimc4_device::{Device, Time};
 
 use crate::report::{Report, Sink, SinkId, Wants, What};
 
-/// The sinks of a controller, and what they want together. What nobody wants is not made.
+/// The sinks of a controller, and what they want together. What no sink wants is not produced.
 #[derive(Default)]
 pub(crate) struct Sinks {
     /// What the controller is called in reports.

@@ -71,7 +71,7 @@ impl fmt::Display for LaunchError {
             ),
             LaunchError::RealPort(path) => write!(
                 f,
-                "{path} is no pseudo terminal and has lines of its own; give the link that `vimc4 \
+                "{path} is no pseudo-terminal and has lines of its own; give the link that `vimc4 \
                  serve` prints",
                 path = path.display()
             ),

@@ -1,6 +1,6 @@
 //! Modem lines for a terminal that has none.
 //!
-//! A pseudo terminal answers `TIOCMGET` and its relatives with `ENOTTY`, and programs that read
+//! A pseudo-terminal answers `TIOCMGET` and its relatives with `ENOTTY`, and programs that read
 //! CTS or set DTR fail on it. Here a program is run under a filter that makes the kernel ask
 //! about these requests; a thread of this process answers them for one terminal, and lets the
 //! kernel go on with all others. The program needs no library and no privilege, may be static or

@@ -50,7 +50,7 @@ enum Profile<T> {
     Given(T),
 }
 
-/// Whether an emulator has a pseudo terminal, and under which name. See [`Builder::pty`].
+/// Whether an emulator has a pseudo-terminal, and under which name. See [`Builder::pty`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Terminal {
     /// It has none.
@@ -191,13 +191,13 @@ impl Builder {
         self
     }
 
-    /// A pseudo terminal: `true` for one of any name, a path for a link that leads to it.
+    /// A pseudo-terminal: `true` for one of any name, a path for a link that leads to it.
     pub fn pty(mut self, terminal: impl Into<Terminal>) -> Builder {
         self.pty = terminal.into();
         self
     }
 
-    /// Whether the link to the pseudo terminal may be taken from an emulator that is still
+    /// Whether the link to the pseudo-terminal may be taken from an emulator that is still
     /// running. It may not if nothing is said.
     pub fn replace_link(mut self, on: bool) -> Builder {
         self.replace = on;
@@ -410,7 +410,7 @@ impl Builder {
         if let Some((file, image)) = flash {
             runner = runner.with_flash(file, &image)?;
         }
-        // In this order it is sent to them. A pseudo terminal can be opened at any moment, also
+        // In this order it is sent to them. A pseudo-terminal can be opened at any moment, also
         // by a client that has just heard the answer on TCP and must not hear it again there.
         #[cfg(all(unix, feature = "pty"))]
         if let Some(pty) = pty {

@@ -116,7 +116,7 @@ impl Control {
         })
     }
 
-    /// Gives the pseudo terminal the handshake lines that it lacks, if somebody stands by its
+    /// Gives the pseudo-terminal the handshake lines that it lacks, if somebody stands by its
     /// client who can answer for them. `cts` is told whenever a host has to wait and when it may
     /// go on; it must not block. What the host does to its own lines is told to the
     /// [`HostLines`] that come back, and appears among the news.

@@ -121,7 +121,7 @@ impl Emulator {
         }
     }
 
-    /// Leads the link of this name to the pseudo terminal, if there is one.
+    /// Leads the link of this name to the pseudo-terminal, if there is one.
     #[cfg(all(unix, feature = "pty"))]
     pub(crate) fn link_to(&mut self, path: &Path, replace: bool) -> Result<(), LinkError> {
         if let Some(target) = &self.places.pty {
@@ -142,8 +142,8 @@ impl Emulator {
         &self.control
     }
 
-    /// The path of the serial port that a program opens: the link, or the pseudo terminal
-    /// itself if there is no link. `None` if there is no pseudo terminal.
+    /// The path of the serial port that a program opens: the link, or the pseudo-terminal
+    /// itself if there is no link. `None` if there is no pseudo-terminal.
     pub fn port(&self) -> Option<&Path> {
         #[cfg(all(unix, feature = "pty"))]
         return self.link.as_ref().map(PtyLink::path).or(self.places.pty.as_deref());
@@ -378,7 +378,7 @@ impl Emulator {
         }
     }
 
-    /// Removes the link to its pseudo terminal. Clients that have it open stay.
+    /// Removes the link to its pseudo-terminal. Clients that have it open stay.
     pub fn unlink(&mut self) {
         #[cfg(all(unix, feature = "pty"))]
         drop(self.link.take());

@@ -61,16 +61,16 @@ pub enum Error {
     #[cfg(feature = "serial")]
     #[error(transparent)]
     Serial(#[from] vimc4_host::SerialError),
-    /// There is no pseudo terminal to be had.
+    /// There is no pseudo-terminal to be had.
     #[cfg(all(unix, feature = "pty"))]
     #[error(transparent)]
     Pty(#[from] PtyError),
-    /// A pseudo terminal cannot be given its name.
+    /// A pseudo-terminal cannot be given its name.
     #[cfg(all(unix, feature = "pty"))]
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// The system has no pseudo terminals, or they were left out by the feature `pty`.
-    #[error("there are no pseudo terminals on this system; use TCP or a serial port")]
+    /// The system has no pseudo-terminals, or they were left out by the feature `pty`.
+    #[error("there are no pseudo-terminals on this system; use TCP or a serial port")]
     NoPty,
     /// The flash file cannot be used.
     #[error(transparent)]

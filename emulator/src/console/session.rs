@@ -83,7 +83,7 @@ impl From<DebugError> for Wrong {
 #[derive(Clone, Default)]
 pub(crate) struct Cancel {
     wished: Arc<AtomicBool>,
-    /// Another place to look whether it is wished: the keyboard, where Ctrl-C is a key like others.
+    /// Another place to look whether to cancel: the keyboard, where Ctrl-C is a key like others.
     pub(crate) look: Option<fn() -> bool>,
     /// The controller that runs and is to be paused then.
     runs: Arc<Mutex<Option<Control>>>,

@@ -35,7 +35,7 @@ fn together<T: Send, R: Send>(
 }
 
 fn side_by_side(crowd: usize, shared: Option<Worker>) {
-    // What the first pseudo terminal makes for all that follow stays.
+    // What the first pseudo-terminal makes for all that follow stays.
     drop(Emulator::builder().pty(true).tcp("127.0.0.1:0").start().unwrap());
     let threads = if shared.is_some() { 1 } else { crowd };
     let idle_threads = usize::from(shared.is_some());

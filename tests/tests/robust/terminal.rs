@@ -1,4 +1,4 @@
-//! Clients of a pseudo terminal.
+//! Clients of a pseudo-terminal.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};

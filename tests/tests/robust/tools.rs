@@ -38,7 +38,7 @@ pub(crate) fn connect(emulator: &Emulator) -> TcpStream {
     stream
 }
 
-/// A client on a pseudo terminal that does not wait for ever.
+/// A client on a pseudo-terminal that does not wait for ever.
 pub(crate) struct Terminal(pub(crate) File);
 
 impl Terminal {

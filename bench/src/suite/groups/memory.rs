@@ -60,7 +60,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
         );
     }
     section.note(
-        "Every controller has a pseudo terminal with its link and a TCP port. What the kernel \
+        "Every controller has a pseudo-terminal with its link and a TCP port. What the kernel \
          keeps for them is not in these figures; nobody can count it for one process.",
     );
     Ok(section)

@@ -55,7 +55,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     };
     bench.cores.client.run(|| {
         add("TCP", &mut || arrivals(&mut server.connect()?, span))?;
-        add("a pseudo terminal", &mut || arrivals(&mut server.open()?, span))
+        add("a pseudo-terminal", &mut || arrivals(&mut server.open()?, span))
     })?;
     section.note(
         "19,200 baud, 10 bits for a character: 521 µs. The time counts from before the client's \

@@ -39,7 +39,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     compare(
         bench,
         &mut section,
-        ("one client over a pseudo terminal", 0.9),
+        ("one client over a pseudo-terminal", 0.9),
         (ECHO, ISEL),
         || bench.launcher.baseline("pty"),
         || bench.launcher.emulator(&[]),
@@ -58,7 +58,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     compare(
         bench,
         &mut section,
-        ("one client over a pseudo terminal, an SMCU beside an IMC4", 0.9),
+        ("one client over a pseudo-terminal, an SMCU beside an IMC4", 0.9),
         (ISEL, LPKF),
         || bench.launcher.emulator(&[]),
         || bench.launcher.emulator(board),

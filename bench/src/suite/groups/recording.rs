@@ -24,7 +24,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     let span = bench.either(Duration::from_millis(500), Duration::from_millis(60));
     let mut section = Section::default();
     recorded(bench, &mut section, "TCP", |server| server.connect()?.ping(ISEL, span))?;
-    recorded(bench, &mut section, "a pseudo terminal", |server| server.open()?.ping(ISEL, span))?;
+    recorded(bench, &mut section, "a pseudo-terminal", |server| server.open()?.ping(ISEL, span))?;
     tapped(bench, &mut section, bench.either(20_000, 2_000))?;
     section.note(
         "The recording lies where temporary files do. What is compared is asked by turns, each of a \

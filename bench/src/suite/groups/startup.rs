@@ -35,7 +35,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     );
     section.note(format!(
         "Medians of {rounds}. Either program prints where it listens and is connected to then; \
-         the emulator makes a pseudo terminal and its link as well."
+         the emulator makes a pseudo-terminal and its link as well."
     ));
     Ok(section)
 }

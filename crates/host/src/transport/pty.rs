@@ -1,4 +1,4 @@
-//! A pseudo terminal: the line as a serial port of this computer.
+//! A pseudo-terminal: the line as a serial port of this computer.
 
 use std::collections::VecDeque;
 use std::io;
@@ -29,7 +29,7 @@ const LOOKS: u32 = 3;
 /// So many clients at most that came and went between two looks are told of.
 const VISITS: u64 = 16;
 
-/// A pseudo terminal whose far end a client opens like a serial port.
+/// A pseudo-terminal whose far end a client opens like a serial port.
 ///
 /// The emulator keeps one descriptor of the client's end for itself. Without it the near end
 /// would report the end of the file for ever once a first client has left, and a client that
@@ -66,14 +66,14 @@ pub struct Pty {
     closely: bool,
 }
 
-/// Why no pseudo terminal can be had.
+/// Why no pseudo-terminal can be had.
 #[derive(Debug, Error)]
 pub enum PtyError {
     /// The system gives out no pair.
-    #[error("cannot make a pseudo terminal: {0}; is /dev/pts mounted?")]
+    #[error("cannot make a pseudo-terminal: {0}; is /dev/pts mounted?")]
     Pair(#[from] serialport::Error),
     /// The client's end cannot be set up or watched.
-    #[error("cannot set up the pseudo terminal {path}: {source}", path = .path.display())]
+    #[error("cannot set up the pseudo-terminal {path}: {source}", path = .path.display())]
     SetUp {
         /// The client's end.
         path: PathBuf,
@@ -83,7 +83,7 @@ pub enum PtyError {
 }
 
 impl Pty {
-    /// Makes a pseudo terminal in raw mode at this speed. It must be called within a tokio
+    /// Makes a pseudo-terminal in raw mode at this speed. It must be called within a tokio
     /// runtime.
     pub fn open(baud: u32) -> Result<Pty, PtyError> {
         // `SerialStream::pair` in its parts: a copy of the near end that is closed on exec is
@@ -260,7 +260,7 @@ impl Transport for Pty {
         }
     }
 
-    /// A pseudo terminal has no handshake lines: a client writes whether or not it may.
+    /// A pseudo-terminal has no handshake lines: a client writes whether or not it may.
     fn has_handshake(&self) -> bool {
         false
     }

@@ -211,7 +211,7 @@ impl Tcp {
     fn admit(&mut self, client: Client) {
         match (&self.holder, self.policy) {
             (None, _) => self.hold(client),
-            // Most who close are gone, and nobody who comes after them shall be refused.
+            // Most clients that close are gone, and none that comes after them shall be refused.
             (Some(holder), _) if holder.finished => {
                 self.release(None);
                 self.hold(client);

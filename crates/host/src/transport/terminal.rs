@@ -32,7 +32,7 @@ pub(super) fn set_raw(terminal: impl AsFd, baud: u32) -> io::Result<()> {
     Ok(())
 }
 
-/// How a client has set its line, as far as a pseudo terminal shows it.
+/// How a client has set its line, as far as a pseudo-terminal shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct LineSettings {
     /// Bits per second.

@@ -16,7 +16,7 @@ pub struct User {
     pub(super) descriptors: usize,
     /// Of how many of them it can read.
     pub(super) readers: usize,
-    /// It has the near end of this pseudo terminal as well: it is what answers there.
+    /// It has the near end of this pseudo-terminal as well: it is what answers there.
     pub serves: bool,
 }
 
@@ -40,7 +40,7 @@ impl Users {
         Ok(Users::of_file((file.dev(), file.ino()), index(terminal)))
     }
 
-    /// The one that answers at this pseudo terminal.
+    /// The one that answers at this pseudo-terminal.
     #[must_use]
     pub fn server(&self) -> Option<&User> {
         self.seen.iter().find(|user| user.serves)

@@ -1,4 +1,4 @@
-//! Pseudo terminals, end to end.
+//! Pseudo-terminals, end to end.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};

@@ -1,4 +1,4 @@
-//! A real serial port, played by one end of a pseudo terminal.
+//! A real serial port, played by one end of a pseudo-terminal.
 
 use std::io::{Read, Write};
 use std::time::Duration;

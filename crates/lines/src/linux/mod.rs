@@ -112,7 +112,7 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
 }
 
 impl Launcher {
-    /// Runs a command so that requests for modem lines on `terminal`, a pseudo terminal or a link
+    /// Runs a command so that requests for modem lines on `terminal`, a pseudo-terminal or a link
     /// to one, are answered from `lines`, for the `peer` at their far side.
     ///
     /// # Errors
@@ -170,7 +170,7 @@ impl Launcher {
     }
 }
 
-/// Gives a terminal the line discipline back that every terminal begins with. A pseudo terminal
+/// Gives a terminal the line discipline back that every terminal begins with. A pseudo-terminal
 /// whose near end stays open does not get it back by itself when its last client closes it.
 ///
 /// # Errors

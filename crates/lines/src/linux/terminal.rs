@@ -58,7 +58,7 @@ impl Identity {
         Some(Identity { device, file: pseudo.then_some((file.st_dev, file.st_ino)) })
     }
 
-    /// Whether it is a pseudo terminal, which has no lines of its own.
+    /// Whether it is a pseudo-terminal, which has no lines of its own.
     pub(crate) fn is_pseudo(self) -> bool {
         self.file.is_some()
     }
