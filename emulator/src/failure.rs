@@ -60,6 +60,14 @@ impl Failure {
         Failure { message, help, place: None, code }
     }
 
+    /// It in one line, for whoever shows it elsewhere.
+    pub(crate) fn text(&self) -> String {
+        match &self.help {
+            Some(help) => format!("{}; {help}", self.message),
+            None => self.message.clone(),
+        }
+    }
+
     /// Prints it and says with which code to exit.
     pub(crate) fn report(self) -> ExitCode {
         let code = ExitCode::from(self.code);

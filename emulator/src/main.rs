@@ -5,6 +5,7 @@ mod circle;
 mod completions;
 mod conform;
 mod console;
+mod dap;
 mod doctor;
 mod endings;
 mod failure;
@@ -88,6 +89,8 @@ enum Tool {
         about = "Find the shortest input of a recording that still shows a difference or an error"
     )]
     Minimise(recording::less::MinimiseArguments),
+    #[command(about = "Debug programs, jobs and recordings in an editor: a debug adapter")]
+    Dap(dap::Arguments),
     #[command(about = "Say what a program will find at a port, and the remedy")]
     Doctor(doctor::Arguments),
     #[command(about = "Print isel's commands for a circle, a part of one, or a helix")]
@@ -135,6 +138,7 @@ fn main() -> ExitCode {
         }
         Tool::Cut(arguments) => recording::less::cut(&arguments),
         Tool::Minimise(arguments) => recording::less::minimise(&arguments),
+        Tool::Dap(arguments) => return dap::run(&arguments).unwrap_or_else(Failure::report),
         Tool::Doctor(arguments) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }

@@ -23,6 +23,11 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
+    /// What somebody says elsewhere than on a command line.
+    pub(crate) fn said(model: Option<String>, machine: Option<String>) -> Setup {
+        Setup { model, machine }
+    }
+
     /// The name or profile file of the model.
     pub(crate) fn model(&self) -> &str {
         self.model.as_deref().unwrap_or("imc4")

@@ -15,11 +15,12 @@ use vimc4::{Clock, Emulator};
 
 const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
 
-const PAGES: [(&str, &str); 11] = [
+const PAGES: [(&str, &str); 12] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
     ("docs/connect.md", include_str!("../../docs/connect.md")),
+    ("docs/debugging.md", include_str!("../../docs/debugging.md")),
     ("docs/design.md", include_str!("../../docs/design.md")),
     ("docs/library.md", include_str!("../../docs/library.md")),
     ("docs/ncp.md", include_str!("../../docs/ncp.md")),
@@ -65,6 +66,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
         "vimc4 console examples/plate.ncp --machine mill --screen",
         "needs a terminal; emulator/tests/console.rs",
     ),
+    ("", "vimc4 dap", "waits for an editor; emulator/tests/dap.rs"),
     ("", "vimc4 ncp lsp", "waits for an editor; emulator/tests/lsp.rs"),
     (
         "vimc4 send",

@@ -1,4 +1,33 @@
 //! The Debug Adapter Protocol for controllers: its messages, and a session that answers them.
+//!
+//! An editor speaks with a [`Session`]. The threads that it sees are controllers, the frames of a
+//! stack the line that is executed, the loops around it and the command. It goes forward and back
+//! through the history of a controller with the debugger of `vimc4-debug`. The [`REQUESTS`] are one
+//! table; what is not in it is answered with an error.
+//!
+//! Nothing here knows a clock, a socket or a file: bytes are found to be messages by a
+//! [`framing::Decoder`], and what is debugged is opened by an [`Open`].
 #![forbid(unsafe_code)]
 
+mod arguments;
+mod console;
+mod dispatch;
 pub mod framing;
+mod handles;
+mod held;
+mod life;
+mod looking;
+mod message;
+mod open;
+mod points;
+mod setting;
+mod state;
+mod table;
+mod texts;
+mod walking;
+
+pub use message::{Incoming, LARGEST, Outgoing, Refusal, Request};
+pub use open::{ATTRIBUTES, Configuration, Open, Opened};
+pub use state::Session;
+pub use table::{REQUESTS, Row};
+pub use walking::Running;

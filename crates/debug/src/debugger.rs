@@ -9,7 +9,7 @@ use vimc4_device::{Condition, Input, Kinds, Names, Time, TimedInput};
 use vimc4_timeline::{History, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::{DebugError, Expression, Field, Source, Unit, Variable};
+use crate::{DebugError, Expression, Feed, Field, Source, Unit, Variable};
 
 /// A controller, its history, and where one stands in it.
 ///
@@ -48,6 +48,7 @@ pub struct Debugger {
     pub(crate) history: History<Controller>,
     names: Names,
     pub(crate) source: Option<Source>,
+    pub(crate) feed: Option<Feed>,
     pub(crate) breakpoints: Vec<Breakpoint>,
     /// The number of the breakpoint that was made last.
     last_breakpoint: u32,
@@ -85,6 +86,7 @@ impl Debugger {
             names: Names::of(history.device()),
             history,
             source: None,
+            feed: None,
             breakpoints: Vec::new(),
             last_breakpoint: 0,
             marks: BTreeMap::new(),
@@ -146,6 +148,20 @@ impl Debugger {
     #[must_use]
     pub fn source(&self) -> Option<&Source> {
         self.source.as_ref()
+    }
+
+    /// There is a host that goes on whenever the controller has done what was asked for, so that a
+    /// walk comes to an end only when the host does. On a branch it goes on from where that parted.
+    #[must_use]
+    pub fn with_feed(mut self, feed: Feed) -> Debugger {
+        self.feed = Some(feed);
+        self
+    }
+
+    /// The host, if there is one.
+    #[must_use]
+    pub fn feed(&self) -> Option<&Feed> {
+        self.feed.as_ref()
     }
 
     /// The text that the commands come from.

@@ -6,7 +6,7 @@ use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
-use crate::breakpoint::BreakpointId;
+use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::{Debugger, patiently};
 use crate::stop::{Reason, Stop};
 use crate::walk::Walk;
@@ -28,8 +28,9 @@ impl Debugger {
             let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
             return self.pass(way, nanos.saturating_mul(count), unit, progress);
         }
-        let mut notes = Vec::new();
-        for _ in 0..count {
+        let (mut notes, mut made) = (Vec::new(), 0);
+        while made < count {
+            self.host_goes_on(way);
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).step(unit, depth, history.device(), source);
@@ -44,9 +45,13 @@ impl Debugger {
             let met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
             let why = match found {
-                Found::Here if met.is_empty() => continue,
+                Found::Here if met.is_empty() => {
+                    made += 1;
+                    continue;
+                }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
+                Found::Nowhere if self.host_goes_on(way) => continue,
                 Found::Nowhere => match way {
                     Way::Back => Reason::Beginning,
                     Way::Forward => self.nothing_more(end),
@@ -58,36 +63,55 @@ impl Debugger {
     }
 
     /// Goes on, forward or back, to the next breakpoint. Forward: up to a time, or until the
-    /// controller waits for something from outside; back: to the beginning.
+    /// controller waits for something from outside, and a host does nothing more; back: to the
+    /// beginning.
     pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
-        let history = &mut self.history;
-        let source = self.source.as_ref();
-        let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source);
-        let end = until.unwrap_or(Time::NEVER).min(end_of(history, self.stays));
-        let found = match way {
-            Way::Forward => history.seek_next(end, &mut walk, progress),
-            Way::Back => history.seek_last(&mut walk, progress),
-        };
-        let met = ids(&walk, history.now());
-        let notes = std::mem::take(&mut walk.notes);
-        let why = match found {
-            Found::Here => Reason::Breakpoints(met),
-            Found::GivenUp => Reason::Cancelled,
-            Found::Nowhere if way == Way::Back => {
-                let first = self.history.branches().next().map(|branch| branch.first);
-                let moment = first.unwrap_or_default();
-                self.history.go_back_to(Place { branch: BranchId(0), moment });
-                Reason::Beginning
+        let mut notes = Vec::new();
+        loop {
+            self.host_goes_on(way);
+            // Whoever fills a buffer looks for room whenever a command leaves it.
+            let feed = self.feed.as_ref().filter(|_| way == Way::Forward);
+            let fills = feed.is_some_and(|feed| feed.streams(&self.history));
+            if fills {
+                self.breakpoints.push(leaves_the_buffer());
             }
-            Found::Nowhere => match until.filter(|until| *until <= end) {
-                Some(until) => {
-                    self.history.run_to(until);
-                    Reason::Time
+            let history = &mut self.history;
+            let source = self.source.as_ref();
+            let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source);
+            let end = until.unwrap_or(Time::NEVER).min(end_of(history, self.stays));
+            let found = match way {
+                Way::Forward => history.seek_next(end, &mut walk, progress),
+                Way::Back => history.seek_last(&mut walk, progress),
+            };
+            let mut met = ids(&walk, history.now());
+            notes.append(&mut walk.notes);
+            if fills {
+                self.breakpoints.pop();
+                met.retain(|id| *id != NOBODYS);
+                if found == Found::Here && met.is_empty() {
+                    continue;
                 }
-                None => self.nothing_more(end),
-            },
-        };
-        self.stopped(why, notes)
+            }
+            let why = match found {
+                Found::Here => Reason::Breakpoints(met),
+                Found::GivenUp => Reason::Cancelled,
+                Found::Nowhere if way == Way::Back => {
+                    let first = self.history.branches().next().map(|branch| branch.first);
+                    let moment = first.unwrap_or_default();
+                    self.history.go_back_to(Place { branch: BranchId(0), moment });
+                    Reason::Beginning
+                }
+                Found::Nowhere if self.host_goes_on(way) => continue,
+                Found::Nowhere => match until.filter(|until| *until <= end) {
+                    Some(until) => {
+                        self.history.run_to(until);
+                        Reason::Time
+                    }
+                    None => self.nothing_more(end),
+                },
+            };
+            return self.stopped(why, notes);
+        }
     }
 
     /// Goes to the next or the last instant at which a condition begins to hold. Where it is not in
@@ -116,6 +140,12 @@ impl Debugger {
         let mut found = self.history.seek_next(end, &mut begins, progress);
         if found == Found::Nowhere && !self.stays {
             self.history.go_to_time(end);
+            while found == Found::Nowhere && self.host_goes_on(Way::Forward) {
+                found = self.history.seek_next(Time::NEVER, &mut begins, progress);
+            }
+            if found != Found::Nowhere {
+                return self.back_unless_here(found, begin);
+            }
             let mut future = History::new(self.device().clone());
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
@@ -124,6 +154,11 @@ impl Debugger {
                 return self.history.seek_next(Time::NEVER, &mut begins, &mut patiently);
             }
         }
+        self.back_unless_here(found, begin)
+    }
+
+    /// Where nothing was found the present is where it was.
+    fn back_unless_here(&mut self, found: Found, begin: Place) -> Found {
         if found != Found::Here {
             self.history.go_back_to(begin);
         }
@@ -184,14 +219,18 @@ impl Debugger {
     fn go_plain(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
         let mut nothing = Walk::new(Way::Forward);
         let end = at.min(end_of(&self.history, self.stays));
-        match self.history.seek_next(end, &mut nothing, progress) {
-            Found::GivenUp => self.stopped(Reason::Cancelled, Vec::new()),
-            _ => {
-                self.history.run_to(end);
-                let why = if end < at { Reason::End } else { Reason::Gone };
-                self.stopped(why, Vec::new())
+        loop {
+            self.host_goes_on(Way::Forward);
+            if self.history.seek_next(end, &mut nothing, progress) == Found::GivenUp {
+                return self.stopped(Reason::Cancelled, Vec::new());
+            }
+            if !self.host_goes_on(Way::Forward) {
+                break;
             }
         }
+        self.history.run_to(end);
+        let why = if end < at { Reason::End } else { Reason::Gone };
+        self.stopped(why, Vec::new())
     }
 
     /// Goes by a span of time.
@@ -222,6 +261,12 @@ impl Debugger {
         stop
     }
 
+    /// Lets the host do what it would do now, and says whether it has done something.
+    fn host_goes_on(&mut self, way: Way) -> bool {
+        let feed = self.feed.as_mut().filter(|_| way == Way::Forward);
+        feed.is_some_and(|feed| feed.go_on(&mut self.history))
+    }
+
     /// Why nothing more is found ahead.
     fn nothing_more(&self, end: Time) -> Reason {
         if end == Time::NEVER { Reason::Rest } else { Reason::End }
@@ -233,6 +278,22 @@ impl Debugger {
         let outputs = self.history.drain().take(OUTPUTS_MAX).collect();
         let (place, at) = (self.place(), self.now());
         Stop { why, place, at, command: self.executing(), notes, outputs }
+    }
+}
+
+/// The number of a breakpoint that nobody has made.
+const NOBODYS: BreakpointId = BreakpointId(0);
+
+/// Waits for a command that leaves the buffer.
+fn leaves_the_buffer() -> Breakpoint {
+    Breakpoint {
+        id: NOBODYS,
+        trigger: Trigger::Condition(Condition::Command { like: None }),
+        condition: None,
+        hits: Hits::All,
+        log: None,
+        is_enabled: true,
+        count: 0,
     }
 }
 

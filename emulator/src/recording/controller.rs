@@ -30,9 +30,9 @@ pub(super) struct Other {
 
 /// A controller that can be made again and again, with its profiles as they are written down.
 #[derive(Clone)]
-pub(super) struct Site {
-    pub(super) model: Model,
-    pub(super) machine: Arc<Machine>,
+pub(crate) struct Site {
+    pub(crate) model: Model,
+    pub(crate) machine: Arc<Machine>,
     line: LineSort,
     profiles: [Value; 2],
     /// Those of the recording, with what its program did not know yet.
@@ -47,7 +47,7 @@ impl Site {
     /// # Errors
     ///
     /// What is wrong with its head, as a sentence.
-    pub(super) fn recorded(head: &Head) -> Result<Site, String> {
+    pub(crate) fn recorded(head: &Head) -> Result<Site, String> {
         let written = [head.model.clone(), head.machine.clone()];
         let profiles = [completed_model(&head.model), completed_machine(&head.machine)];
         let model = model(&profiles[0])?;
@@ -84,27 +84,8 @@ impl Site {
 
     /// The same with another value of a quirk.
     pub(super) fn with_quirk(&self, name: &str, value: &str) -> Result<Site, String> {
-        let quirks = vimc4_catalogue::quirks(&self.model);
-        let Some((_, values)) = quirks.iter().find(|(known, _)| *known == name) else {
-            let known: Vec<&str> = quirks.iter().map(|(name, _)| *name).collect();
-            return Err(format!(
-                "{} has no quirk {name}; it has {}",
-                self.model.name(),
-                known.join(", ")
-            ));
-        };
-        let plain = |text: &str| text.trim_matches('"').to_owned();
-        let Some(text) = values.iter().find(|known| plain(known) == plain(value)) else {
-            let values: Vec<String> = values.iter().map(|value| plain(value)).collect();
-            return Err(format!("{name} cannot be {value}; it is {}", values.join(" or ")));
-        };
         let mut site = self.clone();
-        // What a quirk can be is written as in TOML, which is as in JSON for these.
-        let value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        if let Some(place) = site.profiles[0].pointer_mut(&format!("/quirks/{name}")) {
-            *place = value;
-        }
-        site.model = model(&site.profiles[0])?;
+        (site.model, site.profiles[0]) = with_quirk(&self.model, &self.profiles[0], name, value)?;
         Ok(site)
     }
 
@@ -140,7 +121,7 @@ impl Site {
 
     /// A recorded state, as one of this controller: one that has just been switched on is just
     /// switched on here too, and has the profiles of this one else.
-    pub(super) fn read(&self, written: &Value) -> Result<LineState<State>, String> {
+    pub(crate) fn read(&self, written: &Value) -> Result<LineState<State>, String> {
         if !self.written.iter().all(|profile| contains(written, profile)) {
             return Err("its model and machine are not those of the first line".to_owned());
         }
@@ -188,6 +169,41 @@ impl Site {
             profiles,
         })
     }
+}
+
+/// A model of a profile with another value of a quirk, and its profile.
+fn with_quirk(
+    model: &Model,
+    profile: &Value,
+    name: &str,
+    value: &str,
+) -> Result<(Model, Value), String> {
+    let quirks = vimc4_catalogue::quirks(model);
+    let Some((_, values)) = quirks.iter().find(|(known, _)| *known == name) else {
+        let known: Vec<&str> = quirks.iter().map(|(name, _)| *name).collect();
+        return Err(format!("{} has no quirk {name}; it has {}", model.name(), known.join(", ")));
+    };
+    let plain = |text: &str| text.trim_matches('"').to_owned();
+    let Some(text) = values.iter().find(|known| plain(known) == plain(value)) else {
+        let values: Vec<String> = values.iter().map(|value| plain(value)).collect();
+        return Err(format!("{name} cannot be {value}; it is {}", values.join(" or ")));
+    };
+    // What a quirk can be is written as in TOML, which is as in JSON for these.
+    let value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let mut profile = profile.clone();
+    if let Some(place) = profile.pointer_mut(&format!("/quirks/{name}")) {
+        *place = value;
+    }
+    Ok((self::model(&profile)?, profile))
+}
+
+/// A model with another value of a quirk.
+///
+/// # Errors
+///
+/// If it has no such quirk, or that cannot be so.
+pub(crate) fn quirky(model: &Model, name: &str, value: &str) -> Result<Model, String> {
+    Ok(with_quirk(model, &written(model), name, value)?.0)
 }
 
 fn model(profile: &Value) -> Result<Model, String> {

@@ -18,7 +18,7 @@ const LARGEST: u64 = 4 << 30;
 const AROUND: usize = 60;
 
 /// Reads a recording; `-` is standard input.
-pub(super) fn read(path: &Path) -> Result<Recording, Failure> {
+pub(crate) fn read(path: &Path) -> Result<Recording, Failure> {
     let name = text::name(path);
     let failed = |error: std::io::Error| {
         Failure::usage(format!(

@@ -3,9 +3,9 @@
 mod bridge;
 mod card;
 mod client;
-mod controller;
+pub(crate) mod controller;
 pub(crate) mod diff;
-mod file;
+pub(crate) mod file;
 pub(crate) mod less;
 pub(crate) mod replay;
 pub(crate) mod tap;

@@ -1,0 +1,181 @@
+//! Expressions, values that are set, and the console.
+
+use serde_json::{Value, json};
+use vimc4_debug::{Answer, DebugError, Debugger, Reason, Variable};
+use vimc4_device::{Device, Input};
+use vimc4_timeline::Progress;
+
+use crate::arguments::{Completions, Evaluate, SetExpression, SetVariable};
+use crate::held::Walk;
+use crate::message::Refusal;
+use crate::state::{Answered, Session, answer};
+
+impl Session {
+    pub(crate) fn evaluate(&mut self, about: Evaluate, progress: &mut Progress<'_>) -> Answered {
+        let thread = self.of_frame(about.frame_id)?;
+        let text = about.expression.trim();
+        if about.context != "repl" {
+            let value = value(self.resting(thread as i64 + 1)?.debugger(), text);
+            let value = value.map_err(Refusal::new)?;
+            return Ok(self.result(thread, &value));
+        }
+        let debugger = self.resting(thread as i64 + 1)?.debugger();
+        let place = debugger.place();
+        let answered = match debugger.execute(text, progress) {
+            // What is no command may be an expression.
+            Err(error) => match value(debugger, text) {
+                Ok(value) => Ok(Answer::Value(value)),
+                Err(_) => Err(error),
+            },
+            answered => answered,
+        };
+        // What was given takes effect now, as far as it does by itself.
+        let now = debugger.now();
+        if debugger.place() == place {
+            debugger.history_mut().run_to(now);
+        }
+        let has_moved = debugger.place() != place;
+        let told = answered.map_err(Refusal::new)?;
+        if let Answer::Stopped(stop, _) = &told
+            && stop.why == Reason::Cancelled
+        {
+            return Err(Refusal::cancelled());
+        }
+        let result = match &told {
+            Answer::Value(value) => self.result(thread, &value.clone()),
+            Answer::Quit => {
+                return Err(Refusal::new("the session ends with its editor: Stop or Disconnect"));
+            }
+            told => json!({ "result": told.to_string(), "variablesReference": 0 }),
+        };
+        if has_moved {
+            self.has_moved(thread, told);
+        }
+        Ok(result)
+    }
+
+    /// A command of the console has led somewhere else.
+    fn has_moved(&mut self, thread: usize, told: Answer) {
+        let Some(held) = self.held.get_mut(thread) else { return };
+        let stop = match told {
+            Answer::Stopped(stop, _) => Some(stop),
+            _ => {
+                let place = held.debugger().place();
+                held.debugger().go_to(place).ok()
+            }
+        };
+        self.frames.forget(thread);
+        self.values.forget(thread);
+        if let Some(stop) = stop {
+            // It was asked for, so nothing ends by it.
+            self.stopped(thread, &Walk::Go(vimc4_debug::Way::Back), stop);
+        }
+    }
+
+    fn result(&mut self, thread: usize, value: &Variable) -> Value {
+        let mut told = self.told_value(thread, value);
+        told["result"] = told["value"].take();
+        if let Value::Object(parts) = &mut told {
+            parts.remove("value");
+            parts.remove("name");
+            parts.remove("evaluateName");
+        }
+        told
+    }
+
+    pub(crate) fn set_variable(&mut self, set: SetVariable) -> Answered {
+        let (thread, path) = self.part(set.variables_reference, &set.name)?;
+        self.put(thread, &path, &set.value)
+    }
+
+    pub(crate) fn set_expression(&mut self, set: SetExpression) -> Answered {
+        let thread = self.of_frame(set.frame_id)?;
+        self.put(thread, set.expression.trim(), &set.value)
+    }
+
+    /// Sets a switch, or puts another value into the state.
+    fn put(&mut self, thread: usize, path: &str, text: &str) -> Answered {
+        let held = self.resting(thread as i64 + 1)?;
+        let debugger = held.debugger();
+        let text = text.trim();
+        let name = path.strip_prefix("signals.").map(|name| name.trim_matches('"'));
+        match name {
+            Some(name) => {
+                let signals = debugger.device().signals();
+                let signal = signals.iter().find(|own| own.name.eq_ignore_ascii_case(name));
+                let signal = signal.ok_or_else(|| Refusal(format!("there is no signal {name}")))?;
+                let value = signal.value_of(text).ok_or_else(|| {
+                    let values = signal.values();
+                    Refusal(format!(
+                        "{name} is {} to {}, and not {text}",
+                        values.start(),
+                        values.end()
+                    ))
+                })?;
+                debugger.give(Input::Signal(signal.id, value));
+                let now = debugger.now();
+                debugger.history_mut().run_to(now);
+            }
+            None => {
+                let value = serde_json::from_str(text).unwrap_or_else(|_| text.into());
+                debugger.set_variable(path, value).map_err(Refusal::new)?;
+            }
+        }
+        let value = debugger.variable(path).map_err(Refusal::new)?;
+        if self.client.is_told_what_is_old {
+            let body = json!({ "areas": ["all"], "threadId": thread + 1 });
+            self.tell("invalidated", body);
+        }
+        let told = self.told_value(thread, &value);
+        answer(json!({
+            "value": told["value"], "type": told["type"],
+            "variablesReference": told["variablesReference"],
+        }))
+    }
+
+    pub(crate) fn completions(&mut self, about: Completions) -> Answered {
+        let thread = self.of_frame(about.frame_id)?;
+        let first = self.client.first_line;
+        let row = about.line.map_or(0, |line| line.saturating_sub(first));
+        let row = usize::try_from(row).unwrap_or(0);
+        let text = about.text.split('\n').nth(row).unwrap_or_default().to_owned();
+        let units = usize::try_from(about.column.saturating_sub(first)).unwrap_or(0);
+        let debugger = self.resting(thread as i64 + 1)?.debugger();
+        let cursor = byte_of(&text, units);
+        let completion = debugger.complete(&text, cursor);
+        let start = text.get(..completion.from).unwrap_or_default().encode_utf16().count();
+        let length = units.saturating_sub(start);
+        let targets: Vec<Value> = completion
+            .candidates
+            .into_iter()
+            .map(|candidate| {
+                json!({
+                    "label": candidate.text, "detail": candidate.about,
+                    "start": start, "length": length,
+                })
+            })
+            .collect();
+        answer(json!({ "targets": targets }))
+    }
+}
+
+/// A field with its parts, or the value of an expression.
+fn value(debugger: &Debugger, text: &str) -> Result<Variable, DebugError> {
+    if let Ok(found) = debugger.variable(text)
+        && !text.is_empty()
+    {
+        return Ok(found);
+    }
+    let value = debugger.evaluate(text)?;
+    Ok(Variable { name: text.to_owned(), path: String::new(), value })
+}
+
+/// The byte before which so many UTF-16 units are.
+fn byte_of(text: &str, units: usize) -> usize {
+    let mut before = 0;
+    let found = text.char_indices().find(|(_, c)| {
+        before += c.len_utf16();
+        before > units
+    });
+    found.map_or(text.len(), |(at, _)| at)
+}

@@ -1,0 +1,166 @@
+//! One controller: going through its history, and where in which text that is.
+
+use vimc4_debug::{
+    DebugError, Debugger, Depth, Frame, FrameKind, Options, Reason, Stop, Trigger, Unit, Way,
+};
+use vimc4_device::{Condition, Event};
+use vimc4_timeline::{Place, Progress};
+
+use crate::open::Opened;
+
+/// A controller that is debugged.
+pub(crate) struct Held {
+    pub(crate) opened: Opened,
+    /// Where and why it has stopped last.
+    pub(crate) stop: Option<Stop>,
+    /// Where everything was done when it stopped last.
+    pub(crate) end: Option<Place>,
+    /// Nobody goes on with it.
+    pub(crate) is_over: bool,
+}
+
+/// A way through the history.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Walk {
+    /// To the first line.
+    Entry,
+    /// To a breakpoint.
+    Go(Way),
+    /// By one of these.
+    Step(Unit, Way, Depth),
+    /// To where something is so, whatever else is on the way.
+    To(Trigger, Way),
+}
+
+/// A text that lines are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Text {
+    /// What the commands come from.
+    Source,
+    /// The stored program.
+    Program,
+}
+
+/// What is under way, and where its line stands.
+pub(crate) struct Placed {
+    pub(crate) frame: Frame,
+    pub(crate) line: Option<(Text, u32)>,
+}
+
+impl Held {
+    pub(crate) fn new(opened: Opened) -> Held {
+        Held { opened, stop: None, end: None, is_over: false }
+    }
+
+    pub(crate) fn debugger(&mut self) -> &mut Debugger {
+        &mut self.opened.debugger
+    }
+
+    /// Goes that way, and says where that has led.
+    pub(crate) fn walk(&mut self, walk: &Walk, progress: &mut Progress<'_>) -> Stop {
+        let statement = self.opened.statement;
+        let debugger = &mut self.opened.debugger;
+        match walk {
+            Walk::Entry => debugger.step(statement, Way::Forward, Depth::Into, 1, progress),
+            Walk::Go(way) => debugger.go(*way, None, progress),
+            Walk::Step(unit, way, depth) => debugger.step(*unit, *way, *depth, 1, progress),
+            Walk::To(trigger, way) => find(debugger, trigger.clone(), *way, progress),
+        }
+    }
+
+    /// What is under way, from inside to outside. There is at least one.
+    pub(crate) fn frames(&mut self) -> Vec<Placed> {
+        let mut frames = self.opened.debugger.frames();
+        self.begin_with_what_has_just_begun(&mut frames);
+        let is_in_program = frames.iter().any(|frame| frame.kind == FrameKind::Line);
+        let stored = &self.opened.stored;
+        let placed = frames.into_iter().map(|frame| {
+            let line = match (frame.kind, frame.line) {
+                (FrameKind::Line | FrameKind::Loop { .. }, Some(line)) => {
+                    let place = (line as usize).checked_sub(1);
+                    let of_file = place.and_then(|place| stored.get(place)).copied();
+                    Some(of_file.map_or((Text::Program, line), |line| (Text::Source, line)))
+                }
+                (_, line) => line.map(|line| (Text::Source, line)),
+            };
+            Placed { frame, line }
+        });
+        // A program that a button has started belongs to no command, although one was the last.
+        let is_shown = |placed: &Placed| {
+            let is_command = matches!(placed.frame.kind, FrameKind::Command(_));
+            !(is_in_program && is_command && placed.line.is_none())
+        };
+        placed.filter(is_shown).collect()
+    }
+
+    /// A line that is done as soon as it begins, as that of a loop is, is the present one as long as
+    /// one stands there; the controller has the next in mind already.
+    fn begin_with_what_has_just_begun(&mut self, frames: &mut [Frame]) {
+        let debugger = &self.opened.debugger;
+        let stop = self.stop.as_ref().filter(|stop| stop.place == debugger.place());
+        let begun = stop.and_then(|stop| {
+            stop.outputs.iter().rev().find_map(|output| match output.event()? {
+                Event::Line { line, .. } => Some(*line),
+                _ => None,
+            })
+        });
+        let frame = frames.first_mut().filter(|frame| frame.kind == FrameKind::Line);
+        if let (Some(line), Some(frame)) = (begun, frame)
+            && frame.line != Some(line)
+        {
+            let listing = debugger.program();
+            let listed = listing.and_then(|listing| {
+                listing.lines.into_iter().find(|listed| listed.number == u64::from(line))
+            });
+            frame.name = listed.map_or_else(String::new, |listed| listed.text);
+            frame.line = Some(line);
+        }
+    }
+
+    /// What waits for a line of a text, or for the first after it at which something happens; and
+    /// which that is.
+    pub(crate) fn at_line(&self, text: Text, line: u32) -> Result<(Trigger, u32), DebugError> {
+        let of_program = |number| Trigger::Condition(Condition::Line { line: Some(number) });
+        if text == Text::Program {
+            return Ok((of_program(line), line));
+        }
+        let stored = (1_u32..).zip(&self.opened.stored).filter(|(_, of)| **of >= line);
+        let stored = stored.min_by_key(|(_, of)| **of).map(|(number, of)| (number, *of));
+        let source = self.opened.debugger.source();
+        let sent = source.and_then(|source| source.command_at(line)).map(|(_, of)| of);
+        match (stored, sent) {
+            // A line of a program is meant as it is executed, not as it is stored.
+            (Some((number, of)), sent) if sent.is_none_or(|sent| of <= sent) => {
+                Ok((of_program(number), of))
+            }
+            _ => {
+                let trigger = self.opened.debugger.line_trigger(line)?;
+                Ok((trigger, sent.unwrap_or(line)))
+            }
+        }
+    }
+}
+
+/// Goes to where something is so, without heeding any breakpoint.
+fn find(debugger: &mut Debugger, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
+    let from = debugger.place();
+    let all = debugger.breakpoints().iter();
+    let heeded: Vec<_> =
+        all.filter(|breakpoint| breakpoint.is_enabled).map(|breakpoint| breakpoint.id).collect();
+    for id in &heeded {
+        debugger.enable_breakpoint(*id, false);
+    }
+    let own = debugger.add_breakpoint(trigger, Options::default());
+    let mut stop = debugger.go(way, None, progress);
+    debugger.remove_breakpoint(own);
+    for id in &heeded {
+        debugger.enable_breakpoint(*id, true);
+    }
+    let why = match stop.why {
+        Reason::Breakpoints(_) => return Stop { why: Reason::Gone, ..stop },
+        Reason::Cancelled => Reason::Cancelled,
+        _ => Reason::Nowhere,
+    };
+    stop = debugger.go_to(from).unwrap_or(stop);
+    Stop { why, ..stop }
+}

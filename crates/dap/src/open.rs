@@ -1,0 +1,121 @@
+//! What is debugged, and who opens it.
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use vimc4_debug::{Debugger, Unit};
+
+use crate::message::Refusal;
+
+/// What an editor says of what is to be debugged, as in a `launch.json`. Each attribute is in
+/// [`ATTRIBUTES`].
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub struct Configuration {
+    /// A file of commands, a program, a plot or a job.
+    pub program: Option<String>,
+    /// A file in which a controller was recorded.
+    pub recording: Option<String>,
+    /// The model of controller.
+    pub model: Option<String>,
+    /// The machine.
+    pub machine: Option<String>,
+    /// Values of quirks, by their names.
+    pub quirks: BTreeMap<String, String>,
+    /// What the controller is called.
+    pub name: Option<String>,
+    /// The folder that names of files are relative to.
+    pub cwd: Option<String>,
+    /// Whether it stops before the first line.
+    pub stop_on_entry: bool,
+    /// Whether it does not stop at the end, but ends.
+    pub end_at_end: bool,
+    /// Whether it does not stop at all.
+    pub no_debug: bool,
+    /// Several controllers, each with what it has of its own.
+    pub controllers: Vec<Configuration>,
+}
+
+/// The attributes of a configuration: name, its type in JSON, and what it means.
+pub const ATTRIBUTES: [(&str, &str, &str); 10] = [
+    ("program", "string", "the file: a command list, a program (data field), a plot or a job file"),
+    (
+        "recording",
+        "string",
+        "instead of a program: a file in which a controller was recorded, with `--record`",
+    ),
+    ("model", "string", "the model of controller: a name from `vimc4 models`, or a profile file"),
+    ("machine", "string", "the machine: a name from `vimc4 machines`, or a profile file"),
+    ("quirks", "object", "quirks of the model that have another value here"),
+    (
+        "cwd",
+        "string",
+        "the folder that names of files are relative to; that of the adapter if none is said",
+    ),
+    ("stopOnEntry", "boolean", "stop before the first line; false if nothing is said"),
+    (
+        "endAtEnd",
+        "boolean",
+        "end with the program; if not, it stops at the end, and goes back from there",
+    ),
+    ("noDebug", "boolean", "heed no breakpoints"),
+    (
+        "controllers",
+        "array",
+        "several controllers, each with these attributes and a `name`; what it leaves out is as said beside",
+    ),
+];
+
+/// A controller that is to be debugged.
+#[derive(Clone, Debug)]
+pub struct Opened {
+    /// What it is called.
+    pub name: String,
+    /// It and its history. Its source, if it has one, has the path of the file as its name.
+    pub debugger: Debugger,
+    /// The line of the file, from 1, that each line of the stored program comes from, if it does.
+    pub stored: Vec<u32>,
+    /// Whether its source is a file; else it is shown from memory.
+    pub is_file: bool,
+    /// What a statement is.
+    pub statement: Unit,
+}
+
+/// Who opens files.
+pub trait Open {
+    /// Opens what a configuration says: at least one controller.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, and what would be right.
+    fn open(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal>;
+
+    /// Whether two paths are those of the same file.
+    fn is_same_file(&self, one: &str, other: &str) -> bool;
+}
+
+impl Configuration {
+    /// The controllers that it is of, each with what is said of all.
+    #[must_use]
+    pub fn each(&self) -> Vec<Configuration> {
+        if self.controllers.is_empty() {
+            // What an editor calls a configuration is no name of a controller.
+            return vec![Configuration { name: None, ..self.clone() }];
+        }
+        let each = self.controllers.iter().map(|own| {
+            let own = own.clone();
+            let file = own.program.is_some() || own.recording.is_some();
+            Configuration {
+                program: own.program.or_else(|| self.program.clone().filter(|_| !file)),
+                recording: own.recording.or_else(|| self.recording.clone().filter(|_| !file)),
+                model: own.model.or_else(|| self.model.clone()),
+                machine: own.machine.or_else(|| self.machine.clone()),
+                quirks: self.quirks.clone().into_iter().chain(own.quirks).collect(),
+                name: own.name,
+                cwd: own.cwd.or_else(|| self.cwd.clone()),
+                controllers: Vec::new(),
+                ..self.clone()
+            }
+        });
+        each.collect()
+    }
+}

@@ -1,0 +1,356 @@
+//! Controllers on their way, and where they stop.
+
+use serde_json::{Value, json};
+use vimc4_debug::{BreakpointId, Depth, Reason, Stop, Unit, Way};
+use vimc4_device::{Device, Event, Kinds, Output};
+use vimc4_timeline::Progress;
+
+use crate::arguments::{Goto, Granularity, Lines, OfFrame, OfThread, Step};
+use crate::held::{Placed, Text, Walk};
+use crate::message::Refusal;
+use crate::state::{Answered, DONE, Run, Session, Stage, answer};
+
+/// What can be asked of a run from outside.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Running {
+    /// The number of the run, which is also that of its progress.
+    pub number: u64,
+    /// What goes on, for people.
+    pub title: String,
+    /// The thread, as clients count them.
+    pub thread: i64,
+    /// Whether nothing is lost when it is broken off and gone on with.
+    pub can_pause: bool,
+    /// Whether there are others that wait for their turn.
+    pub has_others: bool,
+}
+
+impl Session {
+    /// What is on its way, if something is: [`run`](Session::run) lets it go on.
+    #[must_use]
+    pub fn running(&self) -> Option<Running> {
+        let run = self.runs.front()?;
+        let title = match &run.walk {
+            Walk::Go(Way::Back) | Walk::Step(_, Way::Back, _) | Walk::To(_, Way::Back) => {
+                "Going back"
+            }
+            _ => "Running",
+        };
+        let title = match self.held.len() {
+            1 => title.to_owned(),
+            _ => format!("{title}: {}", self.held.get(run.thread)?.opened.name),
+        };
+        Some(Running {
+            number: run.number,
+            title,
+            thread: run.thread as i64 + 1,
+            can_pause: matches!(run.walk, Walk::Go(Way::Forward)),
+            has_others: self.runs.len() > 1,
+        })
+    }
+
+    /// Whether the run of a number is still on its way.
+    #[must_use]
+    pub fn is_running(&self, number: u64) -> bool {
+        self.runs.iter().any(|run| run.number == number)
+    }
+
+    /// Whether the client shows progress.
+    #[must_use]
+    pub fn shows_progress(&self) -> bool {
+        self.client.shows_progress
+    }
+
+    /// Lets the first controller go on until it stops, or `progress` says that it is enough. Then it
+    /// goes on with the next call, after others that wait for their turn; except where it cannot
+    /// go on from there: that has ended then.
+    pub fn run(&mut self, progress: &mut Progress<'_>) {
+        let Some(run) = self.runs.pop_front() else { return };
+        let Some(held) = self.held.get_mut(run.thread) else { return };
+        let stop = held.walk(&run.walk, progress);
+        if stop.why == Reason::Cancelled && run.walk == Walk::Go(Way::Forward) {
+            self.tell_notes(run.thread, &stop);
+            self.runs.push_back(run);
+            return;
+        }
+        self.stopped(run.thread, &run.walk, stop);
+    }
+
+    /// Sends a controller on its way.
+    pub(crate) fn begin(&mut self, thread: usize, walk: Walk) {
+        self.frames.forget(thread);
+        self.values.forget(thread);
+        self.targets.retain(|(own, ..)| *own != thread);
+        self.begun += 1;
+        self.runs.push_back(Run { number: self.begun, thread, walk });
+    }
+
+    /// A controller has stopped.
+    pub(crate) fn stopped(&mut self, thread: usize, walk: &Walk, stop: Stop) {
+        self.tell_notes(thread, &stop);
+        let Some(held) = self.held.get_mut(thread) else { return };
+        let is_ahead = !matches!(
+            walk,
+            Walk::Go(Way::Back) | Walk::Step(_, Way::Back, _) | Walk::To(_, Way::Back)
+        );
+        let comes_to_rest = matches!(stop.why, Reason::Rest | Reason::End) && is_ahead;
+        let debugger = &held.opened.debugger;
+        let feed = debugger.feed();
+        let asks = feed.and_then(|feed| feed.waits()).map(str::to_owned).filter(|_| comes_to_rest);
+        let is_idle = debugger.device().is_idle() || stop.why == Reason::End;
+        let is_done = is_idle && feed.is_none_or(|feed| feed.is_done(debugger.history()));
+        let is_end = comes_to_rest && asks.is_none() && is_done;
+        // Whoever goes on at the end wants to go beyond it.
+        let again = is_end && held.end == Some(stop.place);
+        held.end = is_end.then_some(stop.place);
+        let activity = debugger.device().activity();
+        held.stop = Some(stop.clone());
+        let ends = |configuration: &crate::open::Configuration| {
+            configuration.end_at_end || configuration.no_debug
+        };
+        if is_end && (again || self.configuration.as_ref().is_some_and(ends)) {
+            return self.is_over_for(thread);
+        }
+        let (reason, description) = match &stop.why {
+            _ if *walk == Walk::Entry && !comes_to_rest => ("entry", "the first line".to_owned()),
+            Reason::Step(unit) => ("step", format!("a {unit}")),
+            Reason::Breakpoints(ids) => self.met(thread, ids, &stop),
+            Reason::Found | Reason::Gone => ("goto", "here".to_owned()),
+            Reason::Nowhere => ("goto", "that is nowhere; still here".to_owned()),
+            Reason::Beginning => ("entry", "the beginning".to_owned()),
+            Reason::Time => ("pause", "the time has come".to_owned()),
+            Reason::Cancelled => ("pause", "paused".to_owned()),
+            Reason::End => ("pause", "the end of what is recorded".to_owned()),
+            Reason::Rest => match asks {
+                Some(asks) => ("pause", asks),
+                None if is_done => ("pause", "the end: everything is done".to_owned()),
+                None => ("pause", activity.to_string()),
+            },
+        };
+        let ids = match &stop.why {
+            Reason::Breakpoints(ids) => self.points_of(thread, ids),
+            _ => Vec::new(),
+        };
+        self.tell(
+            "stopped",
+            json!({
+                "reason": reason,
+                "description": capital(&description),
+                "text": description,
+                "threadId": thread + 1,
+                "allThreadsStopped": false,
+                "hitBreakpointIds": ids,
+            }),
+        );
+    }
+
+    /// What a stop at breakpoints is called, and a few words on it.
+    fn met(&mut self, thread: usize, ids: &[BreakpointId], stop: &Stop) -> (&'static str, String) {
+        // What is told first is what somebody would ask about first.
+        const ORDER: [&str; 4] =
+            ["exception", "data breakpoint", "function breakpoint", "breakpoint"];
+        let met = |id: &(usize, BreakpointId)| id.0 == thread && ids.contains(&id.1);
+        let reasons: Vec<&str> = self
+            .points
+            .all()
+            .filter(|point| point.on.iter().any(met))
+            .map(|point| point.reason())
+            .collect();
+        let reason = ORDER.into_iter().find(|reason| reasons.contains(reason));
+        let reason = reason.unwrap_or("breakpoint");
+        let error = error_in(&stop.outputs).filter(|_| reason == "exception");
+        let debugger = self.held.get(thread).map(|held| &held.opened.debugger);
+        let first = debugger.and_then(|debugger| {
+            let found = debugger.breakpoints().iter().find(|own| ids.contains(&own.id))?;
+            Some(found.describe(debugger.names()))
+        });
+        let text = error.map(|(code, why)| format!("error reply {code}: {why}"));
+        (reason, text.or(first).unwrap_or_else(|| reason.to_owned()))
+    }
+
+    fn points_of(&mut self, thread: usize, ids: &[BreakpointId]) -> Vec<u32> {
+        let met = |id: &(usize, BreakpointId)| id.0 == thread && ids.contains(&id.1);
+        let points = self.points.all();
+        points.filter(|point| point.on.iter().any(met)).map(|point| point.id).collect()
+    }
+
+    /// Says what breakpoints that only log have noted.
+    fn tell_notes(&mut self, thread: usize, stop: &Stop) {
+        for note in &stop.notes {
+            let by = (thread, note.by);
+            let point = self.points.all().find(|point| point.on.contains(&by));
+            let line = point.and_then(|point| point.line);
+            let mut body = json!({ "category": "console", "output": format!("{}\n", note.text) });
+            if let Some(line) = line {
+                body["source"] = self.source(thread, Text::Source);
+                body["line"] = self.line_out(line).into();
+            }
+            self.tell("output", body);
+        }
+    }
+
+    /// A controller is at its end, and nobody goes on with it.
+    fn is_over_for(&mut self, thread: usize) {
+        if let Some(held) = self.held.get_mut(thread) {
+            held.is_over = true;
+        }
+        if self.held.iter().all(|held| held.is_over) {
+            return self.end();
+        }
+        self.tell("thread", json!({ "reason": "exited", "threadId": thread + 1 }));
+    }
+
+    /// All controllers are at their end.
+    pub(crate) fn end(&mut self) {
+        if self.stage == Stage::Ended {
+            return;
+        }
+        self.stage = Stage::Ended;
+        self.runs.clear();
+        let is_error = |event: &Event| matches!(event, Event::Answer { why: Some(_), .. });
+        let has_failed = self.held.iter_mut().any(|held| {
+            held.debugger().last_event(Kinds::ANSWER, |_, event| is_error(event)).is_some()
+        });
+        if !self.held.is_empty() {
+            self.tell("exited", json!({ "exitCode": i32::from(has_failed) }));
+        }
+        self.tell("terminated", Value::Null);
+    }
+
+    // --- requests ---
+
+    pub(crate) fn go(&mut self, OfThread { thread_id }: OfThread, way: Way) -> Answered {
+        self.resting(thread_id)?;
+        self.begin(self.thread(thread_id)?, Walk::Go(way));
+        match way {
+            Way::Forward => answer(json!({ "allThreadsContinued": false })),
+            Way::Back => DONE,
+        }
+    }
+
+    pub(crate) fn step(&mut self, step: Step, way: Way, depth: Depth) -> Answered {
+        let statement = self.resting(step.thread_id)?.opened.statement;
+        let unit = match step.granularity {
+            Granularity::Statement => statement,
+            Granularity::Line => Unit::Line,
+            Granularity::Instruction => Unit::Step,
+        };
+        // Out of a loop is meant whatever a step is.
+        let unit = if depth == Depth::Out { Unit::Line } else { unit };
+        self.begin(self.thread(step.thread_id)?, Walk::Step(unit, way, depth));
+        DONE
+    }
+
+    pub(crate) fn pause(&mut self, OfThread { thread_id }: OfThread) -> Answered {
+        let thread = self.thread(thread_id)?;
+        let place = self.runs.iter().position(|run| run.thread == thread);
+        if let Some(run) = place.and_then(|place| self.runs.remove(place)) {
+            self.give_up(run);
+        }
+        DONE
+    }
+
+    /// Ends a run where it has come to.
+    pub(crate) fn give_up(&mut self, run: Run) {
+        let Some(held) = self.held.get_mut(run.thread) else { return };
+        let debugger = held.debugger();
+        let place = debugger.place();
+        if let Ok(stop) = debugger.go_to(place) {
+            let stop = Stop { why: Reason::Cancelled, ..stop };
+            self.stopped(run.thread, &run.walk, stop);
+        }
+    }
+
+    pub(crate) fn goto_targets(&mut self, lines: Lines) -> Answered {
+        let line = self.line_in(lines.line);
+        let line = u32::try_from(line).map_err(|_| Refusal(format!("there is no line {line}")))?;
+        let mut told = Vec::new();
+        let texts = self.texts(&lines.source);
+        if texts.is_empty() {
+            return Err(Refusal::new("no controller is given commands from there"));
+        }
+        for (thread, text) in texts {
+            let held = self.resting(thread as i64 + 1)?;
+            let (trigger, at) = held.at_line(text, line).map_err(Refusal::new)?;
+            let whose = match self.held.len() {
+                1 => String::new(),
+                _ => format!(" of {}", self.held[thread].opened.name),
+            };
+            for (is_back, what) in
+                [(true, "back to when it last began"), (false, "on to when it begins next")]
+            {
+                // The same target has the same number, however often it is asked for.
+                let target = (thread, trigger.clone(), is_back);
+                let place = self.targets.iter().position(|known| *known == target);
+                let place = place.unwrap_or_else(|| {
+                    self.targets.push(target);
+                    self.targets.len() - 1
+                });
+                told.push(json!({
+                    "id": place + 1,
+                    "label": format!("Line {at}{whose}: {what}"),
+                    "line": self.line_out(at),
+                }));
+            }
+        }
+        answer(json!({ "targets": told }))
+    }
+
+    pub(crate) fn goto(&mut self, goto: Goto) -> Answered {
+        self.resting(goto.thread_id)?;
+        let place = goto.target_id.checked_sub(1);
+        let target = place.and_then(|place| self.targets.get(place)).cloned();
+        let thread = self.thread(goto.thread_id)?;
+        let (_, trigger, is_back) = target.filter(|(own, ..)| *own == thread).ok_or_else(|| {
+            Refusal(format!("target {} is no more; gotoTargets has those of now", goto.target_id))
+        })?;
+        let way = if is_back { Way::Back } else { Way::Forward };
+        self.begin(thread, Walk::To(trigger, way));
+        DONE
+    }
+
+    /// Goes back to where something began that is under way.
+    pub(crate) fn restart_frame(&mut self, OfFrame { frame_id }: OfFrame) -> Answered {
+        let (thread, place) = self.frames.get(frame_id).copied().ok_or_else(|| {
+            Refusal(format!("frame {frame_id} is no more; stackTrace has those of now"))
+        })?;
+        let held = self.resting(thread as i64 + 1)?;
+        let line = held.frames().get(place).and_then(|Placed { line, .. }| *line);
+        let (text, line) =
+            line.ok_or_else(|| Refusal::new("this stands in no line that could be gone back to"))?;
+        let (trigger, _) = held.at_line(text, line).map_err(Refusal::new)?;
+        self.begin(thread, Walk::To(trigger, Way::Back));
+        DONE
+    }
+
+    pub(crate) fn exception_info(&mut self, OfThread { thread_id }: OfThread) -> Answered {
+        let held = self.resting(thread_id)?;
+        let stop = held.stop.as_ref();
+        let (code, why) = stop
+            .and_then(|stop| error_in(&stop.outputs))
+            .ok_or_else(|| Refusal::new("it has not stopped at an error reply"))?;
+        answer(json!({
+            "exceptionId": code,
+            "description": why,
+            "breakMode": "always",
+            "details": { "message": why, "typeName": "error reply" },
+        }))
+    }
+}
+
+/// The last error reply among what came out: its text, and why.
+fn error_in(outputs: &[Output]) -> Option<(String, String)> {
+    outputs.iter().rev().find_map(|output| match output.event()? {
+        Event::Answer { bytes, why: Some(why), .. } => {
+            Some((String::from_utf8_lossy(bytes.trim_ascii()).into_owned(), why.to_string()))
+        }
+        _ => None,
+    })
+}
+
+/// A sentence begins with a capital letter.
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    let first = chars.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + chars.as_str()
+}

@@ -1,0 +1,155 @@
+//! What a host does: it sends the commands of a file, each when its turn comes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use vimc4_catalogue::Controller;
+use vimc4_device::{Condition, Device, Event, Input, SignalId};
+use vimc4_timeline::{BranchId, History, Moment};
+
+/// Something that a host does when the controller has done what was asked for before.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Piece {
+    /// It sends bytes: a command with its end, or part of a stream of them.
+    Send(Vec<u8>),
+    /// Somebody presses a button and lets it go.
+    Press(SignalId),
+    /// It lets time pass.
+    Wait(Duration),
+    /// It waits until something is so; and what that is, for people.
+    Until(Condition, String),
+    /// It asks the person who stands by, who goes on when it is done; and what, for people.
+    Ask(String),
+}
+
+/// What a host will do, and how far it has come: at every moment of every branch of a history. What
+/// it has done there is in the history, and on a new branch it goes on from where that has parted.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    pieces: Arc<[Piece]>,
+    /// How many pieces were done at these moments, in order, of each branch.
+    done: BTreeMap<BranchId, Vec<Done>>,
+    /// What it waits for.
+    waits: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Done {
+    at: Moment,
+    /// It is done at the moment itself; else it has been given then, and counts from the next on.
+    is_over: bool,
+    /// The number of the next piece.
+    next: usize,
+}
+
+impl Feed {
+    /// A host that has not done anything.
+    #[must_use]
+    pub fn new(pieces: Vec<Piece>) -> Feed {
+        Feed { pieces: pieces.into(), done: BTreeMap::new(), waits: None }
+    }
+
+    /// What it waits for, or asks, if that keeps it from going on.
+    #[must_use]
+    pub fn waits(&self) -> Option<&str> {
+        self.waits.as_deref()
+    }
+
+    /// Whether it has done everything on the way to the present.
+    #[must_use]
+    pub fn is_done(&self, history: &History<Controller>) -> bool {
+        self.next(history) >= self.pieces.len()
+    }
+
+    /// Whether it would send as soon as there is room, and not only when the controller rests.
+    pub(crate) fn streams(&self, history: &History<Controller>) -> bool {
+        !history.device().details().says_when_done() && !self.is_done(history)
+    }
+
+    /// Does what is to be done now, and says whether it has done something. Nothing is done in the
+    /// past, and nothing as long as something that was given is still to be heeded.
+    pub(crate) fn go_on(&mut self, history: &mut History<Controller>) -> bool {
+        self.waits = None;
+        let present = history.present();
+        let is_heeded = history.inputs(present.branch, present.moment.inputs).next().is_none();
+        if !history.is_at_end() || !is_heeded {
+            return false;
+        }
+        let pieces = Arc::clone(&self.pieces);
+        // When the controller rests it takes whatever comes; else only what there is room for.
+        let mut rests = history.device().is_idle();
+        let mut room = match history.device().details().says_when_done() {
+            true => 0,
+            false => history.device().room(true),
+        };
+        let mut number = self.next(history);
+        let first = number;
+        while let Some(piece) = pieces.get(number) {
+            match piece {
+                Piece::Send(bytes) if rests || bytes.len() <= room => {
+                    history.give(Input::Bytes(bytes));
+                    room = room.saturating_sub(bytes.len());
+                    rests = false;
+                    self.keep(history, false, number + 1);
+                }
+                _ if !rests => break,
+                Piece::Send(_) => {}
+                Piece::Press(button) => {
+                    history.give(Input::Signal(*button, 1));
+                    history.give(Input::Signal(*button, 0));
+                    self.keep(history, false, number + 1);
+                    return true;
+                }
+                Piece::Wait(time) => {
+                    history.run_to(history.now() + *time);
+                    self.keep(history, true, number + 1);
+                }
+                Piece::Until(condition, what) => {
+                    let nothing: [&Event; 0] = [];
+                    if !history.device().holds(condition, nothing.into_iter()) {
+                        self.waits = Some(what.clone());
+                        break;
+                    }
+                    self.keep(history, true, number + 1);
+                }
+                Piece::Ask(what) => {
+                    self.waits = Some(what.clone());
+                    self.keep(history, true, number + 1);
+                    return false;
+                }
+            }
+            number += 1;
+        }
+        number > first
+    }
+
+    fn keep(&mut self, history: &History<Controller>, is_over: bool, next: usize) {
+        let present = history.present();
+        let done = self.done.entry(present.branch).or_default();
+        let at = present.moment;
+        match done.last_mut().filter(|last| last.at == at && last.is_over == is_over) {
+            Some(last) => last.next = next,
+            None => done.push(Done { at, is_over, next }),
+        }
+    }
+
+    /// The number of the piece that comes next on the way to the present.
+    fn next(&self, history: &History<Controller>) -> usize {
+        let mut place = history.present();
+        loop {
+            let done = self.done.get(&place.branch).map_or(&[][..], Vec::as_slice);
+            let before = done.partition_point(|done| {
+                done.at < place.moment || done.is_over && done.at == place.moment
+            });
+            if let Some(last) = before.checked_sub(1).and_then(|last| done.get(last)) {
+                return last.next;
+            }
+            let mut branches = history.branches();
+            match branches.find(|branch| branch.id == place.branch).and_then(|own| own.parted) {
+                Some(parting) => place = parting,
+                None => return 0,
+            }
+        }
+    }
+}

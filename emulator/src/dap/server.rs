@@ -1,0 +1,226 @@
+//! A session with a client at the other end of a stream.
+//!
+//! A thread reads, so that what a client says is heard while a controller is on its way.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::{self, BufRead, Write};
+use std::ops::ControlFlow;
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use vimc4_dap::{Incoming, LARGEST, Outgoing, Refusal, Running, Session};
+use vimc4_device::{Time, show_nanos};
+
+use super::open::Files;
+use crate::framing;
+
+/// So many messages wait at most while something takes long.
+const MOST_WAITING: usize = 64;
+
+/// After so long of a run there is something new to tell of it.
+const SLICE: Duration = Duration::from_millis(100);
+
+/// What takes longer is shown as progress.
+const LONG: Duration = Duration::from_millis(500);
+
+/// How a session has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// The client has said so.
+    Disconnected,
+    /// The client is gone.
+    Vanished,
+}
+
+/// Talks with a client until it goes.
+pub(super) fn serve(input: impl BufRead + Send + 'static, output: impl Write) -> io::Result<End> {
+    let (sender, incoming) = sync_channel(1);
+    thread::Builder::new().name("client".to_owned()).spawn(move || read(input, &sender))?;
+    let mut client = Client {
+        incoming,
+        waiting: VecDeque::new(),
+        is_gone: false,
+        output,
+        seq: 0,
+        failure: None,
+    };
+    let mut session = Session::new(Box::new(Files));
+    let mut shown = BTreeMap::new();
+    loop {
+        client.look();
+        if session.is_over() {
+            return Ok(End::Disconnected);
+        }
+        if client.is_gone && client.waiting.is_empty() {
+            return Ok(End::Vanished);
+        }
+        match (client.waiting.pop_front(), session.running()) {
+            (Some(message), _) => heed(&mut session, &mut client, message),
+            (None, Some(running)) => run(&mut session, &mut client, &running, &mut shown),
+            (None, None) => client.wait(),
+        }
+        for message in session.drain() {
+            client.say(&message);
+        }
+        if let Some(failure) = client.failure.take() {
+            return Err(failure);
+        }
+    }
+}
+
+/// Reads until the end; an error is an end, too.
+fn read(mut input: impl BufRead, sender: &SyncSender<Incoming>) {
+    while let Ok(Some(frame)) = framing::read(&mut input, LARGEST) {
+        if sender.send(Incoming::read(frame)).is_err() {
+            return;
+        }
+    }
+}
+
+/// A client at its stream.
+struct Client<W> {
+    incoming: Receiver<Incoming>,
+    /// What has come and was not heeded yet.
+    waiting: VecDeque<Incoming>,
+    is_gone: bool,
+    output: W,
+    /// The number of the message that was said last.
+    seq: i64,
+    /// Why something could not be said.
+    failure: Option<io::Error>,
+}
+
+impl<W: Write> Client<W> {
+    fn say(&mut self, message: &Outgoing) {
+        self.seq += 1;
+        if self.failure.is_none() {
+            self.failure = framing::write(&mut self.output, &message.text(self.seq)).err();
+        }
+    }
+
+    /// Waits for a message.
+    fn wait(&mut self) {
+        match self.incoming.recv() {
+            Ok(message) => self.waiting.push_back(message),
+            Err(_) => self.is_gone = true,
+        }
+    }
+
+    /// Takes what has come, and says how many messages that is.
+    fn look(&mut self) -> usize {
+        let before = self.waiting.len();
+        loop {
+            match self.incoming.try_recv() {
+                Ok(message) => self.put_up(message),
+                Err(TryRecvError::Empty) => return self.waiting.len() - before,
+                Err(TryRecvError::Disconnected) => {
+                    self.is_gone = true;
+                    return self.waiting.len() - before;
+                }
+            }
+        }
+    }
+
+    /// Lets a message wait, unless too many do.
+    fn put_up(&mut self, message: Incoming) {
+        let is_urgent = message.breaks_off(None, None) || message.cancels().is_some();
+        // What ends something takes the place of what waits for it.
+        let is_full = self.waiting.len() >= MOST_WAITING * if is_urgent { 2 } else { 1 };
+        match message {
+            Incoming::Request(request) if is_full => {
+                let text = format!("{MOST_WAITING} requests wait already; pause or cancel first");
+                self.say(&Outgoing::Answer {
+                    to: request.seq,
+                    command: request.command,
+                    result: Err(Refusal(text)),
+                });
+            }
+            Incoming::Unreadable { .. } if is_full => {}
+            message => self.waiting.push_back(message),
+        }
+    }
+
+    /// Whether one of the last of those that wait ends what takes long.
+    fn ends(&self, last: usize, run: Option<u64>, request: Option<i64>) -> bool {
+        let new = self.waiting.iter().rev().take(last);
+        self.is_gone
+            || self.failure.is_some()
+            || new.into_iter().any(|message| message.breaks_off(run, request))
+    }
+}
+
+/// Heeds a message.
+fn heed<W: Write>(session: &mut Session, client: &mut Client<W>, message: Incoming) {
+    if let Some(number) = message.cancels() {
+        let is_meant = |waiting: &Incoming| matches!(waiting, Incoming::Request(request) if request.seq == number);
+        let place = client.waiting.iter().position(is_meant);
+        if let Some(Incoming::Request(request)) =
+            place.and_then(|place| client.waiting.remove(place))
+        {
+            session.refuse(request, Refusal::cancelled());
+        }
+    }
+    let request = match &message {
+        Incoming::Request(request) => Some(request.seq),
+        Incoming::Unreadable { .. } => None,
+    };
+    let mut ends = client.ends(usize::MAX, None, request);
+    session.receive(message, &mut |_| {
+        let new = client.look();
+        ends = ends || client.ends(new, None, request);
+        if ends { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+}
+
+/// A progress as its client sees it.
+struct Shown {
+    since: Instant,
+    last: Option<Instant>,
+}
+
+/// Lets a controller go on for a while.
+fn run<W: Write>(
+    session: &mut Session,
+    client: &mut Client<W>,
+    running: &Running,
+    all: &mut BTreeMap<u64, Shown>,
+) {
+    let begun = Instant::now();
+    let shows = session.shows_progress();
+    let shown = all.entry(running.number).or_insert(Shown { since: begun, last: None });
+    let mut ends = client.ends(usize::MAX, Some(running.number), None);
+    session.run(&mut |at| {
+        let new = client.look();
+        ends = ends || client.ends(new, Some(running.number), None);
+        let now = Instant::now();
+        if shows && now - shown.since > LONG && shown.last.is_none_or(|last| now - last > LONG) {
+            let event = if shown.last.is_none() { "progressStart" } else { "progressUpdate" };
+            client.say(&progress(event, running, at));
+            shown.last = Some(now);
+        }
+        let yields = running.can_pause && (!client.waiting.is_empty() || now - begun > SLICE);
+        if ends || yields { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    all.retain(|number, shown| {
+        let goes_on = session.is_running(*number);
+        if !goes_on && shown.last.is_some() {
+            let id = number.to_string();
+            client.say(&Outgoing::event("progressEnd", json!({ "progressId": id })));
+        }
+        goes_on
+    });
+}
+
+fn progress(event: &'static str, running: &Running, at: Time) -> Outgoing {
+    Outgoing::event(
+        event,
+        json!({
+            "progressId": running.number.to_string(),
+            "title": running.title,
+            "cancellable": true,
+            "message": format!("at {}", show_nanos(at.as_nanos())),
+        }),
+    )
+}

@@ -1,0 +1,1314 @@
+//! `vimc4 dap` as an editor talks to it.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot talk to the adapter has failed"
+)]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::net::{Shutdown, TcpStream};
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+/// Longer than anything takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+// --- the client ---
+
+/// An editor with its debug adapter.
+struct Editor {
+    adapter: Child,
+    to: Option<ChildStdin>,
+    from: Receiver<Value>,
+    seq: i64,
+    /// The number of the message that was heard last.
+    heard: i64,
+    /// Events that nobody has asked for yet.
+    events: Vec<(String, Value)>,
+}
+
+impl Drop for Editor {
+    fn drop(&mut self) {
+        let _ = self.adapter.kill();
+        let _ = self.adapter.wait();
+    }
+}
+
+/// Reads messages by hand: header lines, an empty line, so many bytes.
+fn read(from: &mut impl BufRead) -> Option<Value> {
+    let mut length = None;
+    loop {
+        let mut line = String::new();
+        if from.read_line(&mut line).ok()? == 0 {
+            return None;
+        }
+        match line.trim_end() {
+            "" => break,
+            header => length = header.strip_prefix("Content-Length: ")?.parse().ok(),
+        }
+    }
+    let mut bytes = vec![0; length?];
+    from.read_exact(&mut bytes).ok()?;
+    Some(serde_json::from_slice(&bytes).unwrap())
+}
+
+fn framed(message: &Value) -> String {
+    let text = message.to_string();
+    format!("Content-Length: {}\r\n\r\n{text}", text.len())
+}
+
+impl Editor {
+    /// An editor that has not said anything.
+    fn silent() -> Editor {
+        let mut adapter = Command::new(VIMC4)
+            .arg("dap")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stream = BufReader::new(adapter.stdout.take().unwrap());
+        let (sender, from) = channel();
+        thread::spawn(move || {
+            while let Some(message) = read(&mut stream) {
+                if sender.send(message).is_err() {
+                    return;
+                }
+            }
+        });
+        let to = adapter.stdin.take();
+        Editor { adapter, to, from, seq: 0, heard: 0, events: Vec::new() }
+    }
+
+    /// An editor that has said what it is.
+    fn new() -> Editor {
+        let mut editor = Editor::silent();
+        editor.ask("initialize", json!({ "adapterID": "vimc4", "linesStartAt1": true }));
+        editor.event("initialized");
+        editor
+    }
+
+    /// An editor that stands at the first line of a program.
+    fn at_entry(configuration: Value) -> Editor {
+        let mut editor = Editor::new();
+        let mut configuration = configuration;
+        configuration["stopOnEntry"] = true.into();
+        editor.ask("launch", configuration);
+        editor.ask("configurationDone", json!({}));
+        assert_eq!(editor.event("stopped")["reason"], "entry");
+        editor
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        let to = self.to.as_mut().unwrap();
+        to.write_all(bytes).unwrap();
+        to.flush().unwrap();
+    }
+
+    /// Sends a request, and says its number.
+    fn send(&mut self, command: &str, arguments: Value) -> i64 {
+        self.seq += 1;
+        let message = json!({
+            "seq": self.seq, "type": "request", "command": command, "arguments": arguments,
+        });
+        self.write(framed(&message).as_bytes());
+        self.seq
+    }
+
+    fn hear(&mut self) -> Value {
+        let message = self.from.recv_timeout(PATIENCE).unwrap();
+        // Messages are numbered one by one.
+        self.heard += 1;
+        assert_eq!(message["seq"], self.heard, "{message}");
+        message
+    }
+
+    /// Hears until there is an answer to a request; other answers are not expected.
+    fn answer(&mut self, seq: i64) -> Result<Value, String> {
+        loop {
+            let message = self.hear();
+            if message["type"] == "event" {
+                self.events.push((text(&message["event"]), message["body"].clone()));
+                continue;
+            }
+            assert_eq!(message["type"], "response");
+            assert_eq!(message["request_seq"], seq, "{message}");
+            return match message["success"].as_bool().unwrap() {
+                true => Ok(message["body"].clone()),
+                false => {
+                    assert_eq!(message["body"]["error"]["format"], message["message"]);
+                    Err(text(&message["message"]))
+                }
+            };
+        }
+    }
+
+    fn try_to(&mut self, command: &str, arguments: Value) -> Result<Value, String> {
+        let seq = self.send(command, arguments);
+        self.answer(seq)
+    }
+
+    fn ask(&mut self, command: &str, arguments: Value) -> Value {
+        self.try_to(command, arguments).unwrap_or_else(|error| panic!("{command}: {error}"))
+    }
+
+    fn refused(&mut self, command: &str, arguments: Value) -> String {
+        self.try_to(command, arguments).expect_err(command)
+    }
+
+    /// The next event of a name; what comes before stays to be asked for.
+    fn event(&mut self, name: &str) -> Value {
+        loop {
+            if let Some(place) = self.events.iter().position(|(event, _)| event == name) {
+                return self.events.remove(place).1;
+            }
+            let message = self.hear();
+            assert_eq!(message["type"], "event", "{message}");
+            self.events.push((text(&message["event"]), message["body"].clone()));
+        }
+    }
+
+    /// Does something that ends with a stop.
+    fn walk(&mut self, command: &str) -> Value {
+        self.ask(command, json!({ "threadId": 1 }));
+        self.event("stopped")
+    }
+
+    fn steps(&mut self, command: &str, granularity: &str) -> Value {
+        self.ask(command, json!({ "threadId": 1, "granularity": granularity }));
+        self.event("stopped")
+    }
+
+    /// Line and name of what is under way, from inside to outside.
+    fn stack(&mut self) -> Vec<(i64, String)> {
+        let stack = self.ask("stackTrace", json!({ "threadId": 1 }));
+        let frames = stack["stackFrames"].as_array().unwrap().iter();
+        frames.map(|frame| (frame["line"].as_i64().unwrap(), text(&frame["name"]))).collect()
+    }
+
+    fn line(&mut self) -> i64 {
+        self.stack()[0].0
+    }
+
+    fn value(&mut self, expression: &str) -> String {
+        text(&self.ask("evaluate", json!({ "expression": expression }))["result"])
+    }
+
+    fn console(&mut self, line: &str) -> String {
+        let arguments = json!({ "expression": line, "context": "repl" });
+        text(&self.ask("evaluate", arguments)["result"])
+    }
+
+    fn set_lines(&mut self, file: &str, breakpoints: Value) -> Vec<Value> {
+        let arguments = json!({ "source": { "path": file }, "breakpoints": breakpoints });
+        self.ask("setBreakpoints", arguments)["breakpoints"].as_array().unwrap().clone()
+    }
+
+    /// The variables of a scope, by their names.
+    fn scope(&mut self, name: &str) -> i64 {
+        let stack = self.ask("stackTrace", json!({ "threadId": 1 }));
+        let frame = stack["stackFrames"][0]["id"].clone();
+        let scopes = self.ask("scopes", json!({ "frameId": frame }));
+        let scope = scopes["scopes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|scope| scope["name"] == name)
+            .cloned();
+        scope.unwrap()["variablesReference"].as_i64().unwrap()
+    }
+
+    fn variables(&mut self, reference: i64) -> Vec<Value> {
+        let found = self.ask("variables", json!({ "variablesReference": reference }));
+        found["variables"].as_array().unwrap().clone()
+    }
+
+    /// Everything of a scope, as deep as it goes.
+    fn all(&mut self, scope: &str) -> Vec<String> {
+        let mut lines = Vec::new();
+        let mut open = vec![self.scope(scope)];
+        while let Some(reference) = open.pop() {
+            for variable in self.variables(reference) {
+                match variable["variablesReference"].as_i64().unwrap() {
+                    0 => lines.push(format!(
+                        "{} = {}",
+                        text(&variable["evaluateName"]),
+                        text(&variable["value"])
+                    )),
+                    inner => open.push(inner),
+                }
+            }
+        }
+        lines.sort();
+        lines
+    }
+
+    /// How the adapter ends.
+    fn leaves(&mut self) -> Option<i32> {
+        let begun = Instant::now();
+        loop {
+            if let Some(status) = self.adapter.try_wait().unwrap() {
+                return status.code();
+            }
+            assert!(begun.elapsed() < PATIENCE, "it is still there");
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn disconnect(mut self) {
+        self.ask("disconnect", json!({}));
+        assert_eq!(self.leaves(), Some(0));
+    }
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn example(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name);
+    fs::canonicalize(path).unwrap().to_str().unwrap().to_owned()
+}
+
+fn drilling() -> Value {
+    json!({ "program": example("commands.txt"), "machine": "mill" })
+}
+
+/// A file of a test's own.
+fn file(content: &str) -> (TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("program.txt");
+    fs::write(&path, content).unwrap();
+    let path = path.to_str().unwrap().to_owned();
+    (folder, path)
+}
+
+/// A program with a loop in a loop.
+const LOOPS: &str = "\
+; axes: 7
+0100,900,0,21,0,21,0,21
+00,21,10,900,0,21,0,21
+32,-1
+0-100,900,0,21,0,21,0,21
+33,-4
+9
+";
+
+/// One that never ends.
+const ENDLESS: &str = "\
+; axes: 7
+01000,9000,0,21,0,21,0,21
+0-1000,9000,0,21,0,21,0,21
+30,-2
+9
+";
+
+// --- a session ---
+
+/// What Visual Studio Code says, in its order: `launch` is not waited for, the breakpoints of every
+/// file come one after the other, and each stop is looked at.
+#[test]
+fn a_session_as_visual_studio_code_has_it() {
+    let program = example("commands.txt");
+    let mut editor = Editor::silent();
+    let capabilities = editor.ask(
+        "initialize",
+        json!({
+            "clientID": "vscode", "clientName": "Visual Studio Code", "adapterID": "vimc4",
+            "pathFormat": "path", "linesStartAt1": true, "columnsStartAt1": true,
+            "supportsVariableType": true, "supportsVariablePaging": true,
+            "supportsRunInTerminalRequest": true, "locale": "en",
+            "supportsProgressReporting": true, "supportsInvalidatedEvent": true,
+            "supportsMemoryReferences": true, "supportsArgsCanBeInterpretedByShell": true,
+            "supportsMemoryEvent": true, "supportsStartDebuggingRequest": true,
+        }),
+    );
+    assert_eq!(capabilities["supportsStepBack"], true);
+    assert_eq!(capabilities["exceptionBreakpointFilters"][0]["default"], true);
+    let launch = editor.send(
+        "launch",
+        json!({
+            "name": "Drill", "type": "vimc4", "request": "launch", "program": program,
+            "machine": "mill", "__configurationTarget": 6, "__sessionId": "1f7c",
+        }),
+    );
+    assert_eq!(editor.answer(launch), Ok(Value::Null));
+    editor.event("initialized");
+    let source = json!({ "name": "commands.txt", "path": program });
+    let set = editor.ask(
+        "setBreakpoints",
+        json!({
+            "source": source, "lines": [6, 9], "sourceModified": false,
+            "breakpoints": [{ "line": 6 }, { "line": 9 }],
+        }),
+    );
+    // A comment stands for the next line with a command.
+    let lines: Vec<_> = set["breakpoints"].as_array().unwrap().iter().map(|b| &b["line"]).collect();
+    assert_eq!(lines, [7, 9]);
+    editor.ask("setFunctionBreakpoints", json!({ "breakpoints": [] }));
+    editor.ask("setDataBreakpoints", json!({ "breakpoints": [] }));
+    editor.ask("setExceptionBreakpoints", json!({ "filters": ["errors"], "filterOptions": [] }));
+    editor.ask("configurationDone", json!({}));
+    assert_eq!(
+        editor.ask("threads", Value::Null)["threads"],
+        json!([{ "id": 1, "name": "imc4 on mill" }])
+    );
+    let stopped = editor.event("stopped");
+    assert_eq!(stopped["reason"], "breakpoint");
+    assert_eq!(stopped["hitBreakpointIds"], json!([1]));
+    assert_eq!(stopped["threadId"], 1);
+    editor.ask("threads", Value::Null);
+    let stack = editor.ask("stackTrace", json!({ "threadId": 1, "startFrame": 0, "levels": 1 }));
+    assert_eq!(stack["totalFrames"], 1);
+    let frame = &stack["stackFrames"][0];
+    assert_eq!((&frame["line"], &frame["source"]["path"]), (&json!(7), &json!(program)));
+    let scopes = editor.ask("scopes", json!({ "frameId": frame["id"] }));
+    let axes = scopes["scopes"][0]["variablesReference"].as_i64().unwrap();
+    let axes = editor.variables(axes);
+    let x = axes.iter().find(|axis| axis["name"] == "x").unwrap();
+    assert_eq!((&x["value"], &x["type"]), (&json!("0"), &json!("group")));
+    let watch = json!({ "expression": "y + 1", "frameId": frame["id"], "context": "watch" });
+    assert_eq!(editor.ask("evaluate", watch)["result"], "1");
+    let stopped = editor.walk("continue");
+    assert_eq!((&stopped["reason"], editor.line()), (&json!("breakpoint"), 9));
+    let place = (editor.value("x"), editor.value("y"), editor.value("z"));
+    assert_eq!(place, ("2400".into(), "1600".into(), "-500".into()));
+    // The end is no end of the session: one can go back from there.
+    let end = editor.walk("continue");
+    assert_eq!(end["description"], "The end: everything is done");
+    assert_eq!(editor.value("x"), "3200");
+    editor.walk("reverseContinue");
+    assert_eq!(editor.line(), 9);
+    editor.walk("continue");
+    // Whoever goes on at the end is done.
+    editor.ask("continue", json!({ "threadId": 1 }));
+    assert_eq!(editor.event("exited")["exitCode"], 0);
+    editor.event("terminated");
+    editor.disconnect();
+}
+
+/// The other order that the protocol allows: everything is set, and then the program is named.
+#[test]
+fn a_session_that_is_set_before_its_program_is_open() {
+    let mut editor = Editor::new();
+    let program = example("commands.txt");
+    let set = editor.set_lines(&program, json!([{ "line": 4 }]));
+    assert_eq!(set[0]["verified"], false);
+    assert_eq!(set[0]["message"], "no program is open yet");
+    let set = editor.ask("setFunctionBreakpoints", json!({ "breakpoints": [{ "name": "@0P" }] }));
+    assert_eq!(set["breakpoints"][0]["verified"], false);
+    editor.ask("configurationDone", json!({}));
+    editor.ask("launch", drilling());
+    for id in [1, 2] {
+        let changed = editor.event("breakpoint");
+        assert_eq!(changed["reason"], "changed");
+        assert_eq!(
+            (&changed["breakpoint"]["id"], &changed["breakpoint"]["verified"]),
+            (&json!(id), &json!(true))
+        );
+    }
+    assert_eq!(editor.event("stopped")["hitBreakpointIds"], json!([1]));
+    let stopped = editor.walk("continue");
+    assert_eq!((&stopped["reason"], editor.line()), (&json!("function breakpoint"), 10));
+    editor.disconnect();
+}
+
+#[test]
+fn what_is_done_takes_as_long_as_in_a_run() {
+    for (name, model, machine) in [("commands.txt", "imc4", "mill"), ("plate.ncp", "imc4", "mill")]
+    {
+        let program = example(name);
+        let run = Command::new(VIMC4)
+            .args(["run", &program, "--model", model, "--machine", machine, "--json"])
+            .output()
+            .unwrap();
+        let run: Value = serde_json::from_slice(&run.stdout).unwrap();
+        let mut editor = Editor::new();
+        editor.ask("launch", json!({ "program": program, "model": model, "machine": machine }));
+        editor.ask("configurationDone", json!({}));
+        editor.event("stopped");
+        assert_eq!(editor.value("at"), run["time_ns"].to_string(), "{name}");
+    }
+}
+
+// --- going ---
+
+#[test]
+fn steps_forward_and_back_lead_to_the_same_state() {
+    for granularity in ["statement", "line", "instruction"] {
+        let mut editor = Editor::at_entry(drilling());
+        editor.steps("next", "line");
+        editor.steps("next", "line");
+        if granularity == "instruction" {
+            // Into the reference run.
+            editor.steps("stepIn", granularity);
+        }
+        let mut before = Vec::new();
+        for _ in 0..3 {
+            before.push((editor.all("State"), editor.stack()));
+            editor.steps("next", granularity);
+        }
+        let after = editor.all("State");
+        while let Some(before) = before.pop() {
+            assert_eq!(editor.steps("stepBack", granularity)["reason"], "step");
+            assert_eq!((editor.all("State"), editor.stack()), before, "{granularity}");
+        }
+        for _ in 0..3 {
+            editor.steps("stepIn", granularity);
+        }
+        assert_eq!(editor.all("State"), after, "{granularity}");
+    }
+}
+
+#[test]
+fn an_instruction_is_a_step_of_a_motor() {
+    let (_folder, program) = file("@07\n@0A100,900,0,21,0,21,0,21\n");
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    editor.steps("next", "line");
+    for x in ["1", "2", "3"] {
+        let stopped = editor.steps("next", "instruction");
+        assert_eq!((&stopped["reason"], editor.value("x")), (&json!("step"), x.to_owned()));
+    }
+    editor.steps("stepBack", "instruction");
+    assert_eq!(editor.value("x"), "2");
+    editor.steps("next", "line");
+    assert_eq!(editor.value("x"), "100", "behind the last line is the end");
+    editor.steps("stepBack", "instruction");
+    assert_eq!(editor.value("x"), "99");
+}
+
+#[test]
+fn a_statement_of_a_plot_is_a_command() {
+    let board =
+        json!({ "program": example("board.plt"), "model": "smcu", "machine": "board-plotter" });
+    let mut editor = Editor::at_entry(board);
+    assert_eq!(editor.stack(), [(1, "IN".to_owned())]);
+    editor.steps("next", "statement");
+    assert_eq!(editor.stack(), [(1, "!CT1".to_owned())]);
+    editor.steps("next", "line");
+    assert_eq!(editor.stack(), [(2, "!EM1".to_owned())]);
+    editor.steps("stepBack", "statement");
+    assert_eq!(editor.stack(), [(1, "!CT1".to_owned())]);
+    let end = editor.walk("continue");
+    assert_eq!(end["description"], "The end: everything is done");
+    assert_eq!((editor.value("x"), editor.line()), ("0".to_owned(), 7));
+}
+
+/// A stream that does not wait for answers keeps the buffer filled, also under a debugger.
+#[test]
+fn a_plot_without_answers_takes_as_long_as_in_a_run() {
+    let lines: String = (1..=60).map(|n| format!("PA{},{};", n * 40, n % 7 * 30)).collect();
+    let (_folder, program) = file(&format!("!CM0;PU;\n{lines}\n"));
+    let run =
+        Command::new(VIMC4).args(["run", &program, "--model", "smcu", "--json"]).output().unwrap();
+    let run: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let mut editor = Editor::at_entry(json!({ "program": program, "model": "smcu" }));
+    let begin: u64 = editor.value("at").parse().unwrap();
+    editor.walk("continue");
+    let end: u64 = editor.value("at").parse().unwrap();
+    assert_eq!(Some(end - begin), run["time_ns"].as_u64(), "{run}");
+}
+
+#[test]
+fn loops_are_frames_and_are_gone_over_into_and_out_of() {
+    let (_folder, program) = file(LOOPS);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    assert_eq!(editor.line(), 2);
+    editor.steps("stepIn", "line");
+    editor.steps("stepIn", "line");
+    assert_eq!(editor.line(), 4);
+    editor.steps("stepIn", "line");
+    // The block of the loop is run again, and the loop is a frame around it.
+    let stack = editor.stack();
+    assert_eq!(stack[0].0, 3);
+    assert!(stack.len() > 1 && stack[1].1.starts_with("loop of line 3, "), "{stack:?}");
+    assert_eq!(stack[1].0, 4, "the line of the file");
+    let deep = stack.len();
+    editor.walk("stepOut");
+    // The line that ends the loop is outside of it.
+    assert_eq!((editor.stack().len(), editor.line()), (deep - 1, 4));
+    editor.walk("next");
+    assert_eq!(editor.line(), 5);
+    let there = editor.all("State");
+    editor.walk("stepBack");
+    editor.walk("next");
+    assert_eq!(editor.all("State"), there);
+    // Rounds of the outer loop, of which this is the first.
+    editor.set_lines(&program, json!([{ "line": 5 }]));
+    let mut rounds = 1;
+    while editor.walk("continue")["reason"] == "breakpoint" {
+        rounds += 1;
+    }
+    // This model makes three rounds besides the first, and the inner loop two.
+    assert_eq!((rounds, editor.value("x"), editor.value("y")), (4, "0".into(), "120".into()));
+}
+
+#[test]
+fn one_goes_to_lines_and_back_to_where_frames_began() {
+    let mut editor = Editor::at_entry(drilling());
+    let source = json!({ "path": example("commands.txt") });
+    let targets = editor.ask("gotoTargets", json!({ "source": source, "line": 9 }));
+    let id = |targets: &Value, place: usize| targets["targets"][place]["id"].clone();
+    assert_eq!(targets["targets"][0]["line"], 9);
+    // It has not been there yet.
+    let back = id(&targets, 0);
+    editor.ask("goto", json!({ "threadId": 1, "targetId": back }));
+    let stopped = editor.event("stopped");
+    assert_eq!(
+        (&stopped["reason"], &stopped["text"]),
+        (&json!("goto"), &json!("that is nowhere; still here"))
+    );
+    assert_eq!(editor.line(), 2);
+    assert!(editor.refused("goto", json!({ "threadId": 1, "targetId": back })).contains("no more"));
+    let targets = editor.ask("gotoTargets", json!({ "source": source, "line": 9 }));
+    editor.ask("goto", json!({ "threadId": 1, "targetId": id(&targets, 1) }));
+    editor.event("stopped");
+    assert_eq!(editor.line(), 9);
+    editor.steps("next", "instruction");
+    assert_eq!(editor.value("x"), "2401");
+    let stack = editor.ask("stackTrace", json!({ "threadId": 1 }));
+    editor.ask("restartFrame", json!({ "frameId": stack["stackFrames"][0]["id"] }));
+    editor.event("stopped");
+    assert_eq!((editor.line(), editor.value("x")), (9, "2400".to_owned()));
+    let locations =
+        editor.ask("breakpointLocations", json!({ "source": source, "line": 1, "endLine": 7 }));
+    assert_eq!(
+        locations["breakpoints"],
+        json!([{ "line": 2 }, { "line": 3 }, { "line": 4 }, { "line": 7 }])
+    );
+}
+
+#[test]
+fn a_restart_reads_the_file_again() {
+    let (_folder, program) = file("@07\n@0A100,900,0,21,0,21,0,21\n");
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    editor.set_lines(&program, json!([{ "line": 2 }]));
+    editor.walk("continue");
+    editor.walk("continue");
+    assert_eq!(editor.value("x"), "100");
+    fs::write(&program, "; longer\n@07\n@0A200,900,0,21,0,21,0,21\n").unwrap();
+    editor.ask("restart", json!({ "arguments": { "program": program, "stopOnEntry": false } }));
+    let stopped = editor.event("stopped");
+    assert_eq!((&stopped["reason"], editor.line()), (&json!("breakpoint"), 2));
+    editor.walk("continue");
+    assert_eq!(editor.value("x"), "200");
+    editor.ask("terminate", json!({}));
+    editor.event("terminated");
+    editor.disconnect();
+}
+
+#[test]
+fn a_program_can_just_run_or_end_at_its_end() {
+    for (key, value) in [("noDebug", true), ("endAtEnd", true)] {
+        let mut editor = Editor::new();
+        let program = example("commands.txt");
+        if key == "noDebug" {
+            editor.set_lines(&program, json!([{ "line": 4 }]));
+        }
+        let mut configuration = drilling();
+        configuration[key] = value.into();
+        editor.ask("launch", configuration);
+        editor.ask("configurationDone", json!({}));
+        assert_eq!(editor.event("exited")["exitCode"], 0);
+        editor.event("terminated");
+        assert!(editor.events.iter().all(|(event, _)| event != "stopped"));
+    }
+}
+
+// --- breakpoints ---
+
+#[test]
+fn lines_have_conditions_hit_counts_and_log_messages() {
+    let (_folder, program) = file(LOOPS);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    editor.set_lines(&program, json!([{ "line": 3, "condition": "y >= 30" }]));
+    editor.walk("continue");
+    assert_eq!(editor.value("y"), "30");
+    // The same breakpoint on the way back, at the last time before.
+    editor.walk("reverseContinue");
+    editor.set_lines(&program, json!([{ "line": 3, "hitCondition": "3" }]));
+    editor.walk("continue");
+    let third = editor.value("y");
+    editor.walk("reverseContinue");
+    let set = editor.set_lines(
+        &program,
+        json!([
+            { "line": 3, "logMessage": "y is {y}, and x {x}" },
+            { "line": 5, "hitCondition": "% 2" },
+        ]),
+    );
+    assert!(set.iter().all(|set| set["verified"] == true), "{set:?}");
+    editor.walk("continue");
+    assert_eq!(editor.line(), 5);
+    let told = editor.event("output");
+    assert_eq!(told["category"], "console");
+    assert!(text(&told["output"]).starts_with("y is ") && text(&told["output"]).ends_with('\n'));
+    assert_eq!((&told["line"], &told["source"]["path"]), (&json!(3), &json!(program)));
+    assert_eq!(third, "20", "the third time the line begins");
+    let set = editor.set_lines(&program, json!([
+        { "line": 3, "condition": "nothing > 5" }, { "line": 3, "hitCondition": "often" }, { "line": 99 },
+    ]));
+    for (set, what) in set.iter().zip(["there is no `nothing`", "is no hit count", "line 99"]) {
+        assert_eq!(set["verified"], false);
+        assert!(text(&set["message"]).contains(what), "{set}");
+    }
+    let elsewhere = editor.set_lines("/elsewhere.txt", json!([{ "line": 1 }]));
+    assert_eq!(elsewhere[0]["verified"], false);
+}
+
+#[test]
+fn commands_and_conditions_are_function_breakpoints() {
+    let mut editor = Editor::at_entry(drilling());
+    let set = editor.ask(
+        "setFunctionBreakpoints",
+        json!({ "breakpoints": [
+        { "name": "@M" }, { "name": "z < -499" }, { "name": "no such thing" },
+    ] }),
+    );
+    let set = set["breakpoints"].as_array().unwrap().clone();
+    assert_eq!(
+        set.iter().map(|set| set["verified"].as_bool().unwrap()).collect::<Vec<_>>(),
+        [true, true, false]
+    );
+    assert!(!text(&set[2]["message"]).is_empty());
+    let stopped = editor.walk("continue");
+    assert_eq!((&stopped["reason"], editor.line()), (&json!("function breakpoint"), 7));
+    editor.walk("continue");
+    // At the very instant.
+    assert_eq!((editor.line(), editor.value("z")), (7, "-500".to_owned()));
+}
+
+#[test]
+fn fields_and_switches_are_data_breakpoints() {
+    let mut editor = Editor::at_entry(drilling());
+    let axes = editor.scope("Axes");
+    let x = editor.variables(axes).into_iter().find(|axis| axis["name"] == "x").unwrap();
+    let x = x["variablesReference"].clone();
+    let info =
+        editor.ask("dataBreakpointInfo", json!({ "variablesReference": x, "name": "referenced" }));
+    let id = info["dataId"].clone();
+    assert_eq!(info["accessTypes"], json!(["write"]));
+    let info = editor.ask("dataBreakpointInfo", json!({ "name": "nonsense" }));
+    assert_eq!(info["dataId"], Value::Null);
+    let info = editor.ask("dataBreakpointInfo", json!({ "name": "signals.stop" }));
+    let stop = info["dataId"].clone();
+    let set = editor.ask("setDataBreakpoints", json!({ "breakpoints": [
+        { "dataId": id, "accessType": "write" }, { "dataId": stop }, { "dataId": "0:y", "condition": "y = 800" },
+    ] }));
+    assert!(
+        set["breakpoints"].as_array().unwrap().iter().all(|set| set["verified"] == true),
+        "{set}"
+    );
+    let stopped = editor.walk("continue");
+    assert_eq!(stopped["reason"], "data breakpoint");
+    assert_eq!(editor.value("axes.x.referenced"), "true");
+    editor.walk("continue");
+    assert_eq!((editor.value("y"), editor.line()), ("800".to_owned(), 7));
+    editor.walk("reverseContinue");
+    assert_eq!(editor.value("axes.x.referenced"), "true");
+    assert_eq!(editor.line(), 4);
+}
+
+#[test]
+fn error_replies_are_exceptions() {
+    let (_folder, program) = file("@07\n@0Q\n@0A100,900,0,21,0,21,0,21\n@0M9,9\n");
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    assert!(
+        editor.refused("setExceptionBreakpoints", json!({ "filters": ["all"] })).contains("errors")
+    );
+    editor.ask("setExceptionBreakpoints", json!({ "filters": ["errors"] }));
+    let stopped = editor.walk("continue");
+    assert_eq!((&stopped["reason"], editor.line()), (&json!("exception"), 2));
+    let info = editor.ask("exceptionInfo", json!({ "threadId": 1 }));
+    let code = text(&info["exceptionId"]);
+    assert_eq!(info["breakMode"], "always");
+    assert!(!text(&info["description"]).is_empty());
+    assert!(text(&stopped["text"]).contains(&text(&info["description"])));
+    // Another code only.
+    editor.ask("reverseContinue", json!({ "threadId": 1 }));
+    editor.event("stopped");
+    assert!(editor.refused("exceptionInfo", json!({ "threadId": 1 })).contains("error reply"));
+    let other = if code == "5" { "3" } else { "5" };
+    let set = editor.ask(
+        "setExceptionBreakpoints",
+        json!({
+            "filters": [], "filterOptions": [{ "filterId": "errors", "condition": other }],
+        }),
+    );
+    assert_eq!(set["breakpoints"][0]["verified"], true);
+    let next = editor.walk("continue");
+    assert!(next["reason"] != "exception" || editor.line() != 2, "{next}");
+    editor.walk("reverseContinue");
+    editor.ask("setExceptionBreakpoints", json!({
+        "filters": [], "filterOptions": [{ "filterId": "errors", "condition": format!("{code}, {other}") }],
+    }));
+    editor.walk("continue");
+    assert_eq!(editor.line(), 2);
+    // A run that nobody looks at says that something was wrong.
+    let mut editor = Editor::new();
+    editor.ask("launch", json!({ "program": program, "noDebug": true }));
+    editor.ask("configurationDone", json!({}));
+    assert_eq!(editor.event("exited")["exitCode"], 1);
+}
+
+// --- looking, and setting ---
+
+#[test]
+fn values_are_looked_at_and_set() {
+    let mut editor = Editor::at_entry(drilling());
+    editor.set_lines(&example("commands.txt"), json!([{ "line": 7 }]));
+    editor.walk("continue");
+    let signals = editor.scope("Signals");
+    let stop = |editor: &mut Editor, reference| {
+        let found = editor.variables(reference).into_iter().find(|own| own["name"] == "stop");
+        text(&found.unwrap()["value"])
+    };
+    assert_eq!(stop(&mut editor, signals), "0");
+    let wrong = json!({ "variablesReference": signals, "name": "stop", "value": "often" });
+    assert!(editor.refused("setVariable", wrong).contains("stop is 0 to 1"));
+    let arguments = json!({ "variablesReference": signals, "name": "stop", "value": "1" });
+    assert_eq!(editor.ask("setVariable", arguments)["value"], "1");
+    assert_eq!(stop(&mut editor, signals), "1");
+    let set = editor.ask("setExpression", json!({ "expression": "x", "value": "50" }));
+    assert_eq!((&set["value"], editor.value("x")), (&json!("50"), "50".to_owned()));
+    assert!(
+        editor
+            .refused("setExpression", json!({ "expression": "axes.x.speed", "value": "5" }))
+            .contains("cannot be set")
+    );
+    assert!(
+        editor
+            .refused("setExpression", json!({ "expression": "x", "value": "\"far\"" }))
+            .contains("cannot be that")
+    );
+    assert!(editor.refused("evaluate", json!({ "expression": "x +" })).contains("at the end"));
+    // Pages of a list.
+    let state = editor.scope("State");
+    let all = editor.variables(state);
+    let two =
+        editor.ask("variables", json!({ "variablesReference": state, "start": 1, "count": 2 }));
+    assert_eq!(two["variables"].as_array().unwrap()[..], all[1..3]);
+    let none = editor.ask("variables", json!({ "variablesReference": state, "filter": "indexed" }));
+    assert_eq!(none["variables"], json!([]));
+    // The past is still there, on another branch.
+    assert!(editor.console("branches").lines().count() >= 2);
+}
+
+#[test]
+fn a_host_goes_on_where_something_was_changed_in_the_past() {
+    let mut editor = Editor::at_entry(drilling());
+    editor.walk("continue");
+    assert_eq!(editor.value("x"), "3200");
+    editor.set_lines(&example("commands.txt"), json!([{ "line": 9 }]));
+    editor.walk("reverseContinue");
+    editor.ask("setExpression", json!({ "expression": "x", "value": "1000" }));
+    editor.set_lines(&example("commands.txt"), json!([]));
+    editor.walk("continue");
+    // The relative way of line 9 begins elsewhere, and line 10 is sent too.
+    assert_eq!((editor.value("x"), editor.line()), ("1800".to_owned(), 10));
+}
+
+#[test]
+fn the_console_has_the_commands_of_the_debugger() {
+    let mut editor = Editor::at_entry(drilling());
+    assert_eq!(editor.console("x + 5"), "5");
+    assert!(editor.console("help").contains("Forward and back"));
+    assert!(
+        editor
+            .refused("evaluate", json!({ "expression": "nonsense", "context": "repl" }))
+            .contains("nonsense")
+    );
+    assert!(
+        editor
+            .refused("evaluate", json!({ "expression": "quit", "context": "repl" }))
+            .contains("editor")
+    );
+    // What moves says so to the rest of the editor.
+    let said = editor.console("next z < -100");
+    assert!(said.contains("found"), "{said}");
+    assert_eq!(editor.event("stopped")["reason"], "goto");
+    assert_eq!(editor.line(), 7);
+    let completions = editor.ask("completions", json!({ "text": "rev", "column": 4 }));
+    let target = &completions["targets"][0];
+    assert_eq!(
+        (&target["label"], &target["start"], &target["length"]),
+        (&json!("reverse"), &json!(0), &json!(3))
+    );
+    let hover = editor.ask("evaluate", json!({ "expression": "axes.x", "context": "hover" }));
+    assert!(hover["variablesReference"].as_i64().unwrap() > 0);
+}
+
+#[test]
+fn stored_programs_are_disassembled() {
+    let (_folder, program) = file(LOOPS);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    let stack = editor.ask("stackTrace", json!({ "threadId": 1 }));
+    let at = stack["stackFrames"][0]["instructionPointerReference"].clone();
+    let code = editor.ask(
+        "disassemble",
+        json!({
+            "memoryReference": at, "instructionOffset": -2, "instructionCount": 5,
+        }),
+    );
+    let code = code["instructions"].as_array().unwrap();
+    assert_eq!(code.len(), 5);
+    assert_eq!(
+        (&code[0]["presentationHint"], &code[1]["presentationHint"]),
+        (&json!("invalid"), &json!("invalid"))
+    );
+    assert_eq!(code[2]["address"], at);
+    let told = text(&code[2]["instruction"]);
+    assert!(told.starts_with("0100,900,0,21,0,21,0,21   ; "), "{told}");
+    assert_eq!((&code[2]["line"], &code[2]["location"]["path"]), (&json!(2), &json!(program)));
+    let addresses: BTreeSet<String> = code.iter().map(|code| text(&code["address"])).collect();
+    assert_eq!(addresses.len(), 5);
+    assert!(
+        editor
+            .refused("disassemble", json!({ "memoryReference": "here", "instructionCount": 1 }))
+            .contains("here")
+    );
+    let many = json!({ "memoryReference": at, "instructionCount": 1_000_000_000 });
+    assert!(editor.refused("disassemble", many).contains("are the most"));
+    let sources = editor.ask("loadedSources", json!({}))["sources"].as_array().unwrap().clone();
+    assert_eq!(sources[0]["path"], program);
+    let reference = sources[1]["sourceReference"].clone();
+    let content = editor.ask("source", json!({ "sourceReference": reference }));
+    assert!(text(&content["content"]).starts_with("0100,900,0,21,0,21,0,21\n"));
+    assert!(editor.refused("source", json!({ "sourceReference": 99 })).contains("99"));
+}
+
+#[test]
+fn jobs_stop_at_their_questions() {
+    let job = "IMF_PBL\nREF XYZ\nMOVEABS X1000\nHALT\nWAITBIT E1.3=1\nMOVEABS X2000\n";
+    let (_folder, program) = file(job);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    assert_eq!(editor.line(), 2);
+    let halt = editor.walk("continue");
+    assert_eq!(
+        (&halt["reason"], text(&halt["text"]).contains("line 4: HALT")),
+        (&json!("pause"), true),
+        "{halt}"
+    );
+    let there = editor.value("x");
+    let waits = editor.walk("continue");
+    assert!(text(&waits["text"]).contains("line 5 waits for port 0 bit 2 to be 1"), "{waits}");
+    assert_eq!(editor.walk("continue")["text"], waits["text"]);
+    let signals = editor.scope("Signals");
+    editor.ask(
+        "setVariable",
+        json!({ "variablesReference": signals, "name": "input 0.2", "value": "1" }),
+    );
+    let end = editor.walk("continue");
+    assert_eq!(end["description"], "The end: everything is done");
+    assert_ne!(editor.value("x"), there);
+    assert_eq!(editor.line(), 6);
+    let (_folder, wrong) = file("IMF_PBL\nREF XYZ\nMOVABS X1000\n");
+    let mut editor = Editor::new();
+    assert!(editor.refused("launch", json!({ "program": wrong })).contains("line 3"));
+    // It can be mended.
+    fs::write(&wrong, "IMF_PBL\nREF XYZ\nMOVEABS X1000\n").unwrap();
+    editor.ask("launch", json!({ "program": wrong }));
+}
+
+// --- several controllers, and recordings ---
+
+#[test]
+fn controllers_are_threads_and_go_each_by_itself() {
+    let (_folder, endless) = file(ENDLESS);
+    let mut editor = Editor::new();
+    editor.ask(
+        "launch",
+        json!({
+            "machine": "mill", "stopOnEntry": true,
+            "controllers": [
+                { "program": example("commands.txt"), "name": "drill" },
+                { "program": endless, "name": "shuttle" },
+            ],
+        }),
+    );
+    editor.ask("configurationDone", json!({}));
+    editor.event("stopped");
+    editor.event("stopped");
+    let threads = editor.ask("threads", json!({}));
+    assert_eq!(
+        threads["threads"],
+        json!([{ "id": 1, "name": "drill" }, { "id": 2, "name": "shuttle" }])
+    );
+    // One runs without an end; the other is stepped through meanwhile.
+    let going = editor.ask("continue", json!({ "threadId": 2 }));
+    assert_eq!(going["allThreadsContinued"], false);
+    for line in [3, 4, 7] {
+        assert_eq!(editor.walk("next")["threadId"], 1);
+        assert_eq!(editor.line(), line);
+    }
+    assert!(editor.refused("stackTrace", json!({ "threadId": 2 })).contains("pause comes first"));
+    assert!(editor.refused("stackTrace", json!({ "threadId": 3 })).contains("1 to 2"));
+    editor.ask("pause", json!({ "threadId": 2 }));
+    assert_eq!(editor.event("stopped")["threadId"], 2);
+    editor.ask("stackTrace", json!({ "threadId": 2 }));
+    editor.disconnect();
+}
+
+#[test]
+fn recordings_are_debugged() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("drill.jsonl");
+    let recording = recording.to_str().unwrap();
+    let run = Command::new(VIMC4)
+        .args(["run", &example("commands.txt"), "--machine", "mill", "--record", recording])
+        .output()
+        .unwrap();
+    assert!(run.status.success());
+    let mut editor = Editor::new();
+    assert!(editor.refused("attach", drilling()).contains("launch"));
+    let name = PathBuf::from(recording);
+    let name = name.file_name().unwrap().to_str().unwrap();
+    editor.ask("attach", json!({ "recording": name, "cwd": folder.path(), "stopOnEntry": true }));
+    editor.ask("configurationDone", json!({}));
+    editor.event("stopped");
+    let stack = editor.ask("stackTrace", json!({ "threadId": 1 }));
+    let frame = &stack["stackFrames"][0];
+    assert_eq!((&frame["name"], &frame["line"]), (&json!("@07"), &json!(1)));
+    let reference = frame["source"]["sourceReference"].clone();
+    let content = editor.ask(
+        "source",
+        json!({ "source": { "sourceReference": reference }, "sourceReference": reference }),
+    );
+    let lines = text(&content["content"]);
+    assert_eq!(lines.lines().nth(2), Some("@0R7"));
+    let set = editor.ask(
+        "setBreakpoints",
+        json!({
+            "source": { "sourceReference": reference }, "breakpoints": [{ "line": 5 }],
+        }),
+    );
+    assert_eq!(set["breakpoints"][0]["verified"], true);
+    editor.walk("continue");
+    assert_eq!(editor.stack()[0].1, "@0A800,4000,0,4000,-500,900,500,900");
+    let end = editor.walk("continue");
+    assert_eq!(end["description"], "The end of what is recorded");
+    assert_eq!(editor.value("x"), "3200");
+    editor.walk("reverseContinue");
+    assert_eq!(editor.line(), 5);
+}
+
+// --- breaking off ---
+
+#[test]
+fn what_takes_long_is_paused_and_cancelled() {
+    let (_folder, program) = file(ENDLESS);
+    let mut editor = Editor::silent();
+    editor.ask("initialize", json!({ "supportsProgressReporting": true }));
+    editor.ask("launch", json!({ "program": program }));
+    editor.ask("configurationDone", json!({}));
+    // It runs, and answers meanwhile.
+    let progress = editor.event("progressStart");
+    assert_eq!(progress["cancellable"], true);
+    editor.event("progressUpdate");
+    editor.ask("threads", json!({}));
+    assert!(editor.refused("stackTrace", json!({ "threadId": 1 })).contains("pause"));
+    // A breakpoint that is set meanwhile counts from now on.
+    editor.set_lines(&program, json!([{ "line": 3 }]));
+    assert_eq!(editor.event("stopped")["reason"], "breakpoint");
+    editor.event("progressEnd");
+    editor.set_lines(&program, json!([]));
+    editor.ask("continue", json!({ "threadId": 1 }));
+    editor.ask("pause", json!({ "threadId": 1 }));
+    assert_eq!(editor.event("stopped")["reason"], "pause");
+    assert_eq!(editor.stack()[0].0.clamp(2, 4), editor.line());
+    editor.ask("continue", json!({ "threadId": 1 }));
+    let progress = editor.event("progressStart");
+    editor.ask("cancel", json!({ "progressId": progress["progressId"] }));
+    assert_eq!(editor.event("stopped")["reason"], "pause");
+    // Something that will never be is looked for.
+    let asked = editor.send("evaluate", json!({ "expression": "next y = 5", "context": "repl" }));
+    let cancel = editor.send("cancel", json!({ "requestId": asked }));
+    assert_eq!(editor.answer(asked), Err("cancelled".to_owned()));
+    assert_eq!(editor.answer(cancel), Ok(Value::Null));
+    // What waits behind it is cancelled as well.
+    let asked = editor.send("evaluate", json!({ "expression": "next y = 5", "context": "repl" }));
+    let waiting = editor.send("threads", json!({}));
+    let cancel = editor.send("cancel", json!({ "requestId": waiting }));
+    let first = editor.send("cancel", json!({ "requestId": asked }));
+    assert_eq!(editor.answer(asked), Err("cancelled".to_owned()));
+    let mut answers = Vec::new();
+    for _ in 0..3 {
+        let message = loop {
+            let message = editor.hear();
+            if message["type"] == "response" {
+                break message;
+            }
+        };
+        answers.push((
+            message["request_seq"].as_i64().unwrap(),
+            message["success"].as_bool().unwrap(),
+        ));
+    }
+    answers.sort_unstable();
+    assert_eq!(answers.iter().map(|(seq, _)| *seq).collect::<Vec<_>>(), [waiting, cancel, first]);
+    // A step that does not end, and a way back that is long.
+    editor.set_lines(&program, json!([{ "line": 2, "condition": "y = 5" }]));
+    editor.ask("reverseContinue", json!({ "threadId": 1 }));
+    editor.ask("pause", json!({ "threadId": 1 }));
+    editor.event("stopped");
+    editor.disconnect();
+}
+
+#[test]
+fn too_many_requests_are_refused() {
+    let (_folder, program) = file(ENDLESS);
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    let asked = editor.send("evaluate", json!({ "expression": "next y = 5", "context": "repl" }));
+    let crowd: Vec<i64> = (0..500).map(|_| editor.send("threads", json!({}))).collect();
+    editor.send("cancel", json!({ "requestId": asked }));
+    let (mut refused, mut answered) = (0, 0);
+    for _ in 0..crowd.len() + 2 {
+        let message = editor.hear();
+        match message["success"].as_bool() {
+            Some(false) if text(&message["message"]).contains("requests wait already") => {
+                refused += 1
+            }
+            Some(_) => answered += 1,
+            None => {}
+        }
+    }
+    assert_eq!(refused + answered, crowd.len() + 2);
+    assert!(answered >= 3, "{answered}");
+    editor.ask("threads", json!({}));
+}
+
+#[test]
+fn a_client_that_vanishes_ends_the_session() {
+    let mut editor = Editor::new();
+    editor.to = None;
+    assert_eq!(editor.leaves(), Some(1));
+    // Also while something runs that has no end.
+    let (_folder, program) = file(ENDLESS);
+    let mut editor = Editor::new();
+    editor.ask("launch", json!({ "program": program }));
+    editor.ask("configurationDone", json!({}));
+    editor.to = None;
+    assert_eq!(editor.leaves(), Some(1));
+}
+
+#[test]
+fn clients_come_and_go_at_a_port() {
+    let mut adapter = Command::new(VIMC4)
+        .args(["dap", "--port", "0"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(adapter.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let address = line.trim().strip_prefix("debug adapter at ").unwrap().to_owned();
+    let talk = |leave: bool| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut from = BufReader::new(stream.try_clone().unwrap());
+        let ask = |stream: &mut TcpStream,
+                   from: &mut BufReader<TcpStream>,
+                   seq: i64,
+                   command: &str,
+                   arguments: Value| {
+            let message = json!({ "seq": seq, "type": "request", "command": command, "arguments": arguments });
+            stream.write_all(framed(&message).as_bytes()).unwrap();
+            loop {
+                let message = read(from).unwrap();
+                if message["type"] == "response" {
+                    assert_eq!(
+                        (&message["request_seq"], &message["success"]),
+                        (&json!(seq), &json!(true))
+                    );
+                    return;
+                }
+            }
+        };
+        ask(&mut stream, &mut from, 1, "initialize", json!({}));
+        ask(&mut stream, &mut from, 2, "launch", drilling());
+        if leave {
+            stream.shutdown(Shutdown::Both).unwrap();
+            return;
+        }
+        ask(&mut stream, &mut from, 3, "disconnect", json!({}));
+        // The adapter closes its end.
+        while read(&mut from).is_some() {}
+    };
+    // More of them than may be there at once.
+    for round in 0..20 {
+        talk(round % 2 == 0);
+    }
+    let _ = adapter.kill();
+    let _ = adapter.wait();
+}
+
+// --- what is wrong ---
+
+#[test]
+fn nothing_bad_is_left_without_an_answer() {
+    let mut editor = Editor::silent();
+    assert_eq!(editor.refused("threads", json!({})), "initialize comes first");
+    assert!(editor.refused("initialize", json!({ "pathFormat": "uri" })).contains("uri"));
+    editor.ask("initialize", json!({}));
+    assert_eq!(editor.refused("initialize", json!({})), "initialize comes only once");
+    assert_eq!(editor.refused("readMemory", json!({})), "there is no request readMemory");
+    for arguments in [
+        json!({}),
+        json!([1]),
+        json!("x"),
+        json!({ "threadId": 1 }),
+        json!({ "frameId": -1 }),
+        json!({ "variablesReference": 99, "name": "x", "value": "" }),
+    ] {
+        for row in vimc4_dap::REQUESTS {
+            if matches!(
+                row.command,
+                "initialize" | "disconnect" | "terminate" | "launch" | "attach"
+            ) {
+                continue;
+            }
+            // An answer; not what is in it.
+            let _ = editor.try_to(row.command, arguments.clone());
+        }
+    }
+    for (configuration, what) in [
+        (json!({}), "nothing to debug is named"),
+        (json!({ "program": "/nowhere.txt" }), "cannot read /nowhere.txt"),
+        (json!({ "program": 5 }), "configuration"),
+        (json!({ "program": example("commands.txt"), "recording": "x" }), "not both"),
+        (json!({ "program": example("commands.txt"), "model": "nonsense" }), "nonsense"),
+        (json!({ "program": example("commands.txt"), "machine": "nonsense" }), "nonsense"),
+        (
+            json!({ "program": example("commands.txt"), "quirks": { "nonsense": "1" } }),
+            "no quirk nonsense",
+        ),
+    ] {
+        let refused = editor.refused("launch", configuration.clone());
+        assert!(refused.contains(what), "{configuration}: {refused}");
+    }
+    for (bytes, what) in [
+        ("Content-Length: 3\r\n\r\n{{{", "no JSON"),
+        ("Content-Length: 2\r\n\r\n[]", "a request has"),
+        ("Content-Length: x\r\n\r\n", "Content-Length"),
+        ("gibberish\r\n\r\n", "Content-Length"),
+    ] {
+        editor.write(bytes.as_bytes());
+        let refused = editor.answer(0).unwrap_err();
+        assert!(refused.contains(what), "{bytes}: {refused}");
+    }
+    let long = 2 << 20;
+    editor.write(format!("Content-Length: {long}\r\n\r\n").as_bytes());
+    editor.write(&vec![b' '; long]);
+    assert!(editor.answer(0).unwrap_err().contains("bytes at most"));
+    editor.ask("launch", drilling());
+    assert!(editor.refused("launch", drilling()).contains("restart"));
+    editor.disconnect();
+
+    // Who speaks another language is left alone.
+    let mut editor = Editor::silent();
+    editor.write("x".repeat(20_000).as_bytes());
+    assert_eq!(editor.leaves(), Some(1));
+}
+
+/// A test that asks for it by its name is above, for every request there is.
+#[test]
+fn every_request_of_the_table_is_asked_for_here() {
+    let here = include_str!("dap.rs");
+    for row in vimc4_dap::REQUESTS {
+        let asked = format!("\"{}\"", row.command);
+        assert!(here.contains(&asked), "nobody asks for {}", row.command);
+    }
+}
+
+// --- what is written about it ---
+
+/// The rows of a table that begin with code: `| `NAME` | …`.
+fn rows(text: &str, heading: &str) -> Vec<Vec<String>> {
+    let section = text.split(heading).nth(1).unwrap_or_else(|| panic!("there is no {heading}"));
+    let section = section.split("\n## ").next().unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    rows.map(|row| row.trim_matches('|').split(" | ").map(|cell| cell.trim().to_owned()).collect())
+        .collect()
+}
+
+#[test]
+fn the_page_has_the_tables_of_the_program() {
+    let page = include_str!("../../docs/debugging.md");
+    let requests: Vec<Vec<String>> = vimc4_dap::REQUESTS
+        .iter()
+        .map(|row| vec![format!("`{}`", row.command), row.about.to_owned()])
+        .collect();
+    assert_eq!(rows(page, "## The requests"), requests);
+    let attributes: Vec<Vec<String>> = vimc4_dap::ATTRIBUTES
+        .iter()
+        .map(|(name, kind, about)| {
+            vec![format!("`{name}`"), (*kind).to_owned(), (*about).to_owned()]
+        })
+        .collect();
+    assert_eq!(rows(page, "## The attributes"), attributes);
+}
+
+/// What Visual Studio Code is told of the attributes is what there is.
+#[test]
+fn the_extension_of_visual_studio_code_knows_the_attributes() {
+    let extension: Value =
+        serde_json::from_str(include_str!("../../examples/vscode/package.json")).unwrap();
+    let debugger = &extension["contributes"]["debuggers"][0];
+    assert_eq!((&debugger["type"], &debugger["runtime"]), (&json!("vimc4"), &json!("vimc4")));
+    let known: BTreeSet<String> = vimc4_dap::ATTRIBUTES
+        .iter()
+        .map(|(name, ..)| (*name).to_owned())
+        .filter(|name| name != "noDebug")
+        .collect();
+    for request in ["launch", "attach"] {
+        let properties = &debugger["configurationAttributes"][request]["properties"];
+        for (name, kind, about) in vimc4_dap::ATTRIBUTES {
+            if let Some(property) = properties.get(name) {
+                assert_eq!(
+                    (text(&property["type"]), text(&property["description"])),
+                    (kind.to_owned(), about.to_owned())
+                );
+            }
+        }
+        let named: BTreeSet<String> = properties.as_object().unwrap().keys().cloned().collect();
+        assert!(named.is_subset(&known), "{named:?}");
+        assert!(request == "attach" || named == known, "{named:?}");
+    }
+}
+
+/// The configurations that the page shows are opened.
+#[test]
+fn the_configurations_of_the_page_are_opened() {
+    let page = include_str!("../../docs/debugging.md");
+    let mut opened = 0;
+    for block in page.split("```json\n").skip(1) {
+        let block = block.split("```").next().unwrap();
+        let file: Value =
+            serde_json::from_str(block).unwrap_or_else(|error| panic!("{error}: {block}"));
+        for configuration in file["configurations"].as_array().unwrap() {
+            assert_eq!(configuration["type"], "vimc4");
+            let request = text(&configuration["request"]);
+            let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+            let folder = fs::canonicalize(root).unwrap().to_str().unwrap().to_owned();
+            let text = configuration.to_string().replace("${workspaceFolder}", &folder);
+            let text = text.replace("${file}", &example("commands.txt"));
+            let mut editor = Editor::new();
+            editor.ask(&request, serde_json::from_str(&text).unwrap());
+            editor.ask("configurationDone", json!({}));
+            editor.event("stopped");
+            opened += 1;
+        }
+    }
+    assert!(opened >= 4, "{opened}");
+}
