@@ -131,13 +131,15 @@ fn main() -> ExitCode {
             return recording::tap::run(&arguments).unwrap_or_else(Failure::report);
         }
         Tool::Replay(arguments) => {
-            return recording::replay::run(&arguments).unwrap_or_else(Failure::report);
+            return recording::guarded(|| recording::replay::run(&arguments))
+                .unwrap_or_else(Failure::report);
         }
         Tool::Diff(arguments) => {
-            return recording::diff::run(&arguments).unwrap_or_else(Failure::report);
+            return recording::guarded(|| recording::diff::run(&arguments))
+                .unwrap_or_else(Failure::report);
         }
-        Tool::Cut(arguments) => recording::less::cut(&arguments),
-        Tool::Minimise(arguments) => recording::less::minimise(&arguments),
+        Tool::Cut(arguments) => recording::guarded(|| recording::less::cut(&arguments)),
+        Tool::Minimise(arguments) => recording::guarded(|| recording::less::minimise(&arguments)),
         Tool::Dap(arguments) => return dap::run(&arguments).unwrap_or_else(Failure::report),
         Tool::Doctor(arguments) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);

@@ -440,6 +440,17 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
         assert_eq!(code, 1, "{message}: {errors}");
         assert!(errors.contains(message), "{message}: {errors}");
     }
+    // A state that none can be in leads nowhere; it is said, whatever comes of it.
+    for (old, new) in [
+        ("\"carriage\":[4000", "\"carriage\":[9223372036854775807"),
+        ("\"now\":0", "\"now\":18446744073709551615"),
+    ] {
+        let changed = text.replace(old, new);
+        assert_ne!(changed, text);
+        fs::write(folder.path().join("wrong.jsonl"), changed).unwrap();
+        let (_, errors, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
+        assert!(code < 2 && !errors.contains("panicked"), "{code}: {errors}");
+    }
     let (_, errors, code) = said(folder.path(), &["replay", "nowhere.jsonl"]);
     assert_eq!(code, 2, "{errors}");
 }

@@ -9,3 +9,25 @@ pub(crate) mod file;
 pub(crate) mod less;
 pub(crate) mod replay;
 pub(crate) mod tap;
+
+use std::panic::{self, UnwindSafe};
+
+use crate::failure::Failure;
+
+/// Plays what others have written. A state that was changed by hand can be read and still be none
+/// that a controller comes to; where it cannot go on from there, that is said.
+pub(crate) fn guarded<T>(
+    work: impl FnOnce() -> Result<T, Failure> + UnwindSafe,
+) -> Result<T, Failure> {
+    let usual = panic::take_hook();
+    // What has happened is said below, once.
+    panic::set_hook(Box::new(|_| {}));
+    let done = panic::catch_unwind(work);
+    panic::set_hook(usual);
+    done.unwrap_or_else(|_| {
+        Err(Failure::midway(
+            "the recording leads the controller to where none can be; a state in it was changed: \
+             take it as it was written, or, if nobody has changed it, report a fault of this program",
+        ))
+    })
+}
