@@ -419,14 +419,14 @@ impl Debugger {
     fn listed(&mut self, of: &str) -> Result {
         let listing = match of {
             "file" => self.file().ok_or("the commands come from no file")?,
-            "program" => self.program().ok_or("no program is stored")?,
+            "program" => self.marked_program().ok_or("no program is stored")?,
             "commands" => self.commands(),
             "" => match self.file() {
                 Some(file) => file,
-                None => match self.program().filter(|_| self.is_in_program()) {
-                    Some(program) => program,
-                    None => self.commands(),
-                },
+                None if self.is_in_program() => {
+                    self.marked_program().unwrap_or_else(|| self.commands())
+                }
+                None => self.commands(),
             },
             other => {
                 return Err(DebugError::new(format!(
@@ -435,6 +435,16 @@ impl Debugger {
             }
         };
         Ok(Answer::Listing(around(listing)))
+    }
+
+    /// The stored program with a marker at the line that was begun last, if it runs.
+    fn marked_program(&mut self) -> Option<crate::Listing> {
+        let mut listing = self.program()?;
+        if self.is_in_program() {
+            let begun = self.line_begun().map(u64::from);
+            listing.lines.iter_mut().for_each(|line| line.is_present = begun == Some(line.number));
+        }
+        Some(listing)
     }
 
     fn is_in_program(&self) -> bool {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use vimc4_catalogue::isel::ProgramStatus;
-use vimc4_device::{CommandNumber, Device, Path, Stamp, Time, escape};
+use vimc4_device::{CommandNumber, Device, Event, Kinds, Path, Stamp, Time, escape};
 use vimc4_timeline::Place;
 
 use crate::debugger::Debugger;
@@ -181,9 +181,9 @@ impl Debugger {
             && matches!(program.status, ProgramStatus::Running | ProgramStatus::Paused)
         {
             let text = |line: u32| program.lines.get(line as usize).cloned().unwrap_or_default();
-            if let Some(line) = program.marker {
-                let name = text(line);
-                frames.push(Frame { name, kind: FrameKind::Line, line: Some(line + 1) });
+            if let Some(line) = self.line_begun().or(program.marker.map(|marker| marker + 1)) {
+                let name = text(line.saturating_sub(1));
+                frames.push(Frame { name, kind: FrameKind::Line, line: Some(line) });
             }
             for open in program.loops.iter().rev() {
                 let (name, kind) = (text(open.line), FrameKind::Loop { left: open.left });
@@ -201,7 +201,18 @@ impl Debugger {
         frames
     }
 
-    /// The lines of the stored program, with a marker at the one that is executed.
+    /// The line of the stored program, from 1, that was begun last. What comes next may be another
+    /// already: a loop or a branch is done at once, and takes its time afterwards.
+    pub(crate) fn line_begun(&mut self) -> Option<u32> {
+        let is_line = |_: &Stamp, event: &Event| matches!(event, Event::Line { .. });
+        match self.last_event(Kinds::COMMAND, is_line)?.event {
+            Event::Line { line, .. } => Some(line),
+            _ => None,
+        }
+    }
+
+    /// The lines of the stored program, with a marker at the one that the controller is at: the one
+    /// that is executed, or, where a loop or a branch takes its time, the one that comes next.
     #[must_use]
     pub fn program(&self) -> Option<Listing> {
         let details = self.device().details();

@@ -200,17 +200,24 @@ impl Debugger {
         let (begin, heading) = (self.place(), self.history.heading());
         self.history.go_to_end(heading);
         let mut begins = CommandBegins(number);
-        // The end is the last moment after the beginning of the command, if it has begun.
-        match self.history.seek_last(&mut begins, progress) {
-            Found::Here => Ok(self.stopped(Reason::Gone, Vec::new())),
-            found => {
-                self.history.go_back_to(begin);
-                Err(DebugError::new(match found {
-                    Found::GivenUp => "cancelled".to_owned(),
-                    _ => format!("no command has the number {number} here"),
-                }))
+        let mut found = self.history.seek_last_or_here(&mut begins, progress);
+        if found == Found::Nowhere && !self.stays {
+            // It may be still to come.
+            let mut future = History::new(self.device().clone());
+            future.watch(Kinds::ALL);
+            found = future.seek_next(Time::NEVER, &mut begins, progress);
+            if found == Found::Here {
+                found = self.history.seek_next(Time::NEVER, &mut begins, &mut patiently);
             }
         }
+        if found == Found::Here {
+            return Ok(self.stopped(Reason::Gone, Vec::new()));
+        }
+        self.history.go_back_to(begin);
+        Err(DebugError::new(match found {
+            Found::GivenUp => "cancelled".to_owned(),
+            _ => format!("no command has the number {number} here"),
+        }))
     }
 
     // --- inside ---

@@ -8,12 +8,13 @@ use vimc4_catalogue::{Controller, Machine, Model, State};
 use vimc4_device::{
     CommandNumber, Device, Event, Kinds, Output, OwnedInput, Stamp, Time, TimedInput, escape,
 };
-use vimc4_timeline::{BranchId, History, Place, Progress};
+use vimc4_timeline::{BranchId, Found, History, Place, Progress};
 
 use crate::DebugError;
-use crate::debugger::Debugger;
+use crate::debugger::{Debugger, patiently};
 use crate::field::differences;
 use crate::stop::time;
+use crate::why::Begun;
 
 /// What is otherwise.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,6 +108,19 @@ impl Debugger {
         if !matches!(what, WhatIf::Inputs(_)) {
             self.before_what_is_under_way();
         }
+        let parting = self.what_if_from_here(what, begin, progress);
+        if parting.is_err() {
+            self.history_mut().go_back_to(begin);
+        }
+        parting
+    }
+
+    fn what_if_from_here(
+        &mut self,
+        what: &WhatIf,
+        begin: Place,
+        progress: &mut Progress<'_>,
+    ) -> Result<Parting, DebugError> {
         let name = self.describe(what);
         let inputs = self.inputs_ahead();
         let end = self.end_ahead();
@@ -165,9 +179,15 @@ impl Debugger {
         if self.device().is_idle() {
             return;
         }
+        let here = self.place();
         let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
-        if let Some(command) = self.last_event(Kinds::COMMAND, is_command) {
-            self.history_mut().go_back_to(command.place);
+        let command = self.last_event(Kinds::COMMAND, is_command).map(|command| command.place);
+        // A button may have begun it.
+        let begun = self.history_mut().seek_last_or_here(&mut Begun::default(), &mut patiently);
+        let begun = (begun == Found::Here).then_some(self.place());
+        let later = command.into_iter().chain(begun).max_by_key(|place| place.moment.at);
+        self.history_mut().go_back_to(later.unwrap_or(here));
+        if later.is_some() {
             self.history_mut().back();
         }
     }

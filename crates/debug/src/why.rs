@@ -176,7 +176,8 @@ impl fmt::Display for Change {
 }
 
 /// Looks for the last thing from outside that has set going what was at rest.
-struct Begun {
+#[derive(Default)]
+pub(crate) struct Begun {
     was_idle: bool,
 }
 
@@ -318,9 +319,10 @@ impl Debugger {
                 links.extend(self.received(&command.event));
             }
             None => {
-                let mut begun = Begun { was_idle: false };
+                let mut begun = Begun::default();
+                let is_outside = |link: &Link| matches!(link.kind, LinkKind::Input(_));
                 let history = self.history_mut();
-                if links.len() == 1
+                if !links.iter().any(is_outside)
                     && history.seek_last_or_here(&mut begun, &mut patiently) == Found::Here
                 {
                     let place = self.place();
