@@ -37,9 +37,9 @@ use shell::Shell;
     long_about = "\
 Step through what a controller does, forward and back, and ask why
 
-WHAT is a file: a list of commands, a stored program, a plot file or a job file in the isel NC
-intermediate format. It is sent to a virtual controller in virtual time, as `vimc4 run` does it, and
-the console stands at its beginning. A stored program is stored, and START is pressed.
+WHAT is a file: a recording, a list of commands, a stored program, a plot file or a job file in the isel NC
+intermediate format. A recording is of a controller; any other file is sent to one in virtual time, as
+`vimc4 run` does it. The console stands at the beginning. A stored program is stored, and START is pressed.
 
 Without a file, or with the name of a model, there is a controller behind a pseudo-terminal and a TCP port,
 as `vimc4 serve` has it. While somebody types its time is paused; clients stay connected and notice nothing
@@ -54,6 +54,7 @@ lines come from a pipe or with --script, and the first that fails ends it.",
 Examples:
   vimc4 console examples/commands.txt --machine mill
   vimc4 console examples/plate.ncp --machine mill --screen
+  vimc4 console examples/overlooked.jsonl
   vimc4 console imc-s8 --machine mill
   vimc4 console examples/commands.txt --machine mill --script examples/look.txt
 

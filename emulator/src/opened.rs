@@ -18,6 +18,7 @@ use crate::job::operator::Operator;
 use crate::job::perform::{Ending, Piece, Work, perform};
 use crate::job::source::{Reading, Site, takes_jobs};
 use crate::job::virtual_time::{Sent, Virtual};
+use crate::recording::history;
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::Meter;
 use crate::run::script::{Kind, Script, ScriptLine};
@@ -50,9 +51,9 @@ impl Default for Sending {
     }
 }
 
-/// Opens a command list, a stored program, a plot or a job: whatever the file is. It is sent to a
-/// controller that has just been switched on, in virtual time, as `vimc4 run` does it; the history
-/// is of that.
+/// Opens a recording, a command list, a stored program, a plot or a job: whatever the file is. What is
+/// no recording is sent to a controller that has just been switched on, in virtual time, as `vimc4
+/// run` does it; the history is of that.
 ///
 /// # Errors
 ///
@@ -60,6 +61,10 @@ impl Default for Sending {
 pub(crate) fn open(path: &Path, mut setup: Setup, sending: Sending) -> Result<Opened, Failure> {
     let bytes = file::read(path, "a recording, a program, a list of commands, a plot or a job")?;
     let name = text::name(path);
+    if history::is_recording(path, &bytes) {
+        let (debugger, machine) = history::open(path)?;
+        return Ok(Opened { debugger, machine, note: None });
+    }
     setup.heed(path, &bytes)?;
     let model = vimc4::model(setup.model())?;
     let machine = vimc4::machine(setup.machine())?;

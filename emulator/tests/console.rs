@@ -337,6 +337,103 @@ fn a_pseudo_terminal_is_there_and_gone_afterwards_also_when_it_is_told_to_end() 
     }
 }
 
+// --- what the manual shows ---
+
+const MANUAL: &str = include_str!("../../docs/stepping.md");
+
+#[test]
+fn the_limit_switch_is_found_as_the_manual_shows_it() {
+    let (_, block) = MANUAL.split_once("$ vimc4 console examples/overlooked.jsonl\n").unwrap();
+    let (block, _) = block.split_once("```").unwrap();
+    let typed: String = block
+        .lines()
+        .filter_map(|line| line.strip_prefix("> "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert!(typed.lines().count() <= 6, "{typed}");
+    let out = said(&["examples/overlooked.jsonl"], &typed);
+    assert_eq!(out, block, "docs/stepping.md is to show this:\n{out}");
+    assert!(
+        out.contains("stopped by STOP at the panel") && out.contains("limit switch X+"),
+        "{out}"
+    );
+}
+
+#[test]
+fn the_recording_of_the_hidden_bug_is_that_of_its_driver() {
+    if !Command::new("python3")
+        .arg("--version")
+        .output()
+        .is_ok_and(|output| output.status.success())
+    {
+        assert!(std::env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs python3");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut serve = Command::new(VIMC4)
+        .args([
+            "serve",
+            "--machine",
+            "mill",
+            "--time",
+            "instant",
+            "--tcp",
+            "none",
+            "--pty",
+            "vimc4.pty",
+        ])
+        .args(["--record", "again.jsonl", "--json", "--until-stdin-closes"])
+        .current_dir(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut ready = String::new();
+    BufReader::new(serve.stdout.take().unwrap()).read_line(&mut ready).unwrap();
+    let driver = root().join("examples/overlooked.py");
+    assert!(
+        Command::new("python3").arg(driver).current_dir(folder.path()).status().unwrap().success()
+    );
+    drop(serve.stdin.take());
+    serve.wait().unwrap();
+    // Nobody has pressed STOP this time. What it sends is the same, whatever it is answered.
+    let sent = |path: PathBuf| -> Vec<String> {
+        let text = fs::read_to_string(path).unwrap();
+        let lines =
+            text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        lines.filter_map(|line| Some(line["in"].as_str()?.to_owned())).collect()
+    };
+    let again = sent(folder.path().join("again.jsonl")).concat();
+    assert_eq!(again, sent(root().join("examples/overlooked.jsonl")).concat());
+    assert!(again.contains("@0A20000"), "{again}");
+}
+
+#[test]
+fn the_pictures_of_the_manual_are_what_the_screen_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("docs")).unwrap();
+    fs::create_dir(folder.path().join("examples")).unwrap();
+    fs::copy(root().join("examples/plate.ncp"), folder.path().join("examples/plate.ncp")).unwrap();
+    let script = root().join("examples/pictures.txt");
+    let output = Command::new(VIMC4)
+        .args(["console", "examples/plate.ncp", "--machine", "mill", "--script"])
+        .arg(script)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for name in ["docs/console-80x24.svg", "docs/console-200x60.svg"] {
+        let (shown, kept) = (folder.path().join(name), root().join(name));
+        let is_same = fs::read_to_string(shown).unwrap() == fs::read_to_string(kept).unwrap();
+        assert!(
+            is_same,
+            "{name} shows something else; run `vimc4 console examples/plate.ncp --machine mill --script \
+             examples/pictures.txt` in the folder of the project, and look at it"
+        );
+        assert!(MANUAL.contains(name.trim_start_matches("docs/")), "{name}");
+    }
+}
+
 // --- at a terminal ---
 
 #[test]

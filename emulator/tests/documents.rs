@@ -15,7 +15,7 @@ use vimc4::{Clock, Emulator};
 
 const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
 
-const PAGES: [(&str, &str); 12] = [
+const PAGES: [(&str, &str); 13] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
@@ -27,6 +27,7 @@ const PAGES: [(&str, &str); 12] = [
     ("docs/performance.md", include_str!("../../docs/performance.md")),
     ("docs/profiles.md", include_str!("../../docs/profiles.md")),
     ("docs/recordings.md", include_str!("../../docs/recordings.md")),
+    ("docs/stepping.md", include_str!("../../docs/stepping.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
 ];
 

@@ -12,4 +12,4 @@ mod svg;
 
 pub(crate) use face::{Leaving, as_svg, check, leave, run};
 pub(crate) use path::Stroke;
-pub(crate) use picture::{Picture, Side, Talk, TimeLine};
+pub(crate) use picture::{Picture, Reply, ReplyKind, Side, Talk, TimeLine};

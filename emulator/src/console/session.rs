@@ -1,5 +1,6 @@
 //! A debugger and what it is opened on, as both faces of the console see it.
 
+use std::collections::VecDeque;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -14,7 +15,7 @@ use vimc4_debug::{
 use vimc4_device::{Device, Time, View, parse_duration};
 
 use super::live::{self, Live};
-use super::screen;
+use super::screen::{self, Reply, ReplyKind};
 use crate::text::shown;
 
 /// A command of the console's own, beside those of the debugger.
@@ -127,7 +128,12 @@ pub(crate) struct Session {
     until: Option<Time>,
     /// The line that was carried out last, which an empty one repeats.
     last: String,
+    /// What was typed and answered last.
+    pub(crate) said: VecDeque<Reply>,
 }
+
+/// So much of what was said is remembered.
+const REMEMBERED: usize = 200;
 
 /// A controller that is not looked at now.
 enum Other {
@@ -151,6 +157,7 @@ impl Session {
             others: Vec::new(),
             until: None,
             last: String::new(),
+            said: VecDeque::new(),
         }
     }
 
@@ -190,9 +197,35 @@ impl Session {
         self.carry_out_once(&line)
     }
 
-    /// The same, where an empty line does nothing.
+    /// The same, where an empty line does nothing. What is answered is remembered for the screen.
     pub(crate) fn carry_out_once(&mut self, line: &str) -> Result<Outcome, Wrong> {
         let line = line.trim();
+        let outcome = self.carry_out_unheard(line);
+        match &outcome {
+            Ok(Outcome::Said(said)) if !line.is_empty() && !line.starts_with('#') => {
+                self.say(line, ReplyKind::Typed);
+                self.say(said, ReplyKind::Answer);
+            }
+            Err(Wrong(wrong)) => {
+                self.say(line, ReplyKind::Typed);
+                self.say(wrong, ReplyKind::Wrong);
+            }
+            Ok(_) => {}
+        }
+        outcome
+    }
+
+    /// Remembers what the screen shows of what was typed and answered.
+    pub(crate) fn say(&mut self, text: &str, kind: ReplyKind) {
+        if !text.is_empty() {
+            self.said.push_back(Reply { text: text.to_owned(), kind });
+        }
+        if self.said.len() > REMEMBERED {
+            self.said.pop_front();
+        }
+    }
+
+    fn carry_out_unheard(&mut self, line: &str) -> Result<Outcome, Wrong> {
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         match (word, rest.trim()) {
             ("screen", "") => return Ok(Outcome::Screen),

@@ -6,6 +6,7 @@ mod client;
 pub(crate) mod controller;
 pub(crate) mod diff;
 pub(crate) mod file;
+pub(crate) mod history;
 pub(crate) mod less;
 pub(crate) mod replay;
 pub(crate) mod tap;

@@ -354,7 +354,6 @@ mod tests {
     use vimc4_device::Input;
 
     use super::super::face::Look;
-    use super::super::picture::Reply;
     use super::*;
     use crate::console::session::{Cancel, Session};
 
@@ -371,7 +370,7 @@ mod tests {
             session.carry_out(line).unwrap();
         }
         let mut look = Look::new(Inks { colour: true });
-        look.said.push(Reply { text: "a\x1B[2Jb\n".to_owned(), kind: ReplyKind::Wrong });
+        session.say("a\x1B[2Jb\n", ReplyKind::Wrong);
         look.picture(&mut session)
     }
 

@@ -1,9 +1,11 @@
 //! The full screen as somebody sits before it: keys in, pictures out.
 
+use std::collections::VecDeque;
 use std::env;
 use std::io::{self, IsTerminal, Write};
 use std::panic;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -23,7 +25,7 @@ use super::draw::draw;
 use super::ink::Inks;
 use super::keys::{self, Act};
 use super::path::Gaze;
-use super::picture::{Picture, Prompt, Reply, ReplyKind};
+use super::picture::{Picture, Prompt, ReplyKind};
 use super::svg::svg;
 use vimc4::{Report, Reports};
 
@@ -56,15 +58,11 @@ const UNITS: [Unit; 8] = [
 /// How often a running controller is looked at anew while something moves.
 const BETWEEN: Duration = Duration::from_millis(100);
 
-/// So many answers are remembered.
-const ANSWERS: usize = 200;
-
 /// What somebody has set up on the screen.
 pub(super) struct Look {
     inks: Inks,
     gaze: Gaze,
     unit: usize,
-    pub(super) said: Vec<Reply>,
     prompt: Prompt,
     /// Lines that were typed, and which of them is shown.
     typed: Vec<String>,
@@ -80,7 +78,6 @@ impl Look {
             inks,
             gaze: Gaze::default(),
             unit: 0,
-            said: Vec::new(),
             prompt: Prompt::default(),
             typed: Vec::new(),
             recalled: 0,
@@ -93,6 +90,7 @@ impl Look {
     pub(super) fn picture(&mut self, session: &mut Session) -> Picture {
         let (view, clock) = (session.view(), session.clock().to_owned());
         let is_running = session.is_running();
+        let said = session.said.clone();
         let debugger = &mut session.debugger;
         let mut picture = Picture {
             view,
@@ -106,7 +104,7 @@ impl Look {
             gaze: self.gaze,
             line: super::picture::TimeLine::default(),
             watches: Vec::new(),
-            said: self.said.clone(),
+            said: said.into(),
             prompt: self.prompt.clone(),
             unit: UNITS[self.unit].to_string(),
             shows_keys: self.shows_keys,
@@ -117,14 +115,6 @@ impl Look {
             picture.line.end = picture.view.at.max(picture.line.end);
         }
         picture
-    }
-
-    fn say(&mut self, text: &str, kind: ReplyKind) {
-        if !text.is_empty() {
-            self.said.push(Reply { text: text.to_owned(), kind });
-        }
-        let too_many = self.said.len().saturating_sub(ANSWERS);
-        self.said.drain(..too_many);
     }
 }
 
@@ -202,6 +192,8 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
         before(panic);
     }));
     let mut stage = Stage::enter().map_err(failed)?;
+    // From now on another size is heard of.
+    let _ = event::poll(Duration::ZERO);
     let mut ears = Ears::listen();
     session.cancel.look = Some(is_interrupted);
     let mut look = Look::new(inks());
@@ -237,14 +229,14 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
             }
             Happening::Paused(reports, report) => {
                 match session.paused(reports, &report) {
-                    Ok(Some(said)) => look.say(&said, ReplyKind::Answer),
+                    Ok(Some(said)) => session.say(&said, ReplyKind::Answer),
                     Ok(None) => ears.follow(session),
-                    Err(Wrong(wrong)) => look.say(&wrong, ReplyKind::Wrong),
+                    Err(Wrong(wrong)) => session.say(&wrong, ReplyKind::Wrong),
                 }
                 Next::GoOn
             }
             Happening::Ended => {
-                look.say("the controller has ended", ReplyKind::Wrong);
+                session.say("the controller has ended", ReplyKind::Wrong);
                 Next::GoOn
             }
         };
@@ -252,7 +244,7 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
             Next::GoOn => {}
             Next::LetGo(until) => match session.let_go(until) {
                 Ok(()) => ears.follow(session),
-                Err(Wrong(wrong)) => look.say(&wrong, ReplyKind::Wrong),
+                Err(Wrong(wrong)) => session.say(&wrong, ReplyKind::Wrong),
             },
             Next::Leave(leaving) => break leaving,
             Next::Redraw => stage.0.clear().map_err(failed)?,
@@ -322,6 +314,9 @@ impl Ears {
     /// Waits, and costs nothing meanwhile. `None` if nothing has come for so long, if somebody wants
     /// to know.
     fn next(&mut self, longest: Option<Duration>) -> Option<Happening> {
+        if let Some(event) = ahead().pop_front() {
+            return Some(Happening::Terminal(Ok(event)));
+        }
         if !self.is_asked {
             self.is_asked = true;
             if self.ask.send(()).is_err() {
@@ -359,14 +354,25 @@ impl Ears {
     }
 }
 
-/// Whether Ctrl-C is among the keys that were pressed while something was looked for. The others are
-/// forgotten: what they were meant for has changed.
+/// Keys that were pressed while something was looked for.
+static AHEAD: Mutex<VecDeque<Event>> = Mutex::new(VecDeque::new());
+
+fn ahead() -> MutexGuard<'static, VecDeque<Event>> {
+    AHEAD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whether Ctrl-C is among the keys that were pressed while something was looked for. The others have
+/// their turn afterwards.
 fn is_interrupted() -> bool {
     while matches!(event::poll(Duration::ZERO), Ok(true)) {
-        if let Ok(Event::Key(KeyEvent { code: KeyCode::Char('c'), modifiers, .. })) = event::read()
-            && modifiers.contains(KeyModifiers::CONTROL)
-        {
-            return true;
+        match event::read() {
+            Ok(Event::Key(KeyEvent { code: KeyCode::Char('c'), modifiers, .. }))
+                if modifiers.contains(KeyModifiers::CONTROL) =>
+            {
+                return true;
+            }
+            Ok(event) => ahead().push_back(event),
+            Err(_) => return false,
         }
     }
     false
@@ -399,7 +405,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
                 return Next::GoOn;
             }
             Act::Line(_) | Act::Scrub(_) | Act::Type | Act::Again | Act::Breakpoint => {
-                look.say("it runs: Space pauses it first", ReplyKind::Wrong);
+                session.say("it runs: Space pauses it first", ReplyKind::Wrong);
                 return Next::GoOn;
             }
             Act::NextBranch | Act::Picture => return Next::GoOn,
@@ -408,23 +414,23 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
     }
     match act {
         Act::HoldOrGo if session.live.is_some() => return Next::LetGo(None),
-        Act::Line(line) => return carry_out(look, session, line),
+        Act::Line(line) => return carry_out(session, line),
         Act::Scrub(by) => {
             let way = if by < 0 { "back" } else { "step" };
             let line = format!("{way} {} {}", by.unsigned_abs(), UNITS[look.unit]);
-            return carry_out(look, session, &line);
+            return carry_out(session, &line);
         }
         Act::NextUnit => look.unit = (look.unit + 1) % UNITS.len(),
-        Act::Panel(name) => return panel(look, session, name),
+        Act::Panel(name) => return panel(session, name),
         Act::Type => open_prompt(look),
         Act::Again => {
             if let Some(line) = look.typed.last().cloned() {
-                return carry_out(look, session, &line);
+                return carry_out(session, &line);
             }
         }
-        Act::Breakpoint => return breakpoint(look, session),
+        Act::Breakpoint => return breakpoint(session),
         Act::HoldOrGo => {}
-        Act::NextBranch => return next_branch(look, session),
+        Act::NextBranch => return next_branch(session),
         Act::Nearer => look.gaze.nearer(),
         Act::Farther => look.gaze.farther(),
         Act::Move(right, up) => look.gaze.move_by(right, up),
@@ -433,7 +439,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
             look.pictures += 1;
             let size = ratatui::crossterm::terminal::size().unwrap_or((80, 24));
             let line = format!("picture console-{}.svg {}x{}", look.pictures, size.0, size.1);
-            return carry_out(look, session, &line);
+            return carry_out(session, &line);
         }
         Act::Keys => look.shows_keys = true,
         Act::Redraw => return Next::Redraw,
@@ -444,35 +450,35 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
 }
 
 /// Carries out a line and shows what was answered.
-fn carry_out(look: &mut Look, session: &mut Session, line: &str) -> Next {
-    look.say(line, ReplyKind::Typed);
+fn carry_out(session: &mut Session, line: &str) -> Next {
     match session.goes_on(line) {
-        Some(Ok(until)) => return Next::LetGo(until),
+        Some(Ok(until)) => {
+            session.say(line, ReplyKind::Typed);
+            return Next::LetGo(until);
+        }
         Some(Err(Wrong(wrong))) => {
-            look.say(&wrong, ReplyKind::Wrong);
+            session.say(&wrong, ReplyKind::Wrong);
             return Next::GoOn;
         }
         None => {}
     }
     match session.carry_out_once(line) {
-        Ok(Outcome::Said(text)) => look.say(&text, ReplyKind::Answer),
-        Ok(Outcome::Screen) => {}
+        Ok(Outcome::Said(_) | Outcome::Screen) | Err(_) => {}
         Ok(Outcome::Quit) => return Next::Leave(Leaving::Quits),
         Ok(Outcome::Source(file)) => match crate::console::called(session, &file, 0) {
             Ok(_) => {}
-            Err(failure) => look.say(&failure.to_string(), ReplyKind::Wrong),
+            Err(failure) => session.say(&failure.to_string(), ReplyKind::Wrong),
         },
-        Err(Wrong(wrong)) => look.say(&wrong, ReplyKind::Wrong),
     }
     Next::GoOn
 }
 
 /// Works a thing of the panel.
-fn panel(look: &mut Look, session: &mut Session, name: &str) -> Next {
+fn panel(session: &mut Session, name: &str) -> Next {
     let view = session.view();
     let signals = vimc4_device::Device::signals(session.debugger.device());
     let Some(signal) = signals.iter().find(|signal| signal.name == name) else {
-        look.say(&format!("this controller has no {name}"), ReplyKind::Wrong);
+        session.say(&format!("this controller has no {name}"), ReplyKind::Wrong);
         return Next::GoOn;
     };
     let is_on = view.signal(name).unwrap_or(0) != 0;
@@ -483,40 +489,41 @@ fn panel(look: &mut Look, session: &mut Session, name: &str) -> Next {
         _ => format!("set {name} {}", i32::from(!is_on)),
     };
     if let Some(live) = session.live.as_ref().filter(|live| live.is_running()) {
-        match live.order(&line) {
-            Ok(()) => look.say(&line, ReplyKind::Typed),
-            Err(wrong) => look.say(&wrong, ReplyKind::Wrong),
+        let ordered = live.order(&line);
+        match ordered {
+            Ok(()) => session.say(&line, ReplyKind::Typed),
+            Err(wrong) => session.say(&wrong, ReplyKind::Wrong),
         }
         return Next::GoOn;
     }
-    carry_out(look, session, &line)
+    carry_out(session, &line)
 }
 
 /// A breakpoint at the present line, or none.
-fn breakpoint(look: &mut Look, session: &mut Session) -> Next {
+fn breakpoint(session: &mut Session) -> Next {
     let listing = camera::listing(&mut session.debugger);
     let Some(line) = listing.lines.iter().find(|line| line.is_present) else {
-        look.say("no line is the present one", ReplyKind::Wrong);
+        session.say("no line is the present one", ReplyKind::Wrong);
         return Next::GoOn;
     };
     let line = match line.breakpoint {
         Some(breakpoint) => format!("delete {breakpoint}"),
         None => format!("break line {}", line.number),
     };
-    carry_out(look, session, &line)
+    carry_out(session, &line)
 }
 
 /// Goes to the end of the next branch.
-fn next_branch(look: &mut Look, session: &mut Session) -> Next {
+fn next_branch(session: &mut Session) -> Next {
     let history = session.debugger.history();
     let heading = history.heading();
     let branches: Vec<_> = history.branches().collect();
     let place = branches.iter().position(|branch| branch.id == heading).unwrap_or(0);
     let next = branches.get((place + 1) % branches.len().max(1));
     match next.filter(|next| next.id != heading).map(|next| next.name.clone()) {
-        Some(name) => carry_out(look, session, &format!("goto {name}")),
+        Some(name) => carry_out(session, &format!("goto {name}")),
         None => {
-            look.say("there is one branch only", ReplyKind::Wrong);
+            session.say("there is one branch only", ReplyKind::Wrong);
             Next::GoOn
         }
     }
@@ -581,7 +588,7 @@ fn edit(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
                 return Next::GoOn;
             }
             look.typed.push(line.to_owned());
-            return carry_out(look, session, line);
+            return carry_out(session, line);
         }
         _ => {}
     }

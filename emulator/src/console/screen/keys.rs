@@ -201,6 +201,15 @@ mod tests {
     }
 
     #[test]
+    fn the_manual_has_every_key() {
+        let manual = include_str!("../../../../docs/stepping.md");
+        let rows: Vec<String> =
+            told().map(|(key, about)| format!("| `{key}` | {about} |\n")).collect();
+        let table = rows.concat();
+        assert!(manual.contains(&table), "docs/stepping.md is to have this table:\n{table}");
+    }
+
+    #[test]
     fn capitals_and_arrows_are_found() {
         let capital = KeyEvent::new(KeyCode::Char('S'), KeyModifiers::SHIFT);
         assert_eq!(act(&capital), Some(Act::Panel("start")));

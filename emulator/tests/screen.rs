@@ -1,0 +1,343 @@
+//! The full screen of `vimc4 console`, as tmux shows it: keys go in as somebody types them, and what is
+//! compared is what is seen.
+//!
+//! Where tmux is missing the tests are shown as ignored, with the reason in their names. With
+//! `VIMC4_REQUIRE_TOOLS=1` they fail instead.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Output};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use tempfile::TempDir;
+
+type Outcome = Result<(), Failed>;
+
+/// What is tried, and how.
+type Tried = (&'static str, fn() -> Outcome);
+
+const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+/// Nothing takes so long.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// A terminal with a shell in it.
+struct Tmux {
+    folder: TempDir,
+}
+
+impl Tmux {
+    fn start(width: u16, height: u16) -> Tmux {
+        let tmux = Tmux { folder: tempfile::tempdir().unwrap() };
+        let (width, height) = (width.to_string(), height.to_string());
+        let home = format!("HOME={}", tmux.folder.path().display());
+        tmux.run(&[
+            "-f",
+            "/dev/null",
+            "new-session",
+            "-d",
+            "-s",
+            "t",
+            "-x",
+            &width,
+            "-y",
+            &height,
+            "-e",
+            &home,
+            "-c",
+            root().to_str().unwrap(),
+            "sh",
+        ]);
+        // As it is typed it is not what is waited for.
+        tmux.command("PS1='shell''> '");
+        tmux.wait("the prompt", |screen| {
+            screen.lines().any(|line| line.trim().ends_with("shell>"))
+        });
+        tmux
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        let socket = self.folder.path().join("socket");
+        let output = Command::new("tmux")
+            .arg("-S")
+            .arg(socket)
+            .args(arguments)
+            .env_remove("TMUX")
+            .env_remove("NO_COLOR")
+            .env("LC_ALL", "C.UTF-8")
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success(),
+            "{arguments:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        output
+    }
+
+    /// Types text as it is.
+    fn type_(&self, text: &str) {
+        self.run(&["send-keys", "-t", "t", "-l", text]);
+    }
+
+    /// Presses keys by their names.
+    fn press(&self, keys: &[&str]) {
+        self.run(&[&["send-keys", "-t", "t"], keys].concat());
+    }
+
+    fn command(&self, line: &str) {
+        self.type_(line);
+        self.press(&["Enter"]);
+    }
+
+    fn screen(&self) -> String {
+        String::from_utf8(self.run(&["capture-pane", "-p", "-t", "t"]).stdout).unwrap()
+    }
+
+    fn screen_with_attributes(&self) -> String {
+        String::from_utf8(self.run(&["capture-pane", "-e", "-p", "-t", "t"]).stdout).unwrap()
+    }
+
+    /// Waits until this is seen, and returns the screen.
+    fn wait_for(&self, text: &str) -> String {
+        self.wait(text, |screen| screen.contains(text))
+    }
+
+    fn wait(&self, what: &str, is_so: impl Fn(&str) -> bool) -> String {
+        let begin = Instant::now();
+        loop {
+            let screen = self.screen();
+            if is_so(&screen) {
+                return screen;
+            }
+            assert!(begin.elapsed() < PATIENCE, "{what:?} is not seen:\n{screen}");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Starts the console on a file, in its full screen.
+    fn console(&self, arguments: &str) {
+        self.command(&format!("{VIMC4} console {arguments} --screen; echo ended $?"));
+        self.wait_for(": command");
+    }
+
+    /// The program's number.
+    fn process(&self) -> u32 {
+        let shell = self.run(&["display-message", "-p", "-t", "t", "#{pane_pid}"]);
+        let shell = String::from_utf8(shell.stdout).unwrap().trim().to_owned();
+        let children = Command::new("pgrep").args(["-P", &shell]).output().unwrap();
+        String::from_utf8(children.stdout).unwrap().trim().parse().unwrap()
+    }
+}
+
+impl Drop for Tmux {
+    fn drop(&mut self) {
+        let socket = self.folder.path().join("socket");
+        let _ = Command::new("tmux").arg("-S").arg(socket).arg("kill-server").output();
+    }
+}
+
+const MILL: &str = "examples/plate.ncp --machine mill";
+
+/// Through a stop, two steps back, a branch with the emergency stop pressed, and back.
+fn a_walk() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    tmux.console(MILL);
+    let first = tmux.screen();
+    assert!(first.starts_with(" imc4 on mill  0.000000 s"), "{first}");
+    for part in [
+        "examples/plate.ncp",
+        "axes",
+        "path X Y | Z Y",
+        "conversation",
+        "E estop",
+        "time, by command",
+    ] {
+        assert!(first.contains(part), "{part} is missing:\n{first}");
+    }
+    // To the circle, where a breakpoint is.
+    tmux.type_(":break command @y");
+    tmux.press(&["Enter"]);
+    tmux.wait_for("breakpoint 1: command @y");
+    tmux.type_("c");
+    let stop = tmux.wait_for("@0y6400");
+    assert!(stop.contains("breakpoint 1") && stop.contains("X      1,600"), "{stop}");
+    // Two commands back.
+    tmux.press(&["Left", "Left"]);
+    let back = tmux.wait_for("#7 @0A1600");
+    assert!(back.lines().next().unwrap().contains("#7 @0A1600"), "{back}");
+    // From a moment of that way on the emergency stop is pressed: that is another branch.
+    tmux.command(":next x = 800");
+    tmux.wait_for("X        800");
+    tmux.type_("E");
+    tmux.press(&["Right"]);
+    let branch = tmux.wait_for("one of 2 branches");
+    assert!(branch.contains("E estop PRESSED"), "{branch}");
+    // And back to the other, at whose end the job is done.
+    tmux.type_("v");
+    let end = tmux.wait("the end of the job", |screen| screen.contains("main, one of 2 branches"));
+    assert!(end.contains("X      9,840") && !end.contains("PRESSED"), "{end}");
+    // `q` leaves to the line console, and what was done is there.
+    tmux.type_("q");
+    tmux.wait_for("(vimc4)");
+    tmux.command("branches");
+    let branches = tmux.wait_for("from main");
+    assert!(branches.contains("branch 1"), "{branches}");
+    tmux.command("quit");
+    tmux.wait_for("ended 0");
+    Ok(())
+}
+
+fn the_command_line_completes_and_remembers() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    tmux.console(MILL);
+    tmux.type_(":conti");
+    tmux.press(&["Tab"]);
+    tmux.wait_for(":continue [TIME]");
+    tmux.press(&["C-u"]);
+    tmux.type_("br");
+    tmux.press(&["Tab", "Tab"]);
+    tmux.wait_for("breakpoints");
+    tmux.press(&["Escape"]);
+    tmux.wait_for(": command");
+    tmux.command(":frobnicate");
+    tmux.wait_for("! ");
+    tmux.command(":where");
+    tmux.wait_for("> where");
+    tmux.type_(":");
+    tmux.press(&["Up", "Up"]);
+    tmux.wait_for(":frobnicate");
+    tmux.press(&["Escape"]);
+    tmux.wait_for(": command");
+    tmux.type_("?");
+    let keys = tmux.wait_for("any key closes this");
+    assert!(keys.contains("emergency stop"), "{keys}");
+    tmux.type_(" ");
+    tmux.wait("the keys are gone", |screen| !screen.contains("any key closes this"));
+    Ok(())
+}
+
+fn another_size_is_drawn_at_once() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    tmux.console(MILL);
+    tmux.run(&["resize-window", "-t", "t", "-x", "200", "-y", "60"]);
+    tmux.wait("the ports have room", |screen| screen.contains("─ ports ─"));
+    tmux.run(&["resize-window", "-t", "t", "-x", "50", "-y", "10"]);
+    tmux.wait_for("60 x 20 characters are needed");
+    tmux.run(&["resize-window", "-t", "t", "-x", "80", "-y", "24"]);
+    tmux.wait_for(": command");
+    Ok(())
+}
+
+fn ctrl_z_gives_the_terminal_back_and_fg_comes_back() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    tmux.console(MILL);
+    tmux.press(&["C-z"]);
+    tmux.wait("the shell has the terminal", |screen| {
+        screen.contains("shell>") && !screen.contains(": command")
+    });
+    tmux.command("echo still $((40 + 2))");
+    tmux.wait_for("still 42");
+    tmux.command("fg");
+    tmux.wait_for(": command");
+    tmux.type_("s");
+    tmux.wait_for("#1 @07");
+    Ok(())
+}
+
+fn who_ends_it_from_outside_gets_the_terminal_back() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    tmux.console(MILL);
+    let process = tmux.process();
+    let killed = Command::new("kill").arg(process.to_string()).status()?;
+    assert!(killed.success());
+    let screen = tmux.wait_for("ended 143");
+    assert!(!screen.contains(": command"), "{screen}");
+    tmux.command("echo still $((40 + 2))");
+    tmux.wait_for("still 42");
+    Ok(())
+}
+
+fn without_colour_there_is_none() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    tmux.command("export NO_COLOR=1");
+    tmux.console(MILL);
+    let screen = tmux.screen_with_attributes();
+    let colours = ["\x1b[31m", "\x1b[32m", "\x1b[35m", "\x1b[36m", ";31m", ";35m"];
+    assert!(!colours.iter().any(|colour| screen.contains(colour)), "{screen:?}");
+    assert!(screen.contains("\x1b[7m"), "the heading is reversed: {screen:?}");
+    Ok(())
+}
+
+/// The processor time that a program has used, in ticks of the clock.
+fn ticks(process: u32) -> u64 {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    let fields: Vec<&str> = stat.rsplit(") ").next().unwrap().split(' ').collect();
+    let number = |place: usize| fields[place].parse::<u64>().unwrap();
+    number(11) + number(12)
+}
+
+fn while_nobody_types_nothing_is_done() -> Outcome {
+    let tmux = Tmux::start(200, 60);
+    tmux.console(MILL);
+    let process = tmux.process();
+    let before = ticks(process);
+    thread::sleep(Duration::from_secs(1));
+    assert_eq!(ticks(process), before);
+    Ok(())
+}
+
+/// A controller behind a port: it runs while the screen shows it, and is paused at a key.
+fn a_running_controller_is_seen_and_paused() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    let port = "--pty none --tcp 127.0.0.1:0";
+    tmux.console(&format!("imc4 --machine mill {port}"));
+    tmux.wait_for("paused");
+    tmux.command(":send @07");
+    tmux.command(":send @0A12000,400,0,900,0,900,0,900");
+    tmux.type_(" ");
+    tmux.wait("it moves", |screen| screen.contains("RUNS") && screen.contains("400 Hz"));
+    tmux.type_("X");
+    tmux.wait("it stands", |screen| screen.contains("RUNS") && !screen.contains("400 Hz"));
+    tmux.type_(" ");
+    let paused = tmux.wait_for("paused");
+    assert!(paused.contains("stopped by STOP"), "{paused}");
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let has = |program: &str, option: &str| {
+        Command::new(program).arg(option).output().is_ok_and(|output| output.status.success())
+    };
+    let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
+    let missing = if !has("tmux", "-V") {
+        Some("needs tmux")
+    } else if !has("pgrep", "--version") {
+        Some("needs pgrep")
+    } else {
+        None
+    };
+    let tests: [Tried; 8] = [
+        ("a walk through a job", a_walk),
+        ("the command line completes and remembers", the_command_line_completes_and_remembers),
+        ("another size is drawn at once", another_size_is_drawn_at_once),
+        ("Ctrl-Z and fg", ctrl_z_gives_the_terminal_back_and_fg_comes_back),
+        ("ended from outside", who_ends_it_from_outside_gets_the_terminal_back),
+        ("without colour", without_colour_there_is_none),
+        ("while nobody types nothing is done", while_nobody_types_nothing_is_done),
+        ("a running controller is seen and paused", a_running_controller_is_seen_and_paused),
+    ];
+    let trials = tests.map(|(name, body)| {
+        let name = missing.map_or(name.to_owned(), |why| format!("{name} ({why})"));
+        Trial::test(name, body).with_ignored_flag(missing.is_some() && !required)
+    });
+    libtest_mimic::run(&arguments, trials.into()).exit_code()
+}
