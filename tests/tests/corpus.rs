@@ -82,3 +82,8 @@ fn a_debugger_goes_back_and_forward_to_where_it_was() {
 fn a_console_carries_out_or_refuses_what_is_typed() {
     replay("console");
 }
+
+#[test]
+fn an_adapter_answers_whatever_a_client_says() {
+    replay("adapter");
+}

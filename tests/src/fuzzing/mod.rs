@@ -5,6 +5,7 @@
 //! `tests/corpus.rs`, so that a finding once made is looked for by every `cargo test`.
 //! [`seeds`] makes the inputs to begin with from the sessions.
 
+mod adapter;
 mod chance;
 mod conditions;
 mod debugging;
@@ -20,6 +21,7 @@ mod recordings;
 pub mod seeds;
 mod twins;
 
+pub use adapter::adapter;
 pub use chance::Chance;
 pub use conditions::condition;
 pub use debugging::{console, walk};
@@ -38,7 +40,7 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 13] = [
+pub const TARGETS: [Target; 14] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
@@ -52,6 +54,7 @@ pub const TARGETS: [Target; 13] = [
     ("history", history),
     ("walk", walk),
     ("console", console),
+    ("adapter", adapter),
 ];
 
 /// Where the finds of fuzzing are kept, a folder for each target that has some.

@@ -16,7 +16,7 @@ use vimc4_lpkf::Controller as Lpkf;
 use vimc4_plant::Machine;
 
 use super::operations::{Operation, Setup};
-use super::{conditions, debugging, twins};
+use super::{adapter, conditions, debugging, twins};
 use crate::jobs;
 
 /// An input to begin with.
@@ -39,7 +39,8 @@ pub struct Seed {
 pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
     let (controllers, lines) = (controllers(&sessions), lines(&sessions));
-    let others = [job_files(), profiles(), conditions(), recordings(), consoles()].concat();
+    let others =
+        [job_files(), profiles(), conditions(), recordings(), consoles(), adapters()].concat();
     [controllers, lines, flash(), others].concat()
 }
 
@@ -47,6 +48,12 @@ pub fn seeds() -> Vec<Seed> {
 fn consoles() -> Vec<Seed> {
     let seed = |(number, data)| Seed { target: "console", name: format!("{number}"), data };
     debugging::lines().into_iter().enumerate().map(seed).collect()
+}
+
+/// What clients say to a debug adapter.
+fn adapters() -> Vec<Seed> {
+    let seed = |(number, data)| Seed { target: "adapter", name: format!("{number}"), data };
+    adapter::sessions().into_iter().enumerate().map(seed).collect()
 }
 
 /// Recordings with every line that there is.
