@@ -670,17 +670,11 @@ fn a_device_that_is_unplugged_is_served_again_when_it_is_back() {
     let mut client = tap.connect();
     assert_eq!(ask(&mut client, "@01\r", 1), "0");
     let path = folder.path().join("r.jsonl");
-    let marked = |text: &str| {
-        let mut patience = 0..6_000;
-        while !fs::read_to_string(&path).unwrap().contains(text) {
-            assert!(patience.next().is_some(), "{text} is never said");
-            std::thread::sleep(Duration::from_millis(10));
-        }
-    };
+    let marked = |text: &str| wait_for(&path, text);
     drop(device);
     marked("is gone");
     client.write_all(b"lost\r").unwrap();
-    marked("5 bytes are lost, for the device is gone");
+    marked("\"news\":{\"unsent\":{\"bytes\":5,");
     let _device = Emulator::builder().tcp(&address).start().unwrap();
     marked(&format!("{address} is back"));
     assert_eq!(ask(&mut client, "@07\r", 1), "0");
@@ -691,8 +685,103 @@ fn a_device_that_is_unplugged_is_served_again_when_it_is_back() {
     );
     let recording = read(&path);
     assert!(recording.is_whole());
-    assert_eq!(given(&recording), b"@01\rlost\r@07\r");
+    // Nobody plays what the device has never got.
+    assert_eq!(given(&recording), b"@01\r@07\r");
     assert_eq!(out(&recording), b"00");
+    let (text, errors, code) = said(folder.path(), &["replay", "r.jsonl", "--tolerance", "10min"]);
+    assert_eq!(code, 0, "{text}{errors}");
+}
+
+/// Waits until a recording says something.
+fn wait_for(path: &Path, text: &str) {
+    let mut patience = 0..6_000;
+    while !fs::read_to_string(path).unwrap().contains(text) {
+        assert!(patience.next().is_some(), "{text} is never said");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn a_second_client_of_a_tap_is_refused_and_moves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let device = Emulator::builder().tcp("127.0.0.1:0").start().unwrap();
+    let address = device.tcp_addr().unwrap().to_string();
+    let arguments = ["r.jsonl", "--device", &address, "--tcp", "127.0.0.1:0"];
+    let mut tap = Tap::start(folder.path(), &arguments);
+    let path = folder.path().join("r.jsonl");
+    let mut first = tap.connect();
+    assert_eq!(ask(&mut first, "@01\r", 1), "0");
+    // One that stays is told, and one that leaves has never been there.
+    for stays in [true, false] {
+        let mut second = tap.connect();
+        second.write_all(b"@0A500,900\r").unwrap();
+        let name = second.local_addr().unwrap();
+        if stays {
+            let read = second.read(&mut [0; 1]);
+            let reset =
+                |error: &std::io::Error| error.kind() == std::io::ErrorKind::ConnectionReset;
+            assert!(read.as_ref().map_or_else(reset, |count| *count == 0), "{read:?}");
+        }
+        drop(second);
+        wait_for(&path, &format!("\"refused\":{{\"client\":\"{name}\""));
+    }
+    drop(first);
+    wait_for(&path, "\"closed\"");
+    let mut third = tap.connect();
+    assert_eq!(ask(&mut third, "@07\r", 1), "0");
+    let errors = tap.end();
+    assert_eq!(errors.matches("holds the line").count(), 2, "{errors}");
+    let commands = device.commands().unwrap();
+    let commands: Vec<_> = commands.iter().map(|command| &command.bytes[..]).collect();
+    assert_eq!(commands, [b"@01", b"@07"]);
+    assert_eq!(given(&read(&path)), b"@01\r@07\r");
+    let (text, ..) = said(folder.path(), &["replay", "r.jsonl", "--tolerance", "10min"]);
+    assert!(text.starts_with("equal: 2 inputs and 2 bytes"), "{text}");
+}
+
+#[test]
+fn the_recording_of_a_tap_goes_on_in_files_that_play_by_themselves() {
+    for (size, name, count, least) in [("1", "one.jsonl", 40, 80), ("20k", "many.jsonl.gz", 300, 3)]
+    {
+        let folder = tempfile::tempdir().unwrap();
+        let device = Emulator::builder().tcp("127.0.0.1:0").start().unwrap();
+        let address = device.tcp_addr().unwrap().to_string();
+        let arguments = [name, "--device", &address, "--tcp", "127.0.0.1:0", "--record-size", size];
+        let mut tap = Tap::start(folder.path(), &arguments);
+        let mut client = tap.connect();
+        assert_eq!(ask(&mut client, "@01\r", 1), "0");
+        for _ in 0..count {
+            assert_eq!(ask(&mut client, "@0A1,900\r", 1), "0");
+            assert_eq!(ask(&mut client, "@0P\r", 19).len(), 19);
+        }
+        tap.end();
+        let (mut inputs, mut parts) = (0, 0);
+        for part in 1.. {
+            let (stem, ending) = name.split_once('.').unwrap();
+            let file = match part {
+                1 => name.to_owned(),
+                _ => format!("{stem}.{part}.{ending}"),
+            };
+            if !folder.path().join(&file).exists() {
+                break;
+            }
+            if parts % (least / 2) == 0 {
+                let replay = ["replay", &file, "--tolerance", "10min"];
+                let (text, errors, code) = said(folder.path(), &replay);
+                assert_eq!(code, 0, "{file}: {text}{errors}");
+            }
+            let recording = read(&folder.path().join(&file));
+            assert!(recording.is_whole());
+            assert_eq!(recording.head.part, part);
+            let is_given = |entry: &&vimc4_timeline::recording::Entry| {
+                matches!(entry.what, What::Given { .. })
+            };
+            inputs += recording.entries.iter().filter(is_given).count();
+            parts = part;
+        }
+        assert!(parts >= least, "{size}: {parts}");
+        assert_eq!(inputs, 1 + 2 * count);
+    }
 }
 
 #[test]

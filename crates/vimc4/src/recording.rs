@@ -179,6 +179,21 @@ impl RecordingFile {
         sheet.write();
     }
 
+    /// How many bytes the present file has.
+    #[must_use]
+    pub fn written(&self) -> u64 {
+        self.sheet().written
+    }
+
+    /// Goes on in the next file, which begins with the state that the controller is in, as this one
+    /// ends with it.
+    pub fn turn(&self, at: Time, state: &Value) {
+        let mut sheet = self.sheet();
+        if sheet.file.is_some() {
+            sheet.turn(at, state);
+        }
+    }
+
     /// Whether lines can still be added.
     #[must_use]
     pub fn is_open(&self) -> bool {

@@ -1,11 +1,15 @@
 //! Where host software finds the tap: a pseudo-terminal, or an address.
 
-use std::io::{self, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 use std::thread;
+use std::time::Duration;
 
-use super::bridge::Tap;
+use bytes::Bytes;
+
+use super::bridge::{Place, Tap};
 use crate::failure::Failure;
 
 #[cfg(unix)]
@@ -13,6 +17,10 @@ pub(super) use terminal::Terminal;
 
 /// How much is read at once.
 const PIECE: usize = 4_096;
+
+/// How long a newcomer waits for the end of the client that holds the line before it is refused: one
+/// that closes and connects again at once overtakes its own end.
+const GRACE: Duration = Duration::from_millis(100);
 
 /// Listens at an address.
 pub(super) fn listen(address: &str) -> Result<TcpListener, Failure> {
@@ -23,36 +31,75 @@ pub(super) fn listen(address: &str) -> Result<TcpListener, Failure> {
     })
 }
 
-/// Serves one client after the other in a thread of its own.
+/// Serves one client after the other, and refuses whoever comes while there is one.
 pub(super) fn serve(listener: TcpListener, tap: &Arc<Tap>) -> io::Result<()> {
     let tap = Arc::clone(tap);
+    let transport: Arc<str> = Arc::from(format!("tcp {}", listener.local_addr()?));
     let serve = move || {
         for client in listener.incoming().flatten() {
+            let name = client.peer_addr().map_or_else(|_| String::new(), |peer| peer.to_string());
+            let place = Place { transport: Arc::clone(&transport), client: Arc::from(name) };
+            let tap = Arc::clone(&tap);
             // Whatever goes wrong with one client is its own affair.
-            let _ = converse(&tap, client);
-            tap.client(false);
+            let _ = thread::Builder::new().name("tcp".to_owned()).spawn(move || {
+                let _ = attend(&tap, &place, client);
+            });
         }
     };
     thread::Builder::new().name("tcp".to_owned()).spawn(serve).map(drop)
 }
 
-fn converse(tap: &Arc<Tap>, mut client: TcpStream) -> io::Result<()> {
+fn attend(tap: &Tap, place: &Place, mut client: TcpStream) -> io::Result<()> {
     client.set_nodelay(true)?;
-    let mut writer = client.try_clone()?;
-    if let Some(said) = tap.client(true) {
-        thread::Builder::new().name("tcp".to_owned()).spawn(move || {
-            while let Ok(bytes) = said.recv() {
-                if writer.write_all(&bytes).is_err() {
-                    return;
-                }
-            }
-        })?;
+    let waits = tap.is_held();
+    let Some(said) = tap.hold(place, GRACE) else { return Ok(()) };
+    let first = if waits { read_all(&mut client) } else { Ok(Some(Vec::new())) };
+    let done = match first {
+        Ok(Some(first)) => {
+            tap.client_says(place, &first);
+            converse(tap, place, client, said)
+        }
+        // Nothing is passed on of a client that has left before its turn came.
+        Ok(None) => Ok(()),
+        Err(error) => Err(error),
+    };
+    tap.release();
+    done
+}
+
+/// What a client has sent so far; `None` if it has left.
+fn read_all(client: &mut TcpStream) -> io::Result<Option<Vec<u8>>> {
+    let mut first = Vec::new();
+    client.set_nonblocking(true)?;
+    let read = client.take(PIECE as u64).read_to_end(&mut first);
+    client.set_nonblocking(false)?;
+    match read {
+        Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(Some(first)),
+        Err(error) => Err(error),
+        // It has sent more than anybody sends before the first answer.
+        Ok(count) => Ok((count == PIECE).then_some(first)),
     }
+}
+
+fn converse(
+    tap: &Tap,
+    place: &Place,
+    mut client: TcpStream,
+    said: Receiver<Bytes>,
+) -> io::Result<()> {
+    let mut writer = client.try_clone()?;
+    thread::Builder::new().name("tcp".to_owned()).spawn(move || {
+        while let Ok(bytes) = said.recv() {
+            if writer.write_all(&bytes).is_err() {
+                return;
+            }
+        }
+    })?;
     let mut buffer = [0; PIECE];
     loop {
         match client.read(&mut buffer)? {
             0 => return Ok(()),
-            count => tap.client_says(buffer.get(..count).unwrap_or_default()),
+            count => tap.client_says(place, buffer.get(..count).unwrap_or_default()),
         }
     }
 }
@@ -88,7 +135,7 @@ mod terminal {
     use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
     use vimc4::PtyLink;
 
-    use super::super::bridge::Tap;
+    use super::super::bridge::{Place, Tap};
     use super::PIECE;
     use crate::failure::Failure;
 
@@ -127,27 +174,34 @@ mod terminal {
         pub(crate) fn serve(&self, tap: &Arc<Tap>) -> io::Result<()> {
             let (mut reader, tap) = (self.near.try_clone()?, Arc::clone(tap));
             let near = self.near.try_clone()?;
+            let transport: Arc<str> = Arc::from(format!("pty {}", self.place.display()));
+            let place = Place { transport, client: Arc::from("whoever has opened it") };
             let serve = move || {
                 let mut buffer = [0; PIECE];
                 let mut there = false;
                 loop {
                     match reader.read(&mut buffer) {
                         Ok(count) if count > 0 => {
-                            if !there {
-                                there = attend(&tap, &near).is_ok();
+                            if !there && !tap.is_held() {
+                                there = attend(&tap, &place, &near).is_ok_and(|holds| holds);
                             }
-                            tap.client_says(buffer.get(..count).unwrap_or_default());
+                            match there {
+                                true => {
+                                    let bytes = buffer.get(..count).unwrap_or_default();
+                                    tap.client_says(&place, bytes);
+                                }
+                                false => tap.unsent(&place, count),
+                            }
                         }
                         // Nobody has it open.
                         _ => {
                             if there {
-                                tap.client(false);
+                                tap.release();
                             }
-                            there = false;
                             while is_closed(&near) {
                                 thread::sleep(LOOK);
                             }
-                            there = attend(&tap, &near).is_ok() || there;
+                            there = attend(&tap, &place, &near).is_ok_and(|holds| holds);
                         }
                     }
                 }
@@ -156,10 +210,10 @@ mod terminal {
         }
     }
 
-    /// Somebody has it open, and gets what the device says.
-    fn attend(tap: &Arc<Tap>, near: &File) -> io::Result<()> {
+    /// Somebody has it open, and gets what the device says, if nobody else holds the line.
+    fn attend(tap: &Tap, place: &Place, near: &File) -> io::Result<bool> {
         let mut writer = near.try_clone()?;
-        let Some(said) = tap.client(true) else { return Ok(()) };
+        let Some(said) = tap.hold(place, Duration::ZERO) else { return Ok(false) };
         let write = move || {
             while let Ok(bytes) = said.recv() {
                 // On a cable that is pulled out nothing is kept for the next one.
@@ -168,7 +222,7 @@ mod terminal {
                 }
             }
         };
-        thread::Builder::new().name("pty".to_owned()).spawn(write).map(drop)
+        thread::Builder::new().name("pty".to_owned()).spawn(write).map(|_| true)
     }
 
     fn is_closed(near: &File) -> bool {
