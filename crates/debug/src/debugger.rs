@@ -13,7 +13,7 @@ use crate::{DebugError, Expression, Feed, Field, Source, Unit, Variable};
 
 /// A controller, its history, and where one stands in it.
 ///
-/// Every walk leaves the present somewhere and says where and why: a [`Stop`]. What is asked about
+/// Every walk leaves the present somewhere and says where and why: a [`Stop`](crate::Stop). What is asked about
 /// the controller is asked about the present. An input that is given in the past begins a branch.
 ///
 /// Walks that take long ask `progress` every few milliseconds whether to go on.
