@@ -3,12 +3,13 @@
 mod camera;
 mod live;
 pub(crate) mod screen;
+mod script;
 pub(crate) mod session;
 mod shell;
 
 use std::cell::RefCell;
 use std::fs;
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 use std::rc::Rc;
@@ -202,11 +203,11 @@ fn converse(session: &Rc<RefCell<Session>>, arguments: &Arguments) -> Result<Exi
         let lines = lines.map_err(|error| {
             Failure::usage(format!("cannot read {name}: {error}; name a file of console commands"))
         })?;
-        script(&mut session.borrow_mut(), &name, &lines, 0)?;
+        script::script(&mut session.borrow_mut(), &name, &lines, 0)?;
         return Ok(ExitCode::SUCCESS);
     }
     if !io::stdin().is_terminal() && !arguments.screen {
-        return piped(&mut session.borrow_mut());
+        return script::piped(&mut session.borrow_mut());
     }
     interactive(session, arguments.screen)
 }
@@ -306,94 +307,6 @@ fn listen(cancel: &Cancel, links: &Links) {
 /// The exit code of a program that was told to end, as shells have it.
 const ENDED: i32 = 143;
 
-/// So many files may call each other.
-const DEEPEST: u32 = 16;
-
-/// Whether a script is to be gone on with.
-#[derive(PartialEq, Eq)]
-pub(crate) enum Flow {
-    GoesOn,
-    Ends,
-}
-
-fn script(session: &mut Session, name: &str, lines: &str, depth: u32) -> Result<Flow, Failure> {
-    for (number, line) in (1_u32..).zip(lines.lines()) {
-        let failed = |message: String| Failure::at_line(message, name, lines, number);
-        match session.carry_out_once(line) {
-            Ok(Outcome::Said(text)) => say(line, &text)?,
-            Ok(Outcome::Quit) => return Ok(Flow::Ends),
-            Ok(Outcome::Screen) => {
-                let why = "the full screen needs somebody at the terminal; `picture FILE` writes it \
-                           into a file";
-                return Err(failed(format!("{name}, line {number}: {why}")));
-            }
-            Ok(Outcome::Source(file)) => {
-                if called(session, &file, depth)? == Flow::Ends {
-                    return Ok(Flow::Ends);
-                }
-            }
-            Err(Wrong(message)) => {
-                return Err(failed(format!("{name}, line {number}: {message}")));
-            }
-        }
-    }
-    Ok(Flow::GoesOn)
-}
-
-/// Carries out the commands of a file that another one, or somebody, calls.
-pub(crate) fn called(session: &mut Session, file: &str, depth: u32) -> Result<Flow, Failure> {
-    if depth >= DEEPEST {
-        return Err(Failure::midway(format!("{file} calls itself; leave `source` out")));
-    }
-    let lines = fs::read_to_string(file)
-        .map_err(|error| Failure::midway(format!("cannot read {file}: {error}")))?;
-    script(session, file, &lines, depth + 1)
-}
-
-/// What a line of a script was answered, behind the line.
-fn say(line: &str, text: &str) -> Result<(), Failure> {
-    let line = line.trim();
-    if line.is_empty() || line.starts_with('#') {
-        return Ok(());
-    }
-    let end = if text.is_empty() { String::new() } else { format!("{text}\n") };
-    output::print(&format!("> {}\n{end}", text::shown(line)))
-}
-
-/// Carries out what comes through a pipe, each line as it comes.
-fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
-    let name = "standard input";
-    let mut before = String::new();
-    for (number, line) in (1_u32..).zip(io::stdin().lock().lines()) {
-        let line = line.map_err(|error| Failure::midway(format!("cannot read {name}: {error}")))?;
-        before.push_str(&line);
-        before.push('\n');
-        match session.carry_out_once(&line) {
-            Ok(Outcome::Said(text)) => say(&line, &text)?,
-            Ok(Outcome::Quit) => break,
-            Ok(Outcome::Source(file)) => {
-                if called(session, &file, 0)? == Flow::Ends {
-                    break;
-                }
-            }
-            Ok(Outcome::Screen) => {
-                let why = "the full screen needs somebody at the terminal";
-                return Err(Failure::at_line(
-                    format!("{name}, line {number}: {why}"),
-                    name,
-                    &before,
-                    number,
-                ));
-            }
-            Err(Wrong(message)) => {
-                let message = format!("{name}, line {number}: {message}");
-                return Err(Failure::at_line(message, name, &before, number));
-            }
-        }
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
 /// Somebody is at the terminal.
 fn interactive(
     session: &Rc<RefCell<Session>>,
@@ -407,8 +320,9 @@ fn interactive(
     }
     let mut shell = Shell::new(Rc::clone(session))?;
     while let Some(line) = shell.line("(vimc4) ")? {
-        let outcome = session.borrow_mut().carry_out(&line);
+        let outcome = script::carry_out(&mut session.borrow_mut(), &line);
         match outcome {
+            Ok(Outcome::Picture(..)) => {}
             Ok(Outcome::Said(text)) if text.is_empty() => {}
             Ok(Outcome::Said(text)) => output::print(&format!("{text}\n"))?,
             Ok(Outcome::Screen) => match screen::check() {
@@ -418,11 +332,13 @@ fn interactive(
                 },
                 Err(failure) => _ = failure.report(),
             },
-            Ok(Outcome::Source(file)) => match called(&mut session.borrow_mut(), &file, 0) {
-                Ok(Flow::GoesOn) => {}
-                Ok(Flow::Ends) => break,
-                Err(failure) => _ = failure.report(),
-            },
+            Ok(Outcome::Source(file)) => {
+                match script::called(&mut session.borrow_mut(), &file, 0) {
+                    Ok(script::Flow::GoesOn) => {}
+                    Ok(script::Flow::Ends) => break,
+                    Err(failure) => _ = failure.report(),
+                }
+            }
             Ok(Outcome::Quit) => break,
             Err(Wrong(wrong)) => output::print(&format!("error: {}\n", text::shown(&wrong)))?,
         }

@@ -178,6 +178,7 @@ fn a_walk() -> Outcome {
     tmux.wait_for("X        800");
     tmux.type_("E");
     tmux.press(&["Right"]);
+    tmux.wait_for("estop PRESSED");
     let branch = tmux.wait_for("one of 2 branches");
     assert!(branch.contains("E estop PRESSED"), "{branch}");
     // And back to the other, at whose end the job is done.

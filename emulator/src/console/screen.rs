@@ -6,10 +6,12 @@ mod draw;
 mod face;
 mod ink;
 mod keys;
+mod look;
 mod path;
 mod picture;
 mod svg;
 
-pub(crate) use face::{Leaving, as_svg, check, leave, run};
+pub(crate) use face::{Leaving, check, leave, run};
+pub(crate) use look::as_svg;
 pub(crate) use path::Stroke;
 pub(crate) use picture::{Picture, Reply, ReplyKind, Side, Talk, TimeLine};

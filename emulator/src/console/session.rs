@@ -1,9 +1,7 @@
 //! A debugger and what it is opened on, as both faces of the console see it.
 
 use std::collections::VecDeque;
-use std::fs;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,7 +13,7 @@ use vimc4_debug::{
 use vimc4_device::{Device, Time, View, parse_duration};
 
 use super::live::{self, Live};
-use super::screen::{self, Reply, ReplyKind};
+use super::screen::{Reply, ReplyKind};
 use crate::text::shown;
 
 /// A command of the console's own, beside those of the debugger.
@@ -52,6 +50,8 @@ pub(crate) enum Outcome {
     Said(String),
     /// The full screen is wanted.
     Screen,
+    /// The screen is to be written into this file, in so many columns and rows.
+    Picture(String, (u16, u16)),
     /// The commands of a file are wanted.
     Source(String),
     /// The end is wanted.
@@ -63,7 +63,7 @@ pub(crate) enum Outcome {
 pub(crate) struct Wrong(pub(crate) String);
 
 impl Wrong {
-    fn new(message: impl Into<String>) -> Wrong {
+    pub(crate) fn new(message: impl Into<String>) -> Wrong {
         Wrong(message.into())
     }
 }
@@ -231,7 +231,7 @@ impl Session {
             ("screen", "") => return Ok(Outcome::Screen),
             ("source", "") => return Err(Wrong::new("how it is typed: source FILE")),
             ("source", file) => return Ok(Outcome::Source(file.to_owned())),
-            ("picture", rest) => return self.picture(rest).map(Outcome::Said),
+            ("picture", rest) => return picture(rest),
             ("help" | "h", name) if OWN.iter().any(|own| own.name == name) => {
                 let own = OWN.iter().find(|own| own.name == name);
                 return Ok(Outcome::Said(own.map_or(String::new(), Own::told)));
@@ -415,24 +415,20 @@ impl Session {
         }
         self.debugger.device().view(self.debugger.now())
     }
+}
 
-    /// Writes the full screen into a file.
-    fn picture(&mut self, rest: &str) -> Result<String, Wrong> {
-        let wrong = || {
-            Wrong::new("how it is typed: picture FILE [WIDTHxHEIGHT], as in picture now.svg 80x24")
-        };
-        let (file, size) = rest.rsplit_once(' ').unwrap_or((rest, "80x24"));
-        if file.is_empty() {
-            return Err(wrong());
-        }
-        let (width, height) = size.split_once('x').ok_or_else(wrong)?;
-        let number = |text: &str| text.parse().ok().filter(|number| (1..=1_000).contains(number));
-        let size = (number(width).ok_or_else(wrong)?, number(height).ok_or_else(wrong)?);
-        let svg = screen::as_svg(self, size);
-        let written = fs::write(Path::new(file), svg);
-        written.map_err(|error| Wrong::new(format!("cannot write {file}: {error}")))?;
-        Ok(format!("written to {file}"))
+/// Which file the screen is to be written into, and in which size.
+fn picture(rest: &str) -> Result<Outcome, Wrong> {
+    let wrong =
+        || Wrong::new("how it is typed: picture FILE [WIDTHxHEIGHT], as in picture now.svg 80x24");
+    let (file, size) = rest.rsplit_once(' ').unwrap_or((rest, "80x24"));
+    if file.is_empty() {
+        return Err(wrong());
     }
+    let (width, height) = size.split_once('x').ok_or_else(wrong)?;
+    let number = |text: &str| text.parse().ok().filter(|number| (1..=1_000).contains(number));
+    let size = (number(width).ok_or_else(wrong)?, number(height).ok_or_else(wrong)?);
+    Ok(Outcome::Picture(file.to_owned(), size))
 }
 
 impl Own {

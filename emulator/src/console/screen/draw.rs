@@ -353,7 +353,7 @@ mod tests {
     use vimc4_debug::Debugger;
     use vimc4_device::Input;
 
-    use super::super::face::Look;
+    use super::super::look::Look;
     use super::*;
     use crate::console::session::{Cancel, Session};
 

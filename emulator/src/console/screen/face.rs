@@ -9,28 +9,25 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use ratatui::buffer::Buffer;
 use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::crossterm::execute;
 use ratatui::crossterm::terminal::{
     EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
-use ratatui::layout::Rect;
 use ratatui::{DefaultTerminal, Terminal, backend::CrosstermBackend};
-use vimc4_debug::Unit;
 use vimc4_device::{SignalKind, Time};
 
 use super::draw::draw;
-use super::ink::Inks;
 use super::keys::{self, Act};
+use super::look::{Look, UNITS, inks};
 use super::path::Gaze;
-use super::picture::{Picture, Prompt, ReplyKind};
-use super::svg::svg;
+use super::picture::{Prompt, ReplyKind};
 use vimc4::{Report, Reports};
 
-use crate::console::camera::{self, Around};
+use crate::console::camera;
 use crate::console::live::{self, Live};
+use crate::console::script;
 use crate::console::session::{Outcome, Session, Wrong};
 use crate::failure::Failure;
 
@@ -43,80 +40,8 @@ pub(crate) enum Leaving {
     Quits,
 }
 
-/// What the arrow keys can go by.
-const UNITS: [Unit; 8] = [
-    Unit::Command,
-    Unit::Line,
-    Unit::Loop,
-    Unit::Segment,
-    Unit::Event,
-    Unit::Cause,
-    Unit::Byte,
-    Unit::Step,
-];
-
 /// How often a running controller is looked at anew while something moves.
 const BETWEEN: Duration = Duration::from_millis(100);
-
-/// What somebody has set up on the screen.
-pub(super) struct Look {
-    inks: Inks,
-    gaze: Gaze,
-    unit: usize,
-    prompt: Prompt,
-    /// Lines that were typed, and which of them is shown.
-    typed: Vec<String>,
-    recalled: usize,
-    shows_keys: bool,
-    around: Around,
-    pictures: u32,
-}
-
-impl Look {
-    pub(super) fn new(inks: Inks) -> Look {
-        Look {
-            inks,
-            gaze: Gaze::default(),
-            unit: 0,
-            prompt: Prompt::default(),
-            typed: Vec::new(),
-            recalled: 0,
-            shows_keys: false,
-            around: Around::default(),
-            pictures: 0,
-        }
-    }
-
-    pub(super) fn picture(&mut self, session: &mut Session) -> Picture {
-        let (view, clock) = (session.view(), session.clock().to_owned());
-        let is_running = session.is_running();
-        let said = session.said.clone();
-        let debugger = &mut session.debugger;
-        let mut picture = Picture {
-            view,
-            machine: session.machine.clone(),
-            signals: Vec::new(),
-            clock,
-            command: None,
-            listing: vimc4_debug::Listing { of: String::new(), lines: Vec::new() },
-            talk: Vec::new(),
-            strokes: Vec::new(),
-            gaze: self.gaze,
-            line: super::picture::TimeLine::default(),
-            watches: Vec::new(),
-            said: said.into(),
-            prompt: self.prompt.clone(),
-            unit: UNITS[self.unit].to_string(),
-            shows_keys: self.shows_keys,
-        };
-        camera::show(debugger, &mut self.around, &mut picture);
-        if is_running {
-            picture.line.now = picture.view.at;
-            picture.line.end = picture.view.at.max(picture.line.end);
-        }
-        picture
-    }
-}
 
 /// Whether there is a terminal that the screen can be drawn on.
 ///
@@ -138,21 +63,6 @@ pub(crate) fn check() -> Result<(), Failure> {
         ));
     }
     Ok(())
-}
-
-/// Whether colours are wanted.
-fn inks() -> Inks {
-    Inks { colour: env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()) }
-}
-
-/// The screen in so many columns and rows, as a picture.
-pub(crate) fn as_svg(session: &mut Session, (width, height): (u16, u16)) -> String {
-    let picture = Look::new(Inks { colour: true }).picture(session);
-    let area = Rect::new(0, 0, width, height);
-    let mut buffer = Buffer::empty(area);
-    draw(&picture, Inks { colour: true }, area, &mut buffer);
-    let title = format!("{} on {}", picture.view.model, picture.view.machine);
-    svg(&buffer, &title)
 }
 
 /// A terminal that is the screen's, and is given back whatever happens.
@@ -462,10 +372,14 @@ fn carry_out(session: &mut Session, line: &str) -> Next {
         }
         None => {}
     }
-    match session.carry_out_once(line) {
-        Ok(Outcome::Said(_) | Outcome::Screen) | Err(_) => {}
+    match script::carry_out_once(session, line) {
+        Ok(Outcome::Said(text)) if line.starts_with("picture ") => {
+            session.say(&text, ReplyKind::Answer);
+        }
+        Err(Wrong(wrong)) if line.starts_with("picture ") => session.say(&wrong, ReplyKind::Wrong),
+        Ok(Outcome::Said(_) | Outcome::Screen | Outcome::Picture(..)) | Err(_) => {}
         Ok(Outcome::Quit) => return Next::Leave(Leaving::Quits),
-        Ok(Outcome::Source(file)) => match crate::console::called(session, &file, 0) {
+        Ok(Outcome::Source(file)) => match script::called(session, &file, 0) {
             Ok(_) => {}
             Err(failure) => session.say(&failure.to_string(), ReplyKind::Wrong),
         },

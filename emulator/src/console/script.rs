@@ -1,0 +1,130 @@
+//! Commands that are written down, and files that are written by commands.
+
+use std::fs;
+use std::io::{self, BufRead};
+use std::process::ExitCode;
+
+use super::screen;
+use super::session::{Outcome, Session, Wrong};
+use crate::failure::Failure;
+use crate::output;
+use crate::text;
+
+/// Carries out a line as somebody types it; an empty one does the last one again.
+pub(crate) fn carry_out(session: &mut Session, line: &str) -> Result<Outcome, Wrong> {
+    let outcome = session.carry_out(line);
+    drawn(session, outcome)
+}
+
+/// The same, where an empty line does nothing.
+pub(crate) fn carry_out_once(session: &mut Session, line: &str) -> Result<Outcome, Wrong> {
+    let outcome = session.carry_out_once(line);
+    drawn(session, outcome)
+}
+
+/// Writes the screen into a file, if that is what was wanted.
+fn drawn(session: &mut Session, outcome: Result<Outcome, Wrong>) -> Result<Outcome, Wrong> {
+    let (file, size) = match outcome? {
+        Outcome::Picture(file, size) => (file, size),
+        other => return Ok(other),
+    };
+    let svg = screen::as_svg(session, size);
+    fs::write(&file, svg).map_err(|error| Wrong::new(format!("cannot write {file}: {error}")))?;
+    Ok(Outcome::Said(format!("written to {file}")))
+}
+
+/// So many files may call each other.
+const DEEPEST: u32 = 16;
+
+/// Whether a script is to be gone on with.
+#[derive(PartialEq, Eq)]
+pub(crate) enum Flow {
+    GoesOn,
+    Ends,
+}
+
+/// Carries out the commands of a script. The first that fails ends it.
+pub(crate) fn script(
+    session: &mut Session,
+    name: &str,
+    lines: &str,
+    depth: u32,
+) -> Result<Flow, Failure> {
+    for (number, line) in (1_u32..).zip(lines.lines()) {
+        let failed = |message: String| Failure::at_line(message, name, lines, number);
+        match carry_out_once(session, line) {
+            Ok(Outcome::Said(text)) => say(line, &text)?,
+            Ok(Outcome::Picture(..)) => {}
+            Ok(Outcome::Quit) => return Ok(Flow::Ends),
+            Ok(Outcome::Screen) => {
+                let why = "the full screen needs somebody at the terminal; `picture FILE` writes it \
+                           into a file";
+                return Err(failed(format!("{name}, line {number}: {why}")));
+            }
+            Ok(Outcome::Source(file)) => {
+                if called(session, &file, depth)? == Flow::Ends {
+                    return Ok(Flow::Ends);
+                }
+            }
+            Err(Wrong(message)) => {
+                return Err(failed(format!("{name}, line {number}: {message}")));
+            }
+        }
+    }
+    Ok(Flow::GoesOn)
+}
+
+/// Carries out the commands of a file that another one, or somebody, calls.
+pub(crate) fn called(session: &mut Session, file: &str, depth: u32) -> Result<Flow, Failure> {
+    if depth >= DEEPEST {
+        return Err(Failure::midway(format!("{file} calls itself; leave `source` out")));
+    }
+    let lines = fs::read_to_string(file)
+        .map_err(|error| Failure::midway(format!("cannot read {file}: {error}")))?;
+    script(session, file, &lines, depth + 1)
+}
+
+/// What a line of a script was answered, behind the line.
+fn say(line: &str, text: &str) -> Result<(), Failure> {
+    let line = line.trim();
+    if line.is_empty() || line.starts_with('#') {
+        return Ok(());
+    }
+    let end = if text.is_empty() { String::new() } else { format!("{text}\n") };
+    output::print(&format!("> {}\n{end}", text::shown(line)))
+}
+
+/// Carries out what comes through a pipe, each line as it comes.
+pub(crate) fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
+    let name = "standard input";
+    let mut before = String::new();
+    for (number, line) in (1_u32..).zip(io::stdin().lock().lines()) {
+        let line = line.map_err(|error| Failure::midway(format!("cannot read {name}: {error}")))?;
+        before.push_str(&line);
+        before.push('\n');
+        match carry_out_once(session, &line) {
+            Ok(Outcome::Said(text)) => say(&line, &text)?,
+            Ok(Outcome::Picture(..)) => {}
+            Ok(Outcome::Quit) => break,
+            Ok(Outcome::Source(file)) => {
+                if called(session, &file, 0)? == Flow::Ends {
+                    break;
+                }
+            }
+            Ok(Outcome::Screen) => {
+                let why = "the full screen needs somebody at the terminal";
+                return Err(Failure::at_line(
+                    format!("{name}, line {number}: {why}"),
+                    name,
+                    &before,
+                    number,
+                ));
+            }
+            Err(Wrong(message)) => {
+                let message = format!("{name}, line {number}: {message}");
+                return Err(Failure::at_line(message, name, &before, number));
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
