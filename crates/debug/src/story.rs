@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use vimc4_catalogue::Controller;
-use vimc4_device::{CommandNumber, Event, Kinds, Output, Stamp};
+use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Stamp};
 use vimc4_timeline::{Act, Found, Place, Sought, Stretch};
 
 use crate::debugger::{Debugger, patiently};
@@ -55,6 +55,30 @@ impl<F: FnMut(&Stamp, &Event) -> bool> Sought<Controller> for EventSought<F> {
     }
 }
 
+/// Looks for a command. A program that has run for hours is passed over.
+#[derive(Default)]
+struct LastCommand {
+    found: Option<Executing>,
+}
+
+impl Sought<Controller> for LastCommand {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        stretch.can_meet(&Condition::Command { like: None })
+    }
+
+    fn after(&mut self, _: &Controller, _: Act, outputs: &VecDeque<Output>) -> bool {
+        let found = outputs.iter().rev().find_map(|output| match output {
+            Output::Event(stamp, Event::Command { bytes, .. }) => {
+                Some(Executing { number: stamp.command?, line: bytes.to_vec(), began: stamp.at })
+            }
+            _ => None,
+        });
+        let is_here = found.is_some();
+        self.found = found.or(self.found.take());
+        is_here
+    }
+}
+
 impl Debugger {
     /// The last event of one of these kinds at the present or before for which `is_it` says so. The
     /// present stays.
@@ -74,10 +98,11 @@ impl Debugger {
 
     /// The command that is executed now, or was last.
     pub fn executing(&mut self) -> Option<Executing> {
-        let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
-        let told = self.last_event(Kinds::COMMAND, is_command)?;
-        let Event::Command { bytes, .. } = told.event else { return None };
-        Some(Executing { number: told.stamp.command?, line: bytes.to_vec(), began: told.stamp.at })
+        let begin = self.place();
+        let mut sought = LastCommand::default();
+        let found = self.history_mut().seek_last_or_here(&mut sought, &mut patiently);
+        self.history_mut().go_back_to(begin);
+        sought.found.filter(|_| found == Found::Here)
     }
 
     /// The number of the command that was executed last, and the commands around it.

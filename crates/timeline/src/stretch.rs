@@ -183,6 +183,8 @@ impl Stretch {
                 let beginning = &like.as_bytes()[..like.len().min(BEGINNING)];
                 self.commands.may_hold(like.as_bytes()) || self.commands.may_hold(beginning)
             }
+            // The lines of a program are events of the same kind, and are no commands.
+            Condition::Command { like: None } => self.numbers.is_some(),
             Condition::Answered { like: Some(like) } => self.answers.may_hold(like.as_bytes()),
             Condition::Answer { text } => self.answers.may_hold(text.as_bytes()),
             Condition::Error { code } => {
