@@ -56,6 +56,7 @@ not tried.";
     mut_arg("time", |arg| arg.requires("serve")),
     mut_arg("line_pacing", |arg| arg.requires("serve")),
     mut_arg("flash", |arg| arg.requires("serve")),
+    mut_arg("record", |arg| arg.requires("serve")),
     mut_arg("tcp_clients", |arg| arg.requires("serve")),
     mut_arg("fresh_clients", |arg| arg.requires("serve")),
     mut_arg("replace", |arg| arg.requires("serve")),
