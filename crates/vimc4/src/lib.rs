@@ -59,7 +59,9 @@ pub use error::{Error, ProfileFileError};
 pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::HostCommand;
-pub use recording::{RecordingError, RecordingFile, Trouble, recording_head, unpack};
+pub use recording::{
+    RecordingError, RecordingFile, Trouble, pack, recording_head, unpack, unpacking,
+};
 #[cfg(feature = "lpkf")]
 pub use vimc4_catalogue::lpkf;
 pub use vimc4_catalogue::{

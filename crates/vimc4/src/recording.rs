@@ -9,11 +9,12 @@
 //! A recording that is to be compressed is plain text as long as it grows, for the same reason, and
 //! is compressed when it is finished.
 
-use std::ffi::OsString;
+use std::cell::Cell;
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufReader, Write};
+use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -60,6 +61,8 @@ struct Sheet {
     /// The file that is written now; `None` once nothing more can be.
     file: Option<File>,
     path: PathBuf,
+    /// What it is called when it is compressed.
+    packed: PathBuf,
     head: Head,
     /// How many bytes a file has at most, about.
     size: u64,
@@ -151,6 +154,7 @@ impl RecordingFile {
             packing: Packing::of(path),
             file: None,
             path: PathBuf::new(),
+            packed: PathBuf::new(),
             head,
             size: size.unwrap_or(u64::MAX),
             written: 0,
@@ -230,21 +234,15 @@ impl Sheet {
     fn open(&mut self) -> Result<(), RecordingError> {
         let packed = part(&self.name, self.head.part);
         let plain = self.packing.plain(&packed);
-        let failed = |path: &Path, source: io::Error| {
-            let help = match source.kind() {
-                io::ErrorKind::AlreadyExists => "no recording is overwritten: name another file",
-                _ => "name a file in a folder that can be written to",
-            };
-            RecordingError { path: path.to_owned(), source, help }
-        };
         if plain != packed && packed.exists() {
-            return Err(failed(&packed, io::Error::from(io::ErrorKind::AlreadyExists)));
+            return Err(cannot_write(&packed, io::Error::from(io::ErrorKind::AlreadyExists)));
         }
         let file = OpenOptions::new().append(true).create_new(true).open(&plain);
-        self.file = Some(file.map_err(|error| failed(&plain, error))?);
+        self.file = Some(file.map_err(|error| cannot_write(&plain, error))?);
         self.written = 0;
         self.files.push(plain.clone());
         self.path = plain;
+        self.packed = packed;
         self.head.put(&mut self.lines);
         self.write();
         Ok(())
@@ -303,8 +301,10 @@ impl Sheet {
     /// Closes the present file, and has it compressed.
     fn pack(&mut self) {
         self.file = None;
-        let (plain, packing) = (self.path.clone(), self.packing);
-        let Some(packed) = packing.packed(&plain) else { return };
+        let (plain, packed, packing) = (self.path.clone(), self.packed.clone(), self.packing);
+        if packing == Packing::None {
+            return;
+        }
         let Some(last) = self.files.last_mut().filter(|last| **last == plain) else { return };
         last.clone_from(&packed);
         let pack = move || {
@@ -442,9 +442,9 @@ fn part(name: &Path, number: u32) -> PathBuf {
 
 impl Packing {
     fn of(path: &Path) -> Packing {
-        match path.extension().and_then(|extension| extension.to_str()) {
-            Some("gz") => Packing::Gzip,
-            Some("zst") => Packing::Zstd,
+        match path.extension() {
+            Some(end) if end.eq_ignore_ascii_case("gz") => Packing::Gzip,
+            Some(end) if end.eq_ignore_ascii_case("zst") => Packing::Zstd,
             _ => Packing::None,
         }
     }
@@ -455,18 +455,6 @@ impl Packing {
             Packing::None => packed.to_owned(),
             Packing::Gzip | Packing::Zstd => packed.with_extension(""),
         }
-    }
-
-    /// What it is called when it is compressed.
-    fn packed(self, plain: &Path) -> Option<PathBuf> {
-        let ending = match self {
-            Packing::None => return None,
-            Packing::Gzip => ".gz",
-            Packing::Zstd => ".zst",
-        };
-        let mut name: OsString = plain.as_os_str().to_owned();
-        name.push(ending);
-        Some(PathBuf::from(name))
     }
 
     /// Compresses a file and removes it when all of it is in the other.
@@ -483,7 +471,7 @@ impl Packing {
         }
     }
 
-    fn compress(self, mut from: impl io::Read, mut to: &File) -> io::Result<()> {
+    fn compress(self, mut from: impl Read, mut to: &File) -> io::Result<()> {
         match self {
             Packing::None => io::copy(&mut from, &mut to).map(drop),
             Packing::Gzip => {
@@ -501,25 +489,111 @@ impl Packing {
     }
 }
 
+/// Writes the text of a recording into a file that is not there yet, compressed if its name says so.
+///
+/// # Errors
+///
+/// If there is such a file, or it cannot be written.
+pub fn pack(path: &Path, text: &[u8]) -> Result<(), RecordingError> {
+    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    let file = file.map_err(|error| cannot_write(path, error))?;
+    let written = Packing::of(path).compress(text, &file);
+    written.map_err(|error| {
+        // Half of it is of no use to anybody.
+        let _ = fs::remove_file(path);
+        cannot_write(path, error)
+    })
+}
+
 /// The text of a recording, compressed or not, as its first bytes say.
 ///
 /// # Errors
 ///
 /// If the file cannot be read, or what is compressed in it is broken.
 pub fn unpack(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
-    use std::io::Read;
     let mut text = Vec::new();
-    if bytes.starts_with(&[0x1F, 0x8B]) {
-        flate2::read::MultiGzDecoder::new(&*bytes).read_to_end(&mut text)?;
-    } else if bytes.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]) {
-        let mut from = &*bytes;
-        let mut decoder =
-            ruzstd::decoding::StreamingDecoder::new(&mut from).map_err(io::Error::other)?;
-        decoder.read_to_end(&mut text)?;
-    } else {
-        return Ok(bytes);
-    }
+    unpacking(&*bytes)?.read_to_end(&mut text)?;
     Ok(text)
+}
+
+/// Reads the text of a recording, compressed or not, as its first bytes say. What is compressed and
+/// broken off gives all that there is, and then an error of the kind `UnexpectedEof`; what is
+/// damaged, one of the kind `InvalidData`.
+///
+/// # Errors
+///
+/// If the source cannot be read, or what is compressed in it is broken from the beginning.
+pub fn unpacking<'a>(mut source: impl Read + 'a) -> io::Result<Box<dyn Read + 'a>> {
+    let mut first = Vec::new();
+    source.by_ref().take(MAGIC).read_to_end(&mut first)?;
+    let packing = match &first[..] {
+        [0x1F, 0x8B, ..] => Packing::Gzip,
+        [0x28, 0xB5, 0x2F, 0xFD] => Packing::Zstd,
+        _ => Packing::None,
+    };
+    let over = Rc::new(Cell::new(false));
+    let source = Watched { from: io::Cursor::new(first).chain(source), over: Rc::clone(&over) };
+    let text: Box<dyn Read + 'a> = match packing {
+        Packing::None => return Ok(Box::new(source)),
+        Packing::Gzip => Box::new(flate2::read::MultiGzDecoder::new(source)),
+        Packing::Zstd => {
+            let decoder = ruzstd::decoding::StreamingDecoder::new(source);
+            Box::new(decoder.map_err(|_| broken(over.get()))?)
+        }
+    };
+    Ok(Box::new(Unpacking { text, packing, over }))
+}
+
+/// How many bytes tell how a file is compressed.
+const MAGIC: u64 = 4;
+
+/// A source that tells whether it has come to its end.
+struct Watched<R> {
+    from: R,
+    over: Rc<Cell<bool>>,
+}
+
+impl<R: Read> Read for Watched<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.from.read(buffer)?;
+        if read == 0 && !buffer.is_empty() {
+            self.over.set(true);
+        }
+        Ok(read)
+    }
+}
+
+/// What is unpacked.
+struct Unpacking<'a> {
+    text: Box<dyn Read + 'a>,
+    packing: Packing,
+    over: Rc<Cell<bool>>,
+}
+
+impl Read for Unpacking<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.text.read(buffer).map_err(|error| {
+            broken(match self.packing {
+                Packing::Zstd => self.over.get(),
+                _ => error.kind() == io::ErrorKind::UnexpectedEof,
+            })
+        })
+    }
+}
+
+fn broken(off: bool) -> io::Error {
+    match off {
+        true => io::Error::new(io::ErrorKind::UnexpectedEof, "it is compressed and broken off"),
+        false => io::Error::new(io::ErrorKind::InvalidData, "what is compressed in it is damaged"),
+    }
+}
+
+fn cannot_write(path: &Path, source: io::Error) -> RecordingError {
+    let help = match source.kind() {
+        io::ErrorKind::AlreadyExists => "no recording is overwritten: name another file",
+        _ => "name a file in a folder that can be written to",
+    };
+    RecordingError { path: path.to_owned(), source, help }
 }
 
 #[cfg(test)]
@@ -543,7 +617,8 @@ mod tests {
         let text = "{\"at\":1,\"in\":\"@0P\\r\"}\n".repeat(20_000);
         for packing in [Packing::Gzip, Packing::Zstd] {
             fs::write(&plain, &text).unwrap();
-            let packed = packing.packed(&plain).unwrap();
+            let ending = if packing == Packing::Gzip { "jsonl.GZ" } else { "jsonl.zst" };
+            let packed = plain.with_extension(ending);
             assert_eq!(Packing::of(&packed), packing);
             assert_eq!(packing.plain(&packed), plain);
             packing.pack(&plain, &packed).unwrap();

@@ -301,7 +301,7 @@ fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Re
                 .to_owned(),
         ));
     }
-    let site = Recorded::recorded(&recording.head).map_err(wrong)?;
+    let site = Recorded::recorded(&recording).map_err(wrong)?;
     let mut debugger = recorded(&recording, &site).map_err(wrong)?;
     debugger.stay_within(true);
     let (lines, first) = commands_of(&mut debugger);

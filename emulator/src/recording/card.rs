@@ -22,6 +22,13 @@ pub(super) fn card(difference: &Difference, names: Names<'_>) -> String {
     } else {
         card += "Every byte is equal.\n";
     }
+    card + &led(Some(difference), names)
+}
+
+/// The field of a difference, and what led there.
+pub(super) fn led(difference: Option<&Difference>, names: Names<'_>) -> String {
+    let Some(difference) = difference else { return String::new() };
+    let mut card = String::new();
     if let Some(field) = &difference.field {
         // Writing to a string cannot fail.
         let _ = writeln!(

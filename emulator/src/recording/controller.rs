@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use serde_json::Value;
+use vimc4::Clock;
 use vimc4_catalogue::{Controller, Machine, Model, State, profile_text};
 use vimc4_device::{Device, Line, LineState};
-use vimc4_timeline::recording::{Head, LineSort, Player, exchange};
+use vimc4_timeline::recording::{Given, LineSort, Player, Recording, What, exchange};
 
+use super::bridge::WALL;
 use crate::completions;
 use crate::failure::Failure;
 
@@ -47,7 +49,14 @@ impl Site {
     /// # Errors
     ///
     /// What is wrong with its head, as a sentence.
-    pub(crate) fn recorded(head: &Head) -> Result<Site, String> {
+    pub(crate) fn recorded(recording: &Recording) -> Result<Site, String> {
+        let head = &recording.head;
+        if head.clock != WALL && head.clock.parse::<Clock>().is_err() {
+            return Err(format!(
+                "line 1: `{}` is no clock: it is real, instant, manual, {WALL} or a speed as 8x",
+                head.clock
+            ));
+        }
         let written = [head.model.clone(), head.machine.clone()];
         let profiles = [completed_model(&head.model), completed_machine(&head.machine)];
         let model = model(&profiles[0])?;
@@ -59,7 +68,37 @@ impl Site {
             ));
         }
         let machine = machine(&profiles[1])?;
-        Ok(Site { model, machine, line: head.line, written, recorded: profiles.clone(), profiles })
+        let site =
+            Site { model, machine, line: head.line, written, recorded: profiles.clone(), profiles };
+        site.knows_signals(recording)?;
+        Ok(site)
+    }
+
+    /// Whether every signal that is given is one of its own, with a value that it can have.
+    fn knows_signals(&self, recording: &Recording) -> Result<(), String> {
+        let signals = self.device(&self.model, &self.machine, b"")?.signals();
+        for entry in &recording.entries {
+            let What::Given { given: Given::Signal { name, value }, .. } = &entry.what else {
+                continue;
+            };
+            let line = entry.line;
+            let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
+                let known: Vec<&str> = signals.iter().map(|signal| &*signal.name).collect();
+                return Err(format!(
+                    "line {line}: there is no signal `{name}`, there are {}",
+                    known.join(", ")
+                ));
+            };
+            let values = signal.values();
+            if !values.contains(value) {
+                return Err(format!(
+                    "line {line}: {name} cannot be {value}, it is from {} to {}",
+                    values.start(),
+                    values.end()
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The same with other profiles.

@@ -8,7 +8,7 @@ use vimc4_timeline::recording::{
     Entry, Given, Recording, What, first_field, given_apart, part, said_apart,
 };
 
-use super::card::{card, said_card, seconds};
+use super::card::{card, led, said_card, seconds};
 use super::controller::Site;
 use super::file;
 use crate::failure::Failure;
@@ -62,8 +62,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     match (&apart, said_apart(&one, &other)) {
         (Some(difference), _) if difference.said.is_some() => text += &card(difference, NAMES),
         (difference, said) => {
-            text += &said.map_or_else(String::new, |said| said_card(&said, NAMES));
-            text += &difference.as_ref().map_or_else(String::new, |it| card(it, NAMES));
+            if only_times(&one, &other) && (given.is_some() || said.is_some()) {
+                text.insert_str(0, "What went in and what came out is the same, at other times.\n");
+            }
+            let shown = match &said {
+                Some(said) => said_card(said, NAMES) + &led(difference.as_ref(), NAMES),
+                None => difference.as_ref().map_or_else(String::new, |it| card(it, NAMES)),
+            };
+            text += &shown;
         }
     }
     let equal = text.is_empty();
@@ -79,7 +85,7 @@ fn futures(
     other: &Recording,
 ) -> Result<Option<vimc4_timeline::recording::Difference>, Failure> {
     let site = |recording: &Recording, path: &PathBuf| {
-        Site::recorded(&recording.head).map_err(|error| file::unplayable(path, error))
+        Site::recorded(recording).map_err(|error| file::unplayable(path, error))
     };
     let (here, there) = (site(one, &arguments.one)?, site(other, &arguments.other)?);
     let aside = [
@@ -98,6 +104,25 @@ fn futures(
     let players = (here.player()?, there.player()?);
     let played = part(same, players.0, players.1, &aside, [&read, &read_other]);
     Ok(played.map_err(|error| file::unplayable(&arguments.one, error))?.difference)
+}
+
+/// Whether the same was given and said in the same order, whatever the times.
+fn only_times(one: &Recording, other: &Recording) -> bool {
+    let given = |recording: &Recording| -> Vec<Given> {
+        let given = recording.entries.iter().filter_map(|entry| match &entry.what {
+            What::Given { given, .. } => Some(given.clone()),
+            _ => None,
+        });
+        given.collect()
+    };
+    let out = |recording: &Recording| -> Vec<u8> {
+        let out = recording.entries.iter().filter_map(|entry| match &entry.what {
+            What::Sent(bytes) => Some(bytes.to_vec()),
+            _ => None,
+        });
+        out.flatten().collect()
+    };
+    given(one) == given(other) && out(one) == out(other)
 }
 
 fn input(entry: &Entry) -> String {

@@ -1,39 +1,86 @@
 //! Recordings in files.
 
-use std::fs::OpenOptions;
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
-use vimc4_timeline::recording::{ReadError, Recording};
+use vimc4_timeline::recording::{ReadError, Reader, Recording};
 
 use crate::failure::Failure;
-use crate::job::file::bounded;
 use crate::output;
 use crate::text;
 
-/// No recording that is read as a whole has more bytes, compressed or not.
-const LARGEST: u64 = 4 << 30;
+/// No recording that is read as a whole has more bytes when it is unpacked.
+const LARGEST: u64 = 1 << 30;
 
 /// So much of a line is shown on either side of where it is wrong.
 const AROUND: usize = 60;
 
+/// The place of a line further down is only said.
+const SHOWN: u32 = 1_000_000;
+
 /// Reads a recording; `-` is standard input.
 pub(crate) fn read(path: &Path) -> Result<Recording, Failure> {
     let name = text::name(path);
-    let failed = |error: std::io::Error| {
-        Failure::usage(format!(
-            "cannot read {name}: {error}; name a recording, or `-` for standard input"
-        ))
+    let failed = |error: io::Error| {
+        let text =
+            format!("cannot read {name}: {error}; name a recording, or `-` for standard input");
+        match error.kind() {
+            ErrorKind::InvalidData | ErrorKind::UnexpectedEof => Failure::midway(text),
+            _ => Failure::usage(text),
+        }
     };
-    let bytes = bounded(path, LARGEST).and_then(vimc4::unpack).map_err(failed)?;
-    Recording::read(&bytes).map_err(|error| wrong(&name, &bytes, &error))
+    let source: Box<dyn Read> = match path == Path::new("-") {
+        true => Box::new(io::stdin().lock()),
+        false => Box::new(File::open(path).map_err(failed)?),
+    };
+    let text = vimc4::unpacking(source).map_err(failed)?;
+    let mut text = BufReader::new(text.take(LARGEST + 1));
+    let mut line = Vec::new();
+    let mut torn = next(&mut text, &mut line).map_err(failed)?;
+    if torn {
+        let broken = "it is compressed and broken off in its first line";
+        return Err(failed(io::Error::new(ErrorKind::UnexpectedEof, broken)));
+    }
+    let mut reader = Reader::begin(&line).map_err(|error| wrong(&name, &line, &error))?;
+    let mut read = line.len() as u64;
+    while !torn {
+        torn = next(&mut text, &mut line).map_err(failed)?;
+        if line.is_empty() {
+            break;
+        }
+        read += line.len() as u64;
+        if read > LARGEST {
+            let size = LARGEST >> 30;
+            return Err(Failure::usage(format!(
+                "{name} is larger than {size} GiB; record with --record-size, and play the parts"
+            )));
+        }
+        reader.line(&line).map_err(|error| wrong(&name, &line, &error))?;
+    }
+    Ok(reader.finish())
 }
 
-/// What is wrong with a recording, with the line and the place in it.
-pub(super) fn wrong(name: &str, bytes: &[u8], error: &ReadError) -> Failure {
+/// Reads the next line with its end, and no more of it than a line can have. Says whether it was torn
+/// off in a file that is compressed: what could be unpacked of it is there.
+fn next(text: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<bool> {
+    line.clear();
+    let longest = Reader::LONGEST_LINE as u64 + 1;
+    match text.by_ref().take(longest).read_until(b'\n', line) {
+        Ok(_) => Ok(false),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(true),
+        Err(error) => Err(error),
+    }
+}
+
+/// What is wrong with a line of a recording, with the place in it.
+fn wrong(name: &str, line: &[u8], error: &ReadError) -> Failure {
     let message = format!("{name}, {error}");
+    if error.line > SHOWN {
+        return Failure::midway(message);
+    }
     let place = error.line.saturating_sub(1) as usize;
-    let line = bytes.split(|byte| *byte == b'\n').nth(place).unwrap_or_default();
+    let line = line.strip_suffix(b"\n").unwrap_or(line);
     // A state takes thousands of characters.
     let column = (error.column as usize).min(line.len());
     let from = column.saturating_sub(AROUND);
@@ -59,15 +106,5 @@ pub(super) fn write(recording: &Recording, path: Option<&Path>) -> Result<(), Fa
         // Recordings are ASCII.
         return output::print(&String::from_utf8_lossy(&bytes));
     };
-    let written = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(path)
-        .and_then(|mut file| file.write_all(&bytes));
-    written.map_err(|error| {
-        Failure::usage(format!(
-            "cannot write {}: {error}; name a file that is not there yet",
-            text::name(path)
-        ))
-    })
+    vimc4::pack(path, &bytes).map_err(Failure::usage)
 }

@@ -16,7 +16,9 @@ use crate::text;
 
 /// Whether a file is a recording: plain, or compressed.
 pub(crate) fn is_recording(path: &Path, bytes: &[u8]) -> bool {
-    let compressed = path.extension().is_some_and(|end| end == "gz" || end == "zst");
+    let compressed = path
+        .extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("gz") || end.eq_ignore_ascii_case("zst"));
     compressed || bytes.starts_with(b"{\"recording\"")
 }
 
@@ -28,7 +30,7 @@ pub(crate) fn is_recording(path: &Path, bytes: &[u8]) -> bool {
 /// If it is no recording, or none of a controller that is at hand here.
 pub(crate) fn open(path: &Path) -> Result<(Debugger, Arc<Machine>), Failure> {
     let recording = read(path)?;
-    let site = Site::recorded(&recording.head).map_err(|error| unplayable(path, error))?;
+    let site = Site::recorded(&recording).map_err(|error| unplayable(path, error))?;
     if recording.head.line == LineSort::Paced {
         return Err(Failure::usage(format!(
             "{} was recorded with --line-pacing, where bytes are on their way for a while; record it \

@@ -1,5 +1,6 @@
 //! `vimc4 cut` and `vimc4 minimise`: less of a recording.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -7,6 +8,7 @@ use vimc4_catalogue::Handling;
 use vimc4_device::{Event, Time, escape};
 use vimc4_timeline::recording::{self, Recording, part, rerecord};
 
+use super::card::seconds;
 use super::controller::{Other, Site};
 use super::file;
 use crate::failure::Failure;
@@ -67,13 +69,26 @@ pub(crate) struct MinimiseArguments {
 pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
     let recording = file::read(&arguments.file)?;
     let unplayable = |error| file::unplayable(&arguments.file, error);
-    let site = Site::recorded(&recording.head)
-        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    let site =
+        Site::recorded(&recording).map_err(|error| file::unplayable(&arguments.file, error))?;
     let from = Time::ZERO + arguments.from;
     let to = arguments.to.map_or(Time::NEVER, |to| Time::ZERO + to);
     if to < from {
         return Err(Failure::usage("--to is before --from; name a later time"));
     }
+    // What happened later nobody has recorded.
+    let end = recording.entries.iter().map(|entry| entry.at).max().unwrap_or(Time::ZERO);
+    let name = text::name(&arguments.file);
+    if from > end {
+        return Err(Failure::usage(format!(
+            "{name} ends at {}, before --from; name an earlier time",
+            seconds(end)
+        )));
+    }
+    if to > end && arguments.to.is_some() {
+        let _ = writeln!(io::stderr(), "{name} ends at {}, and so does the part", seconds(end));
+    }
+    let to = to.min(end);
     let read = |written: &_| site.read(written);
     let cut = recording::cut(&recording, site.player()?, from, to, &read).map_err(unplayable)?;
     file::write(&cut, arguments.out.as_deref())
@@ -81,8 +96,8 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
 
 pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
     let recording = file::read(&arguments.file)?;
-    let site = Site::recorded(&recording.head)
-        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    let site =
+        Site::recorded(&recording).map_err(|error| file::unplayable(&arguments.file, error))?;
     let other = site.other(&arguments.other)?;
     let ends = Handling::of(&site.model).ends;
     let name = text::name(&arguments.file);

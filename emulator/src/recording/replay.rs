@@ -53,8 +53,8 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let recording = file::read(&arguments.file)?;
-    let site = Site::recorded(&recording.head)
-        .map_err(|error| file::unplayable(&arguments.file, error))?;
+    let site =
+        Site::recorded(&recording).map_err(|error| file::unplayable(&arguments.file, error))?;
     let other = site.other(&arguments.other)?;
     let tolerance = match recording.head.clock.as_str() {
         WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
@@ -141,7 +141,7 @@ fn report(
         said += &format!("Line {line} was torn off when it was written, and is left out.\n");
     }
     if !recording.is_whole() {
-        said += "It has no end: whoever wrote it was killed, or is still writing.\n";
+        said += "It has no end: whoever wrote it was killed, its disk was full, or it is still being written.\n";
     }
     let s = |count: u64, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
     let (inputs, bytes) = (s(played.inputs, "input"), s(played.bytes, "byte"));

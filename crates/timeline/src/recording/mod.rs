@@ -35,5 +35,5 @@ pub use compare::{
 };
 pub use entry::{Entry, Given, Head, LineSort, VERSION, What};
 pub use play::{Player, StateError, Told, exchange};
-pub use read::{ReadError, Recording};
+pub use read::{ReadError, Reader, Recording};
 pub use shorten::{cut, minimise, rerecord};

@@ -90,48 +90,10 @@ impl Recording {
     ///
     /// If it is no recording, one of another version, or a line of it is wrong.
     pub fn read(text: &[u8]) -> Result<Recording, ReadError> {
-        let mut lines = text.split_inclusive(|byte| *byte == b'\n').zip(1..);
-        let Some((first, _)) = lines.next() else {
-            return Err(no_recording("the file is empty"));
-        };
-        let head = read_head(first)?;
-        let mut recording = Recording { head, entries: Vec::new(), torn: None };
-        // What happens has a time that does not go back, but for what came out late.
-        let mut last = Time::ZERO;
-        for (text, line) in lines {
-            if text.trim_ascii().is_empty() {
-                continue;
-            }
-            let entry = match read_entry(text, line) {
-                Ok(entry) => entry,
-                // Only the last line can have no end.
-                Err(_) if !text.ends_with(b"\n") => {
-                    recording.torn = Some(line);
-                    break;
-                }
-                Err(error) => return Err(error),
-            };
-            match &entry.what {
-                // Who goes back to a state goes back to its time.
-                What::State { by: Some(_), .. } => last = Time::ZERO,
-                What::Given { .. } if entry.at < last => {
-                    return Err(ReadError {
-                        line,
-                        column: 1,
-                        message: format!(
-                            "its time, {}, is before that of what was given before, {}",
-                            entry.at.as_nanos(),
-                            last.as_nanos()
-                        ),
-                        help: "lines stand in the order in which they happened".to_owned(),
-                    });
-                }
-                What::Given { .. } => last = entry.at,
-                _ => {}
-            }
-            recording.entries.push(entry);
-        }
-        Ok(recording)
+        let mut lines = text.split_inclusive(|byte| *byte == b'\n');
+        let mut reader = Reader::begin(lines.next().unwrap_or_default())?;
+        lines.try_for_each(|line| reader.line(line))?;
+        Ok(reader.finish())
     }
 
     /// Writes it down.
@@ -160,6 +122,115 @@ impl Recording {
     }
 }
 
+/// Reads a recording line by line, so that nothing of what is wrong has to be kept.
+///
+/// ```
+/// use vimc4_timeline::recording::{Reader, Recording};
+///
+/// assert!(Reader::begin(b"y\n").is_err());
+/// # let head = br#"{"recording":1,"program":"a","family":"isel","model":{},"machine":{},"clock":"real","line":"ideal","from":"b"}"#;
+/// let mut reader = Reader::begin(head)?;
+/// reader.line(b"{\"at\":0,\"out\":\"0\"}\n")?;
+/// let recording: Recording = reader.finish();
+/// assert_eq!(recording.entries.len(), 1);
+/// # Ok::<(), vimc4_timeline::recording::ReadError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Reader {
+    recording: Recording,
+    /// The number of the line that was read last.
+    line: u32,
+    /// What happens has a time that does not go back, but for what came out late.
+    last: Time,
+}
+
+impl Reader {
+    /// No line has more bytes. The longest are states, with all that a controller has stored: some
+    /// hundred thousand.
+    pub const LONGEST_LINE: usize = 8 << 20;
+
+    /// Begins with the first line, the head.
+    ///
+    /// # Errors
+    ///
+    /// If it is none, or one of another version.
+    pub fn begin(line: &[u8]) -> Result<Reader, ReadError> {
+        if line.is_empty() {
+            return Err(no_recording("the file is empty"));
+        }
+        too_long(line, 1)?;
+        let head = read_head(line)?;
+        let recording = Recording { head, entries: Vec::new(), torn: None };
+        Ok(Reader { recording, line: 1, last: Time::ZERO })
+    }
+
+    /// Reads the next line, with its end. Only the last one can have none.
+    ///
+    /// # Errors
+    ///
+    /// If it is none of a recording.
+    pub fn line(&mut self, text: &[u8]) -> Result<(), ReadError> {
+        self.line = self.line.saturating_add(1);
+        let line = self.line;
+        too_long(text, line)?;
+        if text.trim_ascii().is_empty() {
+            return Ok(());
+        }
+        let entry = match read_entry(text, line) {
+            Ok(entry) => entry,
+            Err(_) if !text.ends_with(b"\n") => {
+                self.recording.torn = Some(line);
+                return Ok(());
+            }
+            Err(error) => return Err(error),
+        };
+        if self.recording.is_whole() {
+            return Err(ReadError {
+                line,
+                column: 0,
+                message: format!("line {line} stands after the end"),
+                help: "a recording ends with its line `end`; a second one is a file of its own"
+                    .to_owned(),
+            });
+        }
+        match &entry.what {
+            // Who goes back to a state goes back to its time.
+            What::State { by: Some(_), .. } => self.last = Time::ZERO,
+            What::Given { .. } if entry.at < self.last => {
+                return Err(ReadError {
+                    line,
+                    column: 1,
+                    message: format!(
+                        "its time, {}, is before that of what was given before, {}",
+                        entry.at.as_nanos(),
+                        self.last.as_nanos()
+                    ),
+                    help: "lines stand in the order in which they happened".to_owned(),
+                });
+            }
+            What::Given { .. } => self.last = entry.at,
+            _ => {}
+        }
+        self.recording.entries.push(entry);
+        Ok(())
+    }
+
+    /// There are no more lines.
+    #[must_use]
+    pub fn finish(self) -> Recording {
+        self.recording
+    }
+}
+
+fn too_long(text: &[u8], line: u32) -> Result<(), ReadError> {
+    if text.len() <= Reader::LONGEST_LINE {
+        return Ok(());
+    }
+    let message = format!("it has more than {} MiB", Reader::LONGEST_LINE >> 20);
+    let help = "no line of a recording is so long; break what goes in into several lines";
+    Err(ReadError { line, column: 0, message, help: help.to_owned() })
+}
+
 fn no_recording(message: &str) -> ReadError {
     ReadError {
         line: 1,
@@ -170,6 +241,17 @@ fn no_recording(message: &str) -> ReadError {
 }
 
 fn read_head(line: &[u8]) -> Result<Head, ReadError> {
+    let saved = |message: &str| ReadError {
+        help: "save it as plain text, or as UTF-8 without a byte order mark".to_owned(),
+        ..no_recording(message)
+    };
+    match line {
+        [0xEF, 0xBB, 0xBF, ..] => return Err(saved("a byte order mark stands before its head")),
+        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [b'{', 0, ..] | [0, b'{', ..] => {
+            return Err(saved("it is text in UTF-16"));
+        }
+        _ => {}
+    }
     let version = serde_json::from_slice::<Version>(line);
     let Ok(Version { recording: Some(version) }) = version else {
         return Err(no_recording("its first line is no head"));
