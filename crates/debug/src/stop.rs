@@ -20,8 +20,12 @@ pub struct Stop {
     pub command: Option<Executing>,
     /// What breakpoints that only log have noted on the way.
     pub notes: Vec<Note>,
+    /// Answers that were errors, and warnings, on the way before that: the last of them.
+    pub troubles: Vec<Output>,
     /// What came out by the act that the walk has ended with.
     pub outputs: Vec<Output>,
+    /// The same for people, each in a line.
+    pub said: Vec<String>,
 }
 
 /// Why a walk has ended.
@@ -113,14 +117,18 @@ impl fmt::Display for Stop {
         for note in &self.notes {
             writeln!(f, "{}  {}: {}", time(note.at), note.by, note.text)?;
         }
+        for trouble in &self.troubles {
+            let at = match trouble {
+                Output::Event(stamp, _) => stamp.at,
+                _ => self.at,
+            };
+            writeln!(f, "{}  {}", time(at), Said(trouble))?;
+        }
         write!(f, "{}  {}", time(self.at), self.why)?;
         if let Some(command) = &self.command {
             write!(f, ", {command}")?;
         }
-        for output in &self.outputs {
-            write!(f, "\n    {}", Said(output))?;
-        }
-        Ok(())
+        self.said.iter().try_for_each(|said| write!(f, "\n    {said}"))
     }
 }
 
@@ -153,11 +161,20 @@ impl fmt::Display for Said<'_> {
                         write!(f, "{mnemonic} is cut short: {why}")
                     }
                     Event::Motion(Motion::Begins { segment, .. }) => {
-                        write!(f, "a motion of {} steps begins", segment.profile.steps())
+                        /// A motion of more steps ends only when something ends it.
+                        const ENDLESS: u64 = 1 << 40;
+                        match segment.profile.steps() {
+                            ENDLESS.. => {
+                                f.write_str("a motion begins that goes on until it is ended")
+                            }
+                            1 => f.write_str("a motion of 1 step begins"),
+                            steps => write!(f, "a motion of {steps} steps begins"),
+                        }
                     }
                     Event::Motion(Motion::Changes { .. }) => f.write_str("the motion brakes"),
                     Event::Motion(Motion::Ends { steps }) => {
-                        write!(f, "the motion ends after {steps} steps")
+                        let s = if *steps == 1 { "" } else { "s" };
+                        write!(f, "the motion ends after {steps} step{s}")
                     }
                     Event::Switch { axis, positive, active } => {
                         let end = if *positive { '+' } else { '-' };

@@ -10,6 +10,7 @@ use vimc4_timeline::{Act, Sought, Stretch, Which};
 use crate::breakpoint::{Breakpoint, BreakpointId, Note, Trigger};
 use crate::expression::filled;
 use crate::steps::{Axes, first_step, last_step};
+use crate::walks::TROUBLES_MAX;
 use crate::{Depth, Source, Unit, Way};
 
 /// So many notes are kept of one walk.
@@ -27,6 +28,27 @@ pub(crate) struct Walk<'w> {
     pub(crate) notes: Vec<Note>,
     /// Notes that were too many.
     pub(crate) left_out: u64,
+    /// What went wrong on the way, where somebody wants to be told.
+    pub(crate) troubles: Option<Troubles>,
+}
+
+/// Answers that are errors, and warnings: the last of them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Troubles {
+    pub(crate) last: VecDeque<Output>,
+}
+
+impl Troubles {
+    fn saw(&mut self, outputs: &VecDeque<Output>) {
+        let is_trouble = |output: &&Output| {
+            let event = output.event();
+            event.is_some_and(|event| {
+                matches!(event, Event::Answer { why: Some(_), .. } | Event::Warning(_))
+            })
+        };
+        self.last.extend(outputs.iter().filter(is_trouble).cloned());
+        self.last.drain(..self.last.len().saturating_sub(TROUBLES_MAX));
+    }
 }
 
 /// The end of a step.
@@ -60,7 +82,13 @@ impl<'w> Walk<'w> {
     pub(crate) fn new(way: Way) -> Walk<'w> {
         let (met, notes) = (Vec::new(), Vec::new());
         let (waiting, conditions) = (Vec::new(), Vec::new());
-        Walk { way, step: None, waiting, conditions, met, notes, left_out: 0 }
+        Walk { way, step: None, waiting, conditions, met, notes, left_out: 0, troubles: None }
+    }
+
+    /// Keeps what goes wrong on the way.
+    pub(crate) fn telling(mut self) -> Walk<'w> {
+        self.troubles = (self.way == Way::Forward).then(Troubles::default);
+        self
     }
 
     /// Stops where a step ends that begins here.
@@ -379,6 +407,7 @@ impl Sought<Controller> for Walk<'_> {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         self.step.as_ref().is_some_and(|step| step.can_be_in(stretch))
             || self.waiting.iter().any(|waiting| waiting.can_be_in(stretch))
+            || (self.troubles.is_some() && stretch.can_have(Kinds::ANSWER.and(Kinds::WARNING)))
     }
 
     fn begin(&mut self, device: &Controller) {
@@ -404,6 +433,9 @@ impl Sought<Controller> for Walk<'_> {
     }
 
     fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+        if let Some(troubles) = &mut self.troubles {
+            troubles.saw(outputs);
+        }
         let mut found = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
         for number in 0..self.waiting.len() {
             if self.waiting[number].after(device, outputs)

@@ -12,6 +12,9 @@ use crate::stop::{Reason, Stop};
 use crate::walk::Walk;
 use crate::{DebugError, Depth, Unit, Way};
 
+/// So many errors and warnings are told of that came on the way.
+pub(crate) const TROUBLES_MAX: usize = 20;
+
 impl Debugger {
     /// Makes so many steps. With [`Depth::Over`] and [`Depth::Out`] breakpoints on the way are
     /// heeded.
@@ -67,6 +70,7 @@ impl Debugger {
     /// beginning.
     pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
         let mut notes = Vec::new();
+        let mut troubles = VecDeque::new();
         loop {
             self.host_goes_on(way);
             // Whoever fills a buffer looks for room whenever a command leaves it.
@@ -77,7 +81,7 @@ impl Debugger {
             }
             let history = &mut self.history;
             let source = self.source.as_ref();
-            let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source);
+            let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source).telling();
             let end = until.unwrap_or(Time::NEVER).min(end_of(history, self.stays));
             let found = match way {
                 Way::Forward => history.seek_next(end, &mut walk, progress),
@@ -85,6 +89,7 @@ impl Debugger {
             };
             let mut met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
+            troubles.extend(walk.troubles.take().into_iter().flat_map(|troubles| troubles.last));
             if fills {
                 self.breakpoints.pop();
                 met.retain(|id| *id != NOBODYS);
@@ -110,7 +115,12 @@ impl Debugger {
                     None => self.nothing_more(end),
                 },
             };
-            return self.stopped(why, notes);
+            let mut stop = self.stopped(why, notes);
+            // What came out last is told of there.
+            troubles.retain(|trouble| !stop.outputs.contains(trouble));
+            troubles.drain(..troubles.len().saturating_sub(TROUBLES_MAX));
+            stop.troubles = troubles.into();
+            return stop;
         }
     }
 
@@ -282,9 +292,11 @@ impl Debugger {
     pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
         /// So much is told of what came out last.
         const OUTPUTS_MAX: usize = 100;
-        let outputs = self.history.drain().take(OUTPUTS_MAX).collect();
+        let outputs: Vec<Output> = self.history.drain().take(OUTPUTS_MAX).collect();
+        let said = outputs.iter().map(|output| self.say(output)).collect();
         let (place, at) = (self.place(), self.now());
-        Stop { why, place, at, command: self.executing(), notes, outputs }
+        let (command, troubles) = (self.executing(), Vec::new());
+        Stop { why, place, at, command, notes, troubles, outputs, said }
     }
 }
 

@@ -92,6 +92,38 @@ impl About {
     }
 }
 
+/// What of the things of one instant matters most: an error and not the output that went off with
+/// it, what a button did and not that it was let go.
+#[derive(Default)]
+struct Weighed {
+    at: Time,
+    weight: u8,
+}
+
+impl Weighed {
+    /// Whether nothing that matters more belongs to what this belongs to.
+    fn matters(&mut self, at: Time, event: &Event) -> bool {
+        let is_new = match event {
+            Event::Signal { value, .. } => *value != 0,
+            Event::Command { .. } | Event::Line { .. } => true,
+            _ => false,
+        };
+        let weight = match event {
+            Event::Answer { why: Some(_), .. }
+            | Event::CutShort { .. }
+            | Event::Warning(Warning::ProgramError { .. }) => 3,
+            Event::Motion(Motion::Changes { .. }) | Event::Warning(_) => 2,
+            Event::Signal { .. } | Event::Port { .. } => 0,
+            _ => 1,
+        };
+        let matters = is_new || at != self.at || weight >= self.weight;
+        if matters {
+            *self = Weighed { at, weight };
+        }
+        matters
+    }
+}
+
 /// What led to something, link by link: the first is what was asked about, and each of the others
 /// led to the one before it. The last came from outside, if it is known.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,7 +243,10 @@ impl Debugger {
             self.history_mut().drain();
             return chain.ok_or_else(|| DebugError::new("no limit switch has been met until now"));
         }
-        let is_it = |_: &Stamp, event: &Event| about.is_about(event);
+        let mut last = Weighed::default();
+        let is_it = |stamp: &Stamp, event: &Event| {
+            about.is_about(event) && (about != About::Anything || last.matters(stamp.at, event))
+        };
         let Some(told) = self.last_event(about.kinds(), is_it) else {
             return Err(DebugError::new("nothing of that kind has happened until now"));
         };
@@ -495,6 +530,24 @@ impl Debugger {
         self.history().branches().find(|other| other.id == branch)?.parted
     }
 
+    /// Something that came out, in one line, with the names of signals and axes.
+    pub(crate) fn say(&self, output: &Output) -> String {
+        match output.event() {
+            Some(Event::Signal { signal, value }) => {
+                self.describe_input(&OwnedInput::Signal(*signal, *value))
+            }
+            Some(Event::Switch { axis, positive, active }) => {
+                let axes = self.device().view(self.now()).axes;
+                let name = axes.iter().find(|other| other.index == *axis);
+                let name = name.map_or_else(|| axis.to_string(), |axis| axis.name.clone());
+                let end = if *positive { '+' } else { '-' };
+                let what = if *active { "became active" } else { "is no longer active" };
+                format!("the limit switch {name}{end} {what}")
+            }
+            _ => Said(output).to_string(),
+        }
+    }
+
     fn link(&self, told: &Told) -> Link {
         let Told { stamp, event, place, .. } = told;
         let (kind, text) = match event {
@@ -518,22 +571,9 @@ impl Debugger {
                 });
                 (LinkKind::Line(*line), format!("line {line} of the program{text}"))
             }
-            Event::Signal { signal, value } => {
-                let text = self.describe_input(&OwnedInput::Signal(*signal, *value));
-                (LinkKind::Event(event.clone()), text)
-            }
-            Event::Switch { axis, positive, active } => {
-                let axes = self.device().view(self.now()).axes;
-                let name = axes.iter().find(|other| other.index == *axis);
-                let name = name.map_or_else(|| axis.to_string(), |axis| axis.name.clone());
-                let end = if *positive { '+' } else { '-' };
-                let what = if *active { "became active" } else { "is no longer active" };
-                let text = format!("the limit switch {name}{end} {what}");
-                (LinkKind::Event(event.clone()), text)
-            }
             event => {
                 let output = Output::Event(*stamp, event.clone());
-                (LinkKind::Event(event.clone()), Said(&output).to_string())
+                (LinkKind::Event(event.clone()), self.say(&output))
             }
         };
         Link { kind, at: stamp.at, place: *place, text }

@@ -329,3 +329,45 @@ fn what_the_manual_shows_is_what_is_answered() {
     }
     assert!(count > 0);
 }
+
+#[test]
+fn what_is_at_the_end_of_what_is_known_belongs_to_what_comes_of_it() {
+    for last in ["step", "next x = 20000", "continue 2s", "continue 5.0173624s"] {
+        let mut debugger = debugger("imc4", "mill");
+        run(&mut debugger, &["send @07", "continue", "send @0A60000,4000,0,900,0,900,0,900", last]);
+        let parting = said(&mut debugger, "what if machine bench");
+        let parts = parting.contains("part at 5.0173625s") && parting.contains("said  2");
+        assert!(parts, "{last}: {parting}");
+    }
+}
+
+#[test]
+fn what_goes_wrong_on_the_way_is_told() {
+    let mut debugger = debugger("imc4", "mill");
+    run(&mut debugger, &["send @07", "send @0A60000,4000,0,900,0,900,0,900", "send @0P"]);
+    let told = said(&mut debugger, "continue");
+    assert!(told.contains("\n5.0173625s  answer to @A: 2, limit switch X+"), "{told}");
+    assert!(told.starts_with("5.0173625s  warning: "), "{told}");
+    assert!(told.lines().last().unwrap().contains("< "), "{told}");
+    assert_eq!(told.matches("answer to @A: 2").count(), 1, "{told}");
+    // Also over what is recorded.
+    run(&mut debugger, &["goto start"]);
+    assert_eq!(said(&mut debugger, "continue"), told);
+}
+
+#[test]
+fn why_is_about_what_matters_at_an_instant() {
+    let mut debugger = debugger("imc4", "mill");
+    run(&mut debugger, &["send @07", "send @0A6000,4000,0,900,0,900,0,900", "next x = 3000"]);
+    run(&mut debugger, &["mark there", "press estop", "continue"]);
+    let why = said(&mut debugger, "why");
+    assert!(why.contains("answer to @A: 9"), "{why}");
+    run(&mut debugger, &["goto there", "press stop", "step 2 causes"]);
+    let why = said(&mut debugger, "why");
+    assert!(why.lines().next().unwrap().contains("the motion brakes"), "{why}");
+    assert!(why.contains("stop was pressed"), "{why}");
+    // A signal has its name.
+    run(&mut debugger, &["goto start", "continue", "set stop 1"]);
+    let step = said(&mut debugger, "step event");
+    assert!(step.contains("stop was pressed or set to 1"), "{step}");
+}
