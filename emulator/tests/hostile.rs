@@ -796,7 +796,7 @@ fn answers(mut stream: TcpStream, answer: fn(&[u8]) -> Vec<u8>) -> std::io::Resu
 #[test]
 fn the_doctor_takes_nothing_for_a_controller_that_is_none() {
     let folder = tempfile::tempdir().unwrap();
-    let silent = "to whoever has the port open then";
+    let silent = "whichever program has the port open then";
     let endless = "what never falls silent has no answers";
     let noise = "makes no sense";
     let servers: [(&str, &str, Serving); 8] = [
