@@ -44,8 +44,8 @@ intermediate format. A recording is of a controller; any other file is sent to o
 
 Without a file, or with the name of a model, there is a controller behind a pseudo-terminal and a TCP port,
 as `vimc4 serve` has it. While somebody types its time is paused; clients stay connected and notice nothing
-but time. `continue` lets it go on to the next breakpoint or Ctrl-C. Who steps forward leads it there, who
-goes back only looks, and what is done in the past takes it back. With `--pty none --tcp none` nobody is
+but time. `continue` lets it go on to the next breakpoint or Ctrl-C. Who steps forward leads it there; who
+goes back, or does something there, only looks, until `take` takes it there. With `--pty none --tcp none` nobody is
 there, and time passes as it is stepped through.
 
 Every command is a line; `help` lists them, an empty line does the last one again, Tab completes. What

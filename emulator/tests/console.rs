@@ -306,9 +306,10 @@ fn who_steps_forward_leads_the_controller_and_who_goes_back_only_looks() {
     client.write_all(b"@0P\r").unwrap();
     held.ask("continue 10ms");
     assert_eq!(receive(&mut client, 19), "0000190000000000000");
-    // In the past STOP is pressed instead: that is another branch, and the controller is there.
+    // In the past STOP is pressed instead: that is another branch, and the controller is taken there.
     held.ask("last x = 100");
     held.ask("press stop");
+    held.ask("take");
     held.ask("continue 100ms");
     let place: i64 = held.ask("print x").parse().unwrap();
     assert!((101..200).contains(&place), "{place}");
@@ -316,6 +317,66 @@ fn who_steps_forward_leads_the_controller_and_who_goes_back_only_looks() {
     let branches = held.ask("branches");
     assert_eq!(branches.lines().count(), 2, "{branches}");
     held.quit();
+}
+
+#[test]
+fn who_has_looked_back_goes_on_where_the_controller_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut held = Held::start(folder.path(), &["--pty", "none", "--time", "8x"]);
+    let mut client = held.connect(1);
+    client.write_all(b"@07\r@0A400,900,0,900,0,900,0,900\r").unwrap();
+    held.ask("continue 2s");
+    assert_eq!(receive(&mut client, 2), "00");
+    // From the past one comes forward, also over a breakpoint, and then the controller goes on.
+    held.ask("back 2");
+    held.ask("break x > 200");
+    let stop = held.ask("continue");
+    assert!(stop.contains("breakpoint 1") && !stop.contains("only looked at"), "{stop}");
+    held.ask("delete 1");
+    held.ask("continue 5s");
+    assert_eq!(converse_while(&mut held, &mut client, "@0P\r", 19), "0000190000000000000");
+    assert_eq!(held.ask("branches").lines().count(), 1);
+    // What is done in the past is a branch, on which one can go on; nobody notices.
+    held.ask("last x = 100");
+    let answer = held.ask("press stop");
+    assert!(
+        answer.contains("the controller itself stays") && answer.contains("`take`"),
+        "{answer}"
+    );
+    let stop = held.ask("continue");
+    assert!(stop.contains("on main") && stop.contains("`take`"), "{stop}");
+    assert!(held.ask("print x").parse::<i64>().unwrap() < 200);
+    held.ask("step 2 events");
+    held.ask("goto main");
+    assert_eq!(converse_while(&mut held, &mut client, "@0P\r", 19), "0000190000000000000");
+    // What would come is no more than that, also from the present on.
+    let future = held.ask("what if send @0A77,900,0,900,0,900,0,900");
+    assert!(future.contains("`take`"), "{future}");
+    held.ask("continue");
+    held.ask("goto main");
+    assert_eq!(converse_while(&mut held, &mut client, "@0P\r", 19), "0000190000000000000");
+    // Taken back it stands there, and nothing that was said is said again.
+    held.ask("goto start");
+    let taken = held.ask("take");
+    assert!(taken.contains("the controller is at"), "{taken}");
+    assert_eq!(held.ask("take"), "the controller is here already");
+    let answers = converse_while(&mut held, &mut client, "@07\r@0P\r", 20);
+    assert_eq!(answers, "00000000000000000000");
+    // Also not when what was is looked at to its end.
+    held.ask("goto main");
+    held.ask("continue");
+    held.ask("where");
+    client.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
+    assert!(client.read_exact(&mut [0]).is_err(), "a byte of the past has come");
+    held.quit();
+}
+
+/// A client sends a line while the controller is let go on for a moment.
+fn converse_while(held: &mut Held, stream: &mut TcpStream, line: &str, count: usize) -> String {
+    stream.write_all(line.as_bytes()).unwrap();
+    let stop = held.ask("continue 500ms");
+    assert!(stop.contains("the time has come"), "{stop}");
+    receive(stream, count)
 }
 
 #[test]

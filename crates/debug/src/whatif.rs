@@ -133,6 +133,7 @@ impl Debugger {
             WhatIf::Inputs(_) => None,
             what => Some(otherwise(&ours.state(), ours.clone(), what)?),
         };
+        let ours_state = ours.state();
         let mut theirs = ours.clone();
         if let Some(state) = &state {
             theirs.restore(state.clone());
@@ -142,17 +143,9 @@ impl Debugger {
             return Err(DebugError::new("cancelled"));
         };
         let history = self.history_mut();
-        match state {
-            Some(state) => history.fork(name.clone(), state),
-            None => {
-                let before = history.branches().count();
-                given.iter().for_each(|input| history.give(input.as_input()));
-                if history.branches().count() > before {
-                    let branch = history.present().branch;
-                    history.rename(branch, name.clone());
-                }
-            }
-        }
+        // Also at the end of what is recorded: what would come is never what came.
+        history.fork(name.clone(), state.unwrap_or(ours_state));
+        given.iter().for_each(|input| history.give(input.as_input()));
         let branch = history.present().branch;
         for TimedInput { at, input } in &inputs {
             history.run_to(*at);

@@ -2,7 +2,8 @@
 //!
 //! While somebody looks around the controller's time is paused; clients stay connected and notice
 //! nothing but time. The history gets what the controller gets. Who goes forward in it leads the
-//! controller there; who goes back looks, and only what is done there takes the controller back.
+//! controller there. Who goes back looks, and what is done there is a branch to be looked at: the
+//! controller itself stays, until it is taken there.
 
 use vimc4::{Control, Emulator, News, Order, Report, Reports, Wants, What};
 use vimc4_catalogue::State;
@@ -95,22 +96,23 @@ impl Live {
         Ok(())
     }
 
-    /// Brings the controller to where the debugger has gone forward, act by act, so that clients get
-    /// the answers. Where it has only gone back the controller stays, until something else is done
-    /// there than was.
-    pub(crate) fn lead(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
+    /// Brings the controller to where the debugger has gone forward from it, act by act, so that clients
+    /// get the answers. Where it has gone anywhere else the controller stays; a branch is followed only
+    /// if it has just begun where the controller is.
+    pub(crate) fn lead(
+        &mut self,
+        debugger: &mut Debugger,
+        has_begun_here: bool,
+    ) -> Result<(), Failed> {
         let here = debugger.place();
         let heading = debugger.history().heading();
-        if here == self.place || is_on_way(debugger.history(), here, self.place) {
+        let is_ahead = here != self.place && is_on_way(debugger.history(), self.place, here);
+        if !is_ahead || (here.branch != self.place.branch && !has_begun_here) {
             return Ok(());
         }
-        let start = common(debugger.history(), self.place, here);
         let history = debugger.history_mut();
         history.go_to_end(heading);
-        history.go_back_to(start);
-        if start != self.place {
-            self.put(debugger.device().state())?;
-        }
+        history.go_back_to(self.place);
         let mut acts = 0;
         while acts < LED && !is_there(debugger.history(), here) {
             acts += 1;
@@ -192,39 +194,83 @@ impl Live {
         Ok(history.present())
     }
 
+    /// Whether the debugger looks at the controller itself.
+    pub(crate) fn is_here(&self, debugger: &Debugger) -> bool {
+        debugger.place() == self.place
+    }
+
+    /// How the debugger goes on to the controller, if it does: to where that is. On a branch on which
+    /// the controller is not one can go on for ever and not come to it.
+    pub(crate) fn ahead(&self, debugger: &Debugger) -> Option<Place> {
+        let history = debugger.history();
+        let is_ahead = history.heading() == self.place.branch
+            && is_on_way(history, debugger.place(), self.place);
+        is_ahead.then_some(self.place)
+    }
+
+    /// Where the controller is, for people.
+    pub(crate) fn shown_place(&self, debugger: &Debugger) -> String {
+        let mut branches = debugger.history().branches();
+        let name = branches.find(|branch| branch.id == self.place.branch).map(|branch| branch.name);
+        let at = vimc4_device::show_nanos(self.place.moment.at.as_nanos());
+        format!("{at} on {}", name.unwrap_or_default())
+    }
+
+    /// Takes the controller itself to where the debugger is, and says whether it was elsewhere. Clients
+    /// get nothing of the way there, and nothing of what was recorded behind it comes again.
+    pub(crate) fn take(&mut self, debugger: &mut Debugger) -> Result<bool, Failed> {
+        if self.is_here(debugger) {
+            return Ok(false);
+        }
+        self.put_here(debugger)?;
+        self.forget_reports();
+        Ok(true)
+    }
+
+    /// Puts the controller to where the debugger is, on a branch of its own if something else follows
+    /// there.
+    fn put_here(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
+        let history = debugger.history_mut();
+        if history.is_at_end() {
+            // What was just given takes effect now.
+            let now = history.now();
+            history.run_to(now);
+        } else {
+            let (present, heading) = (history.present(), history.heading());
+            let is_new = history.inputs(heading, present.moment.inputs).next().is_some()
+                || heading != present.branch;
+            if is_new {
+                let name =
+                    format!("from {}", vimc4_device::show_nanos(present.moment.at.as_nanos()));
+                let state = history.device().state();
+                history.fork(name, state);
+            }
+        }
+        history.drain();
+        let state = debugger.device().state();
+        if self.state()? != state {
+            self.put(state)?;
+        }
+        self.place = debugger.place();
+        Ok(())
+    }
+
     // --- while time goes on ---
 
-    /// Lets time go on from where the debugger is, for so long at most.
+    /// Lets time go on from where the controller and the debugger are, for so long at most.
     pub(crate) fn go(
         &mut self,
         debugger: &mut Debugger,
         until: Option<Time>,
     ) -> Result<(), Failed> {
         let history = debugger.history_mut();
-        let present = history.present();
-        let heading = history.heading();
-        let end = history.branches().find(|branch| branch.id == heading).map(|branch| branch.end);
-        if end == Some(present.moment) {
-            // What was just given takes effect now.
+        if history.is_at_end() {
             let now = history.now();
             history.run_to(now);
-            self.lead(debugger)?;
+            self.lead(debugger, false)?;
         } else {
             // What was recorded behind the present does not come again by itself.
-            let state = history.device().state();
-            let is_new = history.inputs(heading, present.moment.inputs).next().is_some()
-                || heading != present.branch;
-            if is_new {
-                history.fork(
-                    format!("from {}", vimc4_device::show_nanos(present.moment.at.as_nanos())),
-                    state,
-                );
-            }
-            let state = debugger.device().state();
-            if self.state()? != state {
-                self.put(state)?;
-            }
-            self.place = debugger.place();
+            self.put_here(debugger)?;
         }
         self.running_from = Some(self.place);
         self.notes.clear();
@@ -352,18 +398,6 @@ fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
 /// Whether one comes by a place on the way to another.
 fn is_on_way<D: Device>(history: &History<D>, place: Place, to: Place) -> bool {
     way(history, to).iter().any(|on| on.branch == place.branch && place.moment <= on.moment)
-}
-
-/// The latest place by which one comes on the way to both.
-fn common<D: Device>(history: &History<D>, one: Place, other: Place) -> Place {
-    let ways = (way(history, one), way(history, other));
-    for of_other in &ways.1 {
-        if let Some(of_one) = ways.0.iter().find(|of_one| of_one.branch == of_other.branch) {
-            let moment: Moment = of_one.moment.min(of_other.moment);
-            return Place { branch: of_one.branch, moment };
-        }
-    }
-    other
 }
 
 /// Whether everything has happened that happens on the way to a place. A branch begins where another

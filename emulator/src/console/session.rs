@@ -8,7 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use vimc4::{Control, Emulator, Report, Reports};
 use vimc4_catalogue::{Details, Machine};
 use vimc4_debug::{
-    Answer, Candidate, Completion, DebugError, Debugger, Directive, Watched, patiently,
+    Answer, Candidate, Completion, DebugError, Debugger, Directive, Reason, Stop, Watched, Way,
+    patiently,
 };
 use vimc4_device::{Device, Time, View, parse_duration};
 
@@ -36,6 +37,11 @@ pub(crate) const OWN: &[Own] = &[
         about: "write that screen into a file, as SVG; 80x24 characters if nothing is said",
     },
     Own { name: "source", arguments: "FILE", about: "carry out the commands in a file" },
+    Own {
+        name: "take",
+        arguments: "",
+        about: "take the controller that runs to the moment that is looked at: from there it goes on",
+    },
     Own {
         name: "controller",
         arguments: "[NUMBER]",
@@ -244,6 +250,9 @@ impl Session {
         if word == "controller" {
             return self.change_to(rest.trim());
         }
+        if (word, rest.trim()) == ("take", "") {
+            return self.take().map(Outcome::Said);
+        }
         self.cancel.forget();
         let directive = Directive::named(word).map_or("", |directive| directive.name);
         if let Some(live) = &mut self.live {
@@ -255,9 +264,13 @@ impl Session {
                 live.hear(&mut self.debugger)?;
             }
         }
+        let was_here = self.live.as_ref().is_some_and(|live| live.is_here(&self.debugger));
+        let branches = self.debugger.history().branches().count();
         let answer = self.debugger.execute(line, &mut go_on(&self.cancel))?;
+        let has_parted = self.debugger.history().branches().count() > branches;
         if let Some(live) = &mut self.live {
-            live.lead(&mut self.debugger)?;
+            // What would come is looked at; what is done to the controller is done to it.
+            live.lead(&mut self.debugger, was_here && has_parted && directive != "what")?;
         }
         match answer {
             Answer::Quit => Ok(Outcome::Quit),
@@ -269,8 +282,29 @@ impl Session {
                 );
                 Ok(Outcome::Said(format!("{table}\n{}\n\n{end}", own.join("\n"))))
             }
-            answer => Ok(Outcome::Said(shown(&answer.to_string()))),
+            answer => {
+                let mut said = shown(&answer.to_string());
+                if has_parted {
+                    self.tell_of_elsewhere(&mut said);
+                }
+                Ok(Outcome::Said(said))
+            }
         }
+    }
+
+    /// Says where the controller itself is, if that is not looked at.
+    fn tell_of_elsewhere(&self, said: &mut String) {
+        let Some(live) = &self.live else { return };
+        if live.is_here(&self.debugger) {
+            return;
+        }
+        if !said.is_empty() {
+            said.push('\n');
+        }
+        let place = shown(&live.shown_place(&self.debugger));
+        said.push_str(&format!(
+            "this is only looked at: the controller itself stays at {place}; `take` takes it here"
+        ));
     }
 
     // --- a controller that runs ---
@@ -304,9 +338,23 @@ impl Session {
         Ok(Some(self.debugger.now() + span))
     }
 
+    /// Takes the controller itself to the moment that is looked at.
+    fn take(&mut self) -> Result<String, Wrong> {
+        let Some(live) = &mut self.live else {
+            return Err(Wrong::new("nothing runs here that could be taken anywhere"));
+        };
+        if !live.take(&mut self.debugger)? {
+            return Ok("the controller is here already".to_owned());
+        }
+        let place = shown(&live.shown_place(&self.debugger));
+        Ok(format!("the controller is at {place} now and goes on from there"))
+    }
+
     /// Lets the controller run until a breakpoint pauses it, or Ctrl-C.
     fn run(&mut self, until: Option<Time>) -> Result<String, Wrong> {
-        self.let_go(until)?;
+        if let Some(said) = self.let_go(until)? {
+            return Ok(said);
+        }
         loop {
             let reports = self.live.as_mut().and_then(Live::take_reports);
             let Some(mut reports) = reports else { return Err(Wrong::new("nothing runs here")) };
@@ -325,14 +373,41 @@ impl Session {
         }
     }
 
-    /// Lets the controller go on, and does not wait.
-    pub(crate) fn let_go(&mut self, until: Option<Time>) -> Result<(), Wrong> {
+    /// Goes through what is recorded to where the controller is, and lets that go on; does not wait for
+    /// it. If one has stopped before, or looks at something that it is not a part of, nothing runs, and
+    /// what there is to say is returned.
+    pub(crate) fn let_go(&mut self, until: Option<Time>) -> Result<Option<String>, Wrong> {
         self.cancel.forget();
         let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
+        if !live.is_here(&self.debugger) {
+            let ahead = live.ahead(&self.debugger);
+            let end = ahead.map(|place| place.moment.at);
+            let to = until.into_iter().chain(end).min();
+            let stop = self.debugger.go(Way::Forward, to, &mut go_on(&self.cancel));
+            let is_early = until.is_some_and(|until| end.is_none_or(|end| until < end));
+            let has_stopped = matches!(stop.why, Reason::Breakpoints(_) | Reason::Cancelled);
+            let Some(place) = ahead.filter(|_| !is_early && !has_stopped) else {
+                let mut said = self.stopped(stop);
+                if ahead.is_none() {
+                    self.tell_of_elsewhere(&mut said);
+                }
+                return Ok(Some(said));
+            };
+            self.debugger.history_mut().go_back_to(place);
+        }
         live.go(&mut self.debugger, until)?;
         self.until = until;
         self.cancel.set_running(Some(live.control().clone()));
-        Ok(())
+        Ok(None)
+    }
+
+    /// What is said where one stops.
+    fn stopped(&self, stop: Stop) -> String {
+        let watched = self.debugger.watches().into_iter().map(|(expression, value)| Watched {
+            expression: expression.to_string(),
+            value: value.map_err(|error| error.to_string()),
+        });
+        shown(&Answer::Stopped(stop, watched.collect()).to_string())
     }
 
     /// The controller was paused: what there is to say, or nothing if it goes on.
@@ -346,12 +421,7 @@ impl Session {
         let stop = live.paused(&mut self.debugger, reports, pause, self.until, patience)?;
         let Some(stop) = stop else { return Ok(None) };
         self.cancel.set_running(None);
-        let watched = self.debugger.watches().into_iter().map(|(expression, value)| Watched {
-            expression: expression.to_string(),
-            value: value.map_err(|error| error.to_string()),
-        });
-        let answer = Answer::Stopped(stop, watched.collect());
-        Ok(Some(shown(&answer.to_string())))
+        Ok(Some(self.stopped(stop)))
     }
 
     /// Looks at another controller, which is paused for that. This one stays as it is.

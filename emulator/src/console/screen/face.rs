@@ -153,7 +153,8 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
         match next {
             Next::GoOn => {}
             Next::LetGo(until) => match session.let_go(until) {
-                Ok(()) => ears.follow(session),
+                Ok(None) => ears.follow(session),
+                Ok(Some(said)) => session.say(&said, ReplyKind::Answer),
                 Err(Wrong(wrong)) => session.say(&wrong, ReplyKind::Wrong),
             },
             Next::Leave(leaving) => break leaving,
