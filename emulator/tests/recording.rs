@@ -439,6 +439,9 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
         let (_, errors, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
         assert_eq!(code, 1, "{message}: {errors}");
         assert!(errors.contains(message), "{message}: {errors}");
+        // And the line itself is shown.
+        let line = message.split(':').next().unwrap().trim_start_matches("line ");
+        assert!(errors.contains(&format!("{line} │ ")), "{message}: {errors}");
     }
     // A state that none can be in leads nowhere; it is said, whatever comes of it.
     for (old, new) in [

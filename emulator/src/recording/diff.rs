@@ -85,7 +85,7 @@ fn futures(
     other: &Recording,
 ) -> Result<Option<vimc4_timeline::recording::Difference>, Failure> {
     let site = |recording: &Recording, path: &PathBuf| {
-        Site::recorded(recording).map_err(|error| file::unplayable(path, error))
+        Site::recorded(recording).map_err(|error| file::unplayable(path, recording, error))
     };
     let (here, there) = (site(one, &arguments.one)?, site(other, &arguments.other)?);
     let aside = [
@@ -103,7 +103,7 @@ fn futures(
     };
     let players = (here.player()?, there.player()?);
     let played = part(same, players.0, players.1, &aside, [&read, &read_other]);
-    Ok(played.map_err(|error| file::unplayable(&arguments.one, error))?.difference)
+    Ok(played.map_err(|error| file::unplayable(&arguments.one, one, error))?.difference)
 }
 
 /// Whether the same was given and said in the same order, whatever the times.

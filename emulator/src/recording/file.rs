@@ -75,28 +75,49 @@ fn next(text: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<bool> {
 
 /// What is wrong with a line of a recording, with the place in it.
 fn wrong(name: &str, line: &[u8], error: &ReadError) -> Failure {
-    let message = format!("{name}, {error}");
-    if error.line > SHOWN {
+    at_place(&format!("{name}, {error}"), name, line, error.line, error.column)
+}
+
+/// Something in a recording that was read that cannot be played, at one of its lines, with which the
+/// error begins.
+pub(super) fn unplayable(
+    path: &Path,
+    recording: &Recording,
+    error: impl std::fmt::Display,
+) -> Failure {
+    let (name, error) = (text::name(path), error.to_string());
+    let message = format!("{name}, {error}; take the recording as it was written, by this version");
+    let number = error.strip_prefix("line ").and_then(|rest| rest.split_once(':'));
+    let Some(line) = number.and_then(|(number, _)| number.parse().ok()) else {
+        return Failure::midway(message);
+    };
+    let mut written = Vec::new();
+    match line {
+        1 => recording.head.put(&mut written),
+        _ => {
+            if let Some(entry) = recording.entries.iter().find(|entry| entry.line == line) {
+                entry.put(&mut written);
+            }
+        }
+    }
+    at_place(&message, &name, &written, line, 0)
+}
+
+/// A message with the part of the line that it is about.
+fn at_place(message: &str, name: &str, line: &[u8], number: u32, column: u32) -> Failure {
+    if number > SHOWN {
         return Failure::midway(message);
     }
-    let place = error.line.saturating_sub(1) as usize;
+    let place = number.saturating_sub(1) as usize;
     let line = line.strip_suffix(b"\n").unwrap_or(line);
     // A state takes thousands of characters.
-    let column = (error.column as usize).min(line.len());
+    let column = (column as usize).min(line.len());
     let from = column.saturating_sub(AROUND);
     let to = line.len().min(column + AROUND);
     let part = String::from_utf8_lossy(&line[from..to]);
     let dots = |more: bool| if more { "…" } else { "" };
     let part = format!("{}{part}{}", dots(from > 0), dots(to < line.len()));
-    Failure::at_line(message, name, &("\n".repeat(place) + &part), error.line)
-}
-
-/// Something in a recording that was read that cannot be played, at one of its lines.
-pub(super) fn unplayable(path: &Path, error: impl std::fmt::Display) -> Failure {
-    Failure::midway(format!(
-        "{}, {error}; take the recording as it was written, by this version",
-        text::name(path)
-    ))
+    Failure::at_line(message, name, &("\n".repeat(place) + &part), number)
 }
 
 /// Writes a recording into a file that is not there yet, or to standard output.

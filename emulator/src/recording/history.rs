@@ -30,7 +30,7 @@ pub(crate) fn is_recording(path: &Path, bytes: &[u8]) -> bool {
 /// If it is no recording, or none of a controller that is at hand here.
 pub(crate) fn open(path: &Path) -> Result<(Debugger, Arc<Machine>), Failure> {
     let recording = read(path)?;
-    let site = Site::recorded(&recording).map_err(|error| unplayable(path, error))?;
+    let site = Site::recorded(&recording).map_err(|error| unplayable(path, &recording, error))?;
     if recording.head.line == LineSort::Paced {
         return Err(Failure::usage(format!(
             "{} was recorded with --line-pacing, where bytes are on their way for a while; record it \
@@ -39,12 +39,12 @@ pub(crate) fn open(path: &Path) -> Result<(Debugger, Arc<Machine>), Failure> {
         )));
     }
     let controller = Controller::new(&site.model, Arc::clone(&site.machine), b"");
-    let mut controller = controller.map_err(|error| unplayable(path, error))?;
+    let mut controller = controller.map_err(|error| unplayable(path, &recording, error))?;
     let mut entries = recording.entries.iter().peekable();
     let state = |entry: &Entry, state| {
         site.read(state)
             .map(|line| line.device)
-            .map_err(|why| unplayable(path, format!("line {}: {why}", entry.line)))
+            .map_err(|why| unplayable(path, &recording, format!("line {}: {why}", entry.line)))
     };
     while let Some(entry) = entries.next_if(|entry| !matches!(entry.what, What::Given { .. })) {
         if let What::State { state: written, .. } = &entry.what {

@@ -68,9 +68,9 @@ pub(crate) struct MinimiseArguments {
 
 pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
     let recording = file::read(&arguments.file)?;
-    let unplayable = |error| file::unplayable(&arguments.file, error);
-    let site =
-        Site::recorded(&recording).map_err(|error| file::unplayable(&arguments.file, error))?;
+    let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
+    let site = Site::recorded(&recording)
+        .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     let from = Time::ZERO + arguments.from;
     let to = arguments.to.map_or(Time::NEVER, |to| Time::ZERO + to);
     if to < from {
@@ -96,8 +96,8 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
 
 pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
     let recording = file::read(&arguments.file)?;
-    let site =
-        Site::recorded(&recording).map_err(|error| file::unplayable(&arguments.file, error))?;
+    let site = Site::recorded(&recording)
+        .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     let other = site.other(&arguments.other)?;
     let ends = Handling::of(&site.model).ends;
     let name = text::name(&arguments.file);
@@ -142,7 +142,7 @@ pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
     };
     let read = |written: &_| site.read(written);
     let short = rerecord(&short, site.player()?, &read)
-        .map_err(|error| file::unplayable(&arguments.file, error))?;
+        .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     file::write(&short, arguments.out.as_deref())
 }
 

@@ -53,14 +53,14 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let recording = file::read(&arguments.file)?;
-    let site =
-        Site::recorded(&recording).map_err(|error| file::unplayable(&arguments.file, error))?;
+    let site = Site::recorded(&recording)
+        .map_err(|error| file::unplayable(&arguments.file, &recording, error))?;
     let other = site.other(&arguments.other)?;
     let tolerance = match recording.head.clock.as_str() {
         WALL => Tolerance::Nanos(u64::try_from(arguments.tolerance.as_nanos()).unwrap_or(u64::MAX)),
         _ => Tolerance::Exact,
     };
-    let unplayable = |error| file::unplayable(&arguments.file, error);
+    let unplayable = |error| file::unplayable(&arguments.file, &recording, error);
     let read = |written: &_| site.read(written);
     // What a real controller has said is compared with whichever controller is named.
     let played = if other.is_recorded() || recording.head.clock == WALL {
