@@ -60,7 +60,7 @@ pub enum Answer {
     Parting(Box<Parting>),
     /// Moments with a name.
     Marks(Vec<(String, Place)>),
-    /// The branches, and which the present goes on with.
+    /// The branches, and on which one is.
     Branches(Vec<Branch>, vimc4_timeline::BranchId),
     /// What is kept.
     Usage(Usage),

@@ -26,7 +26,8 @@ pub enum Trigger {
     SourceLine(u32),
     /// A field has another value than before.
     Change(Field),
-    /// An expression becomes so, looked at whenever something happens.
+    /// An expression becomes so, looked at whenever something happens, and 32 times in each motion.
+    /// When it is in between is narrowed down to its instant.
     Expression(Expression),
 }
 

@@ -10,6 +10,7 @@ use vimc4_timeline::Progress;
 use crate::answer::{Answer, Watched, Where};
 use crate::breakpoint::{BreakpointId, Hits, Note};
 use crate::debugger::{Debugger, Options};
+use crate::expression::in_braces;
 use crate::table::Directive;
 use crate::walk::Walk;
 use crate::why::About;
@@ -156,6 +157,7 @@ impl Debugger {
             }
             "mark" | "unmark" if rest.is_empty() => Err(missing()),
             "mark" => {
+                self.free_name(rest, self.marks().contains_key(rest))?;
                 self.mark(rest);
                 Ok(Answer::Done)
             }
@@ -169,11 +171,13 @@ impl Debugger {
             }
             "branches" => {
                 let history = self.history();
-                Ok(Answer::Branches(history.branches().collect(), history.heading()))
+                Ok(Answer::Branches(history.branches().collect(), history.present().branch))
             }
             "rename" if rest.is_empty() => Err(missing()),
             "rename" => {
                 let branch = self.place().branch;
+                let own = self.history().branches().find(|own| own.id == branch);
+                self.free_name(rest, own.is_some_and(|own| own.name == rest))?;
                 self.history_mut().rename(branch, rest);
                 Ok(Answer::Done)
             }
@@ -203,6 +207,16 @@ impl Debugger {
         for (place, word) in text.split_whitespace().enumerate() {
             if let (0, Ok(given)) = (place, word.parse()) {
                 count = given;
+                if count == 0 {
+                    return Err(DebugError::new(
+                        "the count of steps is from 1 on, and here it is 0",
+                    ));
+                }
+            } else if is_number(word) {
+                return Err(DebugError::new(format!(
+                    "the count of steps is a number from 1 to {}, and not `{word}`",
+                    u64::MAX
+                )));
             } else if unit.is_some() {
                 return Err(DebugError::new(format!(
                     "nothing follows the unit, and here does `{word}`"
@@ -238,8 +252,8 @@ impl Debugger {
         let (first, rest) = place.split_once(' ').unwrap_or((place, ""));
         let number = |text: &str| text.trim().parse().ok().and_then(std::num::NonZeroU64::new);
         let stop = match (first, rest) {
-            (name, "") if self.marks().contains_key(name) => {
-                let mark = self.marks().get(name).copied().unwrap_or_default();
+            _ if self.marks().contains_key(place) => {
+                let mark = self.marks().get(place).copied().unwrap_or_default();
                 self.go_to(mark)?
             }
             ("start", "") => {
@@ -290,6 +304,25 @@ impl Debugger {
         Ok(self.told(stop))
     }
 
+    /// A name must not read as another place.
+    fn free_name(&self, name: &str, is_own: bool) -> Result<()> {
+        let first = name.split_whitespace().next().unwrap_or_default();
+        let is_time = parse_duration(name.trim_start_matches(['+', '-'])).is_ok();
+        let is_place = is_time
+            || matches!(name, "start" | "end")
+            || matches!(first, "command" | "line")
+            || name.starts_with(['+', '-']);
+        if is_place {
+            return Err(DebugError::new(format!(
+                "`{name}` cannot be a name: `goto {name}` reads it as another place"
+            )));
+        }
+        if !is_own && (self.marks().contains_key(name) || self.end_of_branch(name).is_some()) {
+            return Err(DebugError::new(format!("another place is called `{name}` already")));
+        }
+        Ok(())
+    }
+
     fn told(&self, stop: Stop) -> Answer {
         Answer::Stopped(stop, self.watched())
     }
@@ -312,6 +345,9 @@ impl Debugger {
         if let Some((before, log)) = split_word(text, "log") {
             if log.is_empty() {
                 return Err(DebugError::new("a text follows `log`, as in `log x is {x}`"));
+            }
+            for inside in in_braces(log) {
+                Expression::parse(inside, self.device())?;
             }
             options.log = Some(log.to_owned());
             text = before;
@@ -632,7 +668,18 @@ fn unknown(word: &str) -> DebugError {
 }
 
 fn number(text: &str) -> Result<u64> {
-    text.parse().map_err(|_| DebugError::new(format!("`{text}` is no number")))
+    text.parse().map_err(|_| {
+        DebugError::new(match is_number(text) {
+            true => format!("`{text}` is not from 0 to {}", u64::MAX),
+            false => format!("`{text}` is no number"),
+        })
+    })
+}
+
+/// Whether it is a whole number, of whatever size.
+fn is_number(text: &str) -> bool {
+    let digits = text.trim_start_matches(['+', '-']);
+    !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())
 }
 
 fn span(text: &str) -> Result<std::time::Duration> {

@@ -293,7 +293,11 @@ impl<'t> Reader<'t> {
                 () if self.symbol("%") => Operator::Rest,
                 () => return Ok(node),
             };
-            node = pair(node, operator, self.one()?);
+            let other = self.one()?;
+            if operator != Operator::Times && other == Node::Constant(0.into()) {
+                return Err(DebugError::new("division by 0"));
+            }
+            node = pair(node, operator, other);
         }
     }
 
@@ -367,7 +371,16 @@ impl<'t> Reader<'t> {
             "true" | "on" => Some(Value::Bool(true)),
             "false" | "off" => Some(Value::Bool(false)),
             "none" => Some(Value::Null),
-            word => word.parse::<i64>().ok().map(Value::from),
+            word if word.chars().all(|c| c.is_ascii_digit()) => match word.parse::<i64>() {
+                Ok(number) => Some(number.into()),
+                Err(_) => {
+                    return Some(Err(DebugError::new(format!(
+                        "`{word}` is too large: numbers go up to {}",
+                        i64::MAX
+                    ))));
+                }
+            },
+            _ => None,
         };
         Some(match constant {
             Some(value) => Ok(Node::Constant(value)),
@@ -417,4 +430,9 @@ pub(crate) fn filled(template: &str, device: &Controller, at: Time) -> String {
     }
     text.push_str(rest);
     text
+}
+
+/// The expressions in braces of such a text.
+pub(crate) fn in_braces(template: &str) -> impl Iterator<Item = &str> {
+    template.split('{').skip(1).filter_map(|part| Some(part.split_once('}')?.0))
 }

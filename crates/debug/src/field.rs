@@ -156,7 +156,13 @@ impl Field {
     /// If it leads nowhere, with what there is where it goes astray.
     pub fn parse(text: &str, device: &Controller) -> Result<Field, DebugError> {
         let text = text.trim();
-        let mut keys = keys(text)?;
+        let mut keys = match text.split_once('.') {
+            // The names of signals have spaces and points, which nobody puts in quotation marks.
+            Some(("signals", name)) if is_signal(device, name) => {
+                vec!["signals".to_owned(), name.to_lowercase()]
+            }
+            _ => keys(text)?,
+        };
         let names = device.view(device.now()).axes;
         let axis_of = |name: &str| {
             let named = names.iter().find(|axis| axis.name.eq_ignore_ascii_case(name));
@@ -259,22 +265,52 @@ impl Field {
             }
             None => value,
         };
-        let mut here = &mut tree;
-        for key in &of_state {
-            here = match here {
-                Value::Object(parts) => parts.get_mut(key),
-                Value::Array(parts) => {
-                    key.parse().ok().and_then(|place: usize| parts.get_mut(place))
-                }
-                _ => None,
-            }
-            .ok_or_else(|| DebugError::new(format!("there is no `{}`", self.text)))?;
-        }
-        *here = value;
-        let wrong = |error| DebugError::new(format!("`{}` cannot be that: {error}", self.text));
         let family = device.state().family();
-        let tree = Value::Object(Map::from_iter([(family.name().to_owned(), tree)]));
-        serde_json::from_value(tree).map_err(wrong)
+        let counter = match of_state.as_slice() {
+            [position, axis] if position == "position" => {
+                let axis = axis.parse().ok().filter(|axis: &usize| *axis < AXES);
+                let began = |axis: usize| tree["position"][axis].as_i64().unwrap_or_default();
+                axis.map(|axis| (axis, device.position(device.now())[axis] - began(axis)))
+            }
+            _ => None,
+        };
+        // What a device does not take as it is, such as a number beyond a counter, it would change.
+        let mut tried = |value: Value| -> Result<(State, Value), DebugError> {
+            let here = of_state.iter().try_fold(&mut tree, |here, key| part_mut(here, key));
+            *here.ok_or_else(|| DebugError::new(format!("there is no `{}`", self.text)))? = value;
+            let tree = Map::from_iter([(family.name().to_owned(), tree.clone())]);
+            let state: State = serde_json::from_value(Value::Object(tree)).map_err(|error| {
+                DebugError::new(format!("`{}` cannot be that: {error}", self.text))
+            })?;
+            let mut put = device.clone();
+            put.restore(state.clone());
+            let kept = state_tree(&put.state());
+            let kept = of_state.iter().try_fold(&kept, |here, key| part(here, key)).cloned();
+            // A counter takes as much as it has bits.
+            let kept = match counter {
+                Some((axis, way)) => put.position(put.now())[axis].saturating_sub(way).into(),
+                None => kept.unwrap_or_default(),
+            };
+            Ok((state, kept))
+        };
+        let (state, kept) = tried(value.clone())?;
+        if kept != value {
+            let mut is_kept = |number: i64| {
+                tried(number.into()).is_ok_and(|(_, kept)| kept.as_i64() == Some(number))
+            };
+            let beyond = (0..63).map(|bit| 1_i64 << bit).find(|number| !is_kept(*number));
+            let range = match beyond.filter(|_| value.is_i64()) {
+                Some(beyond) if is_kept(-beyond) => {
+                    format!("; it can be from {} to {}", -beyond, beyond - 1)
+                }
+                _ => String::new(),
+            };
+            return Err(DebugError::new(format!(
+                "`{}` cannot be {value}: it would become {kept}{range}",
+                self.text
+            )));
+        }
+        Ok(state)
     }
 }
 
@@ -324,6 +360,10 @@ fn state_tree(state: &State) -> Value {
     }
 }
 
+fn is_signal(device: &Controller, name: &str) -> bool {
+    device.signals().iter().any(|signal| signal.name.eq_ignore_ascii_case(name))
+}
+
 fn part<'v>(value: &'v Value, key: &str) -> Option<&'v Value> {
     match value {
         Value::Object(parts) => {
@@ -334,6 +374,14 @@ fn part<'v>(value: &'v Value, key: &str) -> Option<&'v Value> {
             })
         }
         Value::Array(parts) => parts.get(key.parse::<usize>().ok()?),
+        _ => None,
+    }
+}
+
+fn part_mut<'v>(value: &'v mut Value, key: &str) -> Option<&'v mut Value> {
+    match value {
+        Value::Object(parts) => parts.get_mut(key),
+        Value::Array(parts) => parts.get_mut(key.parse::<usize>().ok()?),
         _ => None,
     }
 }

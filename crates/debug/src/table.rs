@@ -224,8 +224,9 @@ pub static TABLE: &[Directive] = &[
         about: "stop when this becomes so, on either way",
         more: "WHAT is a condition such as `command @A`, `z < -5000`, `outside x 0..100000`, `limit \
                x+`, `signal stop changes`, `answer error 2` or `line 12`; an expression such as \
-               `x.speed > 900000000`, looked at whenever something happens; or `change FIELD`. With \
-               `log` nobody stops, but TEXT is noted, with the values of expressions in braces.",
+               `x.speed > 900000000` (speeds are in µHz, a millionth of a step per second), looked at \
+               whenever something happens and 32 times in each motion, so that what is so only for \
+               a moment may be missed; or `change FIELD`. With `log` nobody stops, but TEXT is noted, with the values of expressions in braces.",
         example: "break command @A if x > 1000",
         group: Group::Breakpoints,
         follows: Follows::Trigger,

@@ -317,6 +317,8 @@ impl Waiting<'_> {
 enum Coming<'c> {
     Condition(Beginnings<'c, Controller>),
     Steps(Time),
+    /// An expression is looked at in the next of the parts into which the time is divided.
+    Parts(u64),
 }
 
 impl Walk<'_> {
@@ -327,11 +329,12 @@ impl Walk<'_> {
             .waiting
             .iter()
             .zip(&conditions)
-            .map(|(waiting, condition)| match condition {
-                Some(condition) => {
+            .map(|(waiting, condition)| match (condition, &waiting.breakpoint.trigger) {
+                (Some(condition), _) => {
                     Coming::Condition(Beginnings::new(device, condition, waiting.holds, until))
                 }
-                None => Coming::Steps(device.now()),
+                (None, Trigger::Expression(_)) => Coming::Parts(0),
+                (None, _) => Coming::Steps(device.now()),
             })
             .collect();
         let mut next: Vec<Option<Time>> = Vec::with_capacity(coming.len());
@@ -375,6 +378,7 @@ impl Walk<'_> {
     ) -> Option<Time> {
         match coming {
             Coming::Condition(beginnings) => beginnings.next(),
+            Coming::Parts(part) => self.waiting.get_mut(number)?.next_part(device, part, until),
             Coming::Steps(from) => {
                 let waiting = self.waiting.get_mut(number)?;
                 if self.way == Way::Back && waiting.breakpoint.condition.is_none() {
@@ -389,6 +393,42 @@ impl Walk<'_> {
 }
 
 impl Waiting<'_> {
+    /// The next instant before `until` at which an expression begins to be so, as far as it is still
+    /// so at the end of one of the parts of a motion: what begins and ends between two of them is
+    /// not seen. Where nothing moves nothing of an expression changes.
+    fn next_part(&mut self, device: &Controller, part: &mut u64, until: Time) -> Option<Time> {
+        /// So many parts are looked at.
+        const PARTS: u64 = 32;
+        let Trigger::Expression(expression) = &self.breakpoint.trigger else { return None };
+        device.running()?;
+        let from = device.now();
+        let last = until.as_nanos().checked_sub(1).filter(|last| *last > from.as_nanos())?;
+        let nanos = u128::from(last - from.as_nanos());
+        // A part of a span is not longer than it.
+        let end_of = |part: u64| {
+            let nanos = nanos * u128::from(part) / u128::from(PARTS);
+            from.after_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
+        };
+        while *part < PARTS {
+            let (mut low, mut high) = (end_of(*part), end_of(*part + 1));
+            *part += 1;
+            let before = std::mem::replace(&mut self.holds, expression.is_so(device, high));
+            if before || !self.holds || high == low {
+                continue;
+            }
+            while high.nanos_since(low) > 1 {
+                let middle = low.after_nanos(high.nanos_since(low) / 2);
+                if expression.is_so(device, middle) {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
+            }
+            return Some(high);
+        }
+        None
+    }
+
     /// The last step of the counter: going back, nobody asks about those before it.
     fn last(&mut self, device: &Controller, from: &mut Time, until: Time) -> Option<Time> {
         let Trigger::Change(field) = &self.breakpoint.trigger else { return None };

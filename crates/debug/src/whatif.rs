@@ -76,9 +76,16 @@ impl fmt::Display for Parting {
             let (ours, theirs) = (said(&apart.ours), said(&apart.theirs));
             write!(f, "\n    says  {theirs}\n    said  {ours}")?;
         }
-        let shown = |value: &Value| {
-            let path = String::new();
-            crate::Variable { name: String::new(), path, value: value.clone() }.text()
+        let shown = |value: &Value| match value {
+            // One of several kinds of things, with its own parts.
+            Value::Object(parts) if parts.len() == 1 => {
+                parts.keys().next().cloned().unwrap_or_default()
+            }
+            Value::Object(_) | Value::Array(_) => "a group of values".to_owned(),
+            value => {
+                let path = String::new();
+                crate::Variable { name: String::new(), path, value: value.clone() }.text()
+            }
         };
         for (path, ours, theirs) in apart.fields.iter().take(FIELDS) {
             write!(f, "\n    {path}  is {}, was {}", shown(theirs), shown(ours))?;
@@ -122,6 +129,7 @@ impl Debugger {
         progress: &mut Progress<'_>,
     ) -> Result<Parting, DebugError> {
         let name = self.describe(what);
+        let heading = self.history().heading();
         let inputs = self.inputs_ahead();
         let end = self.end_ahead();
         let ours = self.device().clone();
@@ -160,6 +168,8 @@ impl Debugger {
                 history.go_to_time(apart.at);
             }
             None => {
+                // As it was, on the way that it was.
+                history.go_to_end(heading);
                 history.go_back_to(begin);
             }
         }

@@ -371,3 +371,76 @@ fn why_is_about_what_matters_at_an_instant() {
     let step = said(&mut debugger, "step event");
     assert!(step.contains("stop was pressed or set to 1"), "{step}");
 }
+
+#[test]
+fn an_expression_is_met_in_the_middle_of_a_motion_at_its_instant() {
+    let mut debugger = debugger("imc4", "bench");
+    debugger.give(Input::Bytes(b"@01\r@0A30000,4000\r"));
+    run(&mut debugger, &["continue", "goto start", "break x.speed > 2000000000"]);
+    let there = stop(run(&mut debugger, &["continue"]));
+    assert_eq!(there.why.to_string(), "breakpoint 1");
+    let speed = debugger.evaluate("x.speed").unwrap().as_i64().unwrap();
+    assert!((2_000_000_000..2_100_000_000).contains(&speed), "{speed}");
+    // It was not so before.
+    run(&mut debugger, &["back 1ms", "assert x.speed < 2000000001", "goto start"]);
+    run(&mut debugger, &["goto end", "reverse"]);
+    assert_eq!(debugger.now(), there.at);
+    // With what must be so as well, and again and again.
+    run(&mut debugger, &["delete all", "break x.speed > 2000000000 if x > 29000", "goto start"]);
+    assert_eq!(stop(run(&mut debugger, &["continue"])).why, Reason::Rest);
+}
+
+#[test]
+fn what_does_not_fit_is_not_put() {
+    let mut debugger = moved();
+    for put in ["x = 99999999999999", "state.position.0 = 2147483648", "x = -8388609"] {
+        let message = wrong(&mut debugger, &format!("put {put}")).to_string();
+        assert!(message.contains("it can be from -8388608 to 8388607"), "{put}: {message}");
+    }
+    run(&mut debugger, &["put x = -8388608", "assert x = -8388608", "put x = 8388607"]);
+    run(&mut debugger, &["assert x = 8388607"]);
+}
+
+#[test]
+fn a_future_that_is_no_other_leaves_the_present_as_it_was() {
+    let mut debugger = moved();
+    run(&mut debugger, &["goto start", "next x = 400", "step command"]);
+    run(&mut debugger, &["goto end", "what if model imc-s8"]);
+    let branches = said(&mut debugger, "branches");
+    assert!(branches.starts_with("* main") && !branches.contains("* if"), "{branches}");
+    assert_eq!(debugger.history().heading(), debugger.place().branch);
+}
+
+#[test]
+fn a_name_is_no_other_place() {
+    let mut debugger = moved();
+    for name in ["start", "end", "1.5s", "+10ms", "command 5", "line 3", "main"] {
+        let message = wrong(&mut debugger, &format!("mark {name}")).to_string();
+        assert!(message.contains(name), "{message}");
+    }
+    wrong(&mut debugger, "rename start");
+    run(&mut debugger, &["rename main", "mark a b", "goto start", "goto a b", "assert x = 0"]);
+    run(&mut debugger, &["mark a b", "mark here"]);
+    wrong(&mut debugger, "rename here");
+}
+
+#[test]
+fn what_can_not_be_meant_is_refused() {
+    let mut debugger = moved();
+    for (line, error) in [
+        ("step 0", "the count of steps is from 1 on"),
+        ("step -1", "the count of steps is a number from 1"),
+        ("back 99999999999999999999 steps", "the count of steps is a number from 1"),
+        ("over 99999999999999999999", "`99999999999999999999` is not from 0"),
+        ("next outside x 3000..0", "`outside x 3000..0` is wrong at"),
+        ("break command @A log {nonsense}", "there is no `nonsense`"),
+        ("watch x.speed / 0", "division by 0"),
+        ("print 99999999999999999999", "`99999999999999999999` is too large"),
+    ] {
+        let message = wrong(&mut debugger, line).to_string();
+        assert!(message.starts_with(error), "{line}: {message}");
+    }
+    assert!(debugger.breakpoints().is_empty() && debugger.watches().is_empty());
+    let mut debugger = crate::debugger("imc4", "bench");
+    assert_eq!(said(&mut debugger, "print signals.input 0.3"), "0");
+}

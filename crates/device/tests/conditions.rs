@@ -331,7 +331,11 @@ fn conditions() -> impl Strategy<Value = Condition> {
         (axis(), position()).prop_map(|(axis, position)| Condition::AxisAt { axis, position }),
         (axis(), position()).prop_map(|(axis, position)| Condition::AxisBelow { axis, position }),
         (axis(), position()).prop_map(|(axis, position)| Condition::AxisAbove { axis, position }),
-        (limits(), limits()).prop_map(|(low, high)| Condition::Outside { low, high }),
+        // What is below its lower limit and above the upper one is no range.
+        (limits(), limits()).prop_map(|(one, other)| Condition::Outside {
+            low: std::array::from_fn(|axis| one[axis].min(other[axis])),
+            high: std::array::from_fn(|axis| one[axis].max(other[axis])),
+        }),
         (any::<u16>(), 0..8_u8, any::<bool>()).prop_map(|(port, bit, level)| Condition::PortBit {
             port,
             bit,

@@ -244,6 +244,9 @@ impl Names {
                 return Err(failure(input, "each axis once"));
             }
             let (rest, (least, most)) = expected(rest, RIGHT.trim_end(), range)?;
+            if least > most {
+                return Err(failure(input, "limits of which the first is not the larger one"));
+            }
             (low[axis], high[axis], given[axis]) = (least, most, true);
             input = rest;
         }
