@@ -25,6 +25,8 @@ const WAITING: usize = 4_096;
 /// What both directions share.
 pub(super) struct Tap {
     tape: Mutex<Tape>,
+    /// Held while something is given, so that no answer to it leaves before it is recorded.
+    giving: Mutex<()>,
     /// What writes to the device; `None` while it is gone.
     device: Mutex<Option<Box<dyn Write + Send>>>,
     /// Who holds the line; `None` while there is no client.
@@ -70,7 +72,7 @@ struct Twin {
 impl Tap {
     pub(super) fn new(tape: Tape, device: Option<Box<dyn Write + Send>>) -> Tap {
         let (tape, device) = (Mutex::new(tape), Mutex::new(device));
-        Tap { tape, device, client: Mutex::new(None), free: Condvar::new() }
+        Tap { tape, giving: Mutex::new(()), device, client: Mutex::new(None), free: Condvar::new() }
     }
 
     /// The device is there, or is gone.
@@ -82,6 +84,7 @@ impl Tap {
     /// taken is recorded as given.
     pub(super) fn client_says(&self, place: &Place, mut bytes: &[u8]) {
         while !bytes.is_empty() {
+            let _giving = lock(&self.giving);
             let at = lock(&self.tape).begin_giving();
             let mut device = lock(&self.device);
             let taken = device.as_mut().map(|device| write(device, bytes));
@@ -142,7 +145,9 @@ impl Tap {
 
     /// Passes on what the device says, which has arrived then.
     pub(super) fn device_says(&self, at: Instant, bytes: Bytes) {
+        let giving = lock(&self.giving);
         lock(&self.tape).sent(at, bytes.clone());
+        drop(giving);
         let client = lock(&self.client);
         let lost = client.as_ref().is_some_and(|client| {
             matches!(client.ear.try_send(bytes.clone()), Err(TrySendError::Full(_)))
