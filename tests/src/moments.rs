@@ -43,12 +43,14 @@ pub fn holds<D: Device>(
         Condition::Command { like } => seen(&|event| match (event, like) {
             (Event::Command { .. }, None) => true,
             (Event::Command { mnemonic, bytes }, Some(like)) => {
-                mnemonic == like || bytes.starts_with(like.as_bytes())
+                is_form(mnemonic, like) || bytes.starts_with(like.as_bytes())
             }
             _ => false,
         }),
         Condition::Answered { like } => seen(&|event| match event {
-            Event::Answer { mnemonic, .. } => like.as_ref().is_none_or(|like| mnemonic == like),
+            Event::Answer { mnemonic, .. } => {
+                like.as_ref().is_none_or(|like| is_form(mnemonic, like))
+            }
             _ => false,
         }),
         Condition::Answer { text } => seen(&|event| match event {
@@ -78,4 +80,9 @@ pub fn holds<D: Device>(
         Condition::Any(parts) => parts.iter().any(again),
         other => unreachable!("{other}"),
     }
+}
+
+/// Whether a command is of a kind, or a form of it: `OH/0` is one of `OH`.
+fn is_form(mnemonic: &str, kind: &str) -> bool {
+    mnemonic == kind || mnemonic.split('/').next() == Some(kind)
 }

@@ -140,10 +140,10 @@ mod tests {
         assert_eq!(
             shown("IMF_PBL_V1.0 a job\nN5 moveabs X-5.5Y 7 ; ä \n"),
             [
-                "Instruction IMF_PBL_V",
+                "Command IMF_PBL_V",
                 "Text 1.0 a job",
                 "LineNumber N5",
-                "Instruction moveabs",
+                "Command moveabs",
                 "Word X",
                 "Number -5.5",
                 "Word Y",
@@ -154,22 +154,22 @@ mod tests {
         assert_eq!(
             shown("SETPORT A1=F2H\nLIMIT X0,5\nWPREG1ACT"),
             [
-                "Instruction SETPORT",
+                "Command SETPORT",
                 "Word A",
                 "Number 1",
                 "Number F2H",
-                "Instruction LIMIT",
+                "Command LIMIT",
                 "Word X",
                 "Number 0",
                 "Number 5",
-                "Instruction WPREG",
+                "Command WPREG",
                 "Number 1",
                 "Word ACT",
             ]
         );
         assert_eq!(
             shown("(what) X5 ; x\nPROGEND ; y\nREF X"),
-            ["Comment ; x", "Instruction PROGEND", "Comment ; y", "Comment REF X",]
+            ["Comment ; x", "Command PROGEND", "Comment ; y", "Comment REF X",]
         );
     }
 
