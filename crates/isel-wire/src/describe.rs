@@ -108,6 +108,10 @@ impl Words<'_> {
     fn relative_move(&self, pairs: &Pairs, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str("relative move")?;
         for (place, pair) in pairs.as_slice().iter().enumerate() {
+            // The second way of Z is mostly none, and then not worth a word.
+            if place >= self.axes.count() && pair.steps == 0 {
+                continue;
+            }
             let (axis, steps, speed) = (self.label(place), Signed(pair.steps), Hz(pair.speed));
             write!(f, "{} {axis} {steps} steps at {speed}", comma(place))?;
         }

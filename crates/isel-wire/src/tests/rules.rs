@@ -712,6 +712,11 @@ fn commands_in_words() {
             "relative move X +30 steps at 800 Hz, Y -1,000,000 steps at 900 Hz, \
              Z +4 steps at 90 Hz, Z -4 steps at 3,000 Hz",
         ),
+        (
+            7,
+            "@0A30,800,0,900,0,90,0,3000",
+            "relative move X +30 steps at 800 Hz, Y 0 steps at 900 Hz, Z 0 steps at 90 Hz",
+        ),
         (9, "@0A0,800,24000,900", "relative move X 0 steps at 800 Hz, A +24,000 steps at 900 Hz"),
         (
             7,
