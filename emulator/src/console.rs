@@ -295,6 +295,7 @@ fn listen(cancel: &Cancel, links: &Links) {
                     _ = endings.told() => {
                         links.remove();
                         screen::leave();
+                        shell::leave();
                         process::exit(ENDED);
                     }
                 }
@@ -312,7 +313,8 @@ fn interactive(
     session: &Rc<RefCell<Session>>,
     begins_with_screen: bool,
 ) -> Result<ExitCode, Failure> {
-    if begins_with_screen && screen::run(&mut session.borrow_mut())? == screen::Leaving::Quits {
+    if begins_with_screen && screen::run(&mut session.borrow_mut(), true)? == screen::Leaving::Quits
+    {
         return Ok(ExitCode::SUCCESS);
     }
     if !begins_with_screen {
@@ -326,7 +328,7 @@ fn interactive(
             Ok(Outcome::Said(text)) if text.is_empty() => {}
             Ok(Outcome::Said(text)) => output::print(&format!("{text}\n"))?,
             Ok(Outcome::Screen) => match screen::check() {
-                Ok(()) => match screen::run(&mut session.borrow_mut())? {
+                Ok(()) => match screen::run(&mut session.borrow_mut(), false)? {
                     screen::Leaving::Quits => break,
                     screen::Leaving::Closed => {}
                 },

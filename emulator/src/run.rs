@@ -21,6 +21,7 @@ use crate::failure::Failure;
 use crate::job::file;
 use crate::job::source::{self, JobArguments};
 use crate::ncp::run as job;
+use crate::recording::history;
 use crate::text;
 pub(crate) use arguments::{Arguments, axes};
 use driver::Driver;
@@ -33,6 +34,13 @@ use world::Outside;
 
 pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let bytes = file::read(&arguments.file, "a file of commands")?;
+    if history::is_recording(&arguments.file, &bytes) {
+        let name = text::name(&arguments.file);
+        return Err(Failure::usage(format!(
+            "{name} is a recording; `vimc4 replay {name}` plays it again, `vimc4 console {name}` \
+             looks at it"
+        )));
+    }
     arguments.setup.heed(&arguments.file, &bytes)?;
     let model = vimc4::model(arguments.setup.model())?;
     let machine = vimc4::machine(arguments.setup.machine())?;

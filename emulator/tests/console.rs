@@ -101,6 +101,24 @@ fn what_is_no_file_and_no_model_is_wrong_usage() {
 }
 
 #[test]
+fn a_picture_without_room_is_refused() {
+    let arguments = ["imc4", "--pty", "none", "--tcp", "none"];
+    let output = console(&arguments, "picture /nowhere/x.svg 20x5\n");
+    assert!(text(&output.stderr).contains("60x20 characters at least"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_branch_says_that_the_rest_of_the_file_is_not_sent_on_it() {
+    let file = ["examples/commands.txt", "--machine", "mill"];
+    for deed in ["press stop", "put x = 5"] {
+        let out = said(&file, &format!("step 2\n{deed}\n"));
+        assert!(out.contains("the rest of examples/commands.txt is not sent"), "{out}");
+    }
+    let out = said(&file, "step 2\nwhat if press stop\ngoto end\npress stop\n");
+    assert!(!out.contains("is not sent"), "{out}");
+}
+
+#[test]
 fn a_script_can_call_another_and_not_itself() {
     let folder = tempfile::tempdir().unwrap();
     let (first, second) = (folder.path().join("first.txt"), folder.path().join("second.txt"));
@@ -360,8 +378,6 @@ fn who_has_looked_back_goes_on_where_the_controller_is() {
     let taken = held.ask("take");
     assert!(taken.contains("the controller is at"), "{taken}");
     assert_eq!(held.ask("take"), "the controller is here already");
-    let answers = converse_while(&mut held, &mut client, "@07\r@0P\r", 20);
-    assert_eq!(answers, "00000000000000000000");
     // Also not when what was is looked at to its end.
     held.ask("goto main");
     held.ask("continue");
@@ -552,6 +568,27 @@ fn ctrl_c_ends_what_is_looked_for_and_not_the_console() {
     terminal.wait_for("(vimc4) ");
     terminal.type_("quit\r");
     assert_eq!(terminal.end(), 0);
+}
+
+/// Who ends it from outside while a line is typed gets back the terminal as it was, and nothing else.
+#[test]
+fn the_terminal_is_given_back_from_the_prompt() {
+    use rustix::process::{Signal, kill_process};
+    for signal in [Signal::TERM, Signal::HUP, Signal::QUIT] {
+        let home = tempfile::tempdir().unwrap();
+        let program = format!(
+            "stty -a >before; {VIMC4} console imc4 --tcp none --pty none & echo $! >pid; fg >/dev/null; \
+             stty -a >after; cmp before after && echo the same"
+        );
+        let mut terminal = Terminal::start("bash", &["-mc", &program], home.path(), home.path());
+        terminal.wait_for("(vimc4) ");
+        let pid = fs::read_to_string(home.path().join("pid")).unwrap();
+        let pid = rustix::process::Pid::from_raw(pid.trim().parse().unwrap()).unwrap();
+        kill_process(pid, signal).unwrap();
+        terminal.wait_for("\x1b[?2004l");
+        assert!(!terminal.said_until("the same").contains("?1049l"), "{signal:?}");
+        terminal.end();
+    }
 }
 
 #[test]

@@ -185,12 +185,23 @@ fn a_walk() -> Outcome {
     tmux.type_("v");
     let end = tmux.wait("the end of the job", |screen| screen.contains("main, one of 2 branches"));
     assert!(end.contains("X      9,840") && !end.contains("PRESSED"), "{end}");
-    // `q` leaves to the line console, and what was done is there.
-    tmux.type_("q");
-    tmux.wait_for("(vimc4)");
-    tmux.command("branches");
+    tmux.command(":branches");
     let branches = tmux.wait_for("from main");
     assert!(branches.contains("branch 1"), "{branches}");
+    // It quits where the footer says so.
+    assert!(branches.contains("q quit"), "{branches}");
+    tmux.type_("q");
+    tmux.wait_for("ended 0");
+    // A screen that was opened from the line console comes back to it.
+    tmux.command(&format!("clear; {VIMC4} console {MILL}; echo ended $?"));
+    tmux.wait_for("(vimc4)");
+    tmux.command("screen");
+    let screen = tmux.wait_for(": command");
+    assert!(screen.contains("q back"), "{screen}");
+    tmux.type_("q");
+    tmux.wait("the line console", |screen| {
+        screen.contains("(vimc4)") && !screen.contains(": command")
+    });
     tmux.command("quit");
     tmux.wait_for("ended 0");
     Ok(())

@@ -287,9 +287,24 @@ impl Session {
                 if has_parted {
                     self.tell_of_elsewhere(&mut said);
                 }
+                if has_parted && directive != "what" {
+                    self.tell_of_the_rest(&mut said);
+                }
                 Ok(Outcome::Said(said))
             }
         }
+    }
+
+    /// Says that nobody sends what follows in the file.
+    fn tell_of_the_rest(&self, said: &mut String) {
+        let Some(source) = self.debugger.source() else { return };
+        if !said.is_empty() {
+            said.push('\n');
+        }
+        let name = shown(&source.name);
+        said.push_str(&format!(
+            "this is a branch: the rest of {name} is not sent on it; `send` sends"
+        ));
     }
 
     /// Says where the controller itself is, if that is not looked at.
@@ -498,6 +513,9 @@ fn picture(rest: &str) -> Result<Outcome, Wrong> {
     let (width, height) = size.split_once('x').ok_or_else(wrong)?;
     let number = |text: &str| text.parse().ok().filter(|number| (1..=1_000).contains(number));
     let size = (number(width).ok_or_else(wrong)?, number(height).ok_or_else(wrong)?);
+    if size.0 < 60 || size.1 < 20 {
+        return Err(Wrong::new("the screen needs 60x20 characters at least"));
+    }
     Ok(Outcome::Picture(file.to_owned(), size))
 }
 

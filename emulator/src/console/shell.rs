@@ -3,9 +3,15 @@
 use std::cell::RefCell;
 use std::env;
 use std::fs;
+#[cfg(unix)]
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::rc::Rc;
+#[cfg(unix)]
+use std::sync::{Mutex, PoisonError};
 
+#[cfg(unix)]
+use rustix::termios::{OptionalActions, Termios, tcgetattr, tcsetattr};
 use rustyline::completion::{Completer, Pair};
 use rustyline::error::ReadlineError;
 use rustyline::highlight::Highlighter;
@@ -20,6 +26,29 @@ use crate::failure::Failure;
 /// So many lines are remembered.
 const REMEMBERED: usize = 1_000;
 
+/// The terminal as it was before anybody typed.
+#[cfg(unix)]
+static BEFORE: Mutex<Option<Termios>> = Mutex::new(None);
+
+/// Gives the terminal back as it was, if a line is being typed: for an end in the middle of that.
+#[cfg(unix)]
+pub(crate) fn leave() {
+    let before = BEFORE.lock().unwrap_or_else(PoisonError::into_inner);
+    let (Some(before), Ok(now)) = (&*before, tcgetattr(rustix::stdio::stdin())) else { return };
+    if now.local_modes != before.local_modes {
+        let _ = io::stdout().write_all(PASTE_AS_TYPED);
+        let _ = io::stdout().flush();
+        let _ = tcsetattr(rustix::stdio::stdin(), OptionalActions::Now, before);
+    }
+}
+
+#[cfg(not(unix))]
+pub(crate) fn leave() {}
+
+/// Ends the marks that the editor has the terminal put around what is pasted.
+#[cfg(unix)]
+const PASTE_AS_TYPED: &[u8] = b"\x1B[?2004l";
+
 /// Somebody at a terminal.
 pub(crate) struct Shell {
     editor: Editor<Table, FileHistory>,
@@ -32,6 +61,11 @@ struct Table(Rc<RefCell<Session>>);
 
 impl Shell {
     pub(crate) fn new(session: Rc<RefCell<Session>>) -> Result<Shell, Failure> {
+        #[cfg(unix)]
+        {
+            let before = tcgetattr(rustix::stdio::stdin()).ok();
+            *BEFORE.lock().unwrap_or_else(PoisonError::into_inner) = before;
+        }
         let failed = |error| Failure::usage(format!("cannot read the terminal: {error}"));
         let config = Config::builder()
             .completion_type(CompletionType::List)

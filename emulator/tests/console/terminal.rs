@@ -93,6 +93,19 @@ impl Terminal {
         }
     }
 
+    /// Waits until this appears, and returns what came before it.
+    pub(super) fn said_until(&mut self, text: &str) -> String {
+        self.wait_for("");
+        while !self.seen.contains(text) {
+            let more = self.said.recv_timeout(PATIENCE);
+            let Ok(more) = more else {
+                panic!("{text:?} does not come; what came is {:?}", self.seen)
+            };
+            self.seen.push_str(&String::from_utf8_lossy(&more));
+        }
+        self.seen.clone()
+    }
+
     /// Waits for the end and returns the exit code.
     pub(super) fn end(mut self) -> i32 {
         self.child.wait().unwrap().code().unwrap()

@@ -9,7 +9,7 @@ use super::brush::{Brush, fitted, seconds};
 use super::ink::{Ink, Inks};
 use super::keys;
 use super::path::Path;
-use super::picture::{Picture, ReplyKind, Side};
+use super::picture::{Picture, ReplyKind, Side, Talk};
 use crate::console::camera;
 
 /// No terminal may be smaller.
@@ -71,7 +71,10 @@ pub(crate) fn draw(
     if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
         let (width, height) = SMALLEST;
         let mut brush = Brush::new(buffer, area, inks);
-        brush.line(&[(format!("{width} x {height} characters are needed"), Ink::Alarm)]);
+        let needed = format!("{width} x {height} characters are needed");
+        for line in broken(&needed, brush.width()) {
+            brush.line(&[(line, Ink::Alarm)]);
+        }
         return None;
     }
     let panes = divided(area, picture);
@@ -147,10 +150,48 @@ fn listing(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
     }
 }
 
+/// The part of what something means that stands in its first line.
+fn first_of(talk: &Talk, rest: &[String]) -> String {
+    let left: usize = rest.iter().map(|line| line.chars().count() + 1).sum();
+    let length = talk.meaning.chars().count();
+    talk.meaning.chars().take(length.saturating_sub(left)).collect()
+}
+
+/// A text in lines of so many characters, broken between words.
+fn broken(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 fn talk(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
     let mut brush = Brush::titled(buffer, area, inks, "conversation", "");
-    let first = picture.talk.len().saturating_sub(brush.room());
-    for talk in &picture.talk[first..] {
+    // What went wrong is shown whole: what does not fit into its line follows below.
+    const INDENT: usize = 15;
+    let width = brush.width().saturating_sub(INDENT);
+    let rest = |talk: &Talk| -> Vec<String> {
+        if talk.side != Side::Trouble || width == 0 {
+            return Vec::new();
+        }
+        broken(&format!("{}  {}", talk.text, talk.meaning), width).split_off(1)
+    };
+    let mut room = brush.room();
+    let fits = |talk: &&Talk| {
+        let lines = 1 + rest(talk).len();
+        let fits = lines <= room;
+        room = room.saturating_sub(lines);
+        fits
+    };
+    let shown = picture.talk.iter().rev().take_while(fits).count();
+    for talk in &picture.talk[picture.talk.len() - shown..] {
         let (arrow, ink) = match talk.side {
             Side::Host => ("→", Ink::Sent),
             Side::Controller => ("←", Ink::Plain),
@@ -161,8 +202,11 @@ fn talk(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
         brush.line(&[
             (format!("{time:>12} "), Ink::Faint),
             (format!("{arrow} {}  ", talk.text), ink),
-            (talk.meaning.clone(), Ink::Faint),
+            (first_of(talk, &rest(talk)), Ink::Faint),
         ]);
+        for line in rest(talk) {
+            brush.line(&[(" ".repeat(INDENT), Ink::Faint), (line, Ink::Faint)]);
+        }
     }
 }
 
@@ -322,6 +366,7 @@ fn prompt(picture: &Picture, brush: &mut Brush<'_>) -> Option<Position> {
         let pieces: Vec<_> = keys::SHORT
             .iter()
             .flat_map(|(key, what)| {
+                let what = if *key == "q" && !picture.is_first { "back" } else { what };
                 [(format!(" {key}"), Ink::Key), (format!(" {what} "), Ink::Faint)]
             })
             .collect();
@@ -431,6 +476,28 @@ mod tests {
     }
 
     #[test]
+    fn what_a_terminal_needs_is_said_whole_in_a_small_one() {
+        let (_, rows) = drawn(&picture(), true, 20, 5);
+        let said: Vec<&str> = rows.iter().map(|row| row.trim_end()).take(2).collect();
+        assert_eq!(said, ["60 x 20 characters", "are needed"]);
+    }
+
+    #[test]
+    fn what_went_wrong_is_shown_whole() {
+        let mut picture = picture();
+        picture.talk.push(Talk {
+            at: vimc4_device::Time::from_nanos(1),
+            side: Side::Trouble,
+            text: "2".to_owned(),
+            meaning: "limit switch X+ at step 12,345 of the last move".to_owned(),
+        });
+        let (_, rows) = drawn(&picture, true, 80, 24);
+        let shown = rows.join("\n");
+        assert!(shown.contains("← 2  limit switch X+ at"), "{shown}");
+        assert!(shown.contains("               step 12,345 of the last"), "{shown}");
+    }
+
+    #[test]
     fn without_colour_everything_is_told_apart_by_other_means() {
         let picture = picture();
         let (buffer, _) = drawn(&picture, false, 80, 24);
@@ -457,9 +524,12 @@ mod tests {
         for (width, height) in [(80, 24), (200, 60), (60, 20)] {
             let (_, rows) = drawn(&picture, true, width, height);
             let shown = rows.join("\n");
-            for (key, _) in keys::told() {
+            for (key, about) in keys::told() {
                 assert!(shown.contains(key), "{key} is missing in {width} x {height}:\n{shown}");
+                let is_whole = width < 80 || shown.contains(about);
+                assert!(is_whole, "{about:?} is cut in {width} x {height}:\n{shown}");
             }
+            assert!(!shown.contains("conversation") && !shown.contains("│"), "{shown}");
         }
     }
 }

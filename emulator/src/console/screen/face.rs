@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::env;
 use std::io::{self, IsTerminal, Write};
 use std::panic;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -71,13 +72,20 @@ struct Stage(DefaultTerminal);
 impl Stage {
     fn enter() -> io::Result<Stage> {
         enable_raw_mode()?;
+        IS_ENTERED.store(true, Ordering::Relaxed);
         execute!(io::stdout(), EnterAlternateScreen)?;
         Ok(Stage(Terminal::new(CrosstermBackend::new(io::stdout()))?))
     }
 }
 
-/// Gives the terminal back as it was.
+/// Whether the terminal is the screen's, and there is something to give back.
+static IS_ENTERED: AtomicBool = AtomicBool::new(false);
+
+/// Gives the terminal back as it was, if it is the screen's.
 pub(crate) fn leave() {
+    if !IS_ENTERED.swap(false, Ordering::Relaxed) {
+        return;
+    }
     let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
     let _ = disable_raw_mode();
 }
@@ -93,7 +101,9 @@ impl Drop for Stage {
 /// # Errors
 ///
 /// If the terminal does not work.
-pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
+///
+/// `is_first` says that no line console is behind it: then `q` quits the program.
+pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Failure> {
     let failed = |error: io::Error| Failure::usage(format!("cannot use the terminal: {error}"));
     let before = panic::take_hook();
     // What a panic says is read where it can be read.
@@ -107,6 +117,7 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
     let mut ears = Ears::listen();
     session.cancel.look = Some(is_interrupted);
     let mut look = Look::new(inks());
+    look.is_first = is_first;
     let leaving = loop {
         let picture = look.picture(session);
         let drawn = stage.0.draw(|frame| {
@@ -163,6 +174,7 @@ pub(crate) fn run(session: &mut Session) -> Result<Leaving, Failure> {
                 leave();
                 suspend();
                 enable_raw_mode().map_err(failed)?;
+                IS_ENTERED.store(true, Ordering::Relaxed);
                 execute!(io::stdout(), EnterAlternateScreen).map_err(failed)?;
                 stage.0.clear().map_err(failed)?;
             }
@@ -355,6 +367,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
         Act::Keys => look.shows_keys = true,
         Act::Redraw => return Next::Redraw,
         Act::Suspend => return Next::Suspend,
+        Act::Quit if look.is_first => return Next::Leave(Leaving::Quits),
         Act::Quit => return Next::Leave(Leaving::Closed),
     }
     Next::GoOn

@@ -82,39 +82,39 @@ const KEYS: &[Key] = &[
     arrow(KeyCode::Right, true, "", "", 10),
     key(KeyCode::PageUp, "", "", Act::Scrub(-10)),
     key(KeyCode::PageDown, "", "", Act::Scrub(10)),
-    letter('u', "u", "what they go by: command, line, segment …", Act::NextUnit),
-    key(KeyCode::Home, "Home End", "to the beginning, to the end", Act::Line("goto start")),
+    letter('u', "u", "change what they go by", Act::NextUnit),
+    key(KeyCode::Home, "Home End", "to the beginning, the end", Act::Line("goto start")),
     key(KeyCode::End, "", "", Act::Line("goto end")),
-    letter('s', "s", "step by a line or command, into loops", Act::Line("step")),
+    letter('s', "s", "by a line, into loops", Act::Line("step")),
     letter('n', "n", "over loops", Act::Line("over")),
     letter('o', "o", "out of the loop", Act::Line("out")),
     letter('c', "c", "continue to a breakpoint", Act::Line("continue")),
-    letter('r', "r", "reverse: back to a breakpoint", Act::Line("reverse")),
-    letter(' ', "Space", "hold a running controller, let it go", Act::HoldOrGo),
-    letter('b', "b", "breakpoint at the present line", Act::Breakpoint),
+    letter('r', "r", "reverse to a breakpoint", Act::Line("reverse")),
+    letter(' ', "Space", "hold what runs, let it go", Act::HoldOrGo),
+    letter('b', "b", "breakpoint at this line", Act::Breakpoint),
     letter('v', "v", "over to the next branch", Act::NextBranch),
     letter('y', "y", "why has this happened?", Act::Line("why")),
     letter('S', "S", "START", Act::Panel("start")),
     letter('X', "X", "STOP", Act::Panel("stop")),
-    letter('E', "E", "emergency stop, and let go of it", Act::Panel("estop")),
+    letter('E', "E", "emergency stop, on and off", Act::Panel("estop")),
     letter('K', "K", "key switch", Act::Panel("key")),
     letter('C', "C", "cover", Act::Panel("cover")),
     letter('O', "O", "ON button", Act::Panel("on")),
     letter('+', "+ -", "nearer and farther", Act::Nearer),
     letter('-', "", "", Act::Farther),
-    letter('h', "h j k l", "move the picture of the path", Act::Move(-1, 0)),
+    letter('h', "h j k l", "move the path", Act::Move(-1, 0)),
     letter('j', "", "", Act::Move(0, -1)),
     letter('k', "", "", Act::Move(0, 1)),
     letter('l', "", "", Act::Move(1, 0)),
     letter('0', "0", "the whole path", Act::WholePath),
-    letter(':', ":", "type a command; Tab completes, Esc leaves", Act::Type),
+    letter(':', ":", "type a command; Esc leaves", Act::Type),
     key(KeyCode::Enter, "Enter", "the last command again", Act::Again),
-    letter('p', "p", "this screen as a picture (SVG)", Act::Picture),
+    letter('p', "p", "a picture of this (SVG)", Act::Picture),
     letter('?', "?", "these keys", Act::Keys),
     key(KeyCode::Esc, "", "", Act::Redraw),
     control('l', "", "", Act::Redraw),
     control('z', "Ctrl-Z", "suspend; `fg` comes back", Act::Suspend),
-    letter('q', "q", "quit", Act::Quit),
+    letter('q', "q", "quit, or back to lines", Act::Quit),
     control('c', "", "", Act::Quit),
     control('d', "", "", Act::Quit),
 ];
@@ -159,9 +159,9 @@ pub(super) fn draw(buffer: &mut Buffer, area: Rect, inks: Inks) {
     let columns =
         if area.width >= 100 || lines.len() + 4 > usize::from(area.height) { 2 } else { 1 };
     let rows = lines.len().div_ceil(columns);
-    const KEY: usize = 11;
+    const KEY: usize = 10;
     let wide = lines.iter().map(|(_, about)| about.chars().count()).max().unwrap_or(0);
-    let room = usize::from(area.width.saturating_sub(4)) / columns;
+    let room = usize::from(area.width.saturating_sub(2)) / columns;
     let each = (KEY + wide + 2).min(room);
     let width = (each * columns + 2) as u16;
     let height = (rows + 2) as u16;
@@ -171,7 +171,8 @@ pub(super) fn draw(buffer: &mut Buffer, area: Rect, inks: Inks) {
         width: width.min(area.width),
         height: height.min(area.height),
     };
-    Clear.render(place, buffer);
+    // Nothing beside the keys is mistaken for more of them.
+    Clear.render(area, buffer);
     let mut brush = Brush::titled(buffer, place, inks, "keys", "any key closes this");
     for row in 0..rows {
         let mut pieces = Vec::new();

@@ -36,6 +36,8 @@ pub(super) struct Look {
     pub(super) typed: Vec<String>,
     pub(super) recalled: usize,
     pub(super) shows_keys: bool,
+    /// Whether no line console is behind the screen.
+    pub(super) is_first: bool,
     around: Around,
     pub(super) pictures: u32,
 }
@@ -50,6 +52,7 @@ impl Look {
             typed: Vec::new(),
             recalled: 0,
             shows_keys: false,
+            is_first: true,
             around: Around::default(),
             pictures: 0,
         }
@@ -76,6 +79,7 @@ impl Look {
             prompt: self.prompt.clone(),
             unit: UNITS[self.unit].to_string(),
             shows_keys: self.shows_keys,
+            is_first: self.is_first,
         };
         camera::show(debugger, &mut self.around, &mut picture);
         if is_running {

@@ -32,6 +32,8 @@ pub(crate) struct Picture {
     /// What the arrow keys go by.
     pub(crate) unit: String,
     pub(crate) shows_keys: bool,
+    /// Whether no line console is behind it, to which `q` comes back.
+    pub(crate) is_first: bool,
 }
 
 /// Something that came or went on the line, or happened.
