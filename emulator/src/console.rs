@@ -13,7 +13,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 use std::rc::Rc;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
@@ -280,14 +280,14 @@ fn listen(cancel: &Cancel, links: &Links) {
     let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
         return;
     };
-    let (ready, is_ready) = std::sync::mpsc::channel();
+    let (ready, is_ready) = mpsc::channel();
     // Without the thread Ctrl-C ends the program, as it does everywhere.
     let _ = thread::Builder::new().name("interrupts".to_owned()).spawn(move || {
         runtime.block_on(async {
             let mut endings = Endings::without_interrupt();
-            let _ = ready.send(());
             loop {
                 tokio::select! {
+                    biased;
                     interrupt = tokio::signal::ctrl_c() => match interrupt {
                         Ok(()) => cancel.wish(),
                         Err(_) => return,
@@ -298,11 +298,18 @@ fn listen(cancel: &Cancel, links: &Links) {
                         shell::leave();
                         process::exit(ENDED);
                     }
+                    () = tell(&ready) => {}
                 }
             }
         });
     });
     let _ = is_ready.recv();
+}
+
+/// Says that what is waited for before it is heard from now on, and is never done.
+async fn tell(ready: &mpsc::Sender<()>) {
+    let _ = ready.send(());
+    std::future::pending().await
 }
 
 /// The exit code of a program that was told to end, as shells have it.
