@@ -10,8 +10,10 @@ use vimc4_timeline::{Act, Sought, Stretch, Which};
 use crate::breakpoint::{Breakpoint, BreakpointId, Note, Trigger};
 use crate::expression::filled;
 use crate::steps::{Axes, first_step, last_step};
-use crate::walks::TROUBLES_MAX;
 use crate::{Depth, Source, Unit, Way};
+
+/// So many errors and warnings are told of that came on the way.
+pub(crate) const TROUBLES_MAX: usize = 20;
 
 /// So many notes are kept of one walk.
 const NOTES_MAX: usize = 10_000;

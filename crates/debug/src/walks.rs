@@ -9,11 +9,8 @@ use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sou
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::{Debugger, patiently};
 use crate::stop::{Reason, Stop};
-use crate::walk::Walk;
+use crate::walk::{TROUBLES_MAX, Walk};
 use crate::{DebugError, Depth, Unit, Way};
-
-/// So many errors and warnings are told of that came on the way.
-pub(crate) const TROUBLES_MAX: usize = 20;
 
 impl Debugger {
     /// Makes so many steps. With [`Depth::Over`] and [`Depth::Out`] breakpoints on the way are

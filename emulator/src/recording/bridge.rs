@@ -13,11 +13,8 @@ use vimc4_catalogue::{Controller, Machine, Model};
 use vimc4_device::{Device, Line, Time};
 use vimc4_timeline::recording::{Entry, Given, Player, What};
 
-use super::controller::Device_;
+use super::controller::{Device_, WALL};
 use crate::failure::Failure;
-
-/// The clock of what was heard on the line of a real controller.
-pub(super) const WALL: &str = "wall";
 
 /// So many pieces wait for a client that does not read, before it loses what comes.
 const WAITING: usize = 4_096;

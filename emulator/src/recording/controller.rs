@@ -8,9 +8,11 @@ use vimc4_catalogue::{Controller, Machine, Model, State, profile_text};
 use vimc4_device::{Device, Line, LineState};
 use vimc4_timeline::recording::{Given, LineSort, Player, Recording, What, exchange};
 
-use super::bridge::WALL;
 use crate::completions;
 use crate::failure::Failure;
+
+/// The clock of what was heard on the line of a real controller.
+pub(super) const WALL: &str = "wall";
 
 /// A controller at its line.
 pub(super) type Device_ = Line<Controller>;

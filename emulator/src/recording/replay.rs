@@ -7,9 +7,8 @@ use std::time::Duration;
 use serde_json::json;
 use vimc4_timeline::recording::{Divergence, Recording, Tolerance, check, part};
 
-use super::bridge::WALL;
 use super::card::{card, seconds};
-use super::controller::{Other, Site};
+use super::controller::{Other, Site, WALL};
 use super::file;
 use crate::failure::Failure;
 use crate::output;
