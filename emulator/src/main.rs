@@ -6,6 +6,7 @@ mod completions;
 mod conform;
 mod console;
 mod dap;
+mod deferred;
 mod doctor;
 mod endings;
 mod failure;
@@ -33,6 +34,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
+use deferred::Deferred;
 use failure::Failure;
 
 /// Virtual stepper controllers of isel and LPKF: firmware-equivalent, behind real ports.
@@ -62,45 +64,45 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC
 #[derive(Subcommand)]
 enum Tool {
     #[command(about = "Run controllers behind pseudo-terminals, TCP and real serial ports")]
-    Serve(serve::Arguments),
+    Serve(Deferred<serve::Arguments>),
     #[command(about = "Run a program that needs modem lines on a controller's pseudo-terminal")]
-    Lines(lines::Arguments),
+    Lines(Deferred<lines::Arguments>),
     #[command(about = "Run a command list, a stored program or a plot file in virtual time")]
-    Run(run::Arguments),
+    Run(Deferred<run::Arguments>),
     #[command(about = "Step through what a controller does, forward and back, and ask why")]
-    Console(console::Arguments),
+    Console(Deferred<console::Arguments>),
     #[command(about = "Check, run and compile job files in the isel NC intermediate format")]
-    Ncp(ncp::Arguments),
+    Ncp(Deferred<ncp::Arguments>),
     #[command(about = "Send a job or a command list to a controller, virtual or real")]
-    Send(send::Arguments),
+    Send(Deferred<send::Arguments>),
     #[command(
         about = "Play the fixture sessions against any port, also real hardware, and report what differs"
     )]
-    Conform(conform::Arguments),
+    Conform(Deferred<conform::Arguments>),
     #[command(about = "Record what passes between host software and a real controller")]
-    Record(recording::tap::Arguments),
+    Record(Deferred<recording::tap::Arguments>),
     #[command(about = "Play a recording again and compare every byte and time")]
-    Replay(recording::replay::Arguments),
+    Replay(Deferred<recording::replay::Arguments>),
     #[command(about = "Say where two recordings part")]
-    Diff(recording::diff::Arguments),
+    Diff(Deferred<recording::diff::Arguments>),
     #[command(about = "Cut a part of the time out of a recording")]
-    Cut(recording::less::CutArguments),
+    Cut(Deferred<recording::less::CutArguments>),
     #[command(
         about = "Find the shortest input of a recording that still shows a difference or an error"
     )]
-    Minimise(recording::less::MinimiseArguments),
+    Minimise(Deferred<recording::less::MinimiseArguments>),
     #[command(about = "Debug programs, jobs and recordings in an editor: a debug adapter")]
-    Dap(dap::Arguments),
+    Dap(Deferred<dap::Arguments>),
     #[command(about = "Say what a program will find at a port, and the remedy")]
-    Doctor(doctor::Arguments),
+    Doctor(Deferred<doctor::Arguments>),
     #[command(about = "Print isel's commands for a circle, a part of one, or a helix")]
-    Circle(circle::Arguments),
+    Circle(Deferred<circle::Arguments>),
     #[command(about = "List the built-in models, or show the profile of one")]
-    Models(profiles::Arguments),
+    Models(Deferred<profiles::Arguments>),
     #[command(about = "List the built-in machines, or show the profile of one")]
-    Machines(profiles::Arguments),
+    Machines(Deferred<profiles::Arguments>),
     #[command(about = "Print completions for a shell")]
-    Completions(completions::Arguments),
+    Completions(Deferred<completions::Arguments>),
 }
 
 fn main() -> ExitCode {
@@ -115,39 +117,39 @@ fn main() -> ExitCode {
         return failure.report();
     }
     let done = match arguments.command {
-        Tool::Serve(arguments) => return serve::run(arguments).unwrap_or_else(Failure::report),
-        Tool::Lines(arguments) => return lines::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Serve(Deferred(arguments)) => return serve::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Lines(Deferred(arguments)) => return lines::run(arguments).unwrap_or_else(Failure::report),
         // Its exit codes are part of what it says.
-        Tool::Run(arguments) => return run::run(arguments).unwrap_or_else(Failure::report),
-        Tool::Console(arguments) => {
+        Tool::Run(Deferred(arguments)) => return run::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Console(Deferred(arguments)) => {
             return console::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Ncp(arguments) => return ncp::run(arguments).unwrap_or_else(Failure::report),
-        Tool::Send(arguments) => return send::run(arguments).unwrap_or_else(Failure::report),
-        Tool::Conform(arguments) => {
+        Tool::Ncp(Deferred(arguments)) => return ncp::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Send(Deferred(arguments)) => return send::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Conform(Deferred(arguments)) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Record(arguments) => {
+        Tool::Record(Deferred(arguments)) => {
             return recording::tap::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Replay(arguments) => {
+        Tool::Replay(Deferred(arguments)) => {
             return recording::guarded(|| recording::replay::run(&arguments))
                 .unwrap_or_else(Failure::report);
         }
-        Tool::Diff(arguments) => {
+        Tool::Diff(Deferred(arguments)) => {
             return recording::guarded(|| recording::diff::run(&arguments))
                 .unwrap_or_else(Failure::report);
         }
-        Tool::Cut(arguments) => recording::guarded(|| recording::less::cut(&arguments)),
-        Tool::Minimise(arguments) => recording::guarded(|| recording::less::minimise(&arguments)),
-        Tool::Dap(arguments) => return dap::run(&arguments).unwrap_or_else(Failure::report),
-        Tool::Doctor(arguments) => {
+        Tool::Cut(Deferred(arguments)) => recording::guarded(|| recording::less::cut(&arguments)),
+        Tool::Minimise(Deferred(arguments)) => recording::guarded(|| recording::less::minimise(&arguments)),
+        Tool::Dap(Deferred(arguments)) => return dap::run(&arguments).unwrap_or_else(Failure::report),
+        Tool::Doctor(Deferred(arguments)) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Circle(arguments) => circle::run(arguments),
-        Tool::Models(arguments) => profiles::models(arguments),
-        Tool::Machines(arguments) => profiles::machines(arguments),
-        Tool::Completions(arguments) => completions::run(arguments),
+        Tool::Circle(Deferred(arguments)) => circle::run(arguments),
+        Tool::Models(Deferred(arguments)) => profiles::models(arguments),
+        Tool::Machines(Deferred(arguments)) => profiles::machines(arguments),
+        Tool::Completions(Deferred(arguments)) => completions::run(arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,12 +1,15 @@
 //! The person who stands by, at a terminal or not at all.
 
 use std::io::{self, BufRead, IsTerminal, Write};
+use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use indicatif::ProgressBar;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use vimc4_device::{StartButton, escape};
 use vimc4_ncp::Problem;
 use vimc4_ncp::job::{InputTest, Question};
@@ -14,6 +17,9 @@ use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 
 use super::perform::{Attendant, Decision, said, shown};
 use crate::text::shown_in_line;
+
+/// How much is taken of what stands at the terminal, in bytes, before it is looked at.
+const MOST_TYPED: usize = 1 << 16;
 
 /// What is said to a person, and what they say.
 pub(crate) struct Operator<'t> {
@@ -24,7 +30,9 @@ pub(crate) struct Operator<'t> {
     pub(crate) skip_waits: bool,
     /// Every command is told.
     pub(crate) verbose: bool,
-    typed: Option<Receiver<String>>,
+    typed: Option<Receiver<Vec<String>>>,
+    /// What came together with an answer, before anything else was asked.
+    early: Vec<String>,
     /// Whether what is typed now is an answer.
     asking: Arc<AtomicBool>,
     /// Time stands still while somebody thinks.
@@ -98,6 +106,28 @@ impl<'a> Answer<'a> {
     }
 }
 
+/// Waits for somebody to type a line, and takes what stands behind it by then: of lines that come at
+/// once only the first can answer what is asked. Nothing once nobody types any more.
+fn lines_typed_at_once() -> Option<Vec<String>> {
+    let stdin = io::stdin();
+    let mut typed = Vec::new();
+    loop {
+        let mut buffer = [0; 4096];
+        match rustix::io::read(&stdin, &mut buffer) {
+            Err(Errno::INTR) => continue,
+            Ok(0) | Err(_) if typed.is_empty() => return None,
+            Ok(0) | Err(_) => break,
+            Ok(count) => typed.extend_from_slice(&buffer[..count]),
+        }
+        let mut fds = [PollFd::new(&stdin, PollFlags::IN)];
+        let more = matches!(poll(&mut fds, Some(&Timespec::default())), Ok(1..));
+        if typed.ends_with(b"\n") && (!more || typed.len() > MOST_TYPED) {
+            break;
+        }
+    }
+    Some(String::from_utf8_lossy(&typed).lines().map(str::to_owned).collect())
+}
+
 /// Whether somebody wants the job to end.
 fn is_end(word: &str) -> bool {
     ["q", "quit", "stop"].iter().any(|end| word.eq_ignore_ascii_case(end))
@@ -120,6 +150,7 @@ impl<'t> Operator<'t> {
             skip_waits,
             verbose,
             typed: None,
+            early: Vec::new(),
             asking: Arc::default(),
             at_leisure: false,
             bar: None,
@@ -149,13 +180,12 @@ impl<'t> Operator<'t> {
         let (sender, typed) = channel();
         let asking = Arc::clone(&self.asking);
         let reader = move || {
-            for line in io::stdin().lock().lines() {
-                let Ok(line) = line else { break };
+            while let Some(lines) = lines_typed_at_once() {
                 if !asking.load(Ordering::SeqCst) {
                     stop();
                     continue;
                 }
-                if sender.send(line).is_err() {
+                if sender.send(lines).is_err() {
                     return;
                 }
                 woken();
@@ -197,9 +227,9 @@ impl<'t> Operator<'t> {
     fn say(&mut self, line: u32, asked: Asked, text: impl FnOnce(&Self) -> String) {
         if self.asked != Some((line, asked)) {
             self.asked = Some((line, asked));
-            let typed = self.typed.as_ref();
-            let early: Vec<String> = typed.into_iter().flat_map(Receiver::try_iter).collect();
-            for typed in early {
+            let unread = self.typed.as_ref().into_iter().flat_map(Receiver::try_iter).flatten();
+            self.early.extend(unread);
+            for typed in mem::take(&mut self.early) {
                 let what = match typed.trim() {
                     "" => "Enter".to_owned(),
                     typed => format!("`{}`", shown_in_line(typed)),
@@ -241,9 +271,12 @@ impl<'t> Operator<'t> {
         }
         let heard = self.typed.as_ref()?.try_recv();
         match heard {
-            Ok(line) => {
+            Ok(lines) => {
                 self.asked = None;
-                Some(line.trim_end_matches('\r').to_owned())
+                let mut lines = lines.into_iter();
+                let answer = lines.next();
+                self.early.extend(lines);
+                answer
             }
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
@@ -262,7 +295,7 @@ impl<'t> Operator<'t> {
         self.tell("Type yes to begin:");
         let typed = self.typed.as_ref().and_then(|typed| typed.recv().ok());
         self.asking.store(false, Ordering::SeqCst);
-        typed.is_some_and(|typed| typed.trim() == "yes")
+        typed.is_some_and(|lines| lines.first().is_some_and(|line| line.trim() == "yes"))
     }
 
     /// The comments of a line and the next, which a HALT shows.

@@ -1,0 +1,37 @@
+//! Options of a command that are made only where the command is named.
+
+use clap::{ArgMatches, Args, Command, Error, FromArgMatches};
+
+/// The options of a subcommand. Those of all the others are not made, which would be most of what a
+/// start of the program does.
+pub(crate) struct Deferred<A>(pub(crate) A);
+
+fn augmented<A: Args>(command: Command) -> Command {
+    // What a command is about stands where it is named, and its own text does not take that place.
+    let about = command.get_about().cloned().unwrap_or_default();
+    A::augment_args(command).about(about)
+}
+
+impl<A: Args> Args for Deferred<A> {
+    fn augment_args(command: Command) -> Command {
+        command.defer(augmented::<A>)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        command.defer(augmented::<A>)
+    }
+}
+
+impl<A: FromArgMatches> FromArgMatches for Deferred<A> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Deferred<A>, Error> {
+        A::from_arg_matches(matches).map(Deferred)
+    }
+
+    fn from_arg_matches_mut(matches: &mut ArgMatches) -> Result<Deferred<A>, Error> {
+        A::from_arg_matches_mut(matches).map(Deferred)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        self.0.update_from_arg_matches(matches)
+    }
+}
