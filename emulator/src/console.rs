@@ -156,6 +156,8 @@ impl Ports {
                 .tcp_clients(self.tcp_clients)
                 .fresh_clients(self.fresh_clients)
                 .record(false)
+                // The first one is looked at before anybody can have reached it.
+                .paused(number == 1)
                 .name(number.to_string());
             if let Some(link) = self.link() {
                 builder = builder.pty(serve::numbered(&link, several)).replace_link(self.replace);

@@ -117,15 +117,25 @@ fn main() -> ExitCode {
         return failure.report();
     }
     let done = match arguments.command {
-        Tool::Serve(Deferred(arguments)) => return serve::run(arguments).unwrap_or_else(Failure::report),
-        Tool::Lines(Deferred(arguments)) => return lines::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Serve(Deferred(arguments)) => {
+            return serve::run(arguments).unwrap_or_else(Failure::report);
+        }
+        Tool::Lines(Deferred(arguments)) => {
+            return lines::run(arguments).unwrap_or_else(Failure::report);
+        }
         // Its exit codes are part of what it says.
-        Tool::Run(Deferred(arguments)) => return run::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Run(Deferred(arguments)) => {
+            return run::run(arguments).unwrap_or_else(Failure::report);
+        }
         Tool::Console(Deferred(arguments)) => {
             return console::run(arguments).unwrap_or_else(Failure::report);
         }
-        Tool::Ncp(Deferred(arguments)) => return ncp::run(arguments).unwrap_or_else(Failure::report),
-        Tool::Send(Deferred(arguments)) => return send::run(arguments).unwrap_or_else(Failure::report),
+        Tool::Ncp(Deferred(arguments)) => {
+            return ncp::run(arguments).unwrap_or_else(Failure::report);
+        }
+        Tool::Send(Deferred(arguments)) => {
+            return send::run(arguments).unwrap_or_else(Failure::report);
+        }
         Tool::Conform(Deferred(arguments)) => {
             return conform::run(arguments).unwrap_or_else(Failure::report);
         }
@@ -141,8 +151,12 @@ fn main() -> ExitCode {
                 .unwrap_or_else(Failure::report);
         }
         Tool::Cut(Deferred(arguments)) => recording::guarded(|| recording::less::cut(&arguments)),
-        Tool::Minimise(Deferred(arguments)) => recording::guarded(|| recording::less::minimise(&arguments)),
-        Tool::Dap(Deferred(arguments)) => return dap::run(&arguments).unwrap_or_else(Failure::report),
+        Tool::Minimise(Deferred(arguments)) => {
+            recording::guarded(|| recording::less::minimise(&arguments))
+        }
+        Tool::Dap(Deferred(arguments)) => {
+            return dap::run(&arguments).unwrap_or_else(Failure::report);
+        }
         Tool::Doctor(Deferred(arguments)) => {
             return doctor::run(&arguments).unwrap_or_else(Failure::report);
         }

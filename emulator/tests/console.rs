@@ -378,6 +378,8 @@ fn who_has_looked_back_goes_on_where_the_controller_is() {
     let taken = held.ask("take");
     assert!(taken.contains("the controller is at"), "{taken}");
     assert_eq!(held.ask("take"), "the controller is here already");
+    let answers = converse_while(&mut held, &mut client, "@07\r@0P\r", 20);
+    assert_eq!(answers, "00000000000000000000");
     // Also not when what was is looked at to its end.
     held.ask("goto main");
     held.ask("continue");

@@ -180,6 +180,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.rig.detach(id)
     }
 
+    /// Its time is paused from the first moment, by somebody of this name: nothing that clients send is
+    /// taken in before it [goes on](crate::Handle::resume).
+    pub fn begin_paused(&mut self, who: &str) {
+        self.drive.rig.pause(Source::Controls(who.to_owned()));
+    }
+
     /// The device.
     pub fn device(&self) -> &D {
         &self.drive.rig.device

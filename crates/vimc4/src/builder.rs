@@ -37,6 +37,7 @@ pub struct Builder {
     serial: Option<String>,
     flash: Option<PathBuf>,
     line_pacing: bool,
+    paused: bool,
     record: bool,
     recording: Option<Recording>,
     name: Option<String>,
@@ -152,6 +153,7 @@ impl Builder {
             serial: None,
             flash: None,
             line_pacing: false,
+            paused: false,
             record: true,
             recording: None,
             name: None,
@@ -240,6 +242,14 @@ impl Builder {
     /// Whether a character takes its time on the line, in model time.
     pub fn line_pacing(mut self, on: bool) -> Builder {
         self.line_pacing = on;
+        self
+    }
+
+    /// Whether its time is paused from the first moment on, until [`Emulator::resume`]. Clients can
+    /// connect; what they send waits on the line. Whoever pauses it later may find that one of them was
+    /// quicker.
+    pub fn paused(mut self, on: bool) -> Builder {
+        self.paused = on;
         self
     }
 
@@ -454,6 +464,9 @@ impl Builder {
             let file = RecordingFile::begin(Order { path, size, from, tell }, &about, signals)?;
             runner.watch(Box::new(Recorder(file.clone())));
             kept = Some(Kept { file, failed_only });
+        }
+        if self.paused {
+            runner.begin_paused("the library");
         }
         Ok(((runner, handle, places), kept))
     }

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::time::Duration;
 
 use vimc4::{Builder, Button, Clock, Condition, ControlError, Emulator, Error, MemoryPort, Time};
@@ -120,6 +120,23 @@ fn the_panel_and_the_power_are_in_the_hands_of_the_test() {
     assert_eq!(answers(&emu, &mut port), "0000000000000000000");
     let wrong = emu.press("stpo").unwrap_err().to_string();
     assert!(wrong.contains("there is no button `stpo`; did you mean stop?"), "{wrong}");
+}
+
+/// Whoever wants to see everything has it before the first client, however quick that is.
+#[test]
+fn one_that_begins_paused_takes_nothing_in_before_it_goes_on() {
+    for clock in [Clock::Real, Clock::Instant] {
+        let builder = Emulator::builder().time(clock).tcp("127.0.0.1:0");
+        let emu = builder.paused(true).start().unwrap();
+        let mut client = std::net::TcpStream::connect(emu.tcp_addr().unwrap()).unwrap();
+        client.write_all(b"@01\r@0A400,900\r").unwrap();
+        assert_eq!(emu.pause().unwrap(), Time::ZERO, "{clock}");
+        assert_eq!(emu.commands().unwrap().len(), 0, "{clock}");
+        emu.resume().unwrap();
+        let mut answers = [0; 2];
+        client.read_exact(&mut answers).unwrap();
+        assert_eq!((&answers, emu.position().unwrap()[0]), (b"00", 400), "{clock}");
+    }
 }
 
 #[test]
