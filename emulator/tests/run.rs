@@ -736,6 +736,20 @@ fn what_cannot_be_run_is_refused_with_a_remedy() {
 
 /// Older cards answer small letters at once, and execute them then.
 #[test]
+fn a_line_for_another_controller_says_why_it_has_no_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("two.txt");
+    fs::write(&file, "@07\n@1A5,900\n@0P\n").unwrap();
+    let text = String::from_utf8(vimc4(&file, "").stdout).unwrap();
+    let why = "for controller 1, this one is 0";
+    assert!(text.contains(&format!("  (no answer): {why}\n")), "{text}");
+    let json: Value = serde_json::from_slice(&vimc4(&file, "--json").stdout).unwrap();
+    assert_eq!(json["answers"][1]["answer"], Value::Null, "{json}");
+    assert_eq!(json["answers"][1]["why"], why, "{json}");
+    assert!(json["answers"][2].get("why").is_none(), "{json}");
+}
+
+#[test]
 fn what_is_said_behind_an_early_answer_belongs_to_its_command() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("job.txt");

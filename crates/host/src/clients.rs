@@ -127,6 +127,11 @@ impl ClientsOfLine {
         if self.open.is_empty() { None } else { self.half.comes_late(&self.open) }
     }
 
+    /// The half line that the device has not had yet, when no more will come of it.
+    pub(crate) fn kept_back(&mut self) -> Option<Vec<u8>> {
+        self.half.take_kept_back(&self.open)
+    }
+
     /// How lines end, where a client has ended one in another way.
     pub(crate) fn wrong_end(&mut self, bytes: &[u8]) -> Option<&'static str> {
         self.feeds.wrong(bytes)

@@ -132,6 +132,14 @@ impl HalfLine {
         given
     }
 
+    /// What has been kept back of a client that is still there, and that nothing will end any more.
+    pub(crate) fn take_kept_back(&mut self, clients: &[Source]) -> Option<Vec<u8>> {
+        if self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients)) {
+            self.forget();
+        }
+        (self.fresh && self.is_begun()).then(|| std::mem::take(&mut self.bytes))
+    }
+
     fn forget(&mut self) {
         self.bytes.clear();
         self.owner = None;

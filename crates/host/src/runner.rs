@@ -398,6 +398,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
         rig.tell_news(at, News::Ends);
         rig.end_recordings();
         if rig.is_wanted(Kinds::ANSWER) {
+            // The device knows how to tell of half a line, if it has it.
+            if let Some(half) = self.clients.kept_back() {
+                rig.input(Input::Bytes(&half), at, None);
+            }
             rig.input(Input::Power(false), at, None);
         }
     }

@@ -218,7 +218,10 @@ impl Controller {
     fn execute(&mut self, number: CommandNumber, command: Command) {
         if command.resumes() {
             return match self.state.resume(&command) {
-                Resumed::Nothing => self.executed(number, command),
+                Resumed::Nothing => {
+                    self.warn_no_effect(Some(number), "no command was broken off".into());
+                    self.executed(number, command);
+                }
                 Resumed::Again(broken) => self.execute(number, broken),
                 Resumed::Stages(command, start, stages) => {
                     self.state.job = Some(Task::new(command, Some(number), start, stages));

@@ -1,5 +1,6 @@
 //! A run of a device in virtual time: what there is to tell of it, and what ends it.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -33,6 +34,8 @@ pub(crate) struct Driver {
 pub(crate) enum News {
     /// A command begins, which was sent like this.
     Begun(Vec<u8>),
+    /// A line is left alone, and why.
+    Ignored(Cow<'static, str>),
     /// A command was answered, and why, if that is an error.
     Answer(Vec<u8>, Option<Box<str>>),
     /// Something was sent that is no answer.
@@ -200,6 +203,7 @@ impl Driver {
             Event::Command { bytes, .. } => {
                 self.news.push_back((at, News::Begun(bytes.to_vec())));
             }
+            Event::Ignored { why, .. } => self.news.push_back((at, News::Ignored(why))),
             Event::Answer { bytes, why, .. } => {
                 self.answered += bytes.len();
                 self.news.push_back((at, News::Answer(bytes.to_vec(), why)));

@@ -130,6 +130,8 @@ pub(super) struct Answer<'a> {
     pub(super) line: &'a ScriptLine,
     /// `None` if nothing was answered.
     pub(super) answer: Option<&'a Answered>,
+    /// Why it is an error, or why there is none.
+    pub(super) why: Option<&'a str>,
     /// When it was sent.
     pub(super) at: Time,
     pub(super) took: Duration,
@@ -201,8 +203,7 @@ impl RunReport {
 
     /// A command was answered, or was not.
     pub(super) fn answer(&mut self, answer: Answer<'_>) {
-        let Answer { line, answer, at, took, meaning } = answer;
-        let why = answer.and_then(|answer| answer.why.as_deref());
+        let Answer { line, answer, why, at, took, meaning } = answer;
         let whole = answer.map(|answer| [answer.early.as_slice(), &answer.bytes].concat());
         let answer = whole.as_deref();
         let sent = line.length() + answer.map_or(0, <[u8]>::len);

@@ -105,11 +105,19 @@ impl Session {
         let meaning = self.driver.device().explain(&line.bytes);
         self.driver.send(&line.whole());
         let mut answered = None;
+        let mut ignored = None;
         loop {
             while let Some((now, news)) = self.driver.news.pop_front() {
-                let News::Answer(bytes, why) = news else {
-                    self.tell(now, news);
-                    continue;
+                let (bytes, why) = match news {
+                    News::Answer(bytes, why) => (bytes, why),
+                    News::Ignored(why) => {
+                        ignored = Some(why);
+                        continue;
+                    }
+                    news => {
+                        self.tell(now, news);
+                        continue;
+                    }
                 };
                 self.remember(line, &bytes);
                 answered = Some(match answered.take() {
@@ -122,7 +130,8 @@ impl Session {
             if self.driver.device().is_idle() {
                 let took = self.driver.now() - at;
                 let answer = answered.as_ref();
-                self.report.answer(Answer { line, answer, at, took, meaning });
+                let why = answer.map_or(ignored.as_deref(), |answer| answer.why.as_deref());
+                self.report.answer(Answer { line, answer, why, at, took, meaning });
                 return Ok(answered);
             }
             if let Err(halt) = self.driver.advance() {
@@ -185,7 +194,7 @@ impl Session {
                 };
                 self.report.warning(at, &warning, text);
             }
-            News::Begun(_) | News::Answer(..) => {}
+            News::Begun(_) | News::Ignored(_) | News::Answer(..) => {}
         }
     }
 

@@ -225,7 +225,8 @@ impl Session {
             _ => now - at,
         };
         let answer = (!answer.bytes.is_empty()).then_some(&answer);
-        self.report.answer(Answer { line, answer, at, took, meaning });
+        let why = answer.and_then(|answer| answer.why.as_deref());
+        self.report.answer(Answer { line, answer, why, at, took, meaning });
     }
 
     /// Why nothing goes on.

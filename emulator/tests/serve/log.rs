@@ -345,12 +345,13 @@ fn the_half_line_that_is_lost_with_the_power_is_told() {
         ("smcu", "!GO;PA1,", "without an answer: the half line PA1,"),
         ("imc4", "@0A5", "by the loss of power: the half line @0A5 is lost"),
     ] {
-        for order in [Some("power off"), None] {
-            let mut talk = Talk::start(&format!("--model {model} --machine bench --time manual"));
+        // With --fresh-clients the controller has not had it yet.
+        for (order, more) in [("power off", ""), ("position", ""), ("position", "--fresh-clients")]
+        {
+            let arguments = format!("--model {model} --machine bench --time manual {more}");
+            let mut talk = Talk::start(&arguments);
             talk.send(sent.as_bytes());
-            if let Some(order) = order {
-                talk.order(order);
-            }
+            talk.order(order);
             let told = talk.end();
             let line = told.iter().find(|line| line.starts_with("        cut short: by the loss"));
             assert!(line.is_some_and(|line| line.ends_with(half)), "{sent}: {told:#?}");
