@@ -187,6 +187,7 @@ impl fmt::Display for Said<'_> {
                     Event::Port { port, value } => write!(f, "port {port} is {value}"),
                     Event::Flash { what } => write!(f, "flash memory: {what}"),
                     Event::Baud { baud } => write!(f, "{baud} bit/s"),
+                    Event::Fault { number, news } => write!(f, "fault {number} {news}"),
                     Event::Warning(warning) => write!(f, "warning: {warning}"),
                     other => write!(f, "{other:?}"),
                 }?;

@@ -6,8 +6,8 @@ use std::fmt;
 use serde_json::Value;
 use vimc4_catalogue::Controller;
 use vimc4_device::{
-    CommandNumber, Condition, Device, Event, Input, Kinds, Motion, Output, OwnedInput, Stamp, Time,
-    Warning, escape,
+    CommandNumber, Condition, Device, Event, Input, Kinds, Motion, Names, Output, OwnedInput,
+    Stamp, Time, Warning, escape,
 };
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
@@ -455,6 +455,9 @@ impl Debugger {
             }
             OwnedInput::Power(true) => "the power was switched on".to_owned(),
             OwnedInput::Power(false) => "the power was switched off".to_owned(),
+            OwnedInput::Fault(faulting) => {
+                format!("fault {}", Names::of(self.device()).write_faulting(faulting))
+            }
             OwnedInput::Wake => "time passed".to_owned(),
         }
     }

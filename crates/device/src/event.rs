@@ -6,7 +6,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Grouped, Point, Segment, SignalId};
+use crate::{FaultNews, FaultNumber, Grouped, Point, Segment, SignalId};
 
 /// Something that happened inside a device. It comes with the model time at which it happened.
 ///
@@ -101,6 +101,14 @@ pub enum Event {
         /// Bits per second.
         baud: u32,
     },
+    // --- fault ---
+    /// A fault has begun, struck or ended.
+    Fault {
+        /// Its number.
+        number: FaultNumber,
+        /// What there is to tell of it.
+        news: FaultNews,
+    },
     // --- warning ---
     /// Something was lost or assumed.
     Warning(Warning),
@@ -119,6 +127,7 @@ impl Event {
             Event::Port { .. } => Kinds::PORT,
             Event::Flash { .. } => Kinds::FLASH,
             Event::Baud { .. } => Kinds::LINE,
+            Event::Fault { .. } => Kinds::FAULT,
             Event::Warning(_) => Kinds::WARNING,
         }
     }
@@ -293,8 +302,10 @@ impl Kinds {
     pub const WARNING: Kinds = Kinds(1 << 7);
     /// Signals of the outside world.
     pub const SIGNAL: Kinds = Kinds(1 << 8);
+    /// Faults.
+    pub const FAULT: Kinds = Kinds(1 << 9);
     /// Everything.
-    pub const ALL: Kinds = Kinds(0x1FF);
+    pub const ALL: Kinds = Kinds(0x3FF);
 
     /// Whether all of `kinds` are in this set.
     #[must_use]

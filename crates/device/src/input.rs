@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{SignalId, Time};
+use crate::{Faulting, SignalId, Time};
 
 /// Something that happens to a device from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +15,8 @@ pub enum Input<'a> {
     Signal(SignalId, i32),
     /// The mains switch: `false` takes the power away, `true` gives it back.
     Power(bool),
+    /// A [fault](crate::Fault) begins or ends. A device that knows no such fault does nothing.
+    Fault(&'a Faulting),
     /// Nothing but time has passed: perform what is due. Always allowed, never needed before
     /// the wake-up time that the device asked for.
     Wake,
@@ -37,6 +39,8 @@ pub enum OwnedInput {
     Signal(SignalId, i32),
     /// See [`Input::Power`].
     Power(bool),
+    /// See [`Input::Fault`].
+    Fault(Faulting),
     /// See [`Input::Wake`].
     Wake,
 }
@@ -49,6 +53,7 @@ impl OwnedInput {
             OwnedInput::Bytes(bytes) => Input::Bytes(bytes),
             OwnedInput::Signal(id, value) => Input::Signal(*id, *value),
             OwnedInput::Power(on) => Input::Power(*on),
+            OwnedInput::Fault(faulting) => Input::Fault(faulting),
             OwnedInput::Wake => Input::Wake,
         }
     }
@@ -60,6 +65,7 @@ impl From<Input<'_>> for OwnedInput {
             Input::Bytes(bytes) => OwnedInput::Bytes(Bytes::copy_from_slice(bytes)),
             Input::Signal(id, value) => OwnedInput::Signal(id, value),
             Input::Power(on) => OwnedInput::Power(on),
+            Input::Fault(faulting) => OwnedInput::Fault(faulting.clone()),
             Input::Wake => OwnedInput::Wake,
         }
     }

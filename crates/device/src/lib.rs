@@ -10,6 +10,7 @@ mod breakpoint;
 mod condition;
 mod duration;
 mod event;
+mod fault;
 mod grouped;
 mod handling;
 mod harness;
@@ -28,6 +29,10 @@ pub use breakpoint::Breakpoint;
 pub use condition::{Condition, ConditionError, Fact, Named, Names, Vocabulary};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Motion, Warning};
+pub use fault::{
+    Awaited, BadByte, Chance, Damage, Fault, FaultError, FaultNews, FaultNumber, FaultStage,
+    FaultView, Faulting, Garbling, LineFault, Strike, Way, When,
+};
 pub use grouped::Grouped;
 pub use handling::{
     Effects, Erasing, Handling, Heard, Identity, Piece, Question, StartButton, Stop, Travel, Turn,

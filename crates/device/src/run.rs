@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::{
-    AXES, Activity, Condition, Event, Fact, Input, Kinds, Output, Point, Running, Signal, SignalId,
-    Time, View,
+    AXES, Activity, Condition, Event, Fact, FaultView, Input, Kinds, Output, Point, Running,
+    Signal, SignalId, Time, View,
 };
 
 /// How many causes a forecast follows before it gives up, so that the forecast of something an
@@ -172,6 +172,11 @@ pub trait Device {
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
         let _ = (signal, value);
         None
+    }
+
+    /// The faults that it has, in the order of their numbers.
+    fn faults(&self) -> Vec<FaultView> {
+        Vec::new()
     }
 
     /// Whether the device does nothing by itself at its present time.

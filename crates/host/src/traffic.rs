@@ -187,6 +187,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             }
             Event::CutShort { why, .. } => self.line(at, format_args!("        cut short: {why}")),
             Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
+            Event::Fault { number, news } => self.line(at, format_args!("fault {number} {news}")),
             Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
             // That nobody listens is part of a conversation, or of its absence: a program that
             // sends characters to nobody would fill the terminal with it.
@@ -378,6 +379,7 @@ impl<F: FnMut(String) + Send> Sink for Traffic<F> {
                 .and(Kinds::ANSWER)
                 .and(Kinds::FLASH)
                 .and(Kinds::LINE)
+                .and(Kinds::FAULT)
                 .and(Kinds::WARNING),
         };
         Wants { kinds, ..Wants::default() }

@@ -68,7 +68,7 @@ impl Device for Controller {
                 }
             }
             Input::Power(on) => self.0.power(on),
-            Input::Wake => {}
+            Input::Fault(_) | Input::Wake => {}
         }
     }
 

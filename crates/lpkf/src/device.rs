@@ -24,7 +24,7 @@ impl Device for Controller {
             Input::Bytes(bytes) => self.receive(bytes),
             Input::Signal(id, value) => self.signal(id, value),
             Input::Power(on) => self.power(on),
-            Input::Wake => {}
+            Input::Fault(_) | Input::Wake => {}
         }
     }
 

@@ -1,6 +1,6 @@
 //! The inputs of a branch, packed.
 
-use vimc4_device::{Input, SignalId, Time};
+use vimc4_device::{Faulting, Input, SignalId, Time};
 
 /// The inputs of a branch with their times, in order. All bytes lie behind one another, so a
 /// million commands take some 50 MB.
@@ -8,6 +8,7 @@ use vimc4_device::{Input, SignalId, Time};
 pub(crate) struct Tape {
     entries: Vec<(Time, What)>,
     bytes: Vec<u8>,
+    faults: Vec<Faulting>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +20,8 @@ enum What {
     },
     Signal(SignalId, i32),
     Power(bool),
+    /// This one of the tape's faults.
+    Fault(usize),
     Wake,
 }
 
@@ -38,6 +41,10 @@ impl Tape {
             }
             Input::Signal(id, value) => What::Signal(id, value),
             Input::Power(on) => What::Power(on),
+            Input::Fault(faulting) => {
+                self.faults.push(faulting.clone());
+                What::Fault(self.faults.len() - 1)
+            }
             Input::Wake => What::Wake,
         };
         self.entries.push((at, what));
@@ -50,6 +57,7 @@ impl Tape {
             What::Bytes { from, to } => Input::Bytes(self.bytes.get(from..to)?),
             What::Signal(id, value) => Input::Signal(id, value),
             What::Power(on) => Input::Power(on),
+            What::Fault(number) => Input::Fault(self.faults.get(number)?),
             What::Wake => Input::Wake,
         };
         Some((at, input))
@@ -57,6 +65,8 @@ impl Tape {
 
     /// What it takes of the memory, in bytes.
     pub(crate) fn size(&self) -> u64 {
-        (self.entries.capacity() * size_of::<(Time, What)>() + self.bytes.capacity()) as u64
+        let entries = self.entries.capacity() * size_of::<(Time, What)>();
+        let faults = self.faults.capacity() * size_of::<Faulting>();
+        (entries + self.bytes.capacity() + faults) as u64
     }
 }

@@ -285,6 +285,7 @@ fn any_what() -> impl Strategy<Value = What> {
         any_bytes().prop_map(Given::Bytes),
         (".{0,20}", any::<i32>()).prop_map(|(name, value)| Given::Signal { name, value }),
         any::<bool>().prop_map(Given::Power),
+        ".{0,20}".prop_map(Given::Fault),
         Just(Given::Wait),
     ];
     prop_oneof![

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::sync::watch;
 use vimc4_catalogue::{Controller, Handling, Machine, Model};
-use vimc4_device::{Device, Line};
+use vimc4_device::{Line, Names};
 #[cfg(feature = "serial")]
 use vimc4_host::Serial;
 use vimc4_host::{Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, Worker, unix_lines};
@@ -459,9 +459,8 @@ impl Builder {
             let tell = tell.unwrap_or_else(|| {
                 Box::new(|trouble: &str| drop(writeln!(io::stderr(), "{trouble}")))
             });
-            let signals = runner.device().signals().into_iter();
-            let signals = signals.map(|signal| (signal.id, signal.name)).collect();
-            let file = RecordingFile::begin(Order { path, size, from, tell }, &about, signals)?;
+            let names = Names::of(runner.device());
+            let file = RecordingFile::begin(Order { path, size, from, tell }, &about, names)?;
             runner.watch(Box::new(Recorder(file.clone())));
             kept = Some(Kept { file, failed_only });
         }

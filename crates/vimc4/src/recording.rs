@@ -22,7 +22,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde_json::Value;
 use thiserror::Error;
 use vimc4_catalogue::{Machine, Model};
-use vimc4_device::{OwnedInput, SignalId, Time};
+use vimc4_device::{Names, Time};
 use vimc4_host::{News, Report, Sink, Source, Wants};
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
@@ -68,8 +68,8 @@ struct Sheet {
     size: u64,
     written: u64,
     lines: Vec<u8>,
-    /// The signals of the controller by their numbers.
-    signals: Vec<(SignalId, String)>,
+    /// What the axes and signals of the controller are called.
+    names: Names,
     /// Who has done something last, in words.
     by: Option<(Source, Arc<str>)>,
     /// The controller is led cause by cause.
@@ -127,12 +127,12 @@ impl RecordingFile {
     pub(crate) fn begin(
         order: Order,
         about: &About<'_>,
-        signals: Vec<(SignalId, String)>,
+        names: Names,
     ) -> Result<RecordingFile, RecordingError> {
         let mut head = recording_head(about.model, about.machine, &about.clock, &order.from);
         head.line = if about.paced { LineSort::Paced } else { LineSort::Ideal };
         head.controller.clone_from(&about.controller);
-        RecordingFile::create(&order.path, head, order.size, signals, order.tell)
+        RecordingFile::create(&order.path, head, order.size, names, order.tell)
     }
 
     /// Begins a recording of whatever has this head. A file that is there is left as it is. With a
@@ -146,7 +146,7 @@ impl RecordingFile {
         path: &Path,
         head: Head,
         size: Option<u64>,
-        signals: Vec<(SignalId, String)>,
+        names: Names,
         tell: Trouble,
     ) -> Result<RecordingFile, RecordingError> {
         let mut sheet = Sheet {
@@ -159,7 +159,7 @@ impl RecordingFile {
             size: size.unwrap_or(u64::MAX),
             written: 0,
             lines: Vec::new(),
-            signals,
+            names,
             by: None,
             led: false,
             ends: false,
@@ -350,16 +350,7 @@ impl Sheet {
         match &report.what {
             Told::Input { by, input } => {
                 let by = self.by(by);
-                let given = match input {
-                    OwnedInput::Bytes(bytes) => Given::Bytes(bytes.clone()),
-                    OwnedInput::Signal(id, value) => {
-                        let known = self.signals.iter().find(|(known, _)| known == id);
-                        let name = known.map_or_else(String::new, |(_, name)| name.clone());
-                        Given::Signal { name, value: *value }
-                    }
-                    OwnedInput::Power(on) => Given::Power(*on),
-                    OwnedInput::Wake => Given::Wait,
-                };
+                let given = Given::of(input, || self.names.clone());
                 self.put(at, What::Given { by, given });
             }
             Told::Sent { bytes } => {

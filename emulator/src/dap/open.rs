@@ -8,10 +8,12 @@ use std::time::Duration;
 use vimc4_catalogue::{Controller, Handling, Model};
 use vimc4_dap::{Configuration, Open, Opened, Refusal};
 use vimc4_debug::{Debugger, Feed, Piece, Source, Unit, Way, patiently};
-use vimc4_device::{CommandNumber, Condition, Device, Event, Input, Kinds, OwnedInput, TimedInput};
+use vimc4_device::{
+    CommandNumber, Condition, Device, Event, Input, Kinds, Names, OwnedInput, TimedInput,
+};
 use vimc4_ncp::Severity;
 use vimc4_ncp::job::{InputTest, Job, Question, Step};
-use vimc4_timeline::recording::{Given, LineSort, Recording, What};
+use vimc4_timeline::recording::{LineSort, Recording, What};
 
 use crate::failure::Failure;
 use crate::job::file;
@@ -338,7 +340,7 @@ fn recorded(recording: &Recording, site: &Recorded) -> Result<Debugger, String> 
     let (line, state) = first.ok_or("it has no state to begin with; take it as it was written")?;
     let state = site.read(state).map_err(|why| format!("line {line}: {why}"))?;
     controller.restore(state.device);
-    let signals = controller.signals();
+    let names = Names::of(&controller);
     let mut debugger = Debugger::new(controller);
     let mut end = debugger.now();
     for entry in entries {
@@ -351,17 +353,11 @@ fn recorded(recording: &Recording, site: &Recorded) -> Result<Debugger, String> 
             }
         };
         end = end.max(entry.at);
-        let input = match given {
-            Given::Bytes(bytes) => OwnedInput::Bytes(bytes.clone()),
-            Given::Power(on) => OwnedInput::Power(*on),
-            Given::Wait => continue,
-            Given::Signal { name, value } => {
-                let signal = signals.iter().find(|signal| signal.name == *name);
-                let signal = signal
-                    .ok_or_else(|| format!("line {}: there is no signal {name}", entry.line))?;
-                OwnedInput::Signal(signal.id, *value)
-            }
-        };
+        let input = given.input(|| names.clone());
+        let input = input.map_err(|what| format!("line {}: there is no {what}", entry.line))?;
+        if input == OwnedInput::Wake {
+            continue;
+        }
         debugger.follow(&TimedInput { at: entry.at, input });
     }
     debugger.history_mut().run_to(end);

@@ -10,7 +10,7 @@ use bytes::Bytes;
 use serde_json::{Value, json};
 use vimc4::{News, RecordingFile, recording_head};
 use vimc4_catalogue::{Controller, Machine, Model};
-use vimc4_device::{Device, Line, Time};
+use vimc4_device::{Device, Line, Names, Time};
 use vimc4_timeline::recording::{Entry, Given, Player, What};
 
 use super::controller::{Device_, WALL};
@@ -191,7 +191,7 @@ impl Tape {
     ) -> Result<Tape, Failure> {
         let head = recording_head(model, machine, WALL, &format!("record {device}"));
         let tell = |trouble: &str| drop(writeln!(io::stderr(), "{trouble}"));
-        let file = RecordingFile::create(path, head, size, Vec::new(), Box::new(tell));
+        let file = RecordingFile::create(path, head, size, Names::default(), Box::new(tell));
         let file = file.map_err(Failure::usage)?;
         // What state it is really in nobody knows: it counts as just switched on.
         let fresh = Controller::new(model, Arc::clone(machine), b"").map_err(Failure::midway)?;

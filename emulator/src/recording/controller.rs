@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4::Clock;
 use vimc4_catalogue::{Controller, Machine, Model, State, profile_text};
-use vimc4_device::{Device, Line, LineState};
+use vimc4_device::{Device, Line, LineState, Names};
 use vimc4_timeline::recording::{Given, LineSort, Player, Recording, What, exchange};
 
 use crate::completions;
@@ -76,10 +76,17 @@ impl Site {
         Ok(site)
     }
 
-    /// Whether every signal that is given is one of its own, with a value that it can have.
+    /// Whether every signal that is given is one of its own, with a value that it can have, and every
+    /// fault one that it knows.
     fn knows_signals(&self, recording: &Recording) -> Result<(), String> {
-        let signals = self.device(&self.model, &self.machine, b"")?.signals();
+        let device = self.device(&self.model, &self.machine, b"")?;
+        let names = Names::of(&device);
+        let signals = names.signals();
         for entry in &recording.entries {
+            if let What::Given { given: Given::Fault(words), .. } = &entry.what {
+                let read = names.read_faulting(words);
+                read.map_err(|error| format!("line {}: fault {error}", entry.line))?;
+            }
             let What::Given { given: Given::Signal { name, value }, .. } = &entry.what else {
                 continue;
             };

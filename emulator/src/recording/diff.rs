@@ -132,6 +132,7 @@ fn input(entry: &Entry) -> String {
         What::Given { given: Given::Power(on), .. } => {
             format!("power {}", if *on { "on" } else { "off" })
         }
+        What::Given { given: Given::Fault(words), .. } => format!("fault {words}"),
         What::Given { given: Given::Wait, .. } => "time passes".to_owned(),
         _ => "it is put into a state".to_owned(),
     };

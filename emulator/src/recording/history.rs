@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use vimc4_catalogue::{Controller, Machine};
 use vimc4_debug::Debugger;
-use vimc4_device::{Device, Input, OwnedInput, TimedInput};
+use vimc4_device::{Device, Names, OwnedInput, TimedInput};
 use vimc4_timeline::Place;
 use vimc4_timeline::recording::{Entry, Given, LineSort, What};
 
@@ -81,16 +81,9 @@ pub(crate) fn open(path: &Path) -> Result<(Debugger, Arc<Machine>), Failure> {
     Ok((debugger, site.machine))
 }
 
-/// What was given, for the controller at hand; nothing if it has no such signal.
+/// What was given, for the controller at hand; nothing if it has no such signal, or if only time has
+/// passed.
 fn input(debugger: &Debugger, given: &Given) -> Option<OwnedInput> {
-    Some(match given {
-        Given::Bytes(bytes) => Input::Bytes(bytes).into(),
-        Given::Signal { name, value } => {
-            let signals = debugger.device().signals();
-            let signal = signals.iter().find(|signal| signal.name == *name)?;
-            OwnedInput::Signal(signal.id, *value)
-        }
-        Given::Power(on) => OwnedInput::Power(*on),
-        Given::Wait => return None,
-    })
+    let input = given.input(|| Names::of(debugger.device())).ok()?;
+    (input != OwnedInput::Wake).then_some(input)
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use vimc4::RecordingFile;
 use vimc4_catalogue::{Controller, Machine, Model};
-use vimc4_device::{Device, Line, Output, OwnedInput, TimedInput};
+use vimc4_device::{Device, Line, Names, Output, TimedInput};
 use vimc4_timeline::recording::{Entry, Given, What};
 
 use crate::failure::Failure;
@@ -23,7 +23,7 @@ impl Tape {
     pub(crate) fn new(path: &Path, model: &Model, machine: &Machine) -> Result<Tape, Failure> {
         let head = vimc4::recording_head(model, machine, "instant", "run");
         let tell = |trouble: &str| drop(writeln!(io::stderr(), "{trouble}"));
-        let file = RecordingFile::create(path, head, None, Vec::new(), Box::new(tell));
+        let file = RecordingFile::create(path, head, None, Names::default(), Box::new(tell));
         Ok(Tape { file: file.map_err(Failure::usage)?, by: Arc::from("run") })
     }
 
@@ -50,16 +50,7 @@ impl Tape {
     }
 
     fn given(&self, device: &Controller, TimedInput { at, input }: TimedInput) {
-        let given = match input {
-            OwnedInput::Bytes(bytes) => Given::Bytes(bytes),
-            OwnedInput::Power(on) => Given::Power(on),
-            OwnedInput::Wake => Given::Wait,
-            OwnedInput::Signal(id, value) => {
-                let signals = device.signals().into_iter();
-                let mut names = signals.filter(|signal| signal.id == id).map(|signal| signal.name);
-                Given::Signal { name: names.next().unwrap_or_default(), value }
-            }
-        };
+        let given = Given::of(&input, || Names::of(device));
         self.file.add(&Entry::new(at, What::Given { by: Arc::clone(&self.by), given }));
     }
 

@@ -39,7 +39,7 @@ const DEEPEST: u32 = 32;
 const SHOWN: usize = 80;
 
 /// The words that mean something where a text could stand.
-const RESERVED: [&str; 3] = ["and", "or", "error"];
+const RESERVED: [&str; 4] = ["and", "or", "then", "error"];
 
 /// The names that conditions use for the axes and the signals of a device.
 ///
@@ -489,6 +489,11 @@ impl Names {
         let name = positions.and_then(|names| names.get(place?));
         name.map_or_else(|| value.to_string(), Clone::clone)
     }
+}
+
+/// The names of a device of which nothing is known.
+pub(crate) fn without_names() -> &'static Names {
+    &NUMBERS
 }
 
 /// What a condition can be.

@@ -5,7 +5,7 @@ use proptest::test_runner::TestRunner;
 use vimc4_motion::{Arc, ArcState, Chain, Helix, Path, Profile, Ramp, StraightLine, Stretch};
 
 use super::*;
-use crate::{AXES, CommandNumber, Stamp, Time};
+use crate::{AXES, CommandNumber, Stamp, Strike, Time, Way};
 
 #[test]
 fn warnings_say_what_happened_and_what_to_do() {
@@ -155,8 +155,24 @@ fn events() -> impl Strategy<Value = Event> {
         1 => (any::<u16>(), any::<u8>()).prop_map(|(port, value)| Event::Port { port, value }),
         1 => words().prop_map(|what| Event::Flash { what }),
         1 => any::<u32>().prop_map(|baud| Event::Baud { baud }),
+        2 => faults().prop_map(|(number, news)| Event::Fault { number: FaultNumber(number), news }),
         3 => warnings().prop_map(Event::Warning),
     ]
+}
+
+fn faults() -> impl Strategy<Value = (u32, FaultNews)> {
+    let bytes = || prop::collection::vec(any::<u8>(), 0..4).prop_map(Bytes::from);
+    let strike = |(sent, arrives, late)| {
+        let way = Way::ToHost;
+        FaultNews::Strikes(Strike::Line { way, sent, arrives, late })
+    };
+    let news = prop_oneof![
+        Just(FaultNews::Begins(Box::new("drop both 5% after axis0 > 5".parse().unwrap()))),
+        Just(FaultNews::Armed),
+        (bytes(), bytes(), any::<u64>()).prop_map(strike),
+        Just(FaultNews::Ends),
+    ];
+    (any::<u32>(), news)
 }
 
 /// A number for each variant. A variant that is new must be told here, and then made above.
@@ -183,11 +199,12 @@ fn variant(event: &Event) -> u32 {
         Event::CutShort { .. } => 18,
         Event::Warning(Warning::EndlessReference { .. }) => 19,
         Event::Warning(Warning::CounterWrapped { .. }) => 20,
+        Event::Fault { .. } => 21,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 21;
+const VARIANTS: u32 = 22;
 
 #[test]
 fn what_is_written_is_read_again() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use vimc4_device::Time;
+use vimc4_device::{Names, OwnedInput, Time};
 
 use super::text;
 
@@ -126,8 +126,52 @@ pub enum Given {
     },
     /// The mains switch.
     Power(bool),
+    /// A fault begins or ends, in the words that
+    /// [`write_faulting`](vimc4_device::Names::write_faulting) finds with the names of the controller.
+    Fault(String),
     /// Time has passed because somebody has ordered it.
     Wait,
+}
+
+impl Given {
+    /// An input, as it is written down for a device with these names.
+    #[must_use]
+    pub fn of(input: &OwnedInput, names: impl FnOnce() -> Names) -> Given {
+        match input {
+            OwnedInput::Bytes(bytes) => Given::Bytes(bytes.clone()),
+            OwnedInput::Signal(id, value) => {
+                let names = names();
+                let known = names.signals().iter().find(|signal| signal.id == *id);
+                let name = known.map_or_else(String::new, |signal| signal.name.clone());
+                Given::Signal { name, value: *value }
+            }
+            OwnedInput::Power(on) => Given::Power(*on),
+            OwnedInput::Fault(faulting) => Given::Fault(names().write_faulting(faulting)),
+            OwnedInput::Wake => Given::Wait,
+        }
+    }
+
+    /// The input that it is to a device with these names.
+    ///
+    /// # Errors
+    ///
+    /// If it has no such signal, or knows no such fault: what it does not have, for people.
+    pub fn input(&self, names: impl FnOnce() -> Names) -> Result<OwnedInput, String> {
+        Ok(match self {
+            Given::Bytes(bytes) => OwnedInput::Bytes(bytes.clone()),
+            Given::Power(on) => OwnedInput::Power(*on),
+            Given::Wait => OwnedInput::Wake,
+            Given::Signal { name, value } => {
+                let names = names();
+                let signal = names.signals().iter().find(|signal| signal.name == *name);
+                OwnedInput::Signal(signal.ok_or_else(|| format!("signal {name}"))?.id, *value)
+            }
+            Given::Fault(words) => {
+                let faulting = names().read_faulting(words);
+                OwnedInput::Fault(faulting.map_err(|_| format!("fault {words}"))?)
+            }
+        })
+    }
 }
 
 impl Head {
@@ -177,6 +221,10 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
                 Given::Power(on) => {
                     key(out, "power");
                     put_json(out, on);
+                }
+                Given::Fault(words) => {
+                    key(out, "fault");
+                    put_json(out, words);
                 }
                 Given::Wait => {
                     key(out, "wait");

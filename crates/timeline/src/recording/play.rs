@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use serde_json::Value;
 use thiserror::Error;
 use vimc4_device::{
-    CommandNumber, Device, Event, Harness, Input, Kinds, Output, OwnedInput, Time, TimedInput,
+    CommandNumber, Device, Event, Harness, Kinds, Names, Output, OwnedInput, Time, TimedInput,
 };
 
 use super::entry::{Entry, Given, What};
@@ -24,7 +24,7 @@ pub struct Player<D: Device> {
     said: VecDeque<(Time, u8)>,
     told: VecDeque<Told>,
     remembered: usize,
-    /// Signals that the device does not have.
+    /// Signals and faults that the device does not have.
     unknown: Vec<String>,
 }
 
@@ -149,27 +149,20 @@ impl<D: Device> Player<D> {
         self.told.iter()
     }
 
-    /// The signals that were set and that the device does not have.
+    /// The signals that were set and the faults that were begun and that the device does not have.
     pub fn unknown(&self) -> &[String] {
         &self.unknown
     }
 
     fn input(&mut self, given: &Given) -> Option<OwnedInput> {
-        Some(match given {
-            Given::Bytes(bytes) => OwnedInput::Bytes(bytes.clone()),
-            Given::Power(on) => OwnedInput::Power(*on),
-            Given::Wait => Input::Wake.into(),
-            Given::Signal { name, value } => {
-                let signals = self.harness.device().signals();
-                let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
-                    if !self.unknown.contains(name) {
-                        self.unknown.push(name.clone());
-                    }
-                    return None;
-                };
-                OwnedInput::Signal(signal.id, *value)
-            }
-        })
+        let input = given.input(|| Names::of(self.harness.device()));
+        input
+            .map_err(|unknown| {
+                if !self.unknown.contains(&unknown) {
+                    self.unknown.push(unknown);
+                }
+            })
+            .ok()
     }
 
     fn take(&mut self) {

@@ -58,6 +58,8 @@ struct Line {
     #[serde(default)]
     power: Option<bool>,
     #[serde(default)]
+    fault: Option<String>,
+    #[serde(default)]
     wait: Option<bool>,
     #[serde(default, deserialize_with = "present")]
     state: Option<Value>,
@@ -283,9 +285,8 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         by: by.unwrap_or_else(|| Arc::from("")),
         given,
     };
-    let Line { at, given: input, out, signal, value, power, wait, state, stands, causes, .. } =
-        read;
-    let Line { news, mark, end, by, .. } = read;
+    let Line { at, given: input, out, signal, value, power, fault, wait, state, stands, .. } = read;
+    let Line { causes, news, mark, end, by, .. } = read;
     let by_nobody = by.is_none();
     // Each field is one thing that a line can say.
     let mut said = Vec::new();
@@ -298,6 +299,7 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         _ => return Err(error("`signal` and `value` stand together".to_owned(), "name both")),
     }
     said.extend(power.map(|on| given(Given::Power(on), by.clone())));
+    said.extend(fault.map(|words| given(Given::Fault(words), by.clone())));
     said.extend(wait.filter(|wait| *wait).map(|_| given(Given::Wait, by.clone())));
     said.extend(state.map(|state| What::State { by, state }));
     let done = said.len();
@@ -322,8 +324,8 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
     let Some(what) = one else {
         return Err(error(
             "it does not say one thing".to_owned(),
-            "each line has `at` and one of `in`, `out`, `signal` with `value`, `power`, `wait`, \
-             `state`, `stands`, `news`, `mark` and `end`; `by` belongs to what was done",
+            "each line has `at` and one of `in`, `out`, `signal` with `value`, `power`, `fault`, \
+             `wait`, `state`, `stands`, `news`, `mark` and `end`; `by` belongs to what was done",
         ));
     };
     Ok(Entry { at, what, line })

@@ -1,0 +1,172 @@
+//! Faults: what goes wrong around a device, as plain data.
+//!
+//! A fault says what goes wrong and [when](When). It begins and ends as an
+//! [input](crate::Input::Fault) with a time like any other, so recordings carry faults, histories
+//! replay them, and a state has those that are there in it. Each has a number, by which it is ended.
+//!
+//! Faults of the line are the business of [`Line`](crate::Line). It also looks after the times of all
+//! others: a device is given a fault at the instant from which on it may strike, and is told when it
+//! ends.
+//!
+//! # The text of a fault
+//!
+//! ```text
+//! fault  = KIND … [WAY] [NUMBER "bytes"] { when }
+//! KIND   = "drop" | "garble" ["flip" MASK | "into" BYTE] | "duplicate" | "delay" TIME | "insert" BYTES
+//!        | "split" TIME | "merge" TIME | ("parity" | "framing") ["as-is" | "dropped" | "zero" | "marked"]
+//!        | "cut" | "break" TIME | "speed" BAUD
+//! WAY    = "to-host" | "to-controller" | "both"
+//! when   = "once" | "always" | NUMBER "times" | "every" NTH | NTH "byte" | NUMBER "%" | "for" TIME
+//!        | "seed" NUMBER | "after" [NTH] CONDITION { "then" [NTH] CONDITION }
+//! change = [NUMBER] fault | "end" NUMBER | "end" "all"
+//! ```
+//!
+//! What comes `after` stands last, because a condition has words of its own.
+
+mod line;
+mod strike;
+mod text;
+mod when;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+pub use line::{BadByte, Damage, Garbling, LineFault, Way};
+pub use strike::Strike;
+pub use text::FaultError;
+pub use when::{Awaited, Chance, When};
+
+/// Something that goes wrong.
+///
+/// It has a text form, which people type: `drop to-host once`, `garble to-controller 2 bytes after
+/// command @A`, `cut both for 200ms`. [`Names`](crate::Names) reads and writes it with the names that a
+/// device has for its axes and signals.
+///
+/// ```
+/// use vimc4_device::{Damage, Fault, LineFault, Way, When};
+///
+/// let fault: Fault = "drop to-host 3 times every 10th".parse()?;
+/// let when = When { every: 10, ..When::times(3) };
+/// assert_eq!(fault, LineFault::new(Damage::Drop, Way::ToHost, when).into());
+/// assert_eq!(fault.to_string(), "drop to-host 3 times every 10th");
+///
+/// let wrong = "drop to-hots".parse::<Fault>().unwrap_err();
+/// assert!(wrong.to_string().starts_with("`drop to-hots` is wrong at `to-hots`: to-host"));
+/// # Ok::<(), vimc4_device::FaultError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Fault {
+    /// Of the serial line.
+    Line(LineFault),
+}
+
+impl Fault {
+    /// When it strikes.
+    #[must_use]
+    pub fn when(&self) -> &When {
+        match self {
+            Fault::Line(fault) => &fault.when,
+        }
+    }
+}
+
+impl From<LineFault> for Fault {
+    fn from(fault: LineFault) -> Fault {
+        Fault::Line(fault)
+    }
+}
+
+/// The number of a fault, by which it is ended.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct FaultNumber(pub u32);
+
+impl FaultNumber {
+    /// Stands for the number that is next: one more than the highest that a fault ever had.
+    pub const NEXT: FaultNumber = FaultNumber(0);
+}
+
+impl fmt::Display for FaultNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// What is done about faults.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Faulting {
+    /// A fault begins, with this number. One that has the number already ends.
+    Begin(FaultNumber, Fault),
+    /// The fault of this number ends, if there is one.
+    End(FaultNumber),
+    /// All faults end.
+    EndAll,
+}
+
+/// A fault that a device has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FaultView {
+    /// Its number.
+    pub number: FaultNumber,
+    /// What it is.
+    pub fault: Fault,
+    /// How far it has come.
+    pub stage: FaultStage,
+    /// How often it has struck.
+    pub struck: u64,
+}
+
+/// How far a fault has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultStage {
+    /// It waits for what has to come before.
+    Waits,
+    /// It strikes when there is something to strike.
+    Strikes,
+    /// It has struck as often as it was to, or its time is over.
+    Over,
+}
+
+impl fmt::Display for FaultStage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            FaultStage::Waits => "waits",
+            FaultStage::Strikes => "strikes",
+            FaultStage::Over => "is over",
+        })
+    }
+}
+
+/// What is told of a fault.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum FaultNews {
+    /// It was begun.
+    Begins(Box<Fault>),
+    /// What had to come before has come: it strikes from now on.
+    Armed,
+    /// It has struck.
+    Strikes(Strike),
+    /// It was ended.
+    Ends,
+}
+
+/// In a few words, for people: what follows "fault 3".
+impl fmt::Display for FaultNews {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FaultNews::Begins(fault) => write!(f, "begins: {fault}"),
+            FaultNews::Armed => f.write_str("strikes from now on"),
+            FaultNews::Strikes(strike) => strike.fmt(f),
+            FaultNews::Ends => f.write_str("ends"),
+        }
+    }
+}

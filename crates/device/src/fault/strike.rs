@@ -1,0 +1,52 @@
+//! What a fault has done.
+
+use std::fmt;
+
+use bytes::Bytes;
+use serde::{Deserialize, Serialize};
+
+use super::Way;
+use crate::{escape, show_nanos};
+
+/// What a fault has done, once.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Strike {
+    /// Something on the line arrives otherwise than it was sent.
+    Line {
+        /// Which way it went.
+        way: Way,
+        /// What was sent.
+        sent: Bytes,
+        /// What arrives.
+        arrives: Bytes,
+        /// How much later than without the fault, in nanoseconds.
+        late: u64,
+    },
+}
+
+/// In a few words, for people: what follows "fault 3".
+impl fmt::Display for Strike {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Strike::Line { way, sent, arrives, late } = self;
+        let whose = match way {
+            Way::ToHost => "to the host",
+            Way::ToController => "to the controller",
+            Way::Both => "on the line",
+        };
+        match (sent.as_ref(), arrives.as_ref()) {
+            ([], []) => write!(f, "struck {whose}")?,
+            ([], arrives) => write!(f, "put {} in {whose}", escape(arrives))?,
+            (sent, []) => write!(f, "lost {} {whose}", escape(sent))?,
+            (sent, arrives) if sent == arrives => write!(f, "held {} up {whose}", escape(sent))?,
+            (sent, arrives) => {
+                write!(f, "made {} of {} {whose}", escape(arrives), escape(sent))?;
+            }
+        }
+        match late {
+            0 => Ok(()),
+            late => write!(f, ", {} late", show_nanos(*late)),
+        }
+    }
+}

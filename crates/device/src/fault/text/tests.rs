@@ -1,0 +1,228 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::{Signal, SignalId, Time};
+
+fn names() -> Names {
+    let stop = Signal::button(SignalId(3), "stop", "");
+    Names::new([(0, "X".to_owned()), (2, "Z".to_owned())], vec![stop])
+}
+
+fn line(damage: Damage, way: Way, when: When) -> Fault {
+    LineFault::new(damage, way, when).into()
+}
+
+#[test]
+fn every_kind_is_understood() {
+    let ms = Duration::from_millis;
+    let after = |text: &str| When::once().after(names().read(text).unwrap());
+    for (text, fault) in [
+        ("drop to-host", line(Damage::Drop, Way::ToHost, When::once())),
+        ("drop to-host once", line(Damage::Drop, Way::ToHost, When::once())),
+        ("drop both always", line(Damage::Drop, Way::Both, When::ALWAYS)),
+        (
+            "garble to-controller 2 bytes after @0A",
+            LineFault::new(Damage::Garble(Garbling::Bit), Way::ToController, after("command @0A"))
+                .bytes(2)
+                .into(),
+        ),
+        (
+            "garble flip 0x20 to-host 3rd byte",
+            line(
+                Damage::Garble(Garbling::Flip(0x20)),
+                Way::ToHost,
+                When { first: 3, ..When::once() },
+            ),
+        ),
+        (
+            r"garble into \xFF to-host",
+            line(Damage::Garble(Garbling::Into(0xFF)), Way::ToHost, When::once()),
+        ),
+        (
+            "duplicate to-host every 10th",
+            line(Damage::Duplicate, Way::ToHost, When { every: 10, ..When::ALWAYS }),
+        ),
+        ("delay 50ms to-host", line(Damage::Delay(ms(50)), Way::ToHost, When::once())),
+        (
+            r#"insert "0 \r" to-host when x > 1000"#,
+            line(Damage::Insert("0 \r".into()), Way::ToHost, after("x > 1000")),
+        ),
+        ("split 2ms to-host always", line(Damage::Split(ms(2)), Way::ToHost, When::ALWAYS)),
+        ("merge 16ms to-host always", line(Damage::Merge(ms(16)), Way::ToHost, When::ALWAYS)),
+        (
+            "parity zero to-host 1.5% seed 7",
+            line(
+                Damage::Parity(BadByte::Zero),
+                Way::ToHost,
+                When { chance: Chance::millionths(15_000), seed: 7, ..When::ALWAYS },
+            ),
+        ),
+        (
+            "framing to-controller once",
+            line(Damage::Framing(BadByte::AsIs), Way::ToController, When::once()),
+        ),
+        ("cut", line(Damage::Cut, Way::Both, When::ALWAYS)),
+        (
+            "cut to-host for 200ms",
+            line(Damage::Cut, Way::ToHost, When { lasts: Some(ms(200)), ..When::ALWAYS }),
+        ),
+        ("break 250ms", line(Damage::Break(ms(250)), Way::ToController, When::once())),
+        ("speed 9600", line(Damage::Speed(9_600), Way::Both, When::ALWAYS)),
+        (
+            "drop to-host after command @0A then 2nd answered",
+            line(
+                Damage::Drop,
+                Way::ToHost,
+                When {
+                    after: vec![
+                        Awaited { condition: names().read("command @0A").unwrap(), times: 1 },
+                        Awaited { condition: names().read("answered").unwrap(), times: 2 },
+                    ],
+                    ..When::once()
+                },
+            ),
+        ),
+    ] {
+        assert_eq!(names().read_fault(text), Ok(fault), "{text}");
+    }
+    for (kind, _) in kinds() {
+        assert!(!matches!(names().read_fault(kind), Err(error) if error.rest() == kind), "{kind}");
+    }
+}
+
+#[test]
+fn a_wrong_fault_says_where_and_what_would_be_right() {
+    for (text, rest, right) in [
+        ("", "", "a kind of fault: drop, garble"),
+        ("dorp to-host", "dorp to-host", "a kind of fault: drop, garble"),
+        ("drop", "", "to-host, to-controller or both"),
+        ("drop to-hots", "to-hots", "to-host, to-controller or both"),
+        ("drop to-host 0 bytes", "", "at least 1 byte"),
+        ("drop to-host twice", "twice", "`3 times`"),
+        ("drop to-host 0 times", "", "at least once"),
+        ("drop to-host every 0", "0", "as in `every 10th`"),
+        ("drop to-host every 3nd", "3nd", "as in `every 10th`"),
+        ("drop to-host 101%", "101%", "`5%`"),
+        ("drop to-host for 200", "200", "as in `for 200ms`"),
+        ("delay to-host", "to-host", "as in `delay 50ms`"),
+        ("insert to-host", "", "to-host, to-controller or both"),
+        (r"insert \q to-host", r"\q to-host", r"as in `insert \xFF`"),
+        (r#"insert "a to-host"#, r#""a to-host"#, r"as in `insert \xFF`"),
+        ("garble flip 0 to-host", "0 to-host", "as in `flip 0x20`"),
+        ("garble into ab to-host", "ab to-host", "as in `into ?`"),
+        ("speed fast", "fast", "as in `speed 9600`"),
+        ("drop to-host after", "", "a condition"),
+        ("drop to-host after x > far", "far", "a position in steps"),
+        ("drop to-host after x > far then idle", "far then idle", "a position in steps"),
+        ("drop to-host after x > 5 then", "then", "nothing more"),
+    ] {
+        let error = names().read_fault(text).unwrap_err();
+        assert!(error.right().contains(right), "{text}: {error}");
+        assert_eq!(error.rest(), rest, "{text}: {error}");
+    }
+    assert!(names().read_faulting("end").unwrap_err().right().contains("or all"));
+    assert!(names().read_faulting("end all 3").is_err());
+}
+
+#[test]
+fn what_is_done_about_faults_is_read_and_written() {
+    let drop = || line(Damage::Drop, Way::ToHost, When::once());
+    for (text, faulting) in [
+        ("drop to-host once", Faulting::Begin(FaultNumber::NEXT, drop())),
+        ("7 drop to-host once", Faulting::Begin(FaultNumber(7), drop())),
+        ("end 3", Faulting::End(FaultNumber(3))),
+        ("end all", Faulting::EndAll),
+    ] {
+        assert_eq!(text.parse(), Ok(faulting.clone()), "{text}");
+        assert_eq!(faulting.to_string(), text);
+    }
+}
+
+/// Any condition of the sorts that there are, as a person can type it.
+fn conditions() -> impl Strategy<Value = Condition> {
+    let one = prop_oneof![
+        any::<i64>().prop_map(|position| Condition::AxisAt { axis: 0, position }),
+        any::<i64>().prop_map(|position| Condition::AxisAbove { axis: 2, position }),
+        (0..2).prop_map(|value| Condition::SignalIs { signal: SignalId(3), value }),
+        Just(Condition::Idle),
+        any::<u64>().prop_map(|nanos| Condition::At(Time::from_nanos(nanos >> 1))),
+        prop::option::of(".{1,9}").prop_map(|like| Condition::Command { like }),
+        ".{1,9}( then )?.{1,9}".prop_map(|text| Condition::Answer { text }),
+        Just(Condition::Error { code: Some("then".to_owned()) }),
+    ];
+    prop::collection::vec(one, 1..3).prop_map(|mut parts| match parts.len() {
+        1 => parts.remove(0),
+        _ => Condition::All(parts),
+    })
+}
+
+fn whens() -> impl Strategy<Value = When> {
+    let awaited =
+        (conditions(), 1..4_u32).prop_map(|(condition, times)| Awaited { condition, times });
+    let numbers = (1..200_u64, 1..200_u64, 0..=1_000_000_u32);
+    let others = (prop::option::of(1..9_u64), prop::option::of(0..u64::MAX / 2), any::<u64>());
+    (prop::collection::vec(awaited, 0..3), numbers, others).prop_map(
+        |(after, (first, every, chance), (times, lasts, seed))| When {
+            after,
+            first,
+            every,
+            chance: Chance::millionths(chance),
+            times,
+            lasts: lasts.map(Duration::from_nanos),
+            seed,
+        },
+    )
+}
+
+pub(crate) fn line_faults() -> impl Strategy<Value = LineFault> {
+    let spans = || (0..u64::MAX / 2).prop_map(Duration::from_nanos);
+    let bad = || (0..BadByte::ALL.len()).prop_map(|place| BadByte::ALL[place].0);
+    let bytes = prop::collection::vec(any::<u8>(), 1..5);
+    let damages = prop_oneof![
+        Just(Damage::Drop),
+        Just(Damage::Garble(Garbling::Bit)),
+        (1..=u8::MAX).prop_map(|mask| Damage::Garble(Garbling::Flip(mask))),
+        any::<u8>().prop_map(|byte| Damage::Garble(Garbling::Into(byte))),
+        Just(Damage::Duplicate),
+        spans().prop_map(Damage::Delay),
+        bytes.prop_map(|bytes| Damage::Insert(bytes.into())),
+        spans().prop_map(Damage::Split),
+        spans().prop_map(Damage::Merge),
+        bad().prop_map(Damage::Parity),
+        bad().prop_map(Damage::Framing),
+        Just(Damage::Cut),
+        spans().prop_map(Damage::Break),
+        (1..=u32::MAX).prop_map(Damage::Speed),
+    ];
+    let ways = prop_oneof![Just(Way::ToHost), Just(Way::ToController), Just(Way::Both)];
+    (damages, ways, 1..=u32::MAX, whens()).prop_map(|(damage, way, run, when)| LineFault {
+        damage,
+        way,
+        run,
+        when,
+    })
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read(fault in line_faults(), number in any::<u32>()) {
+        let fault = Fault::from(fault);
+        for names in [&names(), without_names()] {
+            let text = names.write_fault(&fault);
+            prop_assert_eq!(names.read_fault(&text), Ok(fault.clone()), "{}", text);
+            let faulting = Faulting::Begin(FaultNumber(number), fault.clone());
+            let text = names.write_faulting(&faulting);
+            prop_assert_eq!(names.read_faulting(&text), Ok(faulting), "{}", text);
+        }
+        let written = serde_json::to_string(&fault).unwrap();
+        prop_assert_eq!(serde_json::from_str::<Fault>(&written).unwrap(), fault);
+    }
+
+    #[test]
+    fn no_text_is_too_strange(text in "(drop|garble|insert|after|then|to-host|2nd|every|5%|\"|\\\\x|for|x > 5| |.){0,12}") {
+        if let Ok(fault) = names().read_fault(&text) {
+            let written = names().write_fault(&fault);
+            prop_assert_eq!(names().read_fault(&written), Ok(fault), "{}", written);
+        }
+    }
+}
