@@ -339,8 +339,8 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         findings.trouble(
             "line",
             &format!("it speaks Telnet: `{}`", excerpt(&unasked)),
-            "a server for serial ports (RFC 2217) must be set to raw TCP: 253 to 255 are commands \
-             of controllers",
+            "programs that speak RFC 2217 can use it, such as rfc2217:// of pyserial; for all others \
+             set it to raw TCP, because 253 to 255 are commands of controllers",
         );
     } else if !unasked.is_empty() {
         findings.trouble(

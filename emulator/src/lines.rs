@@ -51,6 +51,7 @@ not tried.";
         .help("The pseudo-terminal, or the link to it: what `vimc4 serve` prints, and what \
                --serve makes [default: ./vimc4.pty]")),
     mut_arg("tcp", |arg| arg.default_value("none").requires("serve")),
+    mut_arg("rfc2217", |arg| arg.requires("serve")),
     mut_arg("model", |arg| arg.requires("serve")),
     mut_arg("machine", |arg| arg.requires("serve")),
     mut_arg("time", |arg| arg.requires("serve")),

@@ -69,6 +69,10 @@ pub(crate) struct Arguments {
     /// get this port and the following ones
     #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
     pub(crate) tcp: String,
+    /// Listen at this address for programs that speak RFC 2217: a serial port with its settings and
+    /// modem lines over the network. Several controllers get this port and the following ones
+    #[arg(long, value_name = "ADDR", add = completions::words(&["127.0.0.1:2217", "127.0.0.1:0"]))]
+    pub(crate) rfc2217: Option<String>,
     /// A real serial port; once for each controller
     #[arg(long, value_name = "DEV")]
     pub(crate) serial: Vec<String>,
@@ -245,6 +249,9 @@ pub(crate) async fn start(
         if arguments.tcp != "none" {
             builder = builder.tcp(counted_up(&arguments.tcp, number - 1)?);
         }
+        if let Some(address) = &arguments.rfc2217 {
+            builder = builder.rfc2217(counted_up(address, number - 1)?);
+        }
         if let Some(device) = arguments.serial.get(usize::from(number) - 1) {
             builder = builder.serial(device);
         }
@@ -338,13 +345,14 @@ pub(crate) fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
 fn announce(arguments: &Arguments, emulators: &[Emulator]) {
     let pty = |emulator: &Emulator| emulator.port().map(|path| path.display().to_string());
     let tcp = |emulator: &Emulator| emulator.tcp_addr().map(|address| address.to_string());
+    let rfc2217 = |emulator: &Emulator| emulator.rfc2217_addr().map(|address| address.to_string());
     let mut text = String::new();
     if arguments.json {
         let controllers = emulators.iter().map(|emulator| ControllerPlaces {
             model: emulator.model().name(),
             pty: pty(emulator),
             tcp: tcp(emulator),
-            rfc2217: None,
+            rfc2217: rfc2217(emulator),
             serial: emulator.serial(),
         });
         let places = Places { ready: true, controllers: controllers.collect(), control: None };
@@ -355,7 +363,12 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
         for (number, emulator) in (1..).zip(emulators) {
             let prefix = if emulators.len() > 1 { format!("{number} ") } else { String::new() };
             let serial = emulator.serial().map(str::to_owned);
-            let places = [("pty", pty(emulator)), ("tcp", tcp(emulator)), ("serial", serial)];
+            let places = [
+                ("pty", pty(emulator)),
+                ("tcp", tcp(emulator)),
+                ("rfc2217", rfc2217(emulator)),
+                ("serial", serial),
+            ];
             for (kind, place) in places {
                 if let Some(place) = place {
                     text.push_str(&format!("{prefix}{kind} {place}\n"));
@@ -374,7 +387,9 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
             emulator.model().name()
         );
     }
-    if let Some(address) = emulators.iter().filter_map(Emulator::tcp_addr).find(is_open_to_others) {
+    let addresses = |emulator: &Emulator| [emulator.tcp_addr(), emulator.rfc2217_addr()];
+    let mut addresses = emulators.iter().flat_map(addresses).flatten();
+    if let Some(address) = addresses.find(is_open_to_others) {
         let _ = writeln!(
             io::stderr(),
             "{address} is open to everybody who reaches this computer over a network, and whoever \

@@ -51,6 +51,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("", "vimc4 lines --pty", "emulator/tests/connect: Wine and DOSBox"),
     ("docs/recordings.md", "jq ", "needs jq"),
     ("", "vimc4 record ", "waits for Ctrl-C; emulator/tests/recording.rs"),
+    ("docs/connect.md", "gensiot ", "emulator/tests/connect"),
     ("docs/connect.md", "picocom ", "emulator/tests/connect"),
     ("docs/connect.md", "minicom ", "emulator/tests/connect"),
     ("docs/connect.md", "screen ", "emulator/tests/connect"),
@@ -78,12 +79,13 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
 ];
 
 /// The programs with which command lines begin in blocks that do not mark them with `$`.
-const PROGRAMS: [&str; 16] = [
+const PROGRAMS: [&str; 17] = [
     "vimc4",
     "cargo",
     "git",
     "cd",
     "socat",
+    "gensiot",
     "picocom",
     "minicom",
     "screen",

@@ -87,3 +87,8 @@ fn a_console_carries_out_or_refuses_what_is_typed() {
 fn an_adapter_answers_whatever_a_client_says() {
     replay("adapter");
 }
+
+#[test]
+fn a_port_on_the_network_takes_what_comes_in_any_pieces() {
+    replay("rfc2217");
+}

@@ -230,11 +230,19 @@ pub enum News {
         /// The client's parity: `odd`, `mark` or `space`.
         parity: Cow<'static, str>,
     },
-    /// A client has switched one of its handshake lines.
+    /// A client has set its port to characters of another length than the device's line has, which
+    /// is 8 bits. It is understood all the same; a real device would hear noise.
+    WrongDataBits {
+        /// The transport, by its label.
+        transport: Arc<str>,
+        /// The data bits of the client's characters, 5 to 7.
+        bits: u8,
+    },
+    /// A client has switched one of its handshake lines, or begun or ended a break.
     HostLine {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// The line: `DTR` or `RTS`.
+        /// The line: `DTR`, `RTS` or `BREAK`.
         line: Cow<'static, str>,
         /// Whether it is on now.
         on: bool,

@@ -120,6 +120,9 @@ impl Traces {
             News::WrongParity { transport, parity } => {
                 tell!(WARN, &of(transport), at, parity = &**parity, "wrong parity");
             }
+            News::WrongDataBits { transport, bits } => {
+                tell!(WARN, &of(transport), at, bits, "wrong data bits");
+            }
             News::Shared { transport, programs } => {
                 tell!(WARN, &of(transport), at, programs, "several programs have the line open");
             }

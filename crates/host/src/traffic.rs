@@ -307,6 +307,16 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                      real one would hear noise"
                 ),
             ),
+            News::WrongDataBits { transport, bits } => self.warn(
+                at,
+                "changes of the data bits",
+                transport,
+                0,
+                format_args!(
+                    "{transport}: the client has set {bits} data bits, the controller has 8; a \
+                     real one would hear noise"
+                ),
+            ),
             News::Shared { transport, programs } => self.warn(
                 at,
                 "programs at one port",

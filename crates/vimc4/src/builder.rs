@@ -12,7 +12,9 @@ use vimc4_catalogue::{Controller, Handling, Machine, Model};
 use vimc4_device::{Line, Names};
 #[cfg(feature = "serial")]
 use vimc4_host::Serial;
-use vimc4_host::{Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, Worker, unix_lines};
+use vimc4_host::{
+    Clients, Clock, FlashFile, Handle, Runner, Sink, Tcp, TcpError, Worker, unix_lines,
+};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{Pty, PtyLink};
 
@@ -33,6 +35,7 @@ pub struct Builder {
     replace: bool,
     fresh_clients: bool,
     tcp: Option<String>,
+    rfc2217: Option<String>,
     clients: Clients,
     serial: Option<String>,
     flash: Option<PathBuf>,
@@ -149,6 +152,7 @@ impl Builder {
             replace: false,
             fresh_clients: false,
             tcp: None,
+            rfc2217: None,
             clients: Clients::Refuse,
             serial: None,
             flash: None,
@@ -216,6 +220,13 @@ impl Builder {
     /// An address to listen on, such as `127.0.0.1:4004`; port 0 picks a free one.
     pub fn tcp(mut self, address: impl Into<String>) -> Builder {
         self.tcp = Some(address.into());
+        self
+    }
+
+    /// Listens at this address for clients that speak RFC 2217: a serial port with its settings and
+    /// modem lines over the network, as `rfc2217://` of pyserial. Port 0 picks a free one.
+    pub fn rfc2217(mut self, address: impl Into<String>) -> Builder {
+        self.rfc2217 = Some(address.into());
         self
     }
 
@@ -339,7 +350,11 @@ impl Builder {
         if self.pty != Terminal::Off {
             return Err(Error::NoPty);
         }
-        let addresses = self.tcp.as_deref().map(resolve).transpose()?.unwrap_or_default();
+        let addresses = |name: &Option<String>| match name {
+            Some(name) => resolve(name),
+            None => Ok(Vec::new()),
+        };
+        let addresses = [addresses(&self.tcp)?, addresses(&self.rfc2217)?];
         let record = self.record.then(Record::default);
         #[cfg(all(unix, feature = "pty"))]
         let (pty, replace) = (self.pty.clone(), self.replace);
@@ -380,12 +395,14 @@ impl Builder {
         self,
         model: &Model,
         machine: Arc<Machine>,
-        addresses: &[SocketAddr],
+        [tcp, rfc2217]: &[Vec<SocketAddr>; 2],
         record: Option<Record>,
     ) -> Result<(Made, Option<Kept>), Error> {
         let mut places = Places::default();
-        let tcp = listen(addresses, self.clients)?;
+        let tcp = listen(tcp, |address| Tcp::bind(address, self.clients))?;
         places.tcp = tcp.as_ref().map(Tcp::address);
+        let rfc2217 = listen(rfc2217, |address| Tcp::bind_rfc2217(address, self.clients))?;
+        places.rfc2217 = rfc2217.as_ref().map(Tcp::address);
         #[cfg(feature = "serial")]
         let serial =
             self.serial.as_deref().map(|path| Serial::open(path, model.baud())).transpose()?;
@@ -430,17 +447,18 @@ impl Builder {
         if let Some(serial) = serial {
             runner.attach(Box::new(serial));
         }
-        if let Some(tcp) = tcp {
+        for tcp in [tcp, rfc2217].into_iter().flatten() {
             runner.attach(Box::new(tcp));
         }
         #[cfg(feature = "tracing")]
         if let Some(traces) = vimc4_host::Traces::new(&name) {
             traces.begin(model.name(), &machine.name, &self.time);
-            let Places { tcp, serial, .. } = &places;
+            let Places { tcp, rfc2217, serial, .. } = &places;
             #[cfg(all(unix, feature = "pty"))]
             places.pty.iter().for_each(|path| traces.transport("pty", &path.display()));
             serial.iter().for_each(|device| traces.transport("serial", device));
             tcp.iter().for_each(|address| traces.transport("tcp", address));
+            rfc2217.iter().for_each(|address| traces.transport("rfc2217", address));
             runner.watch(Box::new(traces));
         }
         if let Some(record) = record {
@@ -483,10 +501,13 @@ fn resolve(address: &str) -> Result<Vec<SocketAddr>, Error> {
 }
 
 /// Listens at the first address of a name that can be listened on.
-fn listen(addresses: &[SocketAddr], policy: Clients) -> Result<Option<Tcp>, Error> {
+fn listen(
+    addresses: &[SocketAddr],
+    bind: impl Fn(SocketAddr) -> Result<Tcp, TcpError>,
+) -> Result<Option<Tcp>, Error> {
     let mut failure = None;
     for &address in addresses {
-        match Tcp::bind(address, policy) {
+        match bind(address) {
             Ok(tcp) => return Ok(Some(tcp)),
             Err(error) => failure = failure.or(Some(error)),
         }
@@ -500,6 +521,7 @@ impl fmt::Debug for Builder {
             .field("time", &self.time)
             .field("pty", &self.pty)
             .field("tcp", &self.tcp)
+            .field("rfc2217", &self.rfc2217)
             .field("serial", &self.serial)
             .field("flash", &self.flash)
             .finish_non_exhaustive()

@@ -96,6 +96,7 @@ type End = Option<Result<(), Arc<RunError>>>;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Places {
     pub(crate) tcp: Option<SocketAddr>,
+    pub(crate) rfc2217: Option<SocketAddr>,
     pub(crate) serial: Option<String>,
     #[cfg(all(unix, feature = "pty"))]
     pub(crate) pty: Option<PathBuf>,
@@ -154,6 +155,11 @@ impl Emulator {
     /// Where it listens, with the port that was picked.
     pub fn tcp_addr(&self) -> Option<SocketAddr> {
         self.places.tcp
+    }
+
+    /// Where it listens for clients that speak RFC 2217, with the port that was picked.
+    pub fn rfc2217_addr(&self) -> Option<SocketAddr> {
+        self.places.rfc2217
     }
 
     /// The real serial port that it has open.

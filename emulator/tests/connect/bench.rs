@@ -32,10 +32,12 @@ pub(crate) enum Way {
     Lines,
     /// By TCP.
     Tcp,
+    /// By TCP as RFC 2217 has it, with settings and modem lines.
+    Rfc2217,
 }
 
 impl Way {
-    pub(crate) const ALL: [Way; 3] = [Way::Terminal, Way::Lines, Way::Tcp];
+    pub(crate) const ALL: [Way; 4] = [Way::Terminal, Way::Lines, Way::Tcp, Way::Rfc2217];
 
     /// The head of the column.
     pub(crate) fn title(self) -> &'static str {
@@ -43,6 +45,7 @@ impl Way {
             Way::Terminal => "terminal",
             Way::Lines => "`vimc4 lines`",
             Way::Tcp => "TCP",
+            Way::Rfc2217 => "RFC 2217",
         }
     }
 }
@@ -80,7 +83,8 @@ impl Bench {
     pub(crate) fn new(way: Way) -> Result<Bench, Box<dyn std::error::Error>> {
         let folder = tempfile::tempdir()?;
         let link = folder.path().canonicalize()?.join("vimc4.pty");
-        let emulator = Emulator::builder().pty(link).tcp("127.0.0.1:0").start()?;
+        let builder = Emulator::builder().pty(link).tcp("127.0.0.1:0").rfc2217("127.0.0.1:0");
+        let emulator = builder.start()?;
         let fresh = emulator.snapshot()?;
         Ok(Bench { way, options: "", emulator, fresh, folder })
     }
@@ -99,16 +103,20 @@ impl Bench {
         self.folder().join("vimc4.pty").display().to_string()
     }
 
-    /// Where TCP listens: `127.0.0.1:PORT`.
+    /// Where TCP listens, with the settings of a port or without: `127.0.0.1:PORT`.
     pub(crate) fn address(&self) -> String {
-        self.emulator.tcp_addr().map(|address| address.to_string()).unwrap_or_default()
+        let address = match self.way {
+            Way::Rfc2217 => self.emulator.rfc2217_addr(),
+            _ => self.emulator.tcp_addr(),
+        };
+        address.map(|address| address.to_string()).unwrap_or_default()
     }
 
     /// Where a program connects to that takes either: the terminal's link or the address.
     pub(crate) fn place(&self) -> String {
         match self.way {
             Way::Terminal | Way::Lines => self.link(),
-            Way::Tcp => self.address(),
+            Way::Tcp | Way::Rfc2217 => self.address(),
         }
     }
 
@@ -116,7 +124,7 @@ impl Bench {
     pub(crate) fn by_way(&self, line: &str) -> String {
         match self.way {
             Way::Lines => format!("{VIMC4} lines {} --pty {} -- {line}", self.options, self.link()),
-            Way::Terminal | Way::Tcp => line.to_owned(),
+            Way::Terminal | Way::Tcp | Way::Rfc2217 => line.to_owned(),
         }
     }
 
@@ -124,7 +132,9 @@ impl Bench {
     pub(crate) fn here(&self, text: &str) -> String {
         let address = self.address();
         let port = address.rsplit(':').next().unwrap_or_default();
-        text.replace("/home/you/vimc4/vimc4.pty", &self.link()).replace("4004", port)
+        let text = text.replace("/home/you/vimc4/vimc4.pty", &self.link()).replace("4004", port);
+        // The only one that is not a part of its own name.
+        text.replace(":2217", &format!(":{port}")).replace(",2217", &format!(",{port}"))
     }
 
     /// The only line of the guide that begins so, for this controller.

@@ -31,6 +31,7 @@ pub(crate) struct Program {
     terminal: Proof,
     lines: Proof,
     tcp: Proof,
+    rfc2217: Proof,
 }
 
 impl Program {
@@ -44,6 +45,7 @@ impl Program {
             Way::Terminal => self.terminal,
             Way::Lines => self.lines,
             Way::Tcp => self.tcp,
+            Way::Rfc2217 => self.rfc2217,
         }
     }
 
@@ -89,6 +91,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("bytes; each of the six lines is an `OSError`", pyserial),
             lines: Test("yes, all six lines", pyserial),
             tcp: Test("yes; pyserial makes the lines up", pyserial),
+            rfc2217: Test("yes, all six lines", pyserial),
         },
         Program {
             name: "PyVISA with pyvisa-py",
@@ -96,6 +99,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", visa),
             lines: Test("yes", visa),
             tcp: Test("yes", visa),
+            rfc2217: None,
         },
         Program {
             name: "Node: serialport, net",
@@ -103,6 +107,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("bytes; `set` and `get` fail", node),
             lines: Test("yes", node),
             tcp: Test("yes", node),
+            rfc2217: None,
         },
         Program {
             name: "Mono: SerialPort, TcpClient",
@@ -110,6 +115,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("no: `Open` throws", mono),
             lines: Test("yes", mono),
             tcp: Test("yes", mono),
+            rfc2217: None,
         },
         Program {
             name: "Java: files, Socket",
@@ -117,6 +123,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", java),
             lines: Test("yes", java),
             tcp: Test("yes", java),
+            rfc2217: None,
         },
         Program {
             name: "C, linked statically: termios, sockets",
@@ -124,6 +131,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("bytes; `TIOCMGET` and the others fail", c),
             lines: Test("yes", c),
             tcp: Test("yes", c),
+            rfc2217: None,
         },
         Program {
             name: "Rust: serialport, TcpStream",
@@ -131,6 +139,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("bytes; every call for a line fails", rust),
             lines: Test("yes", rust),
             tcp: Test("yes", rust),
+            rfc2217: None,
         },
         Program {
             name: "socat",
@@ -138,6 +147,15 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", socat),
             lines: Test("yes", socat),
             tcp: Test("yes", socat),
+            rfc2217: None,
+        },
+        Program {
+            name: "gensiot of gensio, the library of ser2net",
+            needs: &[("command -v gensiot", "gensio-bin")],
+            terminal: None,
+            lines: None,
+            tcp: None,
+            rfc2217: Test("yes", gensiot),
         },
         Program {
             name: "picocom",
@@ -145,6 +163,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes; `--lower-dtr` and `--lower-rts` end it", picocom),
             lines: Test("yes", picocom),
             tcp: None,
+            rfc2217: None,
         },
         Program {
             name: "minicom",
@@ -152,6 +171,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", minicom),
             lines: Test("yes", minicom),
             tcp: None,
+            rfc2217: None,
         },
         Program {
             name: "screen",
@@ -159,6 +179,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", screen),
             lines: Test("yes", screen),
             tcp: None,
+            rfc2217: None,
         },
         Program {
             name: "QEMU, a guest at COM1",
@@ -166,6 +187,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", qemu),
             lines: Test("yes", qemu),
             tcp: Test("yes", qemu),
+            rfc2217: None,
         },
         Program {
             name: "DOSBox, the registers of the 8250",
@@ -173,6 +195,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("yes", dosbox_8250),
             lines: Test("yes", dosbox_8250),
             tcp: Test("yes", dosbox_8250),
+            rfc2217: None,
         },
         Program {
             name: "DOSBox, INT 14h",
@@ -180,6 +203,7 @@ pub(crate) fn programs() -> Vec<Program> {
             terminal: Test("no: it waits for DSR and CTS", dosbox_bios),
             lines: Test("yes", dosbox_bios),
             tcp: Test("yes", dosbox_bios),
+            rfc2217: None,
         },
         Program {
             name: "Wine",
@@ -195,6 +219,7 @@ pub(crate) fn programs() -> Vec<Program> {
             ),
             lines: ByHand("yes", WINE, wine_with_lines),
             tcp: None,
+            rfc2217: None,
         },
     ]
 }
@@ -235,6 +260,11 @@ fn pyserial(way: Way) -> Outcome {
         let url = format!("socket://{}", bench.address());
         return client(&bench, "python3", "client.py", &[&url, "lines"])?.held("CTS 1 DSR 1 DCD 1");
     }
+    if way == Way::Rfc2217 {
+        let url = bench.recipe("port = serial.serial_for_url(\"rfc2217://")?;
+        let url = url.split('"').nth(1).unwrap_or_default();
+        return client(&bench, "python3", "client.py", &[url, "lines"])?.held(LINES);
+    }
     python_recipe(&bench, "pyserial")?;
     let ended = client(&bench, "python3", "client.py", &[&bench.link(), "lines"])?;
     if way == Way::Lines {
@@ -246,6 +276,13 @@ fn pyserial(way: Way) -> Outcome {
     Ok(())
 }
 
+fn gensiot(way: Way) -> Outcome {
+    let bench = Bench::new(way)?;
+    let mut program = Typed::at(&mut bench.shell(&bench.recipe("gensiot ")?))?;
+    program.converses()?;
+    program.ends().map(drop)
+}
+
 fn visa(way: Way) -> Outcome {
     let bench = Bench::new(way)?;
     let resource = match way {
@@ -253,7 +290,7 @@ fn visa(way: Way) -> Outcome {
             python_recipe(&bench, "LabVIEW, PyVISA and other VISA software")?;
             bench.recipe("ASRL")?
         }
-        Way::Tcp => bench.recipe("TCPIP0::")?,
+        Way::Tcp | Way::Rfc2217 => bench.recipe("TCPIP0::")?,
     };
     client(&bench, "python3", "client.py", &[&resource])?.held("")
 }
@@ -285,7 +322,7 @@ fn mono(way: Way) -> Outcome {
     match way {
         Way::Terminal => ended.failed("", NO_LINES),
         Way::Lines => ended.held(LINES),
-        Way::Tcp => ended.held(""),
+        Way::Tcp | Way::Rfc2217 => ended.held(""),
     }
 }
 
@@ -321,7 +358,7 @@ fn c(way: Way) -> Outcome {
     match way {
         Way::Terminal => ended.failed(CONVERSATION, NO_LINES),
         Way::Lines => ended.held(LINES),
-        Way::Tcp => ended.held(""),
+        Way::Tcp | Way::Rfc2217 => ended.held(""),
     }
 }
 
@@ -384,7 +421,7 @@ fn rust(way: Way) -> Outcome {
         // What `ENOTTY` is to this library.
         Way::Terminal => ended.failed(CONVERSATION, "Not a typewriter"),
         Way::Lines => ended.held(LINES),
-        Way::Tcp => ended.held(""),
+        Way::Tcp | Way::Rfc2217 => ended.held(""),
     }
 }
 
@@ -406,7 +443,7 @@ fn picocom(way: Way) -> Outcome {
     let line = bench.recipe("picocom ")?;
     let options: &[&str] = match way {
         Way::Lines => &["", " --lower-dtr --lower-rts"],
-        Way::Terminal | Way::Tcp => &[""],
+        Way::Terminal | Way::Tcp | Way::Rfc2217 => &[""],
     };
     for options in options {
         let mut picocom = Typed::on_a_screen(&bench, &bench.by_way(&(line.clone() + options)))?;
@@ -544,7 +581,7 @@ fn dosbox(
 fn dosbox_recipe(bench: &Bench) -> Result<String, String> {
     bench.recipe(match bench.way {
         Way::Terminal | Way::Lines => "serial1=directserial ",
-        Way::Tcp => "serial1=nullmodem ",
+        Way::Tcp | Way::Rfc2217 => "serial1=nullmodem ",
     })
 }
 

@@ -19,6 +19,7 @@ mod operations;
 mod profiles;
 mod recordings;
 pub mod seeds;
+mod telnet;
 mod twins;
 
 pub use adapter::adapter;
@@ -32,6 +33,7 @@ pub use ncp::ncp;
 pub use operations::{Operation, Operations, Setup};
 pub use profiles::profiles;
 pub use recordings::recording;
+pub use telnet::rfc2217;
 
 use std::path::PathBuf;
 use std::{fs, io};
@@ -40,7 +42,7 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 15] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
@@ -55,6 +57,7 @@ pub const TARGETS: [Target; 14] = [
     ("walk", walk),
     ("console", console),
     ("adapter", adapter),
+    ("rfc2217", rfc2217),
 ];
 
 /// Where the finds of fuzzing are kept, a folder for each target that has some.

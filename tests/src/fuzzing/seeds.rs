@@ -16,7 +16,7 @@ use vimc4_lpkf::Controller as Lpkf;
 use vimc4_plant::Machine;
 
 use super::operations::{Operation, Setup};
-use super::{adapter, conditions, debugging, twins};
+use super::{adapter, conditions, debugging, telnet, twins};
 use crate::jobs;
 
 /// An input to begin with.
@@ -40,7 +40,8 @@ pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
     let (controllers, lines) = (controllers(&sessions), lines(&sessions));
     let others =
-        [job_files(), profiles(), conditions(), recordings(), consoles(), adapters()].concat();
+        [job_files(), profiles(), conditions(), recordings(), consoles(), adapters(), ports()]
+            .concat();
     [controllers, lines, flash(), others].concat()
 }
 
@@ -54,6 +55,12 @@ fn consoles() -> Vec<Seed> {
 fn adapters() -> Vec<Seed> {
     let seed = |(number, data)| Seed { target: "adapter", name: format!("{number}"), data };
     adapter::sessions().into_iter().enumerate().map(seed).collect()
+}
+
+/// What clients say to a serial port on the network.
+fn ports() -> Vec<Seed> {
+    let seed = |(number, data)| Seed { target: "rfc2217", name: format!("{number}"), data };
+    telnet::sessions().into_iter().enumerate().map(seed).collect()
 }
 
 /// Recordings with every line that there is.

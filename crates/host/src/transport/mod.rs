@@ -8,6 +8,7 @@ mod memory;
 mod modem;
 mod outbox;
 mod tcp;
+mod telnet;
 
 #[cfg(feature = "serial")]
 mod returning;

@@ -1,4 +1,4 @@
-//! The line over TCP: raw bytes, nothing else.
+//! The line over TCP: raw bytes and nothing else, or with settings and modem lines (RFC 2217).
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -18,6 +18,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Sleep, sleep};
 
 use super::outbox::Outbox;
+use super::telnet::Telnet;
 #[cfg(target_os = "linux")]
 use super::vigil::{self, Vigil};
 use super::{Received, Sent, Transport};
@@ -86,6 +87,12 @@ pub struct Tcp {
     /// Set while the system has no descriptors left for newcomers.
     exhausted: Option<Pin<Box<Sleep>>>,
     news: VecDeque<News>,
+    /// Clients have settings and modem lines.
+    has_lines: bool,
+    /// The speed of the device's line, in bits per second.
+    baud: u32,
+    /// Whether clients may send, as CTS says.
+    ready: bool,
 }
 
 /// Why an address cannot be listened on.
@@ -123,12 +130,14 @@ struct Client {
     vanished: bool,
     /// It only observes, and was told of when it sent something all the same.
     told: bool,
+    /// Its settings and modem lines, where it has any.
+    telnet: Option<Box<Telnet>>,
     #[cfg(target_os = "linux")]
     vigil: Vigil,
 }
 
 impl Client {
-    fn new(stream: TcpStream, peer: SocketAddr) -> Client {
+    fn new(stream: TcpStream, peer: SocketAddr, telnet: Option<Telnet>) -> Client {
         Client {
             stream,
             peer,
@@ -138,6 +147,7 @@ impl Client {
             dismissed: false,
             vanished: false,
             told: false,
+            telnet: telnet.map(Box::new),
             #[cfg(target_os = "linux")]
             vigil: Vigil::default(),
         }
@@ -145,9 +155,27 @@ impl Client {
 }
 
 impl Tcp {
-    /// Listens at the address; port 0 picks a free one. It must be called within a tokio
-    /// runtime.
+    /// Listens at the address for clients that send raw bytes; port 0 picks a free one. It must be
+    /// called within a tokio runtime.
+    ///
+    /// # Errors
+    ///
+    /// If the address is taken, or is none of this computer.
     pub fn bind(address: SocketAddr, policy: Clients) -> Result<Tcp, TcpError> {
+        Tcp::listen(address, policy, false)
+    }
+
+    /// The same for clients that speak RFC 2217: Telnet with the settings and the modem lines of a
+    /// serial port.
+    ///
+    /// # Errors
+    ///
+    /// As [`bind`](Tcp::bind).
+    pub fn bind_rfc2217(address: SocketAddr, policy: Clients) -> Result<Tcp, TcpError> {
+        Tcp::listen(address, policy, true)
+    }
+
+    fn listen(address: SocketAddr, policy: Clients, has_lines: bool) -> Result<Tcp, TcpError> {
         let failed = |source: io::Error| match source.kind() {
             io::ErrorKind::AddrInUse => TcpError::Taken(address),
             _ => TcpError::Listen { address, source },
@@ -157,7 +185,7 @@ impl Tcp {
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         Ok(Tcp {
-            label: Arc::from(format!("tcp {address}")),
+            label: Arc::from(format!("{} {address}", if has_lines { "rfc2217" } else { "tcp" })),
             listener: TcpListener::from_std(listener).map_err(failed)?,
             bell: Bell::default(),
             address,
@@ -167,6 +195,9 @@ impl Tcp {
             waiting: VecDeque::new(),
             exhausted: None,
             news: VecDeque::new(),
+            has_lines,
+            baud: 0,
+            ready: true,
         })
     }
 
@@ -192,7 +223,10 @@ impl Tcp {
             match accepted {
                 Ok((stream, peer)) => {
                     prepare(&stream);
-                    self.admit(Client::new(stream, peer));
+                    let telnet = self.has_lines.then(|| Telnet::new(self.baud));
+                    let mut client = Client::new(stream, peer, telnet);
+                    client.set_cts(self.ready);
+                    self.admit(client);
                 }
                 Err(error) if is_of_one_connection(&error) => {}
                 Err(_) => {
@@ -285,14 +319,16 @@ impl Tcp {
 
     /// Observers are read only to see them leave.
     fn attend_observers(&mut self, cx: &mut Context<'_>) {
-        let Tcp { observers, news, label, .. } = self;
+        let Tcp { observers, news, label, baud, .. } = self;
         observers.retain_mut(|observer| {
             let mut ignored = [0; 256];
             while !observer.vanished {
                 match observer.poll_read(cx, &mut ignored) {
                     Poll::Pending => return true,
                     Poll::Ready(Ok(n)) if n > 0 => {
-                        if !std::mem::replace(&mut observer.told, true) {
+                        if observer.decode(&mut ignored[..n], *baud, label, news) > 0
+                            && !std::mem::replace(&mut observer.told, true)
+                        {
                             let (transport, client) =
                                 (Arc::clone(label), observer.peer.to_string());
                             news.push_back(News::Unheard { transport, client });
@@ -341,7 +377,13 @@ impl Transport for Tcp {
             }
             match holder.poll_read(cx, buffer) {
                 Poll::Pending => break,
-                Poll::Ready(Ok(n)) if n > 0 => return Poll::Ready(Received::Bytes(n)),
+                Poll::Ready(Ok(n)) if n > 0 => {
+                    let Tcp { label, news, baud, .. } = self;
+                    let count = holder.decode(&mut buffer[..n], *baud, label, news);
+                    if count > 0 {
+                        return Poll::Ready(Received::Bytes(count));
+                    }
+                }
                 Poll::Ready(Ok(_)) => {
                     holder.finished = true;
                     return Poll::Ready(Received::Finished);
@@ -372,8 +414,7 @@ impl Transport for Tcp {
     fn send(&mut self, bytes: &[u8]) -> Sent {
         let mut sent = Sent::Nobody;
         for client in self.holder.iter_mut().chain(&mut self.observers) {
-            let Client { stream, outbox, .. } = client;
-            let result = outbox.send(bytes, |bytes| stream.try_write(bytes));
+            let result = client.send(bytes);
             sent = match (&result, sent) {
                 (Ok(0), Sent::Nobody) => Sent::Accepted,
                 (Ok(lost), Sent::Lost(before)) => Sent::Lost(before.saturating_add(*lost)),
@@ -388,6 +429,17 @@ impl Transport for Tcp {
             client.vigil.begin();
         }
         sent
+    }
+
+    fn set_baud(&mut self, baud: u32) {
+        self.baud = baud;
+    }
+
+    fn set_ready(&mut self, ready: bool) {
+        self.ready = ready;
+        for client in self.holder.iter_mut().chain(&mut self.observers) {
+            client.set_cts(ready);
+        }
     }
 
     fn has_listener(&self) -> bool {
@@ -429,9 +481,56 @@ impl Client {
         Poll::Ready(Ok(read.filled().len()))
     }
 
+    /// What is in the bytes for the device comes to their beginning; the rest is between the client
+    /// and its port. Returns how many they are.
+    fn decode(
+        &mut self,
+        bytes: &mut [u8],
+        line: u32,
+        label: &Arc<str>,
+        news: &mut VecDeque<News>,
+    ) -> usize {
+        let Some(telnet) = &mut self.telnet else { return bytes.len() };
+        let count = telnet.receive(bytes, line, label, news);
+        self.reply();
+        count
+    }
+
+    /// CTS is on or off now, which a client with lines may want to know.
+    fn set_cts(&mut self, on: bool) {
+        if let Some(telnet) = &mut self.telnet {
+            telnet.set_cts(on);
+        }
+        self.reply();
+    }
+
+    /// Whether the client has asked for nothing to be sent to it.
+    fn is_suspended(&self) -> bool {
+        self.telnet.as_ref().is_some_and(|telnet| telnet.is_suspended())
+    }
+
+    /// Sends what the client's port has to say, and what has waited for it.
+    fn reply(&mut self) {
+        let suspended = self.is_suspended();
+        let Client { stream, outbox, telnet, .. } = self;
+        let Some(telnet) = telnet else { return };
+        let replies = telnet.take_replies();
+        // A client that cannot be written to is seen to be gone when it is read.
+        let _ = outbox.send(&replies, writer(stream, suspended));
+        let _ = outbox.flush(writer(stream, suspended));
+    }
+
+    /// Sends what the device says. Returns how many bytes were lost.
+    fn send(&mut self, bytes: &[u8]) -> io::Result<u64> {
+        let suspended = self.is_suspended();
+        let Client { stream, outbox, telnet, .. } = self;
+        let bytes = telnet.as_mut().map_or(bytes, |telnet| telnet.escaped(bytes));
+        outbox.send(bytes, writer(stream, suspended))
+    }
+
     /// Passes on what waits, as far as the client takes it.
     fn poll_flush(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
-        while !self.outbox.is_empty() {
+        while !self.outbox.is_empty() && !self.is_suspended() {
             match self.stream.poll_write_ready(cx) {
                 Poll::Ready(ready) => ready?,
                 Poll::Pending => break,
@@ -440,6 +539,13 @@ impl Client {
             outbox.flush(|bytes| stream.try_write(bytes))?;
         }
         Ok(())
+    }
+}
+
+/// Writes to a client as far as it takes it, or not at all while it wants nothing.
+fn writer(stream: &TcpStream, suspended: bool) -> impl Fn(&[u8]) -> io::Result<usize> {
+    move |bytes| {
+        if suspended { Err(io::ErrorKind::WouldBlock.into()) } else { stream.try_write(bytes) }
     }
 }
 

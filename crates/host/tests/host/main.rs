@@ -10,6 +10,7 @@ mod pauses;
 #[cfg(target_os = "linux")]
 mod pty;
 mod reports;
+mod rfc2217;
 #[cfg(unix)]
 mod serial;
 mod tcp;

@@ -1,0 +1,144 @@
+//! The serving side as one piece.
+
+use std::collections::VecDeque;
+
+use crate::negotiation::{BINARY, COM_PORT, Negotiation};
+use crate::port::{Port, Request};
+use crate::telnet::{Framing, IAC, SB, SE, Token, escape};
+
+/// How many requests wait to be fetched. A client that floods without anybody fetching loses the
+/// oldest.
+const MOST_REQUESTS: usize = 256;
+
+/// How many bytes of answers wait to be fetched. A client that asks and never reads is answered no
+/// more: it would fill the memory.
+const MOST_REPLIES: usize = 64 * 1024;
+
+/// The serving side of one connection.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Server {
+    framing: Framing,
+    negotiation: Negotiation,
+    port: Port,
+    requests: VecDeque<Request>,
+    replies: Vec<u8>,
+}
+
+impl Server {
+    /// A connection that has just been made. `signature` is what a client is told who asks what it
+    /// talks to; `baud` is the speed of the port, in bits per second, until the client sets one.
+    #[must_use]
+    pub fn new(signature: &str, baud: u32) -> Server {
+        let mut replies = Vec::new();
+        let mut negotiation = Negotiation::default();
+        negotiation.begin(|verb, option| replies.extend([IAC, verb.code(), option]));
+        Server {
+            framing: Framing::default(),
+            negotiation,
+            port: Port::new(signature, baud),
+            requests: VecDeque::new(),
+            replies,
+        }
+    }
+
+    /// Takes what the client has sent, in pieces of any size, and leaves at its beginning what is meant
+    /// for the device. Returns how many bytes these are; never more than came.
+    pub fn receive(&mut self, bytes: &mut [u8]) -> usize {
+        let mut count = 0;
+        for at in 0..bytes.len() {
+            let binary = self.negotiation.theirs(BINARY);
+            match self.framing.take(bytes[at], binary) {
+                None => {}
+                Some(Token::Data(byte)) => {
+                    bytes[count] = byte;
+                    count += 1;
+                }
+                Some(Token::Option(verb, option)) => {
+                    let knew = self.has_port();
+                    if let Some(answer) = self.negotiation.hear(verb, option) {
+                        self.reply(&[IAC, answer.code(), option]);
+                    }
+                    if self.has_port() && !knew {
+                        // Some clients never ask, and wait for it.
+                        let state = self.port.modem_state(0);
+                        self.subnegotiate(&state);
+                    }
+                }
+                Some(Token::Subnegotiation(text)) => {
+                    if let [COM_PORT, request @ ..] = &text[..] {
+                        self.hear(request);
+                    }
+                }
+                Some(Token::Break) => self.request(Request::BreakKey),
+            }
+        }
+        count
+    }
+
+    fn hear(&mut self, request: &[u8]) {
+        let (mut requests, mut answers) = (Vec::new(), Vec::new());
+        self.port.hear(
+            request,
+            |request| requests.push(request),
+            |answer| answers.push(answer.to_vec()),
+        );
+        for request in requests {
+            self.request(request);
+        }
+        for answer in answers {
+            self.subnegotiate(&answer);
+        }
+    }
+
+    fn request(&mut self, request: Request) {
+        if self.requests.len() == MOST_REQUESTS {
+            self.requests.pop_front();
+        }
+        self.requests.push_back(request);
+    }
+
+    fn reply(&mut self, bytes: &[u8]) {
+        if self.replies.len() + bytes.len() <= MOST_REPLIES {
+            self.replies.extend(bytes);
+        }
+    }
+
+    fn subnegotiate(&mut self, text: &[u8]) {
+        let mut whole = vec![IAC, SB, COM_PORT];
+        escape(text, true, &mut whole);
+        whole.extend([IAC, SE]);
+        self.reply(&whole);
+    }
+
+    /// Whether the client knows that there is a serial port, as RFC 2217 has it; else it talks plain
+    /// Telnet, or nothing of the kind.
+    #[must_use]
+    pub fn has_port(&self) -> bool {
+        self.negotiation.theirs(COM_PORT) || self.negotiation.ours(COM_PORT)
+    }
+
+    /// Appends what a device has said as it has to be sent to the client.
+    pub fn send(&self, bytes: &[u8], out: &mut Vec<u8>) {
+        escape(bytes, self.negotiation.ours(BINARY), out);
+    }
+
+    /// The device's CTS is on or off now; a client that wants to know is told. It is on at first, as
+    /// DSR is for ever; DCD and RI are off.
+    pub fn set_cts(&mut self, on: bool) {
+        if let Some(state) = self.port.set_cts(on)
+            && self.has_port()
+        {
+            self.subnegotiate(&state);
+        }
+    }
+
+    /// What the client has asked for next, in its order.
+    pub fn next_request(&mut self) -> Option<Request> {
+        self.requests.pop_front()
+    }
+
+    /// What is to be sent to the client on behalf of Telnet itself.
+    pub fn take_replies(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.replies)
+    }
+}
