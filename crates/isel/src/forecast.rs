@@ -1,7 +1,7 @@
 //! When something will be so, computed from the running segment.
 
 use vimc4_device::{Fact, SignalId, Time};
-use vimc4_plant::{End, PlantSignal};
+use vimc4_plant::{End, PlantSignal, Slide};
 
 use crate::axes::wrap;
 use crate::firmware::Firmware;
@@ -61,8 +61,8 @@ impl Firmware {
             Some(Wire::SwitchLevel(axis, number)) => {
                 let axis = usize::from(*axis);
                 let plant = &self.state.plant;
-                let is_so = |place: i64| plant.switch_level_at(axis, end(*number), place) == level;
-                self.first_place(axis, from, is_so)
+                let is_so = |slide: &Slide| plant.switch_level(axis, end(*number), slide) == level;
+                self.first_slide(axis, from, is_so)
             }
             Some(Wire::Limit(axis, number)) => {
                 self.first_limit(usize::from(*axis), end(*number), level, from)
@@ -73,16 +73,13 @@ impl Firmware {
 
     /// The first instant at which a limit switch, as the controller sees it, is active or not.
     fn first_limit(&self, axis: usize, end: End, active: bool, from: Time) -> Option<Time> {
-        self.first_place(axis, from, |place| self.limit_active_at(axis, end, place) == active)
+        self.first_slide(axis, from, |slide| self.limit_active_at(axis, end, slide) == active)
     }
 
-    /// The first instant at which the place of a carriage fulfils a predicate, which changes at the
-    /// edges of the axis's limit switches only.
-    fn first_place(&self, axis: usize, from: Time, is_so: impl Fn(i64) -> bool) -> Option<Time> {
-        let standing = *self.state.plant.carriage().get(axis)?;
-        let sign = self.state.carriage_sign(axis);
-        let edges = self.state.plant.edges(axis).map(|place| sign * (place - standing));
-        self.first_offset(axis, from, |offset| is_so(standing + sign * offset), edges)
+    /// The first instant at which something holds for an axis that depends on its limit switches only.
+    fn first_slide(&self, axis: usize, from: Time, is_so: impl Fn(&Slide) -> bool) -> Option<Time> {
+        let (state, signs) = (&self.state, self.state.carriage_signs());
+        state.plant.first_time(axis, state.running(), &signs, from, is_so)
     }
 
     /// The first instant at which the offset of an axis from the start of the running segment

@@ -170,10 +170,9 @@ impl Firmware {
     /// The limit switch on which, after some steps of a path, an axis is that it moves.
     fn limit_after(&self, path: &Path, step: u64) -> Option<(usize, End)> {
         let (low, high) = path.extent(path.length());
-        let offset = path.at(step);
         moving_axes(&low, &high).iter().find_map(|axis| {
-            let carriage = self.carriage_after(axis, &offset);
-            Some((axis, self.active_limit_at(axis, carriage)?))
+            let slide = self.slide_after(axis, path, step);
+            Some((axis, self.active_limit_at(axis, &slide)?))
         })
     }
 }

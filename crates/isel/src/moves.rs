@@ -3,7 +3,7 @@
 use vimc4_device::{Event, Kinds, Motion, Point, Warning};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine};
-use vimc4_plant::End;
+use vimc4_plant::{End, Way};
 
 use crate::activity::{Activity, Ending, Moving, Plan, PortCondition, Purpose};
 use crate::axes::{AXES, AXIS_NAMES, along, moving_axes, wrap};
@@ -201,14 +201,13 @@ impl Firmware {
                 self.emit(Event::Warning(Warning::CounterWrapped { axis, name, reads }));
             }
         }
-        let mut lost = self.move_carriages(&offset, &low, &high);
+        let mut lost = self.move_carriages(path, steps);
         let mut overran = [false; AXES];
         if sudden && self.state.model.quirks.lost_steps {
             let overrun = self.overrun(segment, steps);
             let rest = path.after(steps);
             let slip = rest.at(overrun);
-            let (low, high) = rest.extent(overrun);
-            let stopped = self.move_carriages(&slip, &low, &high);
+            let stopped = self.move_carriages(&rest, overrun);
             for axis in 0..AXES {
                 lost[axis] += stopped[axis] - slip[axis];
                 overran[axis] = slip[axis] != stopped[axis];
@@ -228,11 +227,11 @@ impl Firmware {
         moving_axes(&low, &high)
     }
 
-    /// Moves the carriages by an offset of the counters; returns the steps lost at the ends of
-    /// the mechanics, in the direction of the counters.
-    fn move_carriages(&mut self, offset: &Point, low: &Point, high: &Point) -> Point {
-        let signs = std::array::from_fn(|axis| self.state.carriage_sign(axis));
-        self.state.plant.follow(&signs, offset, low, high)
+    /// The carriages follow the counters for so many steps of a path; returns the steps lost, in the
+    /// direction of the counters.
+    fn move_carriages(&mut self, path: &Path, steps: u64) -> Point {
+        let signs = self.state.carriage_signs();
+        self.state.plant.follow(&Way { path, signs: &signs }, steps)
     }
 
     /// How many steps the machine runs on when the motor halts at a step without a ramp.

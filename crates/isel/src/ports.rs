@@ -58,12 +58,11 @@ impl Firmware {
             }
             Wire::SwitchLevel(axis, number) => {
                 let axis = usize::from(axis);
-                let carriage = self.state.carriage_now(axis);
-                state.plant.switch_level_at(axis, end(number), carriage)
+                state.plant.switch_level(axis, end(number), &state.slide_at(axis, state.now))
             }
             Wire::Limit(axis, number) => {
                 let axis = usize::from(axis);
-                self.limit_active_at(axis, end(number), self.state.carriage_now(axis))
+                self.limit_active_at(axis, end(number), &state.slide_at(axis, state.now))
             }
             Wire::Configured(axis) => state.axes.has(usize::from(axis)),
             Wire::Rotary(axis) => state.settings.rotary.has(usize::from(axis)),

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use vimc4_device::{Event, Kinds, Warning};
 use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
-use vimc4_plant::{End, Reference};
+use vimc4_plant::{End, Reference, Slide, Way};
 
 use crate::activity::{Activity, Phase, Purpose, Referencing};
 use crate::axes::{AXES, AXIS_NAMES, along};
@@ -90,11 +90,12 @@ impl Firmware {
         phase: Phase,
     ) -> Outcome {
         let home = whole && self.state.plant.machine().axis(axis).reference == Reference::Home;
-        let carriage = self.state.plant.carriage()[axis];
         let end = self.switch_to_leave(axis, whole);
         let inwards = if end == End::Negative { -1 } else { 1 };
         let steps = match phase {
-            Phase::Approach if home => -carriage * self.state.carriage_sign(axis),
+            Phase::Approach if home => {
+                self.state.plant.way_to(axis, 0) * self.state.carriage_sign(axis)
+            }
             Phase::Approach => inwards * ON_AND_ON,
             Phase::StepOut => -inwards * ON_AND_ON,
             Phase::Free => -inwards * i64::from(self.state.settings.free_steps[axis]),
@@ -148,14 +149,12 @@ impl Firmware {
         } else {
             (End::Negative, End::Positive)
         };
-        let rest = run.segment.path.after(from);
-        let carriage = self.carriage_after(axis, &run.segment.path.at(from));
+        let signs = self.state.carriage_signs();
+        let way = Way { path: &run.segment.path, signs: &signs };
+        // What is so already does not become so.
         let change = |end: End, wanted: bool| {
-            let active = |place: i64| self.limit_active_at(axis, end, place);
-            match active(carriage) == wanted {
-                true => None,
-                false => self.first_change(&rest, axis, carriage, &active, wanted),
-            }
+            let is_so = |slide: &Slide| self.limit_active_at(axis, end, slide) == wanted;
+            self.state.plant.first(axis, &way, from, is_so).filter(|step| *step > from)
         };
         let (goal, wrong) = match run.phase {
             Phase::Approach if ahead == self.reference_end(axis) => {
@@ -165,8 +164,7 @@ impl Firmware {
             Phase::StepOut => (change(behind, false), change(ahead, true)),
             Phase::Free => (None, change(ahead, true)),
         };
-        run.goal = goal.map(|step| from + step);
-        run.wrong = wrong.map(|step| from + step);
+        (run.goal, run.wrong) = (goal, wrong);
     }
 
     /// The present phase has come to its end.
@@ -267,10 +265,10 @@ impl Firmware {
         }
         let nanos = self.state.now.nanos_since(run.began);
         let step = run.segment.profile.steps_at(nanos);
-        let carriage = self.carriage_after(axis, &run.segment.path.at(step));
+        let slide = self.slide_after(axis, &run.segment.path, step);
         let way = run.segment.path.at(run.segment.path.length())[axis];
         let ahead = if way > 0 { End::Positive } else { End::Negative };
-        let active = |end| self.limit_active_at(axis, end, carriage);
+        let active = |end| self.limit_active_at(axis, end, &slide);
         let reached = match run.phase {
             Phase::Approach => ahead == self.reference_end(axis) && active(ahead),
             Phase::StepOut => !active(ahead.other()),

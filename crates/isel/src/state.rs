@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_device::{CommandNumber, Point, Time};
 use vimc4_isel_wire::{AxisSet, BitTest, Context, Direction, LineBuffer, Plane};
 use vimc4_motion::{Ramp, Running};
-use vimc4_plant::{Machine, Plant};
+use vimc4_plant::{Machine, Plant, Slide, Way};
 
 use crate::activity::{Activity, Plan, Wait};
 use crate::flash::Flash;
@@ -203,6 +203,11 @@ impl State {
         if inverted == self.settings.directions.has(axis) { 1 } else { -1 }
     }
 
+    /// The same for all axes.
+    pub(crate) fn carriage_signs(&self) -> Point {
+        std::array::from_fn(|axis| self.carriage_sign(axis))
+    }
+
     /// The running segment.
     pub(crate) fn running(&self) -> Option<Running<'_>> {
         let (segment, began) = match &self.activity {
@@ -213,11 +218,15 @@ impl State {
         Some(Running { segment, began })
     }
 
-    /// Where the carriage of an axis is now, in motion or not.
-    pub(crate) fn carriage_now(&self, axis: usize) -> i64 {
-        let standing = self.plant.carriage()[axis];
-        let offset = self.running().map_or(0, |running| running.offset(axis, self.now));
-        standing + self.carriage_sign(axis) * offset
+    /// An axis at a time, in motion or not.
+    pub(crate) fn slide_at(&self, axis: usize, at: Time) -> Slide {
+        match self.running() {
+            None => self.plant.slide(axis),
+            Some(running) => {
+                let way = Way { path: &running.segment.path, signs: &self.carriage_signs() };
+                self.plant.slide_after(axis, &way, running.steps_at(at))
+            }
+        }
     }
 
     /// The axes no longer know where they are.

@@ -125,7 +125,7 @@ impl Firmware {
                 name: AXIS_NAMES[axis].to_owned(),
                 configured: state.axes.has(axis),
                 position: wrap(state.position[axis] + offset),
-                carriage: state.plant.carriage()[axis] + state.carriage_sign(axis) * offset,
+                carriage: state.slide_at(axis, at).place(),
                 referenced: state.referenced.has(axis),
                 zero: state.zero[axis],
                 speed: running.map_or(0, |running| running.speed(axis, at)),

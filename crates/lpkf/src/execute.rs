@@ -243,7 +243,7 @@ impl State {
             Command::ActualPosition { axis, triggered } => {
                 let point = match triggered {
                     true => self.triggered.ok_or(Why::NoTrigger)?,
-                    false => self.actual(),
+                    false => self.actual_now(),
                 };
                 return Ok(Effect::says(self.position_line(b'A', &point, *axis)));
             }

@@ -1,7 +1,7 @@
 //! When something will be so, computed from the running segment.
 
 use vimc4_device::{Fact, Time};
-use vimc4_plant::End;
+use vimc4_plant::{End, Slide};
 
 use crate::language::Axis;
 use crate::state::State;
@@ -22,11 +22,9 @@ impl State {
             Fact::Limit { axis, positive, active } => {
                 let axis = self.fitted_index(axis)?;
                 let end = if positive { End::Positive } else { End::Negative };
-                let plant = &self.plant;
-                let (standing, sign) = (plant.carriage()[axis], self.carriage_sign(axis));
-                let is_so = |way: i64| plant.pressed_at(axis, end, standing + sign * way) == active;
-                let edges = plant.edges(axis).map(|place| sign * (place - standing));
-                self.first_offset(axis, from, is_so, edges)
+                let (plant, signs) = (&self.plant, self.carriage_signs());
+                let is_so = |slide: &Slide| plant.pressed(axis, end, slide) == active;
+                plant.first_time(axis, self.running(), &signs, from, is_so)
             }
             // Nothing that moves by itself changes an input.
             Fact::PortBit { port, bit, level } => {

@@ -4,7 +4,7 @@ use vimc4_device::Point;
 use vimc4_motion::{
     Chain, Path, Profile, Segment, StraightLine, Stretch, Sweep, Turn as Sense, chord,
 };
-use vimc4_plant::End;
+use vimc4_plant::{End, Slide, Way};
 
 use crate::language::{Axis, Side, Turn, Vector};
 use crate::state::{ChainLink, Meeting, Moving, State};
@@ -268,17 +268,12 @@ impl State {
     /// The first step after `from` at which a path, which begins where the carriages stand, runs
     /// onto a limit switch. An axis that stands on one may not go further onto it.
     pub(crate) fn switch_ahead(&self, path: &Path, from: u64) -> Option<(u64, Axis, End)> {
-        let rest = path.after(from);
-        let done = path.at(from);
         let mut first: Option<(u64, Axis, End)> = None;
         for axis in self.fitted() {
             for end in [End::Negative, End::Positive] {
-                let Some(step) = self.switch_of(&rest, axis, end, self.carriage_after(axis, &done))
-                else {
-                    continue;
-                };
-                if first.is_none_or(|(earliest, ..)| from + step < earliest) {
-                    first = Some((from + step, axis, end));
+                let Some(step) = self.switch_of(path, axis, end, from) else { continue };
+                if first.is_none_or(|(earliest, ..)| step < earliest) {
+                    first = Some((step, axis, end));
                 }
             }
         }
@@ -291,31 +286,22 @@ impl State {
         Some((step, Meeting::Limit(axis, end)))
     }
 
-    /// The step at which a path meets one switch of an axis whose carriage is at a place.
-    fn switch_of(&self, path: &Path, axis: Axis, end: End, place: i64) -> Option<u64> {
-        let index = axis.index();
-        let sign = self.carriage_sign(index);
-        let outwards = if end == End::Positive { 1 } else { -1 };
-        let edge = self.plant.machine().axis(index).switch(end);
-        if !self.plant.pressed_at(index, end, place) {
-            let edge = edge?;
-            return path.first_at(index, sign * (edge - place));
+    /// The first step from `from` on at which a path meets one switch of an axis.
+    fn switch_of(&self, path: &Path, axis: Axis, end: End, from: u64) -> Option<u64> {
+        let (index, signs) = (axis.index(), self.carriage_signs());
+        let way = Way { path, signs: &signs };
+        let pressed = |slide: &Slide| self.plant.pressed(index, end, slide);
+        let met = |from| self.plant.first(index, &way, from, pressed);
+        if !pressed(&self.plant.slide_after(index, &way, from)) {
+            return met(from);
         }
         // The last step before it would go further.
-        let further = path.first_at(index, sign * outwards).map(|step| step.saturating_sub(1));
+        let outwards = if end == End::Positive { signs[index] } else { -signs[index] };
+        let further = path.after(from).first_at(index, outwards);
+        let further = further.map(|step| from + step.saturating_sub(1));
         // Or, once it has left the switch, the step back onto it.
-        let again = edge.filter(|_| !self.plant.is_held(index, end)).and_then(|edge| {
-            let left = path.first_at(index, sign * (edge - outwards - place))?;
-            let back = path.after(left).first_at(index, sign * outwards)?;
-            Some(left + back)
-        });
-        further.into_iter().chain(again).min()
-    }
-
-    /// Where the carriage of an axis is after an offset of the counters from standstill.
-    fn carriage_after(&self, axis: Axis, offset: &Point) -> i64 {
-        let index = axis.index();
-        self.plant.carriage()[index] + self.carriage_sign(index) * offset[index]
+        let left = self.plant.first(index, &way, from, |slide| !pressed(slide));
+        further.into_iter().chain(left.and_then(met)).min()
     }
 
     // --- at the end ---
@@ -324,12 +310,11 @@ impl State {
     /// steps each carriage has fallen behind its counter.
     pub(crate) fn commit(&mut self, segment: &Segment, steps: u64) -> Point {
         let offset = segment.path.at(steps);
-        let (low, high) = segment.path.extent(steps);
         for (position, offset) in self.position.iter_mut().zip(offset) {
             *position += offset;
         }
-        let signs = std::array::from_fn(|axis| self.carriage_sign(axis));
-        self.plant.follow(&signs, &offset, &low, &high)
+        let signs = self.carriage_signs();
+        self.plant.follow(&Way { path: &segment.path, signs: &signs }, steps)
     }
 }
 

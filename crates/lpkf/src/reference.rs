@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use vimc4_motion::{Path, StraightLine};
-use vimc4_plant::{End, Reference};
+use vimc4_plant::{End, Reference, Slide, Way};
 
 use crate::language::{Axis, Side};
 use crate::moves::along;
@@ -41,7 +41,7 @@ impl State {
             let leave = self.reference_speed(axis, profile.leave_speed);
             let end = match kind(axis) {
                 Reference::Home => {
-                    let home = -self.plant.carriage()[axis.index()];
+                    let home = self.plant.way_to(axis.index(), 0);
                     let way = home * self.carriage_sign(axis.index());
                     stages.extend([Stage::Free(axis, way, speed), Stage::Zero(axis)]);
                     continue;
@@ -117,8 +117,7 @@ impl State {
     pub(crate) fn drive(&self, axis: Axis, end: End, speed: u32, onto: bool) -> Option<Moving> {
         let index = axis.index();
         let plant = &self.plant;
-        let place = plant.carriage()[index];
-        if plant.pressed_at(index, end, place) == onto {
+        if plant.pressed(index, end, &plant.slide(index)) == onto {
             return None;
         }
         let sign = self.carriage_sign(index);
@@ -126,13 +125,9 @@ impl State {
         let (way, border) = self.within_counter(axis, sign * towards * ON_AND_ON);
         let delta = along(axis, way);
         let path = Path::Line(StraightLine::new(delta));
-        // Where the switch is held by hand there is no edge, and the axis goes on and on.
-        let edge = plant.machine().axis(index).switch(end).filter(|_| !plant.is_held(index, end));
-        let goal = match (edge, onto) {
-            (Some(edge), true) => path.first_at(index, sign * (edge - place)),
-            (Some(edge), false) => path.first_at(index, sign * (edge + towards - place)),
-            (None, _) => None,
-        };
+        // Where the switch is held by hand nothing changes it, and the axis goes on and on.
+        let is_so = |slide: &Slide| plant.pressed(index, end, slide) == onto;
+        let goal = plant.first(index, &Way { path: &path, signs: &self.carriage_signs() }, 0, is_so);
         let goal = goal.map(|step| (step, Meeting::Edge));
         // On its way off one switch it can run onto the other.
         let other = self.switch_ahead(&path, 0).filter(|(_, _, met)| *met != end);

@@ -7,7 +7,7 @@ use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{AXES, CommandNumber, Point, Segment, Time};
 use vimc4_motion::{Path, Running, Stretch};
-use vimc4_plant::{End, Machine, Plant, Unit as AxisUnit};
+use vimc4_plant::{End, Machine, Plant, Unit as AxisUnit, Way};
 
 use crate::buffer::Buffer;
 use crate::channel::Unit;
@@ -319,6 +319,23 @@ impl State {
         if self.plant.machine().axis(axis).inverted { -1 } else { 1 }
     }
 
+    /// The same for all axes.
+    pub(crate) fn carriage_signs(&self) -> Point {
+        std::array::from_fn(|axis| self.carriage_sign(axis))
+    }
+
+    /// Where the carriage of an axis is at a time, in motion or not.
+    pub(crate) fn carriage_at(&self, axis: usize, at: Time) -> i64 {
+        let slide = match self.running() {
+            None => self.plant.slide(axis),
+            Some(running) => {
+                let way = Way { path: &running.segment.path, signs: &self.carriage_signs() };
+                self.plant.slide_after(axis, &way, running.steps_at(at))
+            }
+        };
+        slide.place()
+    }
+
     /// Which end of the counter's range an end of the carriage's travel is.
     pub(crate) fn side(&self, axis: Axis, end: End) -> Side {
         match (end, self.carriage_sign(axis.index())) {
@@ -336,22 +353,11 @@ impl State {
         Why::Limit { axis, side: self.side(axis, end), at, by_hand }
     }
 
-    /// Where the axes are after the last motion, as a measuring system counts it: without the steps
-    /// that were lost.
-    pub(crate) fn actual(&self) -> Point {
-        let carriage = self.plant.carriage();
-        std::array::from_fn(|axis| self.carriage_sign(axis) * (carriage[axis] - self.origin[axis]))
-    }
-
-    /// The same now, while they move.
+    /// Where the axes are now, as a measuring system counts it: without the steps that were lost.
     pub(crate) fn actual_now(&self) -> Point {
-        let mut actual = self.actual();
-        if let Some(running) = self.running() {
-            for (axis, place) in actual.iter_mut().enumerate() {
-                *place += running.offset(axis, self.now);
-            }
-        }
-        actual
+        std::array::from_fn(|axis| {
+            self.carriage_sign(axis) * (self.carriage_at(axis, self.now) - self.origin[axis])
+        })
     }
 
     /// The place of the axis that the trackball moves is sent.

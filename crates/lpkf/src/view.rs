@@ -108,7 +108,7 @@ impl State {
                 name: self.axis_name(axis).to_owned(),
                 configured: true,
                 position: state.position[index] + offset,
-                carriage: state.plant.carriage()[index] + state.carriage_sign(index) * offset,
+                carriage: state.carriage_at(index, at),
                 referenced: state.referenced[index],
                 zero: 0,
                 speed: running.map_or(0, |running| running.speed(index, at)),

@@ -46,8 +46,11 @@
 //! since a run in one direction that makes the condition true passes zero at most once. If both
 //! coordinates run outwards there is no further piece at all.
 
+use std::ops::ControlFlow;
+
 use serde::{Deserialize, Serialize};
 
+use crate::runs::Run;
 use crate::{AXES, Point};
 
 /// Every different place of an arc lies in its first pieces: two until it is on its circle, and
@@ -374,6 +377,49 @@ impl Arc {
         let mut travel = [0; AXES];
         self.put(&mut travel, sums.0 + way.0, sums.1 + way.1);
         travel
+    }
+
+    /// See [`Path::runs`](crate::Path::runs). Within a piece both coordinates are monotone.
+    pub(crate) fn runs<S: Clone + PartialEq, B>(
+        &self,
+        axis: usize,
+        k: u64,
+        state: &mut S,
+        visit: &mut impl FnMut(&mut S, Run) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        let axis = axis_index(axis);
+        let coordinate = |at: &ArcState| match axis {
+            _ if axis == self.plane.0 => at.x,
+            _ if axis == self.plane.1 => at.y,
+            _ => 0,
+        };
+        let mut piece = Piece::from(self.start);
+        let (mut made, mut left) = (0, k.min(self.steps) as i64);
+        // The state with which the turn has begun, and how many of its quadrants are behind us.
+        let mut turn: Option<(S, u8)> = None;
+        while left > 0 {
+            if let Some(radius) = piece.start.radius_on_axis() {
+                turn = match turn.take() {
+                    Some((begun, 4)) => {
+                        if begun == *state {
+                            let turns = left / (8 * radius) * 8 * radius;
+                            (made, left) = (made + turns as u64, left - turns);
+                        }
+                        Some((state.clone(), 1))
+                    }
+                    Some((begun, quadrants)) => Some((begun, quadrants + 1)),
+                    None => Some((state.clone(), 1)),
+                };
+            }
+            let steps = piece.length().map_or(left, |length| length.min(left));
+            let end = piece.after(steps);
+            let to = made + steps as u64;
+            let way = coordinate(&end) - coordinate(&piece.start);
+            visit(state, Run { from: made, to, way })?;
+            (made, left) = (to, left - steps);
+            piece = Piece::from(end);
+        }
+        ControlFlow::Continue(())
     }
 
     pub(crate) fn after(&self, k: u64) -> Arc {

@@ -1,9 +1,12 @@
 //! An arc with a third axis that follows.
 
+use std::ops::ControlFlow;
+
 use serde::{Deserialize, Serialize};
 
 use crate::arc::{ArcWalk, axis_index};
 use crate::bresenham::{Spread, clock_of, made};
+use crate::runs::Run;
 use crate::{Arc, Point};
 
 /// The longest way of the third axis, steps.
@@ -89,6 +92,33 @@ impl Helix {
         let (low, high) = self.arc_left().extent(self.arc_made(there) - self.arc_made(self.done));
         let third = self.third_made(there) - self.third_made(self.done);
         (self.with_third(low, third.min(0)), self.with_third(high, third.max(0)))
+    }
+
+    /// See [`Path::runs`](crate::Path::runs). The circle is gone at another pace, but the same way.
+    pub(crate) fn runs<S: Clone + PartialEq, B>(
+        &self,
+        axis: usize,
+        k: u64,
+        state: &mut S,
+        visit: &mut impl FnMut(&mut S, Run) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        if axis_index(axis) == self.axis {
+            let way = self.third_made(self.done + k) - self.third_made(self.done);
+            return visit(state, Run { from: 0, to: k, way });
+        }
+        let (before, n) = (self.arc_made(self.done), self.whole());
+        let made = self.arc_made(self.done + k) - before;
+        if made == 0 {
+            return visit(state, Run { from: 0, to: k, way: 0 });
+        }
+        let clock = |j: u64| match j {
+            0 => 0,
+            j if j == made => k,
+            j => clock_of(before + j, self.arc.length(), n) - self.done,
+        };
+        self.arc_left().runs(axis, made, state, &mut |state, Run { from, to, way }| {
+            visit(state, Run { from: clock(from), to: clock(to), way })
+        })
     }
 
     pub(crate) fn travel(&self, k: u64) -> Point {

@@ -1,5 +1,6 @@
 //! Where the machine is after `k` steps, on one path or on several one after the other.
 
+use std::ops::ControlFlow;
 use std::sync::Arc as Shared;
 
 use serde::{Deserialize, Serialize};
@@ -7,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::arc::ArcWalk;
 use crate::helix::HelixWalk;
 use crate::line::LineWalk;
+use crate::runs::{Run, place};
 use crate::{AXES, Arc, Helix, Point, StraightLine};
 
 /// A path in space, measured in steps of the step clock from its own start.
@@ -251,6 +253,38 @@ impl Chain {
     fn travel(&self, k: u64) -> Point {
         let walked = self.links.iter().take_while(|link| link.before < k);
         walked.fold([0; AXES], |sum, link| moved(sum, link.path.travel(k - link.before)))
+    }
+
+    /// See [`Path::runs`].
+    pub(crate) fn runs<S: Clone + PartialEq, B>(
+        &self,
+        axis: usize,
+        k: u64,
+        state: &mut S,
+        visit: &mut impl FnMut(&mut S, Run) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        for link in self.links.iter().take_while(|link| link.before < k) {
+            let later = |Run { from, to, way }: Run| Run {
+                from: link.before + from,
+                to: link.before + to,
+                way,
+            };
+            let mut visit = |state: &mut S, run: Run| visit(state, later(run));
+            // A chain has no chains for links.
+            match &link.path {
+                Path::Line(line) => {
+                    let to = (k - link.before).min(line.length());
+                    visit(state, Run { from: 0, to, way: place(&line.at(to), axis) })?;
+                }
+                Path::Arc(arc) => arc.runs(axis, k - link.before, state, &mut visit)?,
+                Path::Helix(helix) => {
+                    let k = (k - link.before).min(helix.length());
+                    helix.runs(axis, k, state, &mut visit)?;
+                }
+                Path::Chain(_) => {}
+            }
+        }
+        ControlFlow::Continue(())
     }
 
     fn after(&self, k: u64) -> Chain {

@@ -11,6 +11,7 @@ mod machine;
 mod plant;
 mod profile;
 mod signal;
+mod slide;
 
 pub use job::{
     Accessory, Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up,
@@ -19,3 +20,4 @@ pub use machine::{Axes, Axis, End, Machine, Measure, Reference, Unit};
 pub use plant::{Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile, profile_text};
 pub use signal::PlantSignal;
+pub use slide::{Slide, Way};

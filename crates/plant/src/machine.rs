@@ -93,6 +93,12 @@ pub struct Axis {
     /// Where the carriage stands at first.
     #[serde(default)]
     pub start: i64,
+    /// How many steps the motor makes after it has turned round before the carriage follows.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub backlash: u32,
+    /// How many steps further back a limit switch lets go than it was pressed.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub hysteresis: u32,
 }
 
 impl Machine {
@@ -183,8 +189,8 @@ pub struct Machine {
     pub axes: Axes,
 }
 
-fn is_default(job: &JobSetup) -> bool {
-    *job == JobSetup::default()
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// The axes by name, in the order in which controllers count them. What isel calls Z and A is
@@ -222,6 +228,8 @@ static UNFITTED: Axis = Axis {
     lowest: None,
     highest: None,
     start: 0,
+    backlash: 0,
+    hysteresis: 0,
 };
 
 profiles! { Machine, Machine::check, [

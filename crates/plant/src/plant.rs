@@ -1,10 +1,13 @@
 //! The state of a machine.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{AXES, Point};
+use vimc4_device::{AXES, Point, Running, Time};
 
+use crate::machine::is_default;
+use crate::slide::{Gear, Slide, Way, index};
 use crate::{End, Machine, PlantSignal};
 
 /// The buttons, switches and sensors around a machine, as they are, not as a port shows them.
@@ -60,14 +63,41 @@ pub struct Plant {
     inputs: u64,
     /// Limit switches held by hand, two bits an axis.
     held: u16,
+    /// How much of its backlash each axis has below it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    play: Point,
+    /// Limit switches that are still pressed by their hysteresis, two bits an axis.
+    #[serde(default, skip_serializing_if = "is_default")]
+    kept: u16,
+    #[serde(default, skip_serializing_if = "is_default")]
+    under_way: UnderWay,
 }
+
+/// What is known of the running motion beside its segment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct UnderWay {
+    /// The carriages are where they were after so many of its clock steps.
+    walked: u64,
+    /// After which of its clock steps the motor of an axis stands.
+    stands: [Option<u64>; AXES],
+}
+
 
 impl Plant {
     /// The machine as it stands at first.
     #[must_use]
     pub fn new(machine: Arc<Machine>) -> Plant {
         let carriage = std::array::from_fn(|axis| machine.axis(axis).start);
-        Plant { machine, carriage, panel: Panel::default(), inputs: 0, held: 0 }
+        Plant {
+            machine,
+            carriage,
+            panel: Panel::default(),
+            inputs: 0,
+            held: 0,
+            play: [0; AXES],
+            kept: 0,
+            under_way: UnderWay::default(),
+        }
     }
 
     /// Its profile.
@@ -127,7 +157,7 @@ impl Plant {
             PlantSignal::PowerOk => &mut self.panel.power_ok,
             PlantSignal::Probe => &mut self.panel.probe,
             PlantSignal::Limit(axis, end) => {
-                let bit = 1u16 << (axis * 2 + usize::from(end == End::Positive));
+                let bit = 1u16 << bit(axis, end);
                 let before = self.held;
                 self.held = if level { before | bit } else { before & !bit };
                 return self.held != before;
@@ -145,60 +175,213 @@ impl Plant {
     /// Whether a limit switch is held active by hand.
     #[must_use]
     pub fn is_held(&self, axis: usize, end: End) -> bool {
-        self.held >> (axis * 2 + usize::from(end == End::Positive)) & 1 == 1
+        self.held >> bit(axis, end) & 1 == 1
     }
 
-    /// Whether the limit switch of an end would be pressed with the carriage at `position`.
+    // --- axes at an instant ---
+
+    /// An axis as it stands, or stood when the running motion began.
     #[must_use]
-    pub fn pressed_at(&self, axis: usize, end: End, position: i64) -> bool {
-        self.is_held(axis, end) || self.machine.axis(axis).presses(end, position)
+    pub fn slide(&self, axis: usize) -> Slide {
+        let value = |point: &Point| point.get(axis).copied().unwrap_or(0);
+        let kept = [End::Negative, End::Positive].map(|end| self.kept >> bit(axis, end) & 1 == 1);
+        Slide { place: value(&self.carriage), play: value(&self.play), kept }
     }
 
-    /// The places of the carriage on either side of where a limit switch of an axis changes.
-    pub fn edges(&self, axis: usize) -> impl Iterator<Item = i64> + use<> {
-        let profile = self.machine.axis(axis);
-        let below = profile.negative_switch.map(|at| [at, at + 1]);
-        let above = profile.positive_switch.map(|at| [at - 1, at]);
-        [below, above].into_iter().flatten().flatten()
-    }
-
-    /// The electrical level of a limit switch with the carriage at `position`: 1 is high.
+    /// An axis after so many clock steps of a way.
     #[must_use]
-    pub fn switch_level_at(&self, axis: usize, end: End, position: i64) -> bool {
-        self.pressed_at(axis, end, position) != self.machine.switches_low_active
-    }
-
-    /// Moves the carriages as the counters went: by `offset`, having been as far as `low` and
-    /// `high` on the way, each axis with the sign of its direction. Returns the steps lost, in
-    /// the direction of the counters.
-    pub fn follow(&mut self, signs: &Point, offset: &Point, low: &Point, high: &Point) -> Point {
-        let signed = |point: &Point| -> Point { std::array::from_fn(|a| signs[a] * point[a]) };
-        let (a, b) = (signed(low), signed(high));
-        let low = std::array::from_fn(|axis| a[axis].min(b[axis]));
-        let high = std::array::from_fn(|axis| a[axis].max(b[axis]));
-        signed(&self.travel(&signed(offset), &low, &high))
-    }
-
-    /// Moves the carriages by `offset`, having been as far as the offsets `low` and `high` on
-    /// the way, all in steps of the machine. Where that way leads beyond the mechanics, the
-    /// carriage stays at its stop and the motor loses the steps. Returns the steps lost, per
-    /// axis: how much further the carriage would have come.
-    pub fn travel(&mut self, offset: &Point, low: &Point, high: &Point) -> Point {
-        let mut lost = [0; AXES];
-        for axis in 0..AXES {
-            let profile = self.machine.axis(axis);
-            let at = self.carriage[axis];
-            let below = profile.lowest.map_or(0, |lowest| (lowest - (at + low[axis])).max(0));
-            let above = profile.highest.map_or(0, |highest| (at + high[axis] - highest).max(0));
-            self.carriage[axis] = at + offset[axis] + below - above;
-            lost[axis] = above - below;
+    pub fn slide_after(&self, axis: usize, way: &Way<'_>, steps: u64) -> Slide {
+        let (gear, mut slide) = (self.gear(axis), self.slide(axis));
+        let ends = way.rest(self.under_way.walked, steps);
+        let (path, steps) = (ends.path.as_ref(), ends.steps);
+        if self.under_way.stands[axis].is_none() {
+            let (low, high) = match gear.is_bounded() {
+                true => way.span(axis, path.extent(steps)),
+                false => (0, 0),
+            };
+            if gear.follows(&slide, low, high) {
+                slide.place += way.signs[axis] * path.at(steps)[axis];
+                return slide;
+            }
         }
+        let sign = way.signs[axis];
+        let steps = steps.min(self.makes(axis));
+        let _: ControlFlow<()> = path.runs(axis, steps, &mut slide, &mut |slide, run| {
+            gear.drive(slide, sign * run.way);
+            ControlFlow::Continue(())
+        });
+        slide
+    }
+
+    /// The first step, from `from` on, after which something holds for an axis that depends on its
+    /// switches and on where its carriage is between them.
+    pub fn first(
+        &self,
+        axis: usize,
+        way: &Way<'_>,
+        from: u64,
+        holds: impl Fn(&Slide) -> bool,
+    ) -> Option<u64> {
+        self.first_among(axis, way, from, &holds, self.gear(axis).edges())
+    }
+
+    /// The same for what can begin to hold at these places of the carriage only.
+    pub fn first_among(
+        &self,
+        axis: usize,
+        way: &Way<'_>,
+        from: u64,
+        holds: &impl Fn(&Slide) -> bool,
+        places: impl Iterator<Item = i64> + Clone,
+    ) -> Option<u64> {
+        let (gear, mut slide) = (self.gear(axis), self.slide_after(axis, way, from));
+        if holds(&slide) {
+            return Some(from);
+        }
+        let sign = way.signs[axis];
+        let rest = way.path.after(from);
+        let made = from.saturating_sub(self.under_way.walked);
+        let steps = rest.length().min(self.makes(axis).saturating_sub(made));
+        let found = rest.runs(axis, steps, &mut slide, &mut |slide, run| {
+            let whole = sign * run.way;
+            let ahead = places.clone().filter(|place| gear.reaches(*place)).filter_map(|place| {
+                let way = gear.way_to(slide, place);
+                let within = way != 0 && way.signum() == whole.signum() && way.abs() <= whole.abs();
+                let mut there = *slide;
+                gear.drive(&mut there, way);
+                (within && there.place == place && holds(&there)).then_some(way)
+            });
+            if let Some(way) = ahead.min_by_key(|way| way.abs()) {
+                let step = rest.after(run.from).first_at(axis, sign * way);
+                return ControlFlow::Break(step.map(|step| from + run.from + step));
+            }
+            gear.drive(slide, whole);
+            ControlFlow::Continue(())
+        });
+        match found {
+            ControlFlow::Break(step) => step,
+            ControlFlow::Continue(()) => None,
+        }
+    }
+
+    /// The first instant from `from` on at which something of that kind holds while nothing else
+    /// happens: on the way of the running segment, or where the axis stands.
+    #[must_use]
+    pub fn first_time(
+        &self,
+        axis: usize,
+        running: Option<Running<'_>>,
+        signs: &Point,
+        from: Time,
+        holds: impl Fn(&Slide) -> bool,
+    ) -> Option<Time> {
+        if axis >= AXES {
+            return None;
+        }
+        let Some(running) = running else { return holds(&self.slide(axis)).then_some(from) };
+        let way = Way { path: &running.segment.path, signs };
+        let made = running.steps_at(from);
+        let step = self.first(axis, &way, made, holds)?;
+        let profile = &running.segment.profile;
+        match step {
+            _ if step == made => Some(from),
+            _ if step > profile.steps() => None,
+            _ => Some(running.began.after_nanos(profile.time_of(step))),
+        }
+    }
+
+    /// How far the motor of an axis that stands has to go, in one direction, for its carriage to come
+    /// to a place; in the direction of the carriage.
+    #[must_use]
+    pub fn way_to(&self, axis: usize, place: i64) -> i64 {
+        self.gear(axis).way_to(&self.slide(axis), place)
+    }
+
+    // --- switches ---
+
+    /// Whether there is a limit switch at an end.
+    #[must_use]
+    pub fn has_switch(&self, axis: usize, end: End) -> bool {
+        self.machine.axis(axis).switch(end).is_some()
+    }
+
+    /// Whether the limit switch of an end is pressed, by the carriage or by hand.
+    #[must_use]
+    pub fn pressed(&self, axis: usize, end: End, slide: &Slide) -> bool {
+        self.is_held(axis, end) || self.gear(axis).presses(end, slide)
+    }
+
+    /// The electrical level of a limit switch: 1 is high.
+    #[must_use]
+    pub fn switch_level(&self, axis: usize, end: End, slide: &Slide) -> bool {
+        self.pressed(axis, end, slide) != self.machine.switches_low_active
+    }
+
+    // --- motions ---
+
+    /// The carriages have followed the counters for so many steps of a way, which ends there. Returns
+    /// the steps that were lost, in the direction of the counters: how much further each carriage
+    /// would have come.
+    pub fn follow(&mut self, way: &Way<'_>, steps: u64) -> Point {
+        let lost = self.advance(way, steps);
+        self.under_way = UnderWay::default();
         lost
     }
+
+    /// The same for a way that goes on.
+    fn advance(&mut self, way: &Way<'_>, steps: u64) -> Point {
+        let ends = way.rest(self.under_way.walked, steps);
+        let (path, made) = (ends.path.as_ref(), ends.steps);
+        let offset = path.at(made);
+        let mut lost = [0; AXES];
+        for axis in 0..AXES {
+            let before = self.slide(axis);
+            let after = self.slide_after(axis, way, steps);
+            let gone = after.place - before.place + after.play - before.play;
+            lost[axis] = offset[axis] - way.signs[axis] * gone;
+            self.put(axis, after);
+        }
+        self.under_way.walked = steps;
+        lost
+    }
+
+    /// Writes down how an axis stands.
+    fn put(&mut self, axis: usize, slide: Slide) {
+        (self.carriage[axis], self.play[axis]) = (slide.place, slide.play);
+        for end in [End::Negative, End::Positive] {
+            let bit = 1u16 << bit(axis, end);
+            self.kept = if slide.kept[index(end)] { self.kept | bit } else { self.kept & !bit };
+        }
+    }
+
+    /// How many of the steps that are still to be made the motor of an axis makes.
+    fn makes(&self, axis: usize) -> u64 {
+        let UnderWay { walked, stands } = &self.under_way;
+        stands[axis].map_or(u64::MAX, |stands| stands.saturating_sub(*walked))
+    }
+
+    /// What an axis is built of.
+    fn gear(&self, axis: usize) -> Gear {
+        let profile = self.machine.axis(axis);
+        Gear {
+            backlash: i64::from(profile.backlash),
+            hysteresis: i64::from(profile.hysteresis),
+            lowest: profile.lowest,
+            highest: profile.highest,
+            switches: [profile.negative_switch, profile.positive_switch],
+        }
+    }
+}
+
+/// The bit of a limit switch.
+fn bit(axis: usize, end: End) -> usize {
+    axis * 2 + index(end)
 }
 
 #[cfg(test)]
 mod tests {
+    use vimc4_motion::{Path, StraightLine};
+
     use super::*;
 
     fn mill() -> Plant {
@@ -212,20 +395,23 @@ mod tests {
         let lowest = plant.machine().axes.x.lowest.unwrap();
         let along_x =
             |way: i64| -> Point { std::array::from_fn(|axis| if axis == 0 { way } else { 0 }) };
-        let down = along_x(-(start - lowest) - 100);
-        assert_eq!(plant.travel(&down, &down, &along_x(0)), along_x(-100));
-        assert_eq!(plant.carriage()[0], lowest);
-        assert_eq!(plant.travel(&along_x(100), &along_x(0), &along_x(100)), along_x(0));
-        assert_eq!(plant.carriage()[0], lowest + 100);
+        let mut go = |way: i64| {
+            let path = Path::Line(StraightLine::new(along_x(way)));
+            let lost = plant.follow(&Way { path: &path, signs: &[1; AXES] }, path.length());
+            (plant.carriage()[0], lost)
+        };
+        assert_eq!(go(-(start - lowest) - 100), (lowest, along_x(-100)));
+        assert_eq!(go(100), (lowest + 100, along_x(0)));
     }
 
     #[test]
     fn a_switch_is_pressed_by_the_carriage_or_by_hand() {
         let mut plant = mill();
-        assert!(!plant.pressed_at(0, End::Negative, 0));
-        assert!(plant.pressed_at(0, End::Negative, -1));
+        let at = |place| Slide { place, ..Slide::default() };
+        assert!(!plant.pressed(0, End::Negative, &at(0)));
+        assert!(plant.pressed(0, End::Negative, &at(-1)));
         assert!(plant.set(PlantSignal::Limit(0, End::Negative), true));
-        assert!(plant.pressed_at(0, End::Negative, 0));
+        assert!(plant.pressed(0, End::Negative, &at(0)));
         assert!(!plant.set(PlantSignal::Limit(0, End::Negative), true));
     }
 }

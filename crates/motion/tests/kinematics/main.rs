@@ -14,6 +14,8 @@ mod profiles;
 mod segments;
 mod sweeps;
 
+use std::ops::ControlFlow;
+
 use proptest::prelude::*;
 use vimc4_motion::{AXES, Arc, ArcState, Path, Point};
 
@@ -123,5 +125,40 @@ fn closed_forms_match(path: &Path, split: u64, thorough: bool) {
     if split < length {
         let next = (length - split) / 2;
         assert_eq!(rest.after(next), path.after(split + next));
+    }
+    runs_match(path, &places, split);
+}
+
+/// Holds the runs of every axis up to `k` against the walk: they follow each other without a gap, the
+/// axis keeps its direction in each, and what follows it with play ends where it does step by step,
+/// turns left out or not.
+fn runs_match(path: &Path, places: &[Point], k: u64) {
+    let play = |(gap, place): &mut (i64, i64), way: i64| {
+        let wanted = *gap + way;
+        let moved = if wanted < 0 { wanted } else { (wanted - 7).max(0) };
+        (*gap, *place) = (wanted - moved, *place + moved);
+    };
+    for axis in 0..AXES {
+        let (mut visited, mut behind) = (0, 0);
+        let _: ControlFlow<()> = path.runs(axis, k, &mut visited, &mut |visited, run| {
+            *visited += 1;
+            assert_eq!(run.from, behind, "run {visited}");
+            behind = run.to;
+            let way = places[run.from as usize..=run.to as usize].windows(2);
+            let mut steps = way.map(|pair| pair[1][axis] - pair[0][axis]);
+            assert!(steps.clone().all(|step| step * run.way >= 0), "{run:?} turns");
+            assert_eq!(steps.by_ref().sum::<i64>(), run.way, "{run:?}");
+            ControlFlow::Continue(())
+        });
+        assert_eq!(behind, k, "the runs of axis {axis} end before");
+        let (mut by_runs, mut by_steps) = ((3, 0), (3, 0));
+        let _: ControlFlow<()> = path.runs(axis, k, &mut by_runs, &mut |state, run| {
+            play(state, run.way);
+            ControlFlow::Continue(())
+        });
+        for pair in places[..=k as usize].windows(2) {
+            play(&mut by_steps, pair[1][axis] - pair[0][axis]);
+        }
+        assert_eq!(by_runs, by_steps, "play of axis {axis}");
     }
 }
