@@ -13,24 +13,19 @@ mod support;
 use std::sync::Arc;
 
 use support::walk::Walk;
-use support::{Random, run_out, text, try_all};
+use support::{Random, mechanics, run_out, text, try_all};
 use vimc4_device::{Device, Harness, Input, Kinds, Time};
 use vimc4_lpkf::{Controller, Model};
-use vimc4_plant::{Axis, Machine};
+use vimc4_plant::Machine;
 
-/// A machine with switches around where the carriages stand, and mechanics far beyond.
+/// A machine with switches around where the carriages stand, with ends and play.
 fn machine(random: &mut Random) -> Machine {
     let mut machine = Machine::clone(&Machine::builtin("bench").expect("built in"));
     let axes = &mut machine.axes;
     let further = [&mut axes.z, &mut axes.a, &mut axes.z2, &mut axes.z3];
     let further = further.into_iter().filter_map(Option::as_mut);
-    let switched = |axis: &mut Axis, random: &mut Random| {
-        axis.inverted = random.one_in(4);
-        axis.negative_switch = (!random.one_in(3)).then(|| -random.range(1, 900));
-        axis.positive_switch = (!random.one_in(3)).then(|| random.range(1, 900));
-    };
     for axis in [&mut axes.x, &mut axes.y].into_iter().chain(further) {
-        switched(axis, random);
+        mechanics(axis, random);
     }
     machine
 }
@@ -104,6 +99,11 @@ fn positions(controller: &Harness<Controller>) -> Vec<i64> {
     view.axes.iter().map(|axis| axis.position).collect()
 }
 
+fn carriages(controller: &Harness<Controller>) -> Vec<i64> {
+    let view = controller.device().view(controller.now());
+    view.axes.iter().map(|axis| axis.carriage).collect()
+}
+
 fn try_case(seed: u64) {
     let mut random = Random(seed);
     let machine = Arc::new(machine(&mut random));
@@ -150,6 +150,7 @@ fn try_case(seed: u64) {
     if !power_lost {
         assert_eq!(positions(&tried), walk.counter[..positions(&tried).len()], "{command}");
     }
+    assert_eq!(carriages(&tried), walk.carriages()[..carriages(&tried).len()], "{command}");
 
     // What was stopped from outside is finished by `!CS`, in the same place as if it had not
     // been stopped.

@@ -3,6 +3,7 @@
 pub(crate) mod walk;
 
 use vimc4_device::{Device, Harness};
+use vimc4_plant::Axis;
 
 /// Random numbers that are the same everywhere (splitmix64). A failing case names its seed.
 pub(crate) struct Random(pub(crate) u64);
@@ -54,5 +55,27 @@ pub(crate) fn try_all(default: u64, try_case: impl Fn(u64) + std::panic::RefUnwi
             eprintln!("seed {seed}");
             std::panic::resume_unwind(reason);
         }
+    }
+}
+
+/// Switches around where the carriage stands, or ends of the mechanics, play in the gear and contacts
+/// that let go late.
+pub(crate) fn mechanics(axis: &mut Axis, random: &mut Random) {
+    axis.inverted = random.one_in(4);
+    axis.start = 0;
+    axis.negative_switch = (!random.one_in(3)).then(|| -random.range(1, 900));
+    axis.positive_switch = (!random.one_in(3)).then(|| random.range(1, 900));
+    // Where there is a switch the end is far beyond it.
+    let end = |switch: Option<i64>, random: &mut Random| match switch {
+        None if random.one_in(2) => Some(random.range(0, 700)),
+        _ => None,
+    };
+    axis.lowest = end(axis.negative_switch, random).map(|end| -end);
+    axis.highest = end(axis.positive_switch, random);
+    if random.one_in(2) {
+        axis.backlash = random.range(0, 40) as u32;
+    }
+    if random.one_in(2) {
+        axis.hysteresis = random.range(0, 30) as u32;
     }
 }

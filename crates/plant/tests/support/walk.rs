@@ -3,14 +3,52 @@
 use std::sync::Arc;
 
 use vimc4_device::{AXES, Event, Motion, Output, Point, Segment, Stamp, Time};
-use vimc4_plant::{End, Machine};
+use vimc4_plant::{Axis, Machine};
 
 /// What a walk knows.
 pub(crate) struct Walk {
     pub(crate) machine: Arc<Machine>,
     pub(crate) counter: Point,
-    carriage: Point,
+    mechanics: [Mechanics; AXES],
     running: Option<(Segment, Time)>,
+}
+
+/// An axis, step by step.
+#[derive(Clone, Copy, Default)]
+struct Mechanics {
+    motor: i64,
+    /// Where the nut is, which the motor takes with it at either end of its play.
+    nut: i64,
+    /// How far the carriage is behind the nut since it stood at an end.
+    behind: i64,
+    pressed: [bool; 2],
+}
+
+impl Mechanics {
+    fn carriage(&self) -> i64 {
+        self.nut - self.behind
+    }
+
+    fn step(&mut self, axis: &Axis, by: i64) {
+        self.motor += by;
+        let before = self.nut;
+        // The play is above the nut at first, as the profile's places are given.
+        self.nut = self.nut.min(self.motor).max(self.motor - i64::from(axis.backlash));
+        let by = self.nut - before;
+        let to = self.carriage();
+        let beyond = axis.highest.is_some_and(|end| to > end && by > 0)
+            || axis.lowest.is_some_and(|end| to < end && by < 0);
+        self.behind += if beyond { by } else { 0 };
+        for (end, switch) in [axis.negative_switch, axis.positive_switch].into_iter().enumerate() {
+            let Some(at) = switch else { continue };
+            let into = if end == 0 { at - self.carriage() } else { self.carriage() - at };
+            if into >= 0 {
+                self.pressed[end] = true;
+            } else if into < -i64::from(axis.hysteresis) {
+                self.pressed[end] = false;
+            }
+        }
+    }
 }
 
 impl Walk {
@@ -22,7 +60,8 @@ impl Walk {
         cut_off: bool,
     ) -> Walk {
         let zero = Point::default();
-        let mut walk = Walk { machine, counter: zero, carriage: zero, running: None };
+        let mechanics = [Mechanics::default(); AXES];
+        let mut walk = Walk { machine, counter: zero, mechanics, running: None };
         for output in outputs {
             let Output::Event(Stamp { at: when, .. }, Event::Motion(motion)) = output else {
                 continue;
@@ -51,13 +90,9 @@ impl Walk {
         if self.machine.axis(axis).inverted { -1 } else { 1 }
     }
 
-    fn carriage_after(&self, offset: &Point) -> Point {
-        std::array::from_fn(|axis| self.carriage[axis] + self.sign(axis) * offset[axis])
-    }
-
-    fn presses(&self, axis: usize, carriage: i64) -> bool {
-        let axis = self.machine.axis(axis);
-        axis.presses(End::Negative, carriage) || axis.presses(End::Positive, carriage)
+    /// Where the carriages are.
+    pub(crate) fn carriages(&self) -> Point {
+        self.mechanics.map(|axis| axis.carriage())
     }
 
     /// Walks the segment that ends at `at` after `steps` steps, and checks that it had to end
@@ -77,18 +112,19 @@ impl Walk {
             }
             assert!(!on_switch, "step {walked} runs onto a switch, but the motion goes on");
             walked = step.number;
-            let (before, after) = (self.carriage_after(&offset), self.carriage_after(&step.offset));
+            let before = self.mechanics;
+            for axis in 0..AXES {
+                let by = self.sign(axis) * (step.offset[axis] - offset[axis]);
+                self.mechanics[axis].step(self.machine.axis(axis), by);
+            }
             offset = step.offset;
-            on_switch = (0..AXES).any(|axis| {
-                before[axis] != after[axis]
-                    && self.presses(axis, after[axis])
-                    && !self.presses(axis, before[axis])
-            });
+            let is_on = |axis: &Mechanics| axis.pressed != [false; 2];
+            let mut axes = before.iter().zip(&self.mechanics);
+            on_switch = axes.any(|(before, after)| is_on(after) && !is_on(before));
             last = when;
         }
         assert_eq!(walked, steps, "the segment has {total} steps");
         assert!(last <= at, "the last step was at {last}");
-        self.carriage = self.carriage_after(&offset);
         self.counter = std::array::from_fn(|axis| self.counter[axis] + offset[axis]);
     }
 }
