@@ -297,6 +297,12 @@ impl Arc {
         last.map_or(self.steps, |last| self.steps.min(last as u64))
     }
 
+    /// Whether an axis is one of its plane.
+    pub(crate) fn moves(&self, axis: usize) -> bool {
+        let axis = axis_index(axis);
+        axis == self.plane.0 || axis == self.plane.1
+    }
+
     /// `x` and `y` as an offset from the start.
     fn offset(&self, x: i64, y: i64) -> Point {
         let mut point = [0; AXES];

@@ -46,6 +46,7 @@ use std::sync::Arc as Shared;
 
 use serde::{Deserialize, Serialize};
 
+use crate::demand::{Phase, Trend};
 use crate::wide;
 use crate::wide::saturated;
 use crate::{AXES, Path, Point, StraightLine};
@@ -207,6 +208,30 @@ impl Course {
         let plan = Plan::new(self.plan.places.clone(), pieces);
         let order = Order { braked_at: Some(nanos), ..self.order.clone() };
         (plan.steps < self.steps()).then(|| Course { order, plan: Shared::new(plan) })
+    }
+
+    /// See [`Profile::phases`](crate::Profile).
+    pub(crate) fn phases(&self) -> Vec<Phase> {
+        let plan = &self.plan;
+        let mut phases = Vec::new();
+        for piece in &plan.pieces {
+            let (begin, end) = (piece.before, piece.before + piece.way);
+            let first = plan.places.partition_point(|place| place.way + place.length <= begin);
+            let within = plan.places.iter().skip(first).take_while(|place| place.way < end);
+            for place in within {
+                let change = piece.change * NANO / piece.duration.max(1);
+                phases.push(Phase {
+                    to: plan.steps_within(end.min(place.way + place.length)).min(plan.steps),
+                    acceleration: change * u128::from(place.steps) / place.length,
+                    trend: match piece.change {
+                        0 => Trend::Stays,
+                        _ if piece.rising => Trend::Rises,
+                        _ => Trend::Falls,
+                    },
+                });
+            }
+        }
+        phases
     }
 
     pub(crate) fn clock(&self) -> CourseClock {

@@ -94,6 +94,16 @@ impl Helix {
         (self.with_third(low, third.min(0)), self.with_third(high, third.max(0)))
     }
 
+    /// How many of the clock steps an axis makes at the most, out of how many.
+    pub(crate) fn share(&self, axis: usize) -> (u64, u64) {
+        let steps = match axis_index(axis) == self.axis {
+            true => self.steps.unsigned_abs(),
+            false if self.arc.moves(axis) => self.arc.length(),
+            false => 0,
+        };
+        (steps, self.whole())
+    }
+
     /// See [`Path::runs`](crate::Path::runs). The circle is gone at another pace, but the same way.
     pub(crate) fn runs<S: Clone + PartialEq, B>(
         &self,

@@ -23,6 +23,7 @@
 mod arc;
 mod bresenham;
 mod course;
+mod demand;
 mod fit;
 mod helix;
 mod line;
@@ -40,6 +41,7 @@ mod wide;
 
 pub use arc::{Arc, ArcState};
 pub use course::{Stretch, chord};
+pub use demand::Pull;
 pub use fit::{CircleFit, Turn};
 pub use helix::Helix;
 pub use line::StraightLine;

@@ -65,6 +65,11 @@ impl StraightLine {
         (there.map(|steps| steps.min(0)), there.map(|steps| steps.max(0)))
     }
 
+    /// How many of the clock steps an axis makes, out of how many.
+    pub(crate) fn share(&self, axis: usize) -> (u64, u64) {
+        (self.delta.get(axis).map_or(0, |way| way.unsigned_abs()), self.whole())
+    }
+
     /// The whole line goes on: its rounding must not begin anew.
     pub(crate) fn after(&self, k: u64) -> StraightLine {
         StraightLine { delta: self.delta, done: self.done + k }

@@ -6,6 +6,7 @@ use std::sync::Arc as Shared;
 use serde::{Deserialize, Serialize};
 
 use crate::arc::ArcWalk;
+use crate::demand::Share;
 use crate::helix::HelixWalk;
 use crate::line::LineWalk;
 use crate::runs::{Run, place};
@@ -285,6 +286,16 @@ impl Chain {
             }
         }
         ControlFlow::Continue(())
+    }
+
+    /// See [`Path::shares`].
+    pub(crate) fn shares(&self, axis: usize) -> Vec<Share> {
+        let within = |link: &ChainLink| {
+            let before = link.before;
+            let shares = link.path.shares(axis).into_iter();
+            shares.map(move |share| Share { to: before + share.to, ..share })
+        };
+        self.links.iter().flat_map(within).collect()
     }
 
     fn after(&self, k: u64) -> Chain {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Ramp;
 use crate::course::{Course, CourseClock, Stretch};
+use crate::demand::Phase;
 use crate::ramps::{RampClock, Ramped};
 
 /// The times of the steps of one motion, from its start to its halt.
@@ -141,6 +142,14 @@ impl Profile {
             Kind::Course(course) => Kind::Course(course.brake(nanos)?),
         };
         Some(Profile { kind })
+    }
+
+    /// The parts in which the step frequency only rises, only falls or stays, in order.
+    pub(crate) fn phases(&self) -> Vec<Phase> {
+        match &self.kind {
+            Kind::Ramped(ramped) => ramped.phases(),
+            Kind::Course(course) => course.phases(),
+        }
     }
 
     /// The times of steps 1, 2, 3 … stepwise, straight from the definition.

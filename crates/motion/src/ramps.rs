@@ -37,6 +37,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::demand::{Phase, Trend};
 use crate::wide;
 use crate::wide::saturated;
 
@@ -101,6 +102,23 @@ impl Ramped {
         }
         let braked = Ramped { braked_at: Some(nanos), ..self.clone() };
         (braked.steps() < self.steps()).then_some(braked)
+    }
+
+    /// See [`Profile::phases`](crate::Profile).
+    pub(crate) fn phases(&self) -> Vec<Phase> {
+        let curve = self.curve();
+        let ramp = curve.middle_squared().min(curve.top().pow(2)) - curve.base.pow(2);
+        let acceleration = 1_000 * curve.acceleration;
+        let phase = |way: u128, acceleration, trend| Phase {
+            to: saturated(way / curve.step).min(curve.steps()),
+            acceleration,
+            trend,
+        };
+        vec![
+            phase(ramp, acceleration, Trend::Rises),
+            phase(curve.way.saturating_sub(ramp), 0, Trend::Stays),
+            Phase { to: curve.steps(), acceleration, trend: Trend::Falls },
+        ]
     }
 
     pub(crate) fn clock(&self) -> RampClock {

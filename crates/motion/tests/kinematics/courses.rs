@@ -257,7 +257,7 @@ fn accelerations() -> impl Strategy<Value = u64> {
     prop_oneof![1..100_000u64, 1_000_000..10_000_000_000u64]
 }
 
-fn profiles() -> impl Strategy<Value = Profile> {
+pub(crate) fn profiles() -> impl Strategy<Value = Profile> {
     let trapezoids = (prop::collection::vec(stretches(), 0..5), speeds(), accelerations())
         .prop_map(|(stretches, speed, rate)| Profile::trapezoid(stretches, speed, rate));
     let links = prop::collection::vec((stretches(), speeds()), 0..6);

@@ -8,6 +8,7 @@ mod arcs;
 mod chains;
 mod circles;
 mod courses;
+mod demands;
 mod fits;
 mod lines;
 mod profiles;

@@ -1,0 +1,170 @@
+//! What a motion asks of the motors, and where it asks for more than one can.
+//!
+//! A motion consists of phases in which the step frequency only rises, only falls or stays, and the
+//! acceleration is always the same. So of a motor that pulls less the faster it turns, the first
+//! step that it does not make is found with one search in each phase.
+
+use crate::{Path, Segment};
+
+/// µHz in a Hz.
+const MICRO: u128 = 1_000_000;
+/// Hz/s in a Hz/ms.
+const PER_SECOND: u64 = 1_000;
+
+/// What a motor can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pull<'a> {
+    /// Up to which acceleration in Hz/ms it follows at a frequency in Hz: ascending frequencies, and
+    /// accelerations that do not ascend. Between two of them the acceleration is on the line from
+    /// one to the other, below the first it is that of the first, and above the last there is none.
+    /// Without any it follows everything.
+    pub curve: &'a [(u32, u32)],
+    /// The highest frequency in Hz with which it can start.
+    pub start: Option<u32>,
+    /// What it pulls besides, as the acceleration in Hz/ms that would ask for as much. Braking, it is
+    /// a help.
+    pub load: u32,
+}
+
+impl Pull<'_> {
+    /// The highest frequency at which it pulls what an acceleration in Hz/s asks for, µHz; `None` if
+    /// there is none.
+    fn highest(&self, need: u128) -> Option<u128> {
+        let in_micro = |&(frequency, pull): &(u32, u32)| {
+            (u128::from(frequency) * MICRO, u128::from(pull) * u128::from(PER_SECOND))
+        };
+        let able = self.curve.partition_point(|point| in_micro(point).1 >= need);
+        let (low, pull) = in_micro(self.curve.get(able.checked_sub(1)?)?);
+        Some(self.curve.get(able).map(in_micro).map_or(low, |(high, less)| {
+            // It falls from a pull that is enough to one that is not.
+            low + (high - low) * (pull - need) / (pull - less).max(1)
+        }))
+    }
+}
+
+/// A part of a motion in which the frequency goes one way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Phase {
+    /// The last clock step of it.
+    pub(crate) to: u64,
+    /// Hz/s, of the clock.
+    pub(crate) acceleration: u128,
+    pub(crate) trend: Trend,
+}
+
+/// Which way a frequency goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Trend {
+    Rises,
+    Stays,
+    Falls,
+}
+
+/// How many of the clock steps of a part of a path an axis makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Share {
+    /// The last clock step of the part.
+    pub(crate) to: u64,
+    /// So many of `of`.
+    pub(crate) steps: u64,
+    pub(crate) of: u64,
+}
+
+impl Path {
+    /// The parts in which the share of an axis stays the same. On a circle it does not; there an axis
+    /// has places at which it makes every step, and that counts.
+    pub(crate) fn shares(&self, axis: usize) -> Vec<Share> {
+        let to = self.length();
+        let whole = |(steps, of)| vec![Share { to, steps, of }];
+        match self {
+            Path::Line(line) => whole(line.share(axis)),
+            Path::Arc(arc) => whole((u64::from(arc.moves(axis)), 1)),
+            Path::Helix(helix) => whole(helix.share(axis)),
+            Path::Chain(chain) => chain.shares(axis),
+        }
+    }
+}
+
+impl Segment {
+    /// After how many clock steps, `from` at the least, an axis is asked for more than its motor can;
+    /// `None` if it can everything.
+    #[must_use]
+    pub fn exceeds(&self, axis: usize, from: u64, pull: &Pull<'_>) -> Option<u64> {
+        let Segment { path, profile } = self;
+        let shares = path.shares(axis);
+        let frequency = |step: u64| u128::from(profile.speed_at(profile.time_of(step)));
+        if let (0, Some(start), Some(first)) = (from, pull.start, shares.first())
+            && frequency(0) * u128::from(first.steps) > u128::from(start) * MICRO * u128::from(first.of)
+        {
+            return Some(0);
+        }
+        if pull.curve.is_empty() {
+            return None;
+        }
+        let mut begin = from;
+        for phase in profile.phases() {
+            for &Share { to, steps, of } in &shares {
+                let end = phase.to.min(to);
+                if end <= begin || steps == 0 {
+                    begin = begin.max(end);
+                    continue;
+                }
+                let own = phase.acceleration * u128::from(steps) / u128::from(of);
+                let load = u128::from(pull.load) * u128::from(PER_SECOND);
+                let need = match phase.trend {
+                    Trend::Rises | Trend::Stays => own + load,
+                    Trend::Falls => own.saturating_sub(load),
+                };
+                let highest = pull.highest(need);
+                // Compared as products, for a share is no whole number.
+                let is_too_much = |step: u64| {
+                    let asked = frequency(step) * u128::from(steps);
+                    highest.is_none_or(|highest| asked > highest * u128::from(of))
+                };
+                // The first step begins in the phase before; the trend is that of the others.
+                let last = end - 1;
+                let second = last.min(begin + 1);
+                for step in [begin, second] {
+                    if is_too_much(step) {
+                        return Some(step);
+                    }
+                }
+                if phase.trend != Trend::Falls && is_too_much(last) {
+                    return Some(first(second, last, is_too_much));
+                }
+                begin = end;
+            }
+        }
+        None
+    }
+}
+
+/// The first number at which something is so that is not so at `low` and is at `high`.
+fn first(mut low: u64, mut high: u64, is_so: impl Fn(u64) -> bool) -> u64 {
+    while high - low > 1 {
+        let between = u64::midpoint(low, high);
+        if is_so(between) {
+            high = between;
+        } else {
+            low = between;
+        }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_is_straight_between_its_points() {
+        let pull = Pull { curve: &[(1_000, 400), (5_000, 200), (9_000, 0)], start: None, load: 0 };
+        let highest = |need: u128| pull.highest(need * 1_000).map(|hertz| hertz / MICRO);
+        assert_eq!(highest(401), None);
+        assert_eq!(highest(400), Some(1_000));
+        assert_eq!(highest(300), Some(3_000));
+        assert_eq!(highest(200), Some(5_000));
+        assert_eq!(highest(50), Some(8_000));
+        assert_eq!(highest(0), Some(9_000));
+    }
+}
