@@ -127,7 +127,8 @@ impl State {
         let path = Path::Line(StraightLine::new(delta));
         // Where the switch is held by hand nothing changes it, and the axis goes on and on.
         let is_so = |slide: &Slide| plant.pressed(index, end, slide) == onto;
-        let goal = plant.first(index, &Way { path: &path, signs: &self.carriage_signs() }, 0, is_so);
+        let goal =
+            plant.first(index, &Way { path: &path, signs: &self.carriage_signs() }, 0, is_so);
         let goal = goal.map(|step| (step, Meeting::Edge));
         // On its way off one switch it can run onto the other.
         let other = self.switch_ahead(&path, 0).filter(|(_, _, met)| *met != end);

@@ -94,7 +94,8 @@ impl Segment {
         let shares = path.shares(axis);
         let frequency = |step: u64| u128::from(profile.speed_at(profile.time_of(step)));
         if let (0, Some(start), Some(first)) = (from, pull.start, shares.first())
-            && frequency(0) * u128::from(first.steps) > u128::from(start) * MICRO * u128::from(first.of)
+            && frequency(0) * u128::from(first.steps)
+                > u128::from(start) * MICRO * u128::from(first.of)
         {
             return Some(0);
         }

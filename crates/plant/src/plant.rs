@@ -82,7 +82,6 @@ struct UnderWay {
     stands: [Option<u64>; AXES],
 }
 
-
 impl Plant {
     /// The machine as it stands at first.
     #[must_use]

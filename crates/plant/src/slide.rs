@@ -91,8 +91,7 @@ impl Gear {
 
     /// Whether the carriage presses the switch of an end.
     pub(crate) fn presses(&self, end: End, slide: &Slide) -> bool {
-        self.is_on(end, slide.place)
-            || slide.kept[index(end)] && self.keeps(end, slide.place)
+        self.is_on(end, slide.place) || slide.kept[index(end)] && self.keeps(end, slide.place)
     }
 
     /// The places at which a switch can change: where each is pressed, and where it lets go.

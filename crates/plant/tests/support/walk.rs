@@ -113,9 +113,10 @@ impl Walk {
             assert!(!on_switch, "step {walked} runs onto a switch, but the motion goes on");
             walked = step.number;
             let before = self.mechanics;
-            for axis in 0..AXES {
-                let by = self.sign(axis) * (step.offset[axis] - offset[axis]);
-                self.mechanics[axis].step(self.machine.axis(axis), by);
+            let by: Point =
+                std::array::from_fn(|axis| self.sign(axis) * (step.offset[axis] - offset[axis]));
+            for (axis, mechanics) in self.mechanics.iter_mut().enumerate() {
+                mechanics.step(self.machine.axis(axis), by[axis]);
             }
             offset = step.offset;
             let is_on = |axis: &Mechanics| axis.pressed != [false; 2];
