@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::Command;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
@@ -14,60 +14,17 @@ use std::time::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-/// How long anything may take before it counts as hanging, however slow the computer is.
-const PATIENCE: Duration = Duration::from_secs(60);
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{LIMIT, Process, connect, run, said, tcp, vimc4};
+
 /// The machine that tests run on may be busy, so times are compared loosely.
 const LOOSE: [&str; 2] = ["--tolerance", "3s"];
 const FAR: &str = "100000,100000,100000,100000";
 
-/// A controller in a process of its own, with its panel on standard input.
-struct Serve {
-    child: Child,
-    tcp: String,
-}
-
-impl Serve {
-    fn start(folder: &Path, arguments: &[&str]) -> Serve {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"))
-            .args(["serve", "--tcp", "127.0.0.1:0", "--json"])
-            .args(arguments)
-            .current_dir(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let places: Value = serde_json::from_str(&line).unwrap();
-        let tcp = places["controllers"][0]["tcp"].as_str().unwrap().to_owned();
-        Serve { child, tcp }
-    }
-}
-
-impl Drop for Serve {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
 fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command
-        .arg("conform")
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
-
-/// What a run said: exit code, standard output, standard error.
-fn said(output: Output) -> (i32, String, String) {
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    vimc4(folder, &[&["conform"], arguments].concat())
 }
 
 fn conform(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
@@ -94,7 +51,7 @@ fn with<'r>(report: &'r Value, result: &str) -> Vec<&'r str> {
 #[test]
 fn harmless_sessions_pass_over_a_pseudo_terminal() {
     let folder = tempfile::tempdir().unwrap();
-    let _serve = Serve::start(folder.path(), &[]);
+    let (_serve, _) = Process::serve(folder.path(), &[]);
     let mut arguments = vec!["./vimc4.pty"];
     arguments.extend(LOOSE);
     let (code, out, errors) = conform(folder.path(), &arguments);
@@ -108,8 +65,8 @@ fn harmless_sessions_pass_over_a_pseudo_terminal() {
 #[test]
 fn harmless_sessions_pass_over_tcp() {
     let folder = tempfile::tempdir().unwrap();
-    let serve = Serve::start(folder.path(), &["--model", "imc-s8"]);
-    let arguments = [serve.tcp.as_str(), "--model", "imc-s8", "line/", "errors/", "time/"];
+    let (_serve, ready) = Process::serve(folder.path(), &["--model", "imc-s8"]);
+    let arguments = [tcp(&ready, 0), "--model", "imc-s8", "line/", "errors/", "time/"];
     let (code, report, errors) = report(folder.path(), &arguments);
     assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
     assert!(with(&report, "passed").len() >= 5, "{report}");
@@ -125,9 +82,9 @@ fn harmless_sessions_pass_over_tcp() {
 #[test]
 fn a_card_that_tells_of_configured_axes_only_is_one() {
     let folder = tempfile::tempdir().unwrap();
-    let serve = Serve::start(folder.path(), &["--model", "c142"]);
+    let (_serve, ready) = Process::serve(folder.path(), &["--model", "c142"]);
     // After a reset it has no axis to tell of.
-    let arguments = [serve.tcp.as_str(), "--model", "c142"];
+    let arguments = [tcp(&ready, 0), "--model", "c142"];
     let (code, report, errors) = report(folder.path(), &arguments);
     assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
     assert_eq!(with(&report, "passed"), ["isel/old/c142/at-rest"], "{report}");
@@ -136,7 +93,7 @@ fn a_card_that_tells_of_configured_axes_only_is_one() {
 #[test]
 fn with_everything_allowed_it_moves_stores_erases_and_comes_back() {
     let folder = tempfile::tempdir().unwrap();
-    let serve = Serve::start(folder.path(), &["--model", "imc4-m", "--pty", "none"]);
+    let (_serve, ready) = Process::serve(folder.path(), &["--model", "imc4-m", "--pty", "none"]);
     let allow = ["--allow", "moves,reference,outputs,flash", "--envelope", FAR, "--yes"];
     let sessions = [
         "stop/software-stop/quirk-f",
@@ -147,7 +104,7 @@ fn with_everything_allowed_it_moves_stores_erases_and_comes_back() {
         "program/storing/incomplete",
         "ports/outputs",
     ];
-    let mut arguments = vec![serve.tcp.as_str(), "--model", "imc4-m"];
+    let mut arguments = vec![tcp(&ready, 0), "--model", "imc4-m"];
     arguments.extend(allow);
     arguments.extend(sessions);
     let (code, report, errors) = report(folder.path(), &arguments);
@@ -156,8 +113,7 @@ fn with_everything_allowed_it_moves_stores_erases_and_comes_back() {
     assert!(errors.contains("X 0…5000  10000 Hz"), "{errors}");
     assert!(errors.contains("The stored program is erased"), "{errors}");
     // The axes are where they were, and no program is left.
-    let mut client = TcpStream::connect(&serve.tcp).unwrap();
-    client.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut client = connect(tcp(&ready, 0));
     client.write_all(b"@01\r@0i\r").unwrap();
     let mut answer = [0; 2];
     client.read_exact(&mut answer).unwrap();
@@ -185,15 +141,14 @@ fn a_quirk_that_differs_is_found_and_named() {
             "isel/line/texts/version-of-the-imc-xx",
         ),
     ] {
-        let shown =
-            Command::new(env!("CARGO_BIN_EXE_vimc4")).args(["models", "show", model]).output();
-        let profile = String::from_utf8(shown.unwrap().stdout).unwrap();
+        let (_, profile, _) = run(folder.path(), &["models", "show", model]);
         let line = format!("{quirk} = {own}");
         assert!(profile.contains(&line), "{profile}");
         let profile = profile.replace(&line, &format!("{quirk} = {other}"));
         fs::write(folder.path().join("other.toml"), profile).unwrap();
-        let serve = Serve::start(folder.path(), &["--model", "other.toml", "--pty", "none"]);
-        let mut arguments = vec![serve.tcp.as_str(), "--model", model];
+        let (_serve, ready) =
+            Process::serve(folder.path(), &["--model", "other.toml", "--pty", "none"]);
+        let mut arguments = vec![tcp(&ready, 0), "--model", model];
         arguments.extend(["--allow", "moves,reference", "--envelope", FAR, "--yes"]);
         arguments.extend(sessions);
         let (code, report, errors) = report(folder.path(), &arguments);
@@ -272,13 +227,13 @@ fn dangers_are_shown_and_need_consent() {
 #[test]
 fn sessions_of_ones_own_are_played() {
     let folder = tempfile::tempdir().unwrap();
-    let serve = Serve::start(folder.path(), &["--pty", "none"]);
+    let (_serve, ready) = Process::serve(folder.path(), &["--pty", "none"]);
     fs::create_dir_all(folder.path().join("own/mine")).unwrap();
     let text = "models = \"imc4\"\nevidence = \"F\"\nsource = \"field\"\n[[session]]\n\
                 name = \"hello\"\ntitle = \"It says where it is\"\n\
                 script = '''\n> @0P -> 0000000000000000000\n'''\n";
     fs::write(folder.path().join("own/mine/first.toml"), text).unwrap();
-    let arguments = [serve.tcp.as_str(), "--sessions", "own", "-v"];
+    let arguments = [tcp(&ready, 0), "--sessions", "own", "-v"];
     let (code, out, errors) = conform(folder.path(), &arguments);
     assert_eq!(code, 0, "{out}{errors}");
     assert!(
@@ -359,9 +314,9 @@ fn a_port_where_no_controller_is_says_what_may_be_wrong() {
 #[test]
 fn a_second_client_is_told_that_there_is_another() {
     let folder = tempfile::tempdir().unwrap();
-    let serve = Serve::start(folder.path(), &[]);
-    let _first = TcpStream::connect(&serve.tcp).unwrap();
-    let (code, _, errors) = conform(folder.path(), &[&serve.tcp, "line/framing"]);
+    let (_serve, ready) = Process::serve(folder.path(), &[]);
+    let _first = connect(tcp(&ready, 0));
+    let (code, _, errors) = conform(folder.path(), &[tcp(&ready, 0), "line/framing"]);
     assert_eq!(code, 2);
     assert!(errors.contains("another client may hold it"), "{errors}");
 }
@@ -370,8 +325,8 @@ fn a_second_client_is_told_that_there_is_another() {
 fn a_port_that_is_unplugged_is_named_with_the_session() {
     for port in ["pty", "tcp"] {
         let folder = tempfile::tempdir().unwrap();
-        let mut serve = Serve::start(folder.path(), &[]);
-        let name = if port == "pty" { "./vimc4.pty" } else { &serve.tcp };
+        let (mut serve, ready) = Process::serve(folder.path(), &[]);
+        let name = if port == "pty" { "./vimc4.pty" } else { tcp(&ready, 0) };
         let mut running = command(folder.path(), &[name, "--json", "-v"]).spawn().unwrap();
         let mut lines = BufReader::new(running.stderr.take().unwrap());
         let mut errors = String::new();
@@ -407,8 +362,8 @@ fn another_family_is_reset_moved_and_brought_back_in_its_own_language() {
     for model in ["smcu", "motionsystem"] {
         let folder = tempfile::tempdir().unwrap();
         own_sessions_of_lpkf(folder.path());
-        let serve = Serve::start(folder.path(), &["--model", model, "--pty", "none"]);
-        let mut arguments = vec![serve.tcp.as_str(), "--model", model, "--sessions", "own"];
+        let (_serve, ready) = Process::serve(folder.path(), &["--model", model, "--pty", "none"]);
+        let mut arguments = vec![tcp(&ready, 0), "--model", model, "--sessions", "own"];
         arguments.extend(["--allow", "moves", "--envelope", "300,205", "--yes"]);
         let (code, report, errors) = report(folder.path(), &arguments);
         assert_eq!((code, with(&report, "failed")), (0, vec![]), "{errors}");
@@ -417,8 +372,7 @@ fn another_family_is_reset_moved_and_brought_back_in_its_own_language() {
         assert!(errors.contains("X 0…300  Y 0…205"), "{errors}");
         assert!(errors.contains("only a stop at the machine"), "{errors}");
         // The axes are where they were.
-        let mut client = TcpStream::connect(&serve.tcp).unwrap();
-        client.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut client = connect(tcp(&ready, 0));
         client.write_all(b"!ON0;PR0,7;").unwrap();
         let mut answer = [0; 7];
         client.read_exact(&mut answer).unwrap();
@@ -437,14 +391,14 @@ fn another_family_is_reset_moved_and_brought_back_in_its_own_language() {
 fn an_interrupt_takes_away_what_waits_where_nothing_halts_what_moves() {
     let folder = tempfile::tempdir().unwrap();
     own_sessions_of_lpkf(folder.path());
-    let serve = Serve::start(folder.path(), &["--model", "smcu", "--pty", "none"]);
-    let (address, sent) = between(serve.tcp.parse().unwrap());
+    let (_serve, ready) = Process::serve(folder.path(), &["--model", "smcu", "--pty", "none"]);
+    let (address, sent) = between(tcp(&ready, 0).parse().unwrap());
     let mut arguments = vec![address.as_str(), "--model", "smcu", "--sessions", "own", "long"];
     arguments.extend(["--yes", "--allow", "moves", "--envelope", "30000,0"]);
     let running = command(folder.path(), &arguments).spawn().unwrap();
-    while sent.recv_timeout(PATIENCE).unwrap() != b"PA30000,0;\r" {}
+    while sent.recv_timeout(LIMIT).unwrap() != b"PA30000,0;\r" {}
     kill_process(Pid::from_child(&running), Signal::INT).unwrap();
-    assert_eq!(sent.recv_timeout(PATIENCE).unwrap(), b"!CC;!CB;");
+    assert_eq!(sent.recv_timeout(LIMIT).unwrap(), b"!CC;!CB;");
     let (code, _, errors) = said(running.wait_with_output().unwrap());
     assert_eq!(code, 2);
     assert!(errors.contains("interrupted, during lpkf/own/ways/long"), "{errors}");
@@ -454,8 +408,8 @@ fn an_interrupt_takes_away_what_waits_where_nothing_halts_what_moves() {
 #[test]
 fn an_interrupt_halts_what_moves() {
     let folder = tempfile::tempdir().unwrap();
-    let serve = Serve::start(folder.path(), &["--pty", "none"]);
-    let (address, sent) = between(serve.tcp.parse().unwrap());
+    let (_serve, ready) = Process::serve(folder.path(), &["--pty", "none"]);
+    let (address, sent) = between(tcp(&ready, 0).parse().unwrap());
     let text = "models = \"imc4\"\nevidence = \"F\"\nsource = \"field\"\n[[session]]\n\
                 name = \"long\"\ntitle = \"A long way\"\n\
                 script = '''\n> @01 -> 0\n> @0A300000,10000 -> 0\n'''\n";
@@ -465,9 +419,9 @@ fn an_interrupt_halts_what_moves() {
     arguments.extend(["--envelope", "300000,0,0"]);
     let running = command(folder.path(), &arguments).spawn().unwrap();
     let moving = b"@0A300000,10000\r";
-    while sent.recv_timeout(PATIENCE).unwrap() != moving {}
+    while sent.recv_timeout(LIMIT).unwrap() != moving {}
     kill_process(Pid::from_child(&running), Signal::INT).unwrap();
-    assert_eq!(sent.recv_timeout(PATIENCE).unwrap(), [253]);
+    assert_eq!(sent.recv_timeout(LIMIT).unwrap(), [253]);
     let (code, _, errors) = said(running.wait_with_output().unwrap());
     assert_eq!(code, 2);
     assert!(errors.contains("interrupted, during isel/own/long/long"), "{errors}");

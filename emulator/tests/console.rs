@@ -3,10 +3,10 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 #[path = "console/terminal.rs"]
@@ -14,23 +14,15 @@ mod terminal;
 
 use terminal::Terminal;
 
-const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use process::{Process, VIMC4, ask, connect, root, vimc4};
 
 /// Runs `vimc4 console` in the folder of the project with this on its standard input.
 fn console(arguments: &[&str], typed: &str) -> Output {
-    let mut child = Command::new(VIMC4)
-        .arg("console")
-        .args(arguments)
-        .current_dir(root())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut command = vimc4(&root(), &[&["console"], arguments].concat());
+    let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
     // It may end without having read anything.
     let _ = child.stdin.take().unwrap().write_all(typed.as_bytes());
     child.wait_with_output().unwrap()
@@ -189,43 +181,31 @@ fn what_follows_an_error_reply_is_sent_if_somebody_wants_it() {
 
 /// A console with controllers behind TCP ports, to which commands are given one by one.
 struct Held {
-    child: Child,
-    typed: ChildStdin,
-    said: BufReader<ChildStdout>,
+    process: Process,
     ports: Vec<String>,
 }
 
 impl Held {
     fn start(folder: &Path, arguments: &[&str]) -> Held {
-        let mut child = Command::new(VIMC4)
-            .args(["console", "imc4", "--machine", "mill", "--tcp", "127.0.0.1:0"])
-            .args(arguments)
-            .current_dir(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::inherit())
-            .spawn()
-            .unwrap();
-        let typed = child.stdin.take().unwrap();
-        let mut said = BufReader::new(child.stdout.take().unwrap());
+        let mut command = Command::new(VIMC4);
+        command.args(["console", "imc4", "--machine", "mill", "--tcp", "127.0.0.1:0"]);
+        let mut process = Process::start(command.args(arguments).current_dir(folder));
         let controllers = if arguments.contains(&"2") { 2 } else { 1 };
         let mut ports = Vec::new();
         while ports.len() < controllers {
-            let mut line = String::new();
-            assert!(said.read_line(&mut line).unwrap() > 0);
-            ports.extend(line.trim().strip_prefix("tcp ").map(str::to_owned));
+            let line = process.line();
+            assert!(!line.is_empty());
+            ports.extend(line.strip_prefix("tcp ").map(str::to_owned));
         }
-        Held { child, typed, said, ports }
+        Held { process, ports }
     }
 
     fn connect(&self, number: usize) -> TcpStream {
-        let stream = TcpStream::connect(&self.ports[number - 1]).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        stream
+        connect(&self.ports[number - 1])
     }
 
     fn type_(&mut self, line: &str) {
-        writeln!(self.typed, "{line}").unwrap();
+        self.process.give(&format!("{line}\n"));
     }
 
     /// Gives a command and returns what it is answered.
@@ -233,13 +213,14 @@ impl Held {
         // What comes next says where the answer ends.
         self.type_(line);
         self.type_("controller");
+        let output = self.process.output.as_mut().unwrap();
         let mut answer = String::new();
         loop {
             let mut said = String::new();
-            assert!(self.said.read_line(&mut said).unwrap() > 0, "it has ended: {answer}");
+            assert!(output.read_line(&mut said).unwrap() > 0, "it has ended: {answer}");
             if said == "> controller\n" {
                 let mut number = String::new();
-                self.said.read_line(&mut number).unwrap();
+                output.read_line(&mut number).unwrap();
                 return answer.trim_end().to_owned();
             }
             if said.trim_end() != format!("> {line}") {
@@ -250,26 +231,8 @@ impl Held {
 
     fn quit(mut self) {
         self.type_("quit");
-        assert_eq!(self.child.wait().unwrap().code(), Some(0));
+        assert_eq!(self.process.ended().code(), Some(0));
     }
-}
-
-impl Drop for Held {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn receive(stream: &mut TcpStream, count: usize) -> String {
-    let mut answer = vec![0; count];
-    stream.read_exact(&mut answer).unwrap();
-    text(&answer)
-}
-
-fn converse(stream: &mut TcpStream, line: &str, count: usize) -> String {
-    stream.write_all(line.as_bytes()).unwrap();
-    receive(stream, count)
 }
 
 #[test]
@@ -285,9 +248,9 @@ fn a_breakpoint_holds_the_controller_and_the_client_notices_nothing_but_time() {
         assert!(stop.contains("breakpoint 1, #2 @0A400"), "{stop}");
         assert_eq!(held.ask("print z"), "-101");
         // The first is held in the middle of its move; the second runs on.
-        assert_eq!(receive(&mut first, 1), "0");
+        assert_eq!(ask(&mut first, "", 1), "0");
         assert_eq!(
-            converse(&mut second, "@07\r@0A300,900,0,900,0,900,0,900\r@0P\r", 21),
+            ask(&mut second, "@07\r@0A300,900,0,900,0,900,0,900\r@0P\r", 21),
             "00000012C000000000000"
         );
         first.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
@@ -296,7 +259,7 @@ fn a_breakpoint_holds_the_controller_and_the_client_notices_nothing_but_time() {
         assert_eq!(held.ask("delete 1"), "");
         let stop = held.ask("continue 1s");
         assert!(stop.contains("the time has come"), "{stop}");
-        assert_eq!(receive(&mut first, 20), "00000190000000FFFF38", "in {clock} time");
+        assert_eq!(ask(&mut first, "", 20), "00000190000000FFFF38", "in {clock} time");
         // The second one is paused only when somebody looks at it.
         let second_is = held.ask("controller 2");
         assert!(second_is.contains("X         300"), "{second_is}");
@@ -313,17 +276,17 @@ fn who_steps_forward_leads_the_controller_and_who_goes_back_only_looks() {
     client.write_all(b"@07\r@0A400,900,0,900,0,900,0,900\r").unwrap();
     let stop = held.ask("continue");
     assert!(stop.contains("#2 @0A400"), "{stop}");
-    assert_eq!(receive(&mut client, 1), "0");
+    assert_eq!(ask(&mut client, "", 1), "0");
     // To the end of the move: the client gets the answer, and only once.
     held.ask("next x = 400");
     assert_eq!(held.ask("print x"), "400");
-    assert_eq!(receive(&mut client, 1), "0");
+    assert_eq!(ask(&mut client, "", 1), "0");
     held.ask("last x = 100");
     assert_eq!(held.ask("print x"), "100");
     held.ask("goto end");
     client.write_all(b"@0P\r").unwrap();
     held.ask("continue 10ms");
-    assert_eq!(receive(&mut client, 19), "0000190000000000000");
+    assert_eq!(ask(&mut client, "", 19), "0000190000000000000");
     // In the past STOP is pressed instead: that is another branch, and the controller is taken there.
     held.ask("last x = 100");
     held.ask("press stop");
@@ -331,7 +294,7 @@ fn who_steps_forward_leads_the_controller_and_who_goes_back_only_looks() {
     held.ask("continue 100ms");
     let place: i64 = held.ask("print x").parse().unwrap();
     assert!((101..200).contains(&place), "{place}");
-    assert_eq!(receive(&mut client, 1), "F");
+    assert_eq!(ask(&mut client, "", 1), "F");
     let branches = held.ask("branches");
     assert_eq!(branches.lines().count(), 2, "{branches}");
     held.quit();
@@ -344,7 +307,7 @@ fn who_has_looked_back_goes_on_where_the_controller_is() {
     let mut client = held.connect(1);
     client.write_all(b"@07\r@0A400,900,0,900,0,900,0,900\r").unwrap();
     held.ask("continue 2s");
-    assert_eq!(receive(&mut client, 2), "00");
+    assert_eq!(ask(&mut client, "", 2), "00");
     // From the past one comes forward, also over a breakpoint, and then the controller goes on.
     held.ask("back 2");
     held.ask("break x > 200");
@@ -394,21 +357,19 @@ fn converse_while(held: &mut Held, stream: &mut TcpStream, line: &str, count: us
     stream.write_all(line.as_bytes()).unwrap();
     let stop = held.ask("continue 500ms");
     assert!(stop.contains("the time has come"), "{stop}");
-    receive(stream, count)
+    ask(stream, "", count)
 }
 
 #[test]
 fn a_pseudo_terminal_is_there_and_gone_afterwards_also_when_it_is_told_to_end() {
     for told in [false, true] {
         let folder = tempfile::tempdir().unwrap();
-        let held = Held::start(folder.path(), &["--pty", "machine.pty"]);
+        let mut held = Held::start(folder.path(), &["--pty", "machine.pty"]);
         let link = folder.path().join("machine.pty");
         assert!(link.is_symlink());
         if told {
-            let pid = rustix::process::Pid::from_child(&held.child);
-            rustix::process::kill_process(pid, rustix::process::Signal::TERM).unwrap();
-            let mut held = held;
-            assert!(!held.child.wait().unwrap().success());
+            held.process.signal(rustix::process::Signal::TERM);
+            assert!(!held.process.ended().success());
         } else {
             held.quit();
         }
@@ -449,32 +410,19 @@ fn the_recording_of_the_hidden_bug_is_that_of_its_driver() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut serve = Command::new(VIMC4)
-        .args([
-            "serve",
-            "--machine",
-            "mill",
-            "--time",
-            "instant",
-            "--tcp",
-            "none",
-            "--pty",
-            "vimc4.pty",
-        ])
-        .args(["--record", "again.jsonl", "--json", "--until-stdin-closes"])
-        .current_dir(folder.path())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut ready = String::new();
-    BufReader::new(serve.stdout.take().unwrap()).read_line(&mut ready).unwrap();
+    let mut command = vimc4(
+        folder.path(),
+        &["serve", "--machine", "mill", "--time", "instant", "--tcp", "none", "--pty", "vimc4.pty"],
+    );
+    command.args(["--record", "again.jsonl", "--json", "--until-stdin-closes"]);
+    let mut serve = Process::start(&mut command);
+    serve.line();
     let driver = root().join("examples/overlooked.py");
     assert!(
         Command::new("python3").arg(driver).current_dir(folder.path()).status().unwrap().success()
     );
-    drop(serve.stdin.take());
-    serve.wait().unwrap();
+    drop(serve.input.take());
+    serve.ended();
     // Nobody has pressed STOP this time. What it sends is the same, whatever it is answered.
     let sent = |path: PathBuf| -> Vec<String> {
         let text = fs::read_to_string(path).unwrap();

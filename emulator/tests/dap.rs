@@ -9,28 +9,25 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufReader, Write};
 use std::net::{Shutdown, TcpStream};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::sync::mpsc::Receiver;
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
 
-/// Longer than anything takes.
-const PATIENCE: Duration = Duration::from_secs(60);
+use process::{LIMIT, Process, VIMC4, connect, framed, read_message};
 
 // --- the client ---
 
 /// An editor with its debug adapter.
 struct Editor {
-    adapter: Child,
-    to: Option<ChildStdin>,
+    adapter: Process,
     from: Receiver<Value>,
     seq: i64,
     /// The number of the message that was heard last.
@@ -39,56 +36,12 @@ struct Editor {
     events: Vec<(String, Value)>,
 }
 
-impl Drop for Editor {
-    fn drop(&mut self) {
-        let _ = self.adapter.kill();
-        let _ = self.adapter.wait();
-    }
-}
-
-/// Reads messages by hand: header lines, an empty line, so many bytes.
-fn read(from: &mut impl BufRead) -> Option<Value> {
-    let mut length = None;
-    loop {
-        let mut line = String::new();
-        if from.read_line(&mut line).ok()? == 0 {
-            return None;
-        }
-        match line.trim_end() {
-            "" => break,
-            header => length = header.strip_prefix("Content-Length: ")?.parse().ok(),
-        }
-    }
-    let mut bytes = vec![0; length?];
-    from.read_exact(&mut bytes).ok()?;
-    Some(serde_json::from_slice(&bytes).unwrap())
-}
-
-fn framed(message: &Value) -> String {
-    let text = message.to_string();
-    format!("Content-Length: {}\r\n\r\n{text}", text.len())
-}
-
 impl Editor {
     /// An editor that has not said anything.
     fn silent() -> Editor {
-        let mut adapter = Command::new(VIMC4)
-            .arg("dap")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut stream = BufReader::new(adapter.stdout.take().unwrap());
-        let (sender, from) = channel();
-        thread::spawn(move || {
-            while let Some(message) = read(&mut stream) {
-                if sender.send(message).is_err() {
-                    return;
-                }
-            }
-        });
-        let to = adapter.stdin.take();
-        Editor { adapter, to, from, seq: 0, heard: 0, events: Vec::new() }
+        let mut adapter = Process::start(Command::new(VIMC4).arg("dap"));
+        let from = adapter.messages();
+        Editor { adapter, from, seq: 0, heard: 0, events: Vec::new() }
     }
 
     /// An editor that has said what it is.
@@ -111,7 +64,7 @@ impl Editor {
     }
 
     fn write(&mut self, bytes: &[u8]) {
-        let to = self.to.as_mut().unwrap();
+        let to = self.adapter.input.as_mut().unwrap();
         to.write_all(bytes).unwrap();
         to.flush().unwrap();
     }
@@ -127,7 +80,7 @@ impl Editor {
     }
 
     fn hear(&mut self) -> Value {
-        let message = self.from.recv_timeout(PATIENCE).unwrap();
+        let message = self.from.recv_timeout(LIMIT).unwrap();
         // Messages are numbered one by one.
         self.heard += 1;
         assert_eq!(message["seq"], self.heard, "{message}");
@@ -256,14 +209,7 @@ impl Editor {
 
     /// How the adapter ends.
     fn leaves(&mut self) -> Option<i32> {
-        let begun = Instant::now();
-        loop {
-            if let Some(status) = self.adapter.try_wait().unwrap() {
-                return status.code();
-            }
-            assert!(begun.elapsed() < PATIENCE, "it is still there");
-            thread::sleep(Duration::from_millis(5));
-        }
+        self.adapter.ended().code()
     }
 
     fn disconnect(mut self) {
@@ -1091,31 +1037,24 @@ fn too_many_requests_are_refused() {
 #[test]
 fn a_client_that_vanishes_ends_the_session() {
     let mut editor = Editor::new();
-    editor.to = None;
+    editor.adapter.input = None;
     assert_eq!(editor.leaves(), Some(1));
     // Also while something runs that has no end.
     let (_folder, program) = file(ENDLESS);
     let mut editor = Editor::new();
     editor.ask("launch", json!({ "program": program }));
     editor.ask("configurationDone", json!({}));
-    editor.to = None;
+    editor.adapter.input = None;
     assert_eq!(editor.leaves(), Some(1));
 }
 
 #[test]
 fn clients_come_and_go_at_a_port() {
-    let mut adapter = Command::new(VIMC4)
-        .args(["dap", "--port", "0"])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut line = String::new();
-    BufReader::new(adapter.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let address = line.trim().strip_prefix("debug adapter at ").unwrap().to_owned();
+    let mut adapter = Process::start(Command::new(VIMC4).args(["dap", "--port", "0"]));
+    let line = adapter.line();
+    let address = line.strip_prefix("debug adapter at ").unwrap().to_owned();
     let talk = |leave: bool| {
-        let mut stream = TcpStream::connect(&address).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut stream = connect(&address);
         let mut from = BufReader::new(stream.try_clone().unwrap());
         let ask = |stream: &mut TcpStream,
                    from: &mut BufReader<TcpStream>,
@@ -1125,7 +1064,7 @@ fn clients_come_and_go_at_a_port() {
             let message = json!({ "seq": seq, "type": "request", "command": command, "arguments": arguments });
             stream.write_all(framed(&message).as_bytes()).unwrap();
             loop {
-                let message = read(from).unwrap();
+                let message = read_message(from).unwrap();
                 if message["type"] == "response" {
                     assert_eq!(
                         (&message["request_seq"], &message["success"]),
@@ -1143,14 +1082,12 @@ fn clients_come_and_go_at_a_port() {
         }
         ask(&mut stream, &mut from, 3, "disconnect", json!({}));
         // The adapter closes its end.
-        while read(&mut from).is_some() {}
+        while read_message(&mut from).is_some() {}
     };
     // More of them than may be there at once.
     for round in 0..20 {
         talk(round % 2 == 0);
     }
-    let _ = adapter.kill();
-    let _ = adapter.wait();
 }
 
 // --- what is wrong ---

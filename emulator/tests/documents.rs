@@ -5,15 +5,18 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::os::unix::fs::symlink;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 use vimc4::{Clock, Emulator};
 
-const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{Process, VIMC4, pseudo_terminal, root};
 
 const PAGES: [(&str, &str); 13] = [
     ("README.md", include_str!("../../README.md")),
@@ -203,10 +206,6 @@ fn the_help_of_every_command_has_examples_and_exit_codes() {
 /// A folder with the examples, in which the shell finds this vimc4.
 struct Bench {
     folder: TempDir,
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
 impl Bench {
@@ -626,16 +625,6 @@ fn what_compile_writes_runs_without_options() {
 
 // --- the tour ---
 
-/// Ends with the test, however that ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 fn has(program: &str, arguments: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
@@ -655,21 +644,17 @@ fn the_tour_goes_as_shown() {
         return;
     }
     let mut serve = bench.shell("exec vimc4 serve -v --tcp 127.0.0.1:0 --time 8x");
-    serve.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut serve = Running(serve.spawn().unwrap());
-    let mut places = BufReader::new(serve.0.stdout.take().unwrap()).lines();
-    while places.next().unwrap().unwrap() != "ready" {}
-    let mut host = bench.shell("exec python3 examples/tour.py");
-    let mut host = Running(host.stdout(Stdio::piped()).spawn().unwrap());
-    let mut orders = serve.0.stdin.take().unwrap();
-    let mut told = BufReader::new(serve.0.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let mut serve = Process::start(serve.stderr(Stdio::piped()));
+    while serve.line() != "ready" {}
+    let mut host = Process::start(&mut bench.shell("exec python3 examples/tour.py"));
+    let told = serve.errors();
     let mut log: Vec<String> = Vec::new();
     while log.last().is_none_or(|line| !line.contains("@0A-40000")) {
-        log.push(told.next().unwrap());
+        log.push(told.recv().unwrap());
     }
-    writeln!(orders, "press stop").unwrap();
+    serve.give("press stop\n");
     let mut answers = String::new();
-    host.0.stdout.take().unwrap().read_to_string(&mut answers).unwrap();
+    host.output.as_mut().unwrap().read_to_string(&mut answers).unwrap();
     let answers: Vec<&str> = answers.lines().collect();
     let shown_answers = shown("README.md", "$ python3 examples/tour.py");
     assert_eq!(answers.len(), shown_answers.len(), "{answers:?}");
@@ -684,7 +669,7 @@ fn the_tour_goes_as_shown() {
     );
     // The tour ends where the next command that is shown begins.
     assert_eq!(answers.last(), Some(&"@0P -> 0000000000000000000"));
-    writeln!(orders, "quit").unwrap();
+    serve.give("quit\n");
     log.extend(told);
     // Times and places differ; what is said of the commands does not.
     let explained = shown("README.md", "Meanwhile `serve` has been showing what it understood:");
@@ -714,16 +699,12 @@ fn the_plot_of_the_examples_is_sent_under_lines() {
 /// A bash at a terminal, with the completion of vimc4 in its settings.
 struct Bash {
     terminal: fs::File,
-    _bash: Running,
+    _bash: Process,
 }
 
 impl Bash {
     fn new(bench: &Bench) -> Bash {
-        use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
-        grantpt(&near).unwrap();
-        unlockpt(&near).unwrap();
-        let name = ptsname(&near, Vec::new()).unwrap().into_string().unwrap();
+        let (near, name) = pseudo_terminal();
         let far = fs::File::options().read(true).write(true).open(name).unwrap();
         // Ctrl-T shows the line as it is. All that can be meant is listed at the first Tab.
         let settings = "source <(vimc4 completions bash)\nPS1='$ '\n\
@@ -735,7 +716,7 @@ impl Bash {
         let mut bash = bench.shell("exec timeout --foreground 300 bash --rcfile bashrc -i");
         bash.env("TERM", "dumb").env("INPUTRC", bench.path("inputrc"));
         bash.stdin(far.try_clone().unwrap()).stdout(far.try_clone().unwrap()).stderr(far);
-        let bash = Running(bash.spawn().unwrap());
+        let bash = Process::of(bash.spawn().unwrap());
         let mut bash = Bash { terminal: fs::File::from(near), _bash: bash };
         bash.until("$ ");
         bash

@@ -8,117 +8,33 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::{Command, Output, Stdio};
+use std::sync::mpsc::Receiver;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
+use rustix::process::Signal;
 
-const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
 
-/// Only a failing test waits as long.
-const PATIENCE: Duration = Duration::from_secs(30);
-
-/// A process that does not outlive its test.
-struct Running(Child);
-
-impl Running {
-    fn start(command: &mut Command) -> Running {
-        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        Running(command.spawn().unwrap())
-    }
-
-    /// `vimc4 serve`, and what its JSON line says.
-    fn serve(folder: &Path, arguments: &[&str]) -> (Running, Value) {
-        let mut command = vimc4(folder, &["serve", "--json", "--tcp", "127.0.0.1:0"]);
-        let mut running = Running::start(command.args(arguments));
-        let line = running.line();
-        let places = serde_json::from_str(&line).unwrap_or_else(|_| panic!("{}", running.end().1));
-        (running, places)
-    }
-
-    fn line(&mut self) -> String {
-        let mut line = Vec::new();
-        let out = self.0.stdout.as_mut().unwrap();
-        let mut byte = [0];
-        while out.read(&mut byte).unwrap() == 1 && byte != *b"\n" {
-            line.push(byte[0]);
-        }
-        String::from_utf8(line).unwrap()
-    }
-
-    fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.0), signal).unwrap();
-    }
-
-    fn ends(&mut self) -> Option<i32> {
-        let began = Instant::now();
-        loop {
-            match self.0.try_wait().unwrap() {
-                Some(status) => return status.code(),
-                None => assert!(began.elapsed() < PATIENCE, "it hangs"),
-            }
-            thread::sleep(Duration::from_millis(2));
-        }
-    }
-
-    /// What it says on standard error, a line at a time.
-    fn errors(&mut self) -> Receiver<String> {
-        let errors = BufReader::new(self.0.stderr.take().unwrap());
-        let (said, lines) = channel();
-        thread::spawn(move || {
-            errors.lines().map_while(Result::ok).try_for_each(|line| said.send(line))
-        });
-        lines
-    }
-
-    /// Its exit code and what it has said on standard error.
-    fn end(&mut self) -> (Option<i32>, String) {
-        let mut errors = self.0.stderr.take().unwrap();
-        let said = thread::spawn(move || {
-            let mut said = String::new();
-            errors.read_to_string(&mut said).map(|_| said).unwrap()
-        });
-        let code = self.ends();
-        (code, said.join().unwrap())
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn vimc4(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(VIMC4);
-    command.args(arguments).current_dir(folder);
-    command
-}
+use process::{LIMIT, Process, VIMC4, ask, connect, pseudo_terminal, tcp, until, vimc4};
 
 /// Runs it to its end, or until it counts as hanging: code, standard output, standard error.
 fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    finished(&mut Running::start(&mut vimc4(folder, arguments)))
+    Process::start(&mut vimc4(folder, arguments)).finish()
 }
 
 /// The same in a shell, with no more memory than so many KiB.
 fn run_within(kib: u32, folder: &Path, line: &str) -> (Option<i32>, String, String) {
     let line = format!("ulimit -v {kib}; {line}");
-    finished(&mut Running::start(Command::new("sh").args(["-c", &line]).current_dir(folder)))
+    in_shell(folder, &line).finish()
 }
 
-fn finished(running: &mut Running) -> (Option<i32>, String, String) {
-    drop(running.0.stdin.take());
-    let mut out = running.0.stdout.take().unwrap();
-    let text = thread::spawn(move || {
-        let mut text = Vec::new();
-        out.read_to_end(&mut text).map(|_| String::from_utf8(text).unwrap()).unwrap()
-    });
-    let (code, errors) = running.end();
-    (code, text.join().unwrap(), errors)
+/// What a line starts in a shell.
+fn in_shell(folder: &Path, line: &str) -> Process {
+    let mut shell = Command::new("sh");
+    Process::start(shell.args(["-c", line]).current_dir(folder).stderr(Stdio::piped()))
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -127,19 +43,6 @@ fn names(folder: &Path) -> Vec<String> {
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
-}
-
-fn connect(places: &Value) -> TcpStream {
-    let stream = TcpStream::connect(places["controllers"][0]["tcp"].as_str().unwrap()).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    stream
-}
-
-fn ask(stream: &mut (impl Read + Write), line: &str, count: usize) -> String {
-    stream.write_all(line.as_bytes()).unwrap();
-    let mut answer = vec![0; count];
-    stream.read_exact(&mut answer).unwrap();
-    String::from_utf8(answer).unwrap()
 }
 
 // --- starting and ending ---
@@ -161,13 +64,10 @@ fn a_late_start_that_fails_says_so_and_leaves_nothing() {
 fn a_start_that_takes_long_can_be_given_up() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["serve", "--count", "1000", "--tcp", "none"];
-    let mut serve = Running::start(&mut vimc4(folder.path(), &arguments));
-    let began = Instant::now();
-    while names(folder.path()).len() < 10 {
-        assert!(began.elapsed() < PATIENCE, "nothing begins");
-    }
+    let mut serve = Process::start(&mut vimc4(folder.path(), &arguments));
+    until("nothing begins", || names(folder.path()).len() >= 10);
     serve.signal(Signal::INT);
-    let (code, out, errors) = finished(&mut serve);
+    let (code, out, errors) = serve.finish();
     assert_eq!((code, errors.as_str()), (Some(0), ""));
     assert!(!out.contains("ready"), "it was started to its end");
     assert_eq!(names(folder.path()).len(), 0);
@@ -177,14 +77,13 @@ fn a_start_that_takes_long_can_be_given_up() {
 fn an_ignored_hang_up_stays_ignored() {
     for (trap, survives) in [("trap '' HUP;", true), ("", ignores_hang_up())] {
         let folder = tempfile::tempdir().unwrap();
-        let mut shell = Command::new("sh");
         let line = format!("{trap} exec {VIMC4} serve --tcp none");
-        let mut serve = Running::start(shell.args(["-c", &line]).current_dir(folder.path()));
+        let mut serve = in_shell(folder.path(), &line);
         while serve.line() != "ready" {}
         serve.signal(Signal::HUP);
         if survives {
             thread::sleep(Duration::from_millis(100));
-            assert_eq!(serve.0.try_wait().unwrap(), None);
+            assert_eq!(serve.child.try_wait().unwrap(), None);
             serve.signal(Signal::TERM);
         }
         assert_eq!(serve.end(), (Some(0), String::new()));
@@ -195,10 +94,10 @@ fn an_ignored_hang_up_stays_ignored() {
 #[test]
 fn it_ends_with_its_input_if_it_is_told_to() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut serve, places) = Running::serve(folder.path(), &["--until-stdin-closes"]);
-    assert_eq!(ask(&mut connect(&places), "@07\r", 1), "0");
+    let (mut serve, places) = Process::serve(folder.path(), &["--until-stdin-closes"]);
+    assert_eq!(ask(&mut connect(tcp(&places, 0)), "@07\r", 1), "0");
     assert_eq!(names(folder.path()).len(), 1);
-    drop(serve.0.stdin.take());
+    drop(serve.input.take());
     assert_eq!(serve.end(), (Some(0), String::new()));
     assert_eq!(names(folder.path()).len(), 0);
 }
@@ -206,20 +105,20 @@ fn it_ends_with_its_input_if_it_is_told_to() {
 #[test]
 fn a_link_in_use_is_taken_only_with_force() {
     let folder = tempfile::tempdir().unwrap();
-    let (first, places) = Running::serve(folder.path(), &[]);
+    let (first, places) = Process::serve(folder.path(), &[]);
     let link = folder.path().join("vimc4.pty");
     let to = fs::read_link(&link).unwrap();
     let (code, _, errors) = run(folder.path(), &["serve", "--tcp", "none"]);
     assert_eq!(code, Some(2));
-    let holder = format!("vimc4 (process {})", first.0.id());
+    let holder = format!("vimc4 (process {})", first.child.id());
     assert!(errors.contains(&holder) && errors.contains("--replace"), "{errors}");
     // The first one has noticed nothing.
     assert_eq!(fs::read_link(&link).unwrap(), to);
     let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
     assert_eq!(ask(&mut port, "@07\r", 1), "0");
-    let (second, _) = Running::serve(folder.path(), &["--replace"]);
+    let (second, _) = Process::serve(folder.path(), &["--replace"]);
     assert_ne!(fs::read_link(&link).unwrap(), to);
-    assert_eq!(ask(&mut connect(&places), "@07\r", 1), "0");
+    assert_eq!(ask(&mut connect(tcp(&places, 0)), "@07\r", 1), "0");
     // Who has lost the name does not take it along.
     drop(first);
     let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
@@ -230,32 +129,22 @@ fn a_link_in_use_is_taken_only_with_force() {
     let (_near, window) = pseudo_terminal();
     fs::remove_file(&link).unwrap();
     symlink(window, &link).unwrap();
-    let (mut third, _) = Running::serve(folder.path(), &[]);
+    let (mut third, _) = Process::serve(folder.path(), &[]);
     // Nor is one that another emulator has got.
     third.signal(Signal::KILL);
-    third.ends();
+    third.ended();
     let number = fs::read_link(&link).unwrap();
     let others: Vec<_> = (0..20).map(|_| tempfile::tempdir().unwrap()).collect();
-    let others: Vec<_> = others.iter().map(|folder| Running::serve(folder.path(), &[])).collect();
-    let (_fourth, _) = Running::serve(folder.path(), &[]);
+    let others: Vec<_> = others.iter().map(|folder| Process::serve(folder.path(), &[])).collect();
+    let (_fourth, _) = Process::serve(folder.path(), &[]);
     assert!(others.len() == 20 && number.starts_with("/dev/pts"));
-}
-
-/// The near end of a pseudo-terminal, whose far end nobody here has, and the far end's name.
-fn pseudo_terminal() -> (std::os::fd::OwnedFd, String) {
-    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
-    grantpt(&near).unwrap();
-    unlockpt(&near).unwrap();
-    let name = ptsname(&near, Vec::new()).unwrap().into_string().unwrap();
-    (near, name)
 }
 
 #[test]
 fn an_address_for_everybody_is_said_to_be_one() {
     let folder = tempfile::tempdir().unwrap();
     for (address, said) in [("0.0.0.0:0", true), ("127.0.0.1:0", false)] {
-        let (mut serve, _) = Running::serve(folder.path(), &["--tcp", address]);
+        let (mut serve, _) = Process::serve(folder.path(), &["--tcp", address]);
         serve.signal(Signal::TERM);
         let (_, errors) = serve.end();
         assert_eq!(errors.contains("open to everybody"), said, "{errors}");
@@ -266,16 +155,15 @@ fn an_address_for_everybody_is_said_to_be_one() {
 fn a_low_limit_of_open_files_is_told_in_figures_that_are_right() {
     let folder = tempfile::tempdir().unwrap();
     let serve = |files: u32, count: &str| {
-        let mut shell = Command::new("sh");
         let line =
             format!("ulimit -n {files}; exec {VIMC4} serve --tcp 127.0.0.1:0 --count {count}");
-        Running::start(shell.args(["-c", &line]).current_dir(folder.path()))
+        in_shell(folder.path(), &line)
     };
     let number = |text: &str, before: &str| -> u32 {
         let rest = text.split_once(before).unwrap_or_else(|| panic!("{text}")).1;
         rest.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap()
     };
-    let (code, _, errors) = finished(&mut serve(20, "1"));
+    let (code, _, errors) = serve(20, "1").finish();
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("1 controller needs") && !errors.contains("--count"), "{errors}");
     // What it asks for is enough, with a client.
@@ -290,7 +178,7 @@ fn a_low_limit_of_open_files_is_told_in_figures_that_are_right() {
     assert_eq!(ask(&mut client, "@07\r", 1), "0");
     drop(enough);
     // And what it offers fits.
-    let (_, _, errors) = finished(&mut serve(100, "50"));
+    let (_, _, errors) = serve(100, "50").finish();
     let fit = number(&errors, "no more than ").to_string();
     let mut fitting = serve(100, &fit);
     while fitting.line() != "ready" {}
@@ -364,13 +252,9 @@ fn controllers_run_on_when_nothing_can_be_written() {
     let arguments = ["serve", "--tcp", "none", "--pty", "port", "-v", "--log", "/dev/full"];
     let mut command = vimc4(folder.path(), &arguments);
     let child = command.stdin(Stdio::piped()).stdout(full()).stderr(Stdio::piped()).spawn();
-    let mut serve = Running(child.unwrap());
+    let mut serve = Process::of(child.unwrap());
     let link = folder.path().join("port");
-    let began = Instant::now();
-    while !link.is_symlink() {
-        assert!(began.elapsed() < PATIENCE, "it does not start");
-        thread::sleep(Duration::from_millis(2));
-    }
+    until("it does not start", || link.is_symlink());
     let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
     for _ in 0..50 {
         assert_eq!(ask(&mut port, "@07\r", 1), "0");
@@ -380,10 +264,10 @@ fn controllers_run_on_when_nothing_can_be_written() {
     let complaints = ["cannot write to standard output", "cannot write the log /dev/full"];
     let mut said = String::new();
     while !complaints.iter().all(|words| said.contains(words)) {
-        said += &lines.recv_timeout(PATIENCE).unwrap();
+        said += &lines.recv_timeout(LIMIT).unwrap();
     }
     serve.signal(Signal::TERM);
-    assert_eq!(serve.ends(), Some(0));
+    assert_eq!(serve.ended().code(), Some(0));
     said.extend(lines);
     for words in complaints {
         assert_eq!(said.matches(words).count(), 1, "{said}");
@@ -488,8 +372,8 @@ fn a_flash_file_with_other_line_ends_is_read_and_a_torn_one_is_said_to_be() {
     let flash = folder.path().join("flash");
     let arguments = ["--model", "imc-s8", "--flash", "flash", "--pty", "none"];
     {
-        let (_serve, places) = Running::serve(folder.path(), &arguments);
-        let mut client = connect(&places);
+        let (_serve, places) = Process::serve(folder.path(), &arguments);
+        let mut client = connect(tcp(&places, 0));
         assert_eq!(ask(&mut client, "@01\r@0i\r0100,900\r0200,900\r9\r", 5), "00000");
     }
     let whole = fs::read_to_string(&flash).unwrap();
@@ -500,8 +384,8 @@ fn a_flash_file_with_other_line_ends_is_read_and_a_torn_one_is_said_to_be() {
         (whole.clone(), ""),
     ] {
         fs::write(&flash, held).unwrap();
-        let (mut serve, places) = Running::serve(folder.path(), &arguments);
-        assert_eq!(ask(&mut connect(&places), "@07\r", 1), "0");
+        let (mut serve, places) = Process::serve(folder.path(), &arguments);
+        assert_eq!(ask(&mut connect(tcp(&places, 0)), "@07\r", 1), "0");
         serve.signal(Signal::TERM);
         let (_, errors) = serve.end();
         assert!(errors.contains(words), "{errors}");
@@ -542,17 +426,17 @@ fn a_serial_port_that_was_unplugged_is_opened_again() {
     };
     let mut host = plug();
     let arguments = ["--serial", "cable", "--pty", "none"];
-    let (mut serve, _) = Running::serve(folder.path(), &arguments);
+    let (mut serve, _) = Process::serve(folder.path(), &arguments);
     assert_eq!(ask(&mut host, "@07\r", 1), "0");
     drop(host);
     fs::remove_file(&cable).unwrap();
     let lines = serve.errors();
-    assert!(lines.recv_timeout(PATIENCE).unwrap().contains("is gone"));
+    assert!(lines.recv_timeout(LIMIT).unwrap().contains("is gone"));
     let mut host = plug();
-    assert!(lines.recv_timeout(PATIENCE).unwrap().contains("is back"));
+    assert!(lines.recv_timeout(LIMIT).unwrap().contains("is back"));
     assert_eq!(ask(&mut host, "@0P\r", 19), "0000000000000000000");
     serve.signal(Signal::TERM);
-    assert_eq!(serve.ends(), Some(0));
+    assert_eq!(serve.ended().code(), Some(0));
 }
 
 /// What a verbose controller says on standard error, waited for.
@@ -562,14 +446,14 @@ struct Said {
 }
 
 impl Said {
-    fn of(serve: &mut Running) -> Said {
+    fn of(serve: &mut Process) -> Said {
         Said { lines: serve.errors(), all: String::new() }
     }
 
     /// Waits for these words, whether they come or have come.
     fn until(&mut self, words: &str) {
         while !self.all.contains(words) {
-            let next = self.lines.recv_timeout(PATIENCE);
+            let next = self.lines.recv_timeout(LIMIT);
             self.all += &next.unwrap_or_else(|_| panic!("{words}: {}", self.all));
         }
     }
@@ -581,18 +465,18 @@ fn half_lines(half: &str, clients: impl Fn(File, &dyn Fn() -> TcpStream, &mut Sa
     let folder = tempfile::tempdir().unwrap();
     for fresh in [false, true] {
         let arguments = if fresh { &["-v", "--fresh-clients"][..] } else { &["-v"] };
-        let (mut serve, places) = Running::serve(folder.path(), arguments);
+        let (mut serve, places) = Process::serve(folder.path(), arguments);
         let mut said = Said::of(&mut serve);
         let terminal = folder.path().join("vimc4.pty");
         let port = OpenOptions::new().read(true).write(true).open(terminal).unwrap();
-        let answer = clients(port, &|| connect(&places), &mut said);
+        let answer = clients(port, &|| connect(tcp(&places, 0)), &mut said);
         assert_eq!(answer == "0", fresh, "{answer}");
         for words in ["an earlier client left half a line,", "continues the half line"] {
             let told = said.all.matches(&format!("{words} `{half}`")).count();
             assert_eq!(told, usize::from(!fresh), "{}", said.all);
         }
         serve.signal(Signal::TERM);
-        assert_eq!(serve.ends(), Some(0));
+        assert_eq!(serve.ended().code(), Some(0));
     }
 }
 
@@ -639,17 +523,17 @@ fn the_log_says_who_takes_the_line_and_who_only_observes() {
         ("observe", "NEW only observes, what it sends is ignored"),
     ] {
         let arguments = ["-v", "--tcp-clients", policy];
-        let (mut serve, places) = Running::serve(folder.path(), &arguments);
+        let (mut serve, places) = Process::serve(folder.path(), &arguments);
         let mut said = Said::of(&mut serve);
-        let mut client = connect(&places);
+        let mut client = connect(tcp(&places, 0));
         assert_eq!(ask(&mut client, "@07\r", 1), "0");
-        let mut other = connect(&places);
+        let mut other = connect(tcp(&places, 0));
         other.write_all(b"@0P\r@0P\r").unwrap();
         let name = |client: &TcpStream| client.local_addr().unwrap().to_string();
         let words = words.replace("NEW", &name(&other)).replace("OLD", &name(&client));
         said.until(&words);
         serve.signal(Signal::TERM);
-        assert_eq!(serve.ends(), Some(0));
+        assert_eq!(serve.ended().code(), Some(0));
     }
 }
 
@@ -663,11 +547,11 @@ fn who_sends_no_cr_is_told_how_to() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         let arguments = ["--model", model, "--machine", machine, "--time", "instant"];
-        let (mut serve, places) = Running::serve(folder.path(), &arguments);
+        let (mut serve, places) = Process::serve(folder.path(), &arguments);
         // The answer to what comes last shows that everything before it has been looked at.
         for (ends, told) in [("\r\n", 0), ("\n", 1)] {
             for _ in 0..2 {
-                let mut client = connect(&places);
+                let mut client = connect(tcp(&places, 0));
                 let text = format!("{line}{ends}").repeat(3);
                 client.write_all(text.as_bytes()).unwrap();
                 client.write_all(format!("\r{line}\r").as_bytes()).unwrap();
@@ -690,8 +574,8 @@ fn who_sends_no_cr_is_told_how_to() {
     let profile = profile.replace("line_feed = \"separate\"", "line_feed = \"end\"");
     fs::write(folder.path().join("older.toml"), profile).unwrap();
     let arguments = ["--model", "older.toml", "--machine", "board-plotter", "--time", "instant"];
-    let (mut serve, places) = Running::serve(folder.path(), &arguments);
-    let mut client = connect(&places);
+    let (mut serve, places) = Process::serve(folder.path(), &arguments);
+    let mut client = connect(tcp(&places, 0));
     client.write_all(b"!ON0\n").unwrap();
     client.read_exact(&mut [0; 8]).unwrap();
     serve.signal(Signal::TERM);
@@ -711,9 +595,9 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
             assert!(out.contains(word) || errors.contains(word), "{word}: {out}{errors}");
         }
     };
-    let (mut serve, places) = Running::serve(folder.path(), &["-v"]);
+    let (mut serve, places) = Process::serve(folder.path(), &["-v"]);
     let link = folder.path().join("vimc4.pty");
-    let holder = format!("vimc4 (process {}) answers", serve.0.id());
+    let holder = format!("vimc4 (process {}) answers", serve.child.id());
     let target = fs::read_link(&link).unwrap().display().to_string();
     let found = [
         format!("leads to {target}"),
@@ -731,9 +615,9 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     let me = format!("(process {}) has it open", std::process::id());
     doctor("./vimc4.pty", 1, &[&me, "-> two programs take the answers", "not asked"]);
     drop(port);
-    let tcp = places["controllers"][0]["tcp"].as_str().unwrap();
+    let tcp = tcp(&places, 0);
     doctor(tcp, 0, &["somebody listens", "X 0, Y 0, Z 0", "half a line"]);
-    let client = connect(&places);
+    let client = connect(tcp);
     doctor(tcp, 1, &["has gone", "-> one client holds the line"]);
     drop(client);
     serve.signal(Signal::TERM);
@@ -763,7 +647,7 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     assert!(said.contains("the emulator has ended") && !said.contains("one client"), "{said}");
     // The other family.
     let arguments = ["--model", "smcu", "--machine", "board-plotter", "--pty", "plotter"];
-    let (_serve, places) = Running::serve(folder.path(), &arguments);
+    let (_serve, places) = Process::serve(folder.path(), &arguments);
     doctor("./plotter", 0, &["X 0, Y 0", "S310"]);
     doctor(places["controllers"][0]["tcp"].as_str().unwrap(), 0, &["X 0, Y 0"]);
 }
@@ -860,9 +744,9 @@ fn the_doctor_disturbs_nobody() {
         assert!(out.contains(words), "{words}: {out}{errors}");
     };
     let arguments = ["--pty", "port", "--time", "manual"];
-    let (mut serve, places) = Running::serve(folder.path(), &arguments);
-    let tcp = places["controllers"][0]["tcp"].as_str().unwrap();
-    let mut orders = serve.0.stdin.take().unwrap();
+    let (mut serve, places) = Process::serve(folder.path(), &arguments);
+    let tcp = tcp(&places, 0);
+    let mut orders = serve.input.take().unwrap();
     let link = folder.path().join("port");
     let open = || OpenOptions::new().read(true).write(true).open(&link).unwrap();
     // In the midst of a move it is deaf, and what was asked changes nothing afterwards.
@@ -882,8 +766,8 @@ fn the_doctor_disturbs_nobody() {
 fn the_doctor_knows_cards_that_tell_of_configured_axes_only() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--model", "c142", "-v"];
-    let (mut serve, places) = Running::serve(folder.path(), &arguments);
-    let tcp = places["controllers"][0]["tcp"].as_str().unwrap();
+    let (mut serve, places) = Process::serve(folder.path(), &arguments);
+    let tcp = tcp(&places, 0);
     for (axes, words) in [
         (None, "answers; no axis is configured"),
         (Some("@02\r"), "the configured axes are at 0"),
@@ -891,7 +775,7 @@ fn the_doctor_knows_cards_that_tell_of_configured_axes_only() {
         (Some("@07\r"), "X 0, Y 0, Z 0"),
     ] {
         if let Some(axes) = axes {
-            assert_eq!(ask(&mut connect(&places), axes, 1), "0");
+            assert_eq!(ask(&mut connect(tcp), axes, 1), "0");
         }
         for port in [tcp, "./vimc4.pty"] {
             let (code, out, errors) = run(folder.path(), &["doctor", port]);
@@ -943,7 +827,7 @@ fn ignores_hang_up() -> bool {
 }
 
 /// One attack on a controller. Whatever it is, nothing of it may be left.
-fn attack(dice: &mut Dice, folder: &Path, tcp: &str, serve: &Running) {
+fn attack(dice: &mut Dice, folder: &Path, tcp: &str, serve: &Process) {
     let link = folder.join("vimc4.pty");
     match dice.roll(11) {
         // Noise over TCP, with all ways to leave.
@@ -1012,11 +896,11 @@ fn attack(dice: &mut Dice, folder: &Path, tcp: &str, serve: &Running) {
         9 => {
             let script = "exec 3<>vimc4.pty; sleep 0.2; exit 3";
             let mut lines =
-                Running::start(&mut vimc4(folder, &["lines", "--", "sh", "-c", script]));
+                Process::start(&mut vimc4(folder, &["lines", "--", "sh", "-c", script]));
             if dice.roll(2) == 0 {
                 thread::sleep(Duration::from_millis(dice.roll(150)));
                 lines.signal(Signal::KILL);
-                assert_eq!(lines.ends(), None);
+                assert_eq!(lines.ended().code(), None);
             } else {
                 let (code, errors) = lines.end();
                 assert_eq!(code, Some(3), "{errors}");
@@ -1055,25 +939,22 @@ fn random_attacks_leave_nothing() {
     while began.elapsed() < seconds {
         let folder = tempfile::tempdir().unwrap();
         let arguments = ["--time", "instant", "--log", "/dev/null"];
-        let (mut serve, places) = Running::serve(folder.path(), &arguments);
-        let errors = serve.0.stderr.take().unwrap();
-        let said = thread::spawn(move || {
-            BufReader::new(errors).lines().map_while(Result::ok).collect::<Vec<_>>()
-        });
+        let (mut serve, places) = Process::serve(folder.path(), &arguments);
+        let said = serve.errors();
         let tcp = places["controllers"][0]["tcp"].as_str().unwrap().to_owned();
         let mut before = None;
         let round = Instant::now();
         for attacks in 1.. {
             attack(&mut dice, folder.path(), &tcp, &serve);
             if attacks == 20 {
-                before = Some(size(serve.0.id()));
+                before = Some(size(serve.child.id()));
             }
             if attacks > 30 && (began.elapsed() > seconds || round.elapsed().as_secs() > 60) {
                 break;
             }
         }
         // It lives, and is reached both ways: a reset, and it answers as ever.
-        let patience = Instant::now();
+        let wait = Instant::now();
         loop {
             let mut client = TcpStream::connect(&tcp).unwrap();
             client.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
@@ -1085,22 +966,18 @@ fn random_attacks_leave_nothing() {
             if answer == *b"0" {
                 break;
             }
-            assert!(patience.elapsed() < PATIENCE, "it does not answer any more");
+            assert!(wait.elapsed() < LIMIT, "it does not answer any more");
         }
-        let wait = Instant::now();
         let before = before.unwrap();
-        while size(serve.0.id()).1 > before.1.max(16) {
-            assert!(wait.elapsed() < PATIENCE, "it keeps files open");
-            thread::sleep(Duration::from_millis(10));
-        }
-        let grown = size(serve.0.id()).0.saturating_sub(before.0);
+        until("it keeps files open", || size(serve.child.id()).1 <= before.1.max(16));
+        let grown = size(serve.child.id()).0.saturating_sub(before.0);
         assert!(grown < 20_000, "it has grown by {grown} KiB");
         // Under `nohup` the last one is ignored, here and there.
         let signals = [Signal::INT, Signal::TERM, Signal::HUP];
         let signals = if ignores_hang_up() { &signals[..2] } else { &signals[..] };
         serve.signal(signals[usize::try_from(dice.roll(signals.len() as u64)).unwrap()]);
-        assert_eq!(serve.ends(), Some(0));
-        let said = said.join().unwrap();
+        assert_eq!(serve.ended().code(), Some(0));
+        let said: Vec<_> = said.iter().collect();
         assert!(!said.iter().any(|line| line.contains("panicked")), "{said:?}");
         assert!(!folder.path().join("vimc4.pty").is_symlink());
     }

@@ -7,7 +7,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::ops::Deref;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
@@ -17,8 +17,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use vimc4::{Button, Clock, Emulator, Event, Motion, Point};
 
-/// How long anything may take before it counts as hanging, however slow the computer is.
-const PATIENCE: Duration = Duration::from_secs(60);
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{LIMIT, Process, VIMC4, pseudo_terminal, until, vimc4};
 
 /// Lines, an arc off the raster, a helix, a turning axis, holes, a work-piece zero.
 const JOB: &str = "\
@@ -65,20 +67,14 @@ impl Deref for Folder {
     }
 }
 
-fn vimc4(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
-}
-
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// Runs it, and it must end with this code.
 fn ends(folder: &Path, arguments: &[&str], code: i32) -> (String, String) {
-    let output = vimc4(folder, arguments);
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{out}\n{err}");
+    let (ended, out, err) = process::run(folder, arguments);
+    assert_eq!(ended, code, "{arguments:?}\n{out}\n{err}");
     (out, err)
 }
 
@@ -255,17 +251,7 @@ fn sending(folder: &Path, arguments: &[&str]) -> Child {
 
 /// The same with somebody who types, or nobody.
 fn sending_from(folder: &Path, arguments: &[&str], typed: impl Into<Stdio>) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.arg("send").args(arguments).current_dir(folder).stdin(typed);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-}
-
-fn until(what: &str, mut holds: impl FnMut() -> bool) {
-    let begun = Instant::now();
-    while !holds() {
-        assert!(begun.elapsed() < PATIENCE, "{what}");
-        thread::sleep(Duration::from_millis(5));
-    }
+    vimc4(folder, &[&["send"], arguments].concat()).stdin(typed).spawn().unwrap()
 }
 
 /// Waits until an axis stays where it is.
@@ -353,11 +339,7 @@ fn questions_and_waits() {
 
 /// A terminal that somebody types at: what they type into, and the end for the program.
 fn terminal() -> (fs::File, fs::File) {
-    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    let typed = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-    grantpt(&typed).unwrap();
-    unlockpt(&typed).unwrap();
-    let name = ptsname(&typed, Vec::new()).unwrap().into_string().unwrap();
+    let (typed, name) = pseudo_terminal();
     let end = fs::File::options().read(true).write(true).open(name).unwrap();
     (fs::File::from(typed), end)
 }
@@ -366,7 +348,7 @@ fn terminal() -> (fs::File, fs::File) {
 fn run_with(folder: &Path, machine: &str, typed: &str) -> (Value, String) {
     let (mut terminal, end) = terminal();
     terminal.write_all(typed.as_bytes()).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    let mut command = Command::new(VIMC4);
     command.args(["ncp", "run", "job.ncp", "--machine", machine, "--json"]);
     let output = command.current_dir(folder).stdin(end).output().unwrap();
     let (out, err) = (text(&output.stdout), text(&output.stderr));
@@ -460,9 +442,9 @@ fn a_job_fits_where_its_zero_is_said() {
     let (out, _) = ends(&folder, &[&check[..], &["--machine", "mill"]].concat(), 1);
     assert!(out.contains("beyond-travel") && out.contains("--zero X,Y,Z"), "{out}");
 
-    let mill = vimc4(&folder, &["machines", "show", "mill"]).stdout;
+    let (_, mill, _) = process::run(&folder, &["machines", "show", "mill"]);
     let own = "\n[job.zero]\nx = 100000\ny = 50000\nz = -60000\n\n[job.registers.3]\nx = 7000\n";
-    fs::write(folder.join("mine.toml"), text(&mill) + own).unwrap();
+    fs::write(folder.join("mine.toml"), mill + own).unwrap();
     let from_outside =
         ["--machine", "mill", "--zero", "100mm,50mm,-60mm", "--wpreg", "3=7mm"].as_slice();
     let from_profile = ["--machine", "mine.toml"].as_slice();
@@ -694,7 +676,7 @@ fn an_abort_says_the_line_to_go_on_with() {
 
 /// A `vimc4 send` with somebody at the terminal, who reads before they type.
 struct Typist {
-    child: Child,
+    process: Process,
     terminal: fs::File,
     said: Receiver<String>,
     all: String,
@@ -703,17 +685,8 @@ struct Typist {
 impl Typist {
     fn new(folder: &Path, arguments: &[&str]) -> Typist {
         let (terminal, end) = terminal();
-        let mut child = sending_from(folder, arguments, end);
-        let (sender, said) = channel();
-        let stderr = std::io::BufReader::new(child.stderr.take().unwrap());
-        thread::spawn(move || {
-            for line in std::io::BufRead::lines(stderr) {
-                if sender.send(line.unwrap()).is_err() {
-                    return;
-                }
-            }
-        });
-        Typist { child, terminal, said, all: String::new() }
+        let mut process = Process::of(sending_from(folder, arguments, end));
+        Typist { said: process.errors(), process, terminal, all: String::new() }
     }
 
     /// Waits for something to be said, and types a line.
@@ -725,7 +698,7 @@ impl Typist {
     /// Waits for something to be said.
     fn hears(&mut self, asked: &str) {
         loop {
-            let said = self.said.recv_timeout(PATIENCE);
+            let said = self.said.recv_timeout(LIMIT);
             assert!(said.is_ok(), "{asked}: {}", self.all);
             let said = said.unwrap();
             self.all += &said;
@@ -739,8 +712,8 @@ impl Typist {
     /// How it ended, and everything that was said.
     fn ends(mut self, code: i32) -> (String, String) {
         let mut out = String::new();
-        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
-        let status = self.child.wait().unwrap();
+        self.process.output.as_mut().unwrap().read_to_string(&mut out).unwrap();
+        let status = self.process.ended();
         self.all.extend(self.said.iter().map(|line| line + "\n"));
         assert_eq!(status.code(), Some(code), "{}", self.all);
         (out, self.all)
@@ -1028,7 +1001,7 @@ fn run_knows_a_job_when_it_sees_one() {
     let (out, _) = ends(&folder, &["run", "job.ncp", "--machine", "mill"], 0);
     assert_eq!(out, own);
     assert!(out.contains("ended     the job is done"), "{out}");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    let mut child = Command::new(VIMC4);
     child.args(["run", "-"]).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut child = child.spawn().unwrap();
     child.stdin.take().unwrap().write_all(job.as_bytes()).unwrap();
@@ -1174,7 +1147,7 @@ fn rest_is_not_claimed_without_an_answer() {
         like_an_imc4(line, 'A', b"")
     });
     let child = sending(&folder, &["job.ncp", "--to", &port]);
-    moves.recv_timeout(PATIENCE).unwrap();
+    moves.recv_timeout(LIMIT).unwrap();
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let err = text(&child.wait_with_output().unwrap().stderr);
     assert!(err.contains("may still be moving") && !err.contains("come to rest"), "{err}");
@@ -1222,7 +1195,7 @@ fn what_is_left_on_a_line_does_not_hide_who_is_there() {
     let folder = Folder::with("IMF_PBL\nREF XYZ\n");
     let (port, heard) = peer(|_| b"5".to_vec());
     fs::write(folder.join("plot.plt"), PLOT).unwrap();
-    vimc4(&folder, &["send", "plot.plt", "--to", &port, "--model", "smcu", "--yes"]);
+    process::run(&folder, &["send", "plot.plt", "--to", &port, "--model", "smcu", "--yes"]);
     assert!(heard.join().unwrap().starts_with("!CC;!CI;!CB;!GO;OS;\r"));
 
     let first = AtomicBool::new(true);
@@ -1288,10 +1261,10 @@ fn a_line_that_chatters_is_not_waited_for() {
         });
         let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
         assert!(err.contains("never falls silent") || err.contains("no end of it"), "{err}");
-        comes.recv_timeout(PATIENCE).unwrap();
+        comes.recv_timeout(LIMIT).unwrap();
         // Nor does it keep anybody waiting who ends it.
         let mut child = sending(&folder, &["job.ncp", "--to", &port]);
-        comes.recv_timeout(PATIENCE).unwrap();
+        comes.recv_timeout(LIMIT).unwrap();
         kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
         assert_ne!(child.wait().unwrap().code(), Some(1));
     }
@@ -1457,7 +1430,7 @@ fn ctrl_c_again_does_not_wait() {
         like_an_imc4(line, 'A', b"")
     });
     let mut child = sending(&folder, &["job.ncp", "--to", &port]);
-    moves.recv_timeout(PATIENCE).unwrap();
+    moves.recv_timeout(LIMIT).unwrap();
     // Signals that are not seen in time become one.
     until("it ends", || {
         kill_process(Pid::from_child(&child), Signal::INT).unwrap();
@@ -1676,7 +1649,7 @@ fn ctrl_c_after_start_at_the_panel_waits_until_it_rests() {
     let before = x();
     emulator.press(Button::Start).unwrap();
     until("START goes on", || x() > before + 50);
-    kill_process(Pid::from_child(&typist.child), Signal::INT).unwrap();
+    typist.process.signal(Signal::INT);
     let (_, err) = typist.ends(1);
     assert!(err.contains("the motion has come to rest along its ramp, at X "), "{err}");
     let stopped = x();
@@ -1775,7 +1748,7 @@ fn where_the_axes_are_is_not_known_once_the_controller_has_forgotten_it() {
         until("it waits", || sent(&emulator).iter().filter(|sent| *sent == "@0P").count() > 0);
         thread::sleep(Duration::from_millis(500));
         power(&emulator);
-        kill_process(Pid::from_child(&typist.child), Signal::INT).unwrap();
+        typist.process.signal(Signal::INT);
         let (_, err) = typist.ends(1);
         assert!(err.contains(unknown) && !err.contains(" at X "), "{model} {err}");
     }
@@ -1979,7 +1952,7 @@ fn a_motion_without_an_answer_is_remarked_soon() {
         assert!(std::io::BufRead::read_line(&mut said, &mut line).unwrap() > 0);
     }
     assert!(line.contains("s were foreseen: the controller may have lost its power"), "{line}");
-    assert!(begun.elapsed() < PATIENCE);
+    assert!(begun.elapsed() < LIMIT);
     child.kill().unwrap();
     child.wait().unwrap();
 }

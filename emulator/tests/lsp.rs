@@ -2,24 +2,24 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot talk to the server has failed")]
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::thread;
+use std::io::Write;
+use std::process::{Command, ExitStatus};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
-/// Longer than anything takes.
-const PATIENCE: Duration = Duration::from_secs(60);
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{LIMIT, Process, VIMC4, framed};
 
 /// The file that the tests talk about.
 const FILE: &str = "file:///part.ncp";
 
 /// An editor with its server.
 struct Editor {
-    server: Child,
-    to: Option<ChildStdin>,
+    server: Process,
     from: Receiver<Value>,
     next_id: i32,
 }
@@ -27,21 +27,11 @@ struct Editor {
 impl Editor {
     /// An editor that has not said anything.
     fn silent(arguments: &str) -> Editor {
-        let mut server = Command::new(env!("CARGO_BIN_EXE_vimc4"))
-            .args(["ncp", "lsp"])
-            .args(arguments.split_whitespace())
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut from_server = BufReader::new(server.stdout.take().unwrap());
-        let (sender, from) = channel();
-        thread::spawn(move || {
-            while let Some(message) = read(&mut from_server) {
-                sender.send(message).unwrap();
-            }
-        });
-        Editor { to: server.stdin.take(), server, from, next_id: 0 }
+        let mut command = Command::new(VIMC4);
+        command.args(["ncp", "lsp"]).args(arguments.split_whitespace());
+        let mut server = Process::start(&mut command);
+        let from = server.messages();
+        Editor { server, from, next_id: 0 }
     }
 
     /// An editor that knows snippets, and may begin.
@@ -76,14 +66,13 @@ impl Editor {
     }
 
     fn write(&mut self, bytes: &[u8]) {
-        let to = self.to.as_mut().unwrap();
+        let to = self.server.input.as_mut().unwrap();
         to.write_all(bytes).unwrap();
         to.flush().unwrap();
     }
 
     fn send(&mut self, message: &Value) {
-        let text = message.to_string();
-        self.write(format!("Content-Length: {}\r\n\r\n{text}", text.len()).as_bytes());
+        self.write(framed(message).as_bytes());
     }
 
     fn tell(&mut self, method: &str, params: Value) {
@@ -91,7 +80,7 @@ impl Editor {
     }
 
     fn hear(&self) -> Value {
-        self.from.recv_timeout(PATIENCE).unwrap()
+        self.from.recv_timeout(LIMIT).unwrap()
     }
 
     /// The answer to a request, or the code of its refusal.
@@ -138,16 +127,7 @@ impl Editor {
     /// How the server ends.
     fn end(mut self) -> ExitStatus {
         self.tell("exit", Value::Null);
-        self.server.wait().unwrap()
-    }
-}
-
-impl Drop for Editor {
-    fn drop(&mut self) {
-        // The server ends with its input, and if it does not, here.
-        self.to = None;
-        let _ = self.server.kill();
-        let _ = self.server.wait();
+        self.server.ended()
     }
 }
 
@@ -165,18 +145,6 @@ fn summary(problem: &Value) -> (String, i64, [i64; 4]) {
             place("end", "character"),
         ],
     )
-}
-
-/// The next message; `None` once the server is gone.
-fn read(from: &mut impl BufRead) -> Option<Value> {
-    let mut header = String::new();
-    from.read_line(&mut header).unwrap();
-    let length = header.strip_prefix("Content-Length: ")?.trim().parse().unwrap();
-    from.read_line(&mut header).unwrap();
-    assert!(header.ends_with("\r\n\r\n"));
-    let mut body = Vec::new();
-    from.take(length).read_to_end(&mut body).unwrap();
-    Some(serde_json::from_slice(&body).unwrap())
 }
 
 fn problem(code: &str, severity: i64, place: [i64; 4]) -> (String, i64, [i64; 4]) {
@@ -223,8 +191,8 @@ fn a_conversation_has_a_beginning_and_an_end() {
 fn an_end_without_shutdown_is_a_failure() {
     assert_eq!(Editor::new("").end().code(), Some(1));
     let mut editor = Editor::new("");
-    editor.to = None;
-    assert_eq!(editor.server.wait().unwrap().code(), Some(1));
+    editor.server.input = None;
+    assert_eq!(editor.server.ended().code(), Some(1));
 }
 
 #[test]
@@ -525,18 +493,6 @@ fn lengths_are_shown_in_mm() {
     assert_eq!(shown, ["0:8 8 mm/s", "1:13 2.5 mm", "1:22 1.5°"]);
 }
 
-/// Waits until the server is gone: within a second, however long a slow machine makes of it.
-fn leaves(editor: &mut Editor) -> ExitStatus {
-    let begun = std::time::Instant::now();
-    loop {
-        if let Some(status) = editor.server.try_wait().unwrap() {
-            return status;
-        }
-        assert!(begun.elapsed() < PATIENCE, "it is still there");
-        thread::sleep(Duration::from_millis(5));
-    }
-}
-
 /// The server's input stays open here, as it does where something else has inherited it.
 #[test]
 #[cfg(target_os = "linux")]
@@ -549,20 +505,20 @@ fn it_leaves_when_its_parent_is_killed() {
     assert!(editor.ask_at("hover", 0, 0).unwrap()["contents"].is_object());
     parent.kill().unwrap();
     parent.wait().unwrap();
-    assert_eq!(leaves(&mut editor).code(), Some(1));
+    assert_eq!(editor.server.ended().code(), Some(1));
 
     // One that is gone already is noticed too.
     let mut editor = Editor::silent("");
     let begin = json!({ "processId": parent.id(), "capabilities": {} });
     editor.send(&json!({ "jsonrpc": "2.0", "id": 1, "method": "initialize", "params": begin }));
-    assert_eq!(leaves(&mut editor).code(), Some(1));
+    assert_eq!(editor.server.ended().code(), Some(1));
 }
 
 #[test]
 fn it_leaves_with_its_input() {
     let mut editor = Editor::new("");
-    editor.to = None;
-    assert_eq!(leaves(&mut editor).code(), Some(1));
+    editor.server.input = None;
+    assert_eq!(editor.server.ended().code(), Some(1));
 }
 
 #[test]

@@ -7,10 +7,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 use serde_json::Value;
 use vimc4::{Clock, Emulator};
+
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
 
 /// Where the work-piece lies on the mill.
 const ZEROS: [&str; 4] = ["--zero", "100mm,50mm,-60mm", "--wpreg", "1=150mm,80mm,-60mm"];
@@ -68,13 +70,9 @@ fn fixture(name: &str) -> PathBuf {
 
 /// What it prints; it must end with 0.
 fn vimc4(folder: &Path, arguments: &[&str]) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
-    command.args(arguments).current_dir(folder).stdin(Stdio::null());
-    let output = command.output().unwrap();
-    let (out, err) =
-        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{out}\n{err}");
-    out.into_owned()
+    let (code, out, err) = process::run(folder, arguments);
+    assert_eq!(code, 0, "{arguments:?}\n{out}\n{err}");
+    out
 }
 
 /// The counters of X, Y and Z at the end of a run.

@@ -3,90 +3,38 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
+use rustix::process::Signal;
 use serde_json::Value;
 use vimc4::{Clock, Emulator};
 use vimc4_timeline::recording::{Given, Recording, What};
 
-const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{Process, VIMC4, ask, connect, run, tcp, vimc4};
 
 /// A recording in which an axis runs into its limit switch.
 const LIMIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
 
-fn vimc4(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(VIMC4);
-    command.args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
+/// A controller behind TCP, and nowhere else.
+fn serve(folder: &Path, arguments: &[&str]) -> (Process, Value) {
+    Process::serve(folder, &[&["--pty", "none"], arguments].concat())
 }
 
-/// What it printed and said, and its exit code.
-fn said(folder: &Path, arguments: &[&str]) -> (String, String, i32) {
-    let Output { stdout, stderr, status } = vimc4(folder, arguments);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (text(stdout), text(stderr), status.code().unwrap())
-}
-
-struct Serve {
-    child: Child,
-    orders: ChildStdin,
-    tcp: Vec<String>,
-}
-
-impl Serve {
-    fn start(folder: &Path, arguments: &[&str]) -> Serve {
-        let mut child = Command::new(VIMC4)
-            .args(["serve", "--tcp", "127.0.0.1:0", "--pty", "none"])
-            .args(arguments)
-            .current_dir(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let orders = child.stdin.take().unwrap();
-        let mut serve = Serve { orders, tcp: Vec::new(), child };
-        let lines = BufReader::new(serve.child.stdout.take().unwrap()).lines();
-        for line in lines.map_while(Result::ok).take_while(|line| line != "ready") {
-            serve.tcp.extend(line.rsplit_once("tcp ").map(|(_, address)| address.to_owned()));
-        }
-        assert!(!serve.tcp.is_empty());
-        serve
-    }
-
-    fn connect(&self, number: usize) -> TcpStream {
-        let stream = TcpStream::connect(&self.tcp[number]).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        stream.set_nodelay(true).unwrap();
-        stream
-    }
-
-    /// Ends it, and returns what it said on standard error.
-    fn quit(mut self) -> String {
-        // It may have ended by itself.
-        let _ = self.orders.write_all(b"quit\n");
-        assert!(self.child.wait().unwrap().success());
-        let mut errors = String::new();
-        self.child.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
-        errors
-    }
-}
-
-impl Drop for Serve {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn ask(stream: &mut TcpStream, line: &str, count: usize) -> String {
-    stream.write_all(line.as_bytes()).unwrap();
-    let mut answer = vec![0; count];
-    stream.read_exact(&mut answer).unwrap();
-    String::from_utf8(answer).unwrap()
+/// Ends it, and returns what it said on standard error.
+fn quit(mut serve: Process) -> String {
+    // It may have ended by itself.
+    let _ = serve.input.as_mut().unwrap().write_all(b"quit\n");
+    let (code, errors) = serve.end();
+    assert_eq!(code, Some(0), "{errors}");
+    errors
 }
 
 fn read(path: &Path) -> Recording {
@@ -108,14 +56,14 @@ fn what_is_served_is_recorded_and_happens_again() {
     for clock in ["real", "100x", "instant"] {
         let file = format!("{clock}.jsonl");
         let arguments = ["--record", &file, "--time", clock, "--machine", "mill", "--line-pacing"];
-        let serve = Serve::start(folder.path(), &arguments);
-        let mut client = serve.connect(0);
+        let (serve, ready) = serve(folder.path(), &arguments);
+        let mut client = connect(tcp(&ready, 0));
         assert_eq!(ask(&mut client, "@07\r", 1), "0");
         assert_eq!(ask(&mut client, "@0A100,900,0,900,0,900,0,900\r", 1), "0");
         assert_eq!(ask(&mut client, "@0P\r", 19), "0000064000000000000");
         drop(client);
-        serve.quit();
-        let (text, errors, code) = said(folder.path(), &["replay", &file]);
+        quit(serve);
+        let (code, text, errors) = run(folder.path(), &["replay", &file]);
         assert_eq!(code, 0, "{text}{errors}");
         assert!(text.starts_with("equal: 3 inputs and 21 bytes up to "), "{text}");
         let recording = read(&folder.path().join(&file));
@@ -128,17 +76,17 @@ fn what_is_served_is_recorded_and_happens_again() {
 fn each_of_several_controllers_has_a_file_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--count", "3", "--record", "r.jsonl.gz", "--time", "instant"];
-    let serve = Serve::start(folder.path(), &arguments);
+    let (serve, ready) = serve(folder.path(), &arguments);
     // It is plain text as long as it grows.
     assert!(folder.path().join("r-2.jsonl").exists());
     for number in 0..3 {
-        assert_eq!(ask(&mut serve.connect(number), "@01\r", 1), "0");
+        assert_eq!(ask(&mut connect(tcp(&ready, number)), "@01\r", 1), "0");
     }
-    serve.quit();
+    quit(serve);
     for number in 1..=3 {
         let file = format!("r-{number}.jsonl.gz");
         assert_eq!(read(&folder.path().join(&file)).head.controller, number.to_string());
-        let (text, ..) = said(folder.path(), &["replay", &file]);
+        let (_, text, _) = run(folder.path(), &["replay", &file]);
         assert!(text.starts_with("equal: 1 input and 1 byte up to "), "{text}");
         assert!(!folder.path().join(format!("r-{number}.jsonl")).exists());
     }
@@ -154,8 +102,8 @@ fn no_recording_is_overwritten() {
         ("c.jsonl", "c.jsonl.zst"),
     ] {
         fs::write(folder.path().join(there), "dear to somebody").unwrap();
-        let (_, errors, code) =
-            said(folder.path(), &["serve", "--tcp", "127.0.0.1:0", "--record", wanted]);
+        let (code, _, errors) =
+            run(folder.path(), &["serve", "--tcp", "127.0.0.1:0", "--record", wanted]);
         assert_eq!(code, 2, "{errors}");
         assert!(errors.contains("no recording is overwritten: name another file"), "{errors}");
         let kept = fs::read_to_string(folder.path().join(there)).unwrap();
@@ -167,8 +115,8 @@ fn no_recording_is_overwritten() {
 fn a_recording_goes_on_in_files_that_play_by_themselves() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--record", "r.jsonl.zst", "--record-size", "40k", "--time", "instant"];
-    let serve = Serve::start(folder.path(), &arguments);
-    let mut client = serve.connect(0);
+    let (serve, ready) = serve(folder.path(), &arguments);
+    let mut client = connect(tcp(&ready, 0));
     assert_eq!(ask(&mut client, "@01\r", 1), "0");
     for number in 1..=2_000 {
         assert_eq!(ask(&mut client, "@0A1,900\r", 1), "0");
@@ -176,14 +124,14 @@ fn a_recording_goes_on_in_files_that_play_by_themselves() {
         assert_eq!(ask(&mut client, "@0P\r", 19), place);
     }
     drop(client);
-    serve.quit();
+    quit(serve);
     let (mut inputs, mut bytes, mut parts) = (0, 0, 0);
     for part in 1.. {
         let file = if part == 1 { "r.jsonl.zst".to_owned() } else { format!("r.{part}.jsonl.zst") };
         if !folder.path().join(&file).exists() {
             break;
         }
-        let (text, errors, code) = said(folder.path(), &["replay", &file, "--json"]);
+        let (code, text, errors) = run(folder.path(), &["replay", &file, "--json"]);
         assert_eq!(code, 0, "{text}{errors}");
         let report: Value = serde_json::from_str(&text).unwrap();
         assert_eq!((&report["equal"], &report["whole"]), (&Value::from(true), &Value::from(true)));
@@ -206,8 +154,8 @@ fn whatever_a_client_has_seen_is_recorded_when_it_is_killed() {
     let mut seen_in_all = 0;
     for number in 0..KILLS {
         let file = format!("{number}.jsonl");
-        let mut serve = Serve::start(folder.path(), &["--record", &file, "--time", "instant"]);
-        let mut client = serve.connect(0);
+        let (mut serve, ready) = serve(folder.path(), &["--record", &file, "--time", "instant"]);
+        let mut client = connect(tcp(&ready, 0));
         assert_eq!(ask(&mut client, "@01\r", 1), "0");
         random =
             random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -238,7 +186,7 @@ fn whatever_a_client_has_seen_is_recorded_when_it_is_killed() {
         seen_in_all += seen.len();
         // Some of them are played as well, each has the same to say.
         if number % 10 == 0 {
-            let (text, errors, code) = said(folder.path(), &["replay", &file]);
+            let (code, text, errors) = run(folder.path(), &["replay", &file]);
             assert_eq!(code, 0, "{text}{errors}");
             assert!(text.contains("It has no end"), "{text}");
         }
@@ -255,36 +203,26 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     // A file that may have no more than so many bytes is as good as a full disk.
     let script = format!(
-        "ulimit -f 60; trap '' XFSZ; exec {VIMC4} serve --tcp 127.0.0.1:0 --pty none --time instant \
-         --record r.jsonl"
+        "ulimit -f 60; trap '' XFSZ; exec {VIMC4} serve --json --tcp 127.0.0.1:0 --pty none \
+         --time instant --record r.jsonl"
     );
-    let mut child = Command::new("bash")
-        .args(["-c", &script])
-        .current_dir(folder.path())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let orders = child.stdin.take().unwrap();
-    let mut serve = Serve { orders, tcp: Vec::new(), child };
-    let lines = BufReader::new(serve.child.stdout.take().unwrap()).lines();
-    for line in lines.map_while(Result::ok).take_while(|line| line != "ready") {
-        serve.tcp.extend(line.strip_prefix("tcp ").map(str::to_owned));
-    }
-    let mut client = serve.connect(0);
+    let mut bash = Command::new("bash");
+    bash.args(["-c", &script]).current_dir(folder.path()).stderr(Stdio::piped());
+    let mut serve = Process::start(&mut bash);
+    let ready = serde_json::from_str(&serve.line()).unwrap();
+    let mut client = connect(tcp(&ready, 0));
     assert_eq!(ask(&mut client, "@01\r", 1), "0");
     for _ in 0..2_000 {
         assert_eq!(ask(&mut client, "@0P\r", 19), "0000000000000000000");
     }
     drop(client);
-    let errors = serve.quit();
+    let errors = quit(serve);
     assert!(errors.contains("cannot go on with the recording r.jsonl"), "{errors}");
     assert!(errors.contains("it is whole up to here"), "{errors}");
     let path = folder.path().join("r.jsonl");
     let recording = read(&path);
     assert!(recording.torn.is_none() && recording.entries.len() > 300);
-    let (text, _, code) = said(folder.path(), &["replay", "r.jsonl"]);
+    let (code, text, _) = run(folder.path(), &["replay", "r.jsonl"]);
     assert_eq!(code, 0, "{text}");
 }
 
@@ -295,7 +233,7 @@ fn a_byte_that_differs_is_shown_with_what_led_there() {
         .unwrap()
         .replace("\"0000C80000000FFFE0C\"", "\"0000C80000001FFFE0C\"");
     fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
-    let (text, _, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
+    let (code, text, _) = run(folder.path(), &["replay", "wrong.jsonl"]);
     assert_eq!(code, 1);
     for part in [
         "They part after 77 bytes that are equal, at line 27:\n",
@@ -307,7 +245,7 @@ fn a_byte_that_differs_is_shown_with_what_led_there() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
-    let (text, _, code) = said(folder.path(), &["diff", "wrong.jsonl", LIMIT]);
+    let (code, text, _) = run(folder.path(), &["diff", "wrong.jsonl", LIMIT]);
     assert_eq!(code, 1);
     assert!(text.contains("They part after 77 bytes"), "{text}");
 }
@@ -324,7 +262,7 @@ fn a_quirk_that_explains_a_difference_is_named() {
         .map(|line| format!("{line}\n"))
         .collect();
     fs::write(folder.path().join("real.jsonl"), text).unwrap();
-    let (text, _, code) = said(folder.path(), &["replay", "real.jsonl"]);
+    let (code, text, _) = run(folder.path(), &["replay", "real.jsonl"]);
     assert_eq!(code, 1);
     assert!(text.contains("\nquirk lost_steps = false would explain it\n"), "{text}");
     assert_eq!(text.matches("would explain it").count(), 1, "{text}");
@@ -333,7 +271,7 @@ fn a_quirk_that_explains_a_difference_is_named() {
 #[test]
 fn another_controller_parts_at_its_first_byte_and_its_first_field() {
     let folder = tempfile::tempdir().unwrap();
-    let (text, _, code) = said(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=false"]);
+    let (code, text, _) = run(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=false"]);
     assert_eq!(code, 1);
     for part in [
         "They part after 64 bytes that are equal, at line 25:\n  recorded  16.447940004 s  0\n  other     16.398340004 s  0\n",
@@ -342,17 +280,17 @@ fn another_controller_parts_at_its_first_byte_and_its_first_field() {
         assert!(text.contains(part), "{part}\n{text}");
     }
     // The value that it has makes no difference.
-    let (text, _, code) = said(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=true"]);
+    let (code, text, _) = run(folder.path(), &["replay", LIMIT, "--quirk", "lost_steps=true"]);
     assert_eq!((code, text.starts_with("equal: 12 inputs")), (0, true), "{text}");
     // On a machine without ends nothing stands in the way.
-    let (text, _, code) = said(folder.path(), &["replay", LIMIT, "--machine", "bench"]);
+    let (code, text, _) = run(folder.path(), &["replay", LIMIT, "--machine", "bench"]);
     assert_eq!(code, 1);
     assert!(
         text.contains("device.isel.plant.carriage.0\n  recorded  4000\n  other     0\n"),
         "{text}"
     );
     // Another family understands nothing of it.
-    let (text, errors, code) = said(folder.path(), &["replay", LIMIT, "--model", "smcu"]);
+    let (code, text, errors) = run(folder.path(), &["replay", LIMIT, "--model", "smcu"]);
     assert_eq!(code, 1, "{errors}");
     assert!(text.contains("They part after 0 bytes"), "{text}");
     for (quirk, message) in [
@@ -360,7 +298,7 @@ fn another_controller_parts_at_its_first_byte_and_its_first_field() {
         ("no_such=1", "imc4 has no quirk no_such"),
         ("lost_steps=7", "lost_steps cannot be 7"),
     ] {
-        let (_, errors, code) = said(folder.path(), &["replay", LIMIT, "--quirk", quirk]);
+        let (code, _, errors) = run(folder.path(), &["replay", LIMIT, "--quirk", quirk]);
         assert_eq!(code, 2);
         assert!(errors.contains(message), "{errors}");
     }
@@ -372,35 +310,35 @@ fn what_is_cut_out_and_what_is_left_play_by_themselves() {
     for (from, to) in [("0s", "3s"), ("4s", "12s"), ("9994206670ns", "1h")] {
         let _ = fs::remove_file(folder.path().join("part.jsonl"));
         let cut = ["cut", LIMIT, "--from", from, "--to", to, "--out", "part.jsonl"];
-        let (_, errors, code) = said(folder.path(), &cut);
+        let (code, _, errors) = run(folder.path(), &cut);
         assert_eq!(code, 0, "{errors}");
-        let (text, errors, code) = said(folder.path(), &["replay", "part.jsonl"]);
+        let (code, text, errors) = run(folder.path(), &["replay", "part.jsonl"]);
         assert_eq!(code, 0, "{from} to {to}: {text}{errors}");
     }
-    let (_, errors, code) = said(folder.path(), &["cut", LIMIT, "--out", "part.jsonl"]);
+    let (code, _, errors) = run(folder.path(), &["cut", LIMIT, "--out", "part.jsonl"]);
     assert_eq!(code, 2);
     assert!(errors.contains("no recording is overwritten: name another file"), "{errors}");
 
-    let (short, errors, code) = said(folder.path(), &["minimise", LIMIT]);
+    let (code, short, errors) = run(folder.path(), &["minimise", LIMIT]);
     assert_eq!(code, 0, "{errors}");
     fs::write(folder.path().join("short.jsonl"), &short).unwrap();
     let lines: Vec<_> = short.lines().filter_map(|line| line.split_once("\"in\":")).collect();
     assert_eq!(lines.len(), 2, "{short}");
     assert!(lines[0].1.starts_with("\"@07\\r\""), "{short}");
-    let (text, ..) = said(folder.path(), &["replay", "short.jsonl"]);
+    let (_, text, _) = run(folder.path(), &["replay", "short.jsonl"]);
     assert!(text.starts_with("equal: 2 inputs and 2 bytes"), "{text}");
 
     let quirk = ["minimise", LIMIT, "--quirk", "lost_steps=false", "--out", "quirk.jsonl"];
-    let (_, errors, code) = said(folder.path(), &quirk);
+    let (code, _, errors) = run(folder.path(), &quirk);
     assert_eq!(code, 0, "{errors}");
-    let (_, _, code) =
-        said(folder.path(), &["replay", "quirk.jsonl", "--quirk", "lost_steps=false"]);
+    let (code, _, _) =
+        run(folder.path(), &["replay", "quirk.jsonl", "--quirk", "lost_steps=false"]);
     assert_eq!(code, 1);
     let kept = read(&folder.path().join("quirk.jsonl"));
     assert!(
         kept.entries.iter().filter(|entry| matches!(entry.what, What::Given { .. })).count() < 6
     );
-    let (_, errors, code) = said(folder.path(), &["minimise", LIMIT, "--shows", "F"]);
+    let (code, _, errors) = run(folder.path(), &["minimise", LIMIT, "--shows", "F"]);
     assert_eq!(code, 1);
     assert!(errors.contains("does not show the reply F"), "{errors}");
 }
@@ -436,7 +374,7 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
     ];
     for (text, message) in cases {
         fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
-        let (_, errors, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
+        let (code, _, errors) = run(folder.path(), &["replay", "wrong.jsonl"]);
         assert_eq!(code, 1, "{message}: {errors}");
         assert!(errors.contains(message), "{message}: {errors}");
         // And the line itself is shown.
@@ -451,10 +389,10 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
         let changed = text.replace(old, new);
         assert_ne!(changed, text);
         fs::write(folder.path().join("wrong.jsonl"), changed).unwrap();
-        let (_, errors, code) = said(folder.path(), &["replay", "wrong.jsonl"]);
+        let (code, _, errors) = run(folder.path(), &["replay", "wrong.jsonl"]);
         assert!(code < 2 && !errors.contains("panicked"), "{code}: {errors}");
     }
-    let (_, errors, code) = said(folder.path(), &["replay", "nowhere.jsonl"]);
+    let (code, _, errors) = run(folder.path(), &["replay", "nowhere.jsonl"]);
     assert_eq!(code, 2, "{errors}");
 }
 
@@ -496,79 +434,51 @@ fn runs_and_jobs_are_recorded() {
         &["run", &plot, "--model", "smcu", "--machine", "board-plotter"],
         &["ncp", "run", &plate, "--machine", "mill", "--yes"],
     ];
-    for (number, run) in runs.into_iter().enumerate() {
+    for (number, wanted) in runs.into_iter().enumerate() {
         let name = format!("{number}.jsonl");
-        let (plain, _, code) = said(folder.path(), run);
-        let recorded = [run, &["--record", &name]].concat();
-        let (text, errors, same) = said(folder.path(), &recorded);
-        assert_eq!((&text, same), (&plain, code), "{run:?}: {errors}");
-        let (text, errors, code) = said(folder.path(), &["replay", &name]);
-        assert_eq!(code, 0, "{run:?}: {text}{errors}");
+        let (code, plain, _) = run(folder.path(), wanted);
+        let recorded = [wanted, &["--record", &name]].concat();
+        let (same, text, errors) = run(folder.path(), &recorded);
+        assert_eq!((&text, same), (&plain, code), "{wanted:?}: {errors}");
+        let (code, text, errors) = run(folder.path(), &["replay", &name]);
+        assert_eq!(code, 0, "{wanted:?}: {text}{errors}");
         let recording = read(&folder.path().join(&name));
-        assert!(recording.is_whole() && recording.entries.len() > 8, "{run:?}");
+        assert!(recording.is_whole() && recording.entries.len() > 8, "{wanted:?}");
     }
 }
 
 // --- the tap ---
 
 struct Tap {
-    child: Child,
+    process: Process,
     tcp: Option<String>,
-    errors: Option<std::thread::JoinHandle<String>>,
+    errors: Receiver<String>,
 }
 
 impl Tap {
     fn start(folder: &Path, arguments: &[&str]) -> Tap {
-        let mut child = Command::new(VIMC4)
-            .arg("record")
-            .args(arguments)
-            .current_dir(folder)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut stderr = child.stderr.take().unwrap();
-        let lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let mut tap = Tap { child, tcp: None, errors: None };
-        tap.errors = Some(std::thread::spawn(move || {
-            let mut errors = String::new();
-            let _ = stderr.read_to_string(&mut errors);
-            errors
-        }));
-        let mut ready = false;
-        for line in lines.map_while(Result::ok) {
-            if let Some(address) = line.strip_prefix("tcp ") {
-                tap.tcp = Some(address.to_owned());
-            }
-            ready = line == "ready";
-            if ready {
-                break;
+        let mut command = vimc4(folder, &["record"]);
+        let mut process = Process::start(command.args(arguments));
+        let mut tap = Tap { errors: process.errors(), process, tcp: None };
+        loop {
+            let line = tap.process.line();
+            match line.strip_prefix("tcp ") {
+                Some(address) => tap.tcp = Some(address.to_owned()),
+                None if line == "ready" => return tap,
+                None => assert!(!line.is_empty(), "{}", tap.end()),
             }
         }
-        assert!(ready, "{}", tap.end());
-        tap
     }
 
     fn connect(&self) -> TcpStream {
-        let stream = TcpStream::connect(self.tcp.as_deref().unwrap()).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        stream
+        connect(self.tcp.as_deref().unwrap())
     }
 
     /// Ends it as Ctrl-C does, and returns what it said on standard error.
     fn end(&mut self) -> String {
-        let process = rustix::process::Pid::from_child(&self.child);
-        let _ = rustix::process::kill_process(process, rustix::process::Signal::INT);
-        self.child.wait().unwrap();
-        self.errors.take().map(|errors| errors.join().unwrap()).unwrap_or_default()
-    }
-}
-
-impl Drop for Tap {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        self.process.signal(Signal::INT);
+        self.process.ended();
+        self.errors.iter().map(|line| line + "\n").collect()
     }
 }
 
@@ -628,7 +538,7 @@ fn what_passes_between_pyserial_and_a_device_is_recorded_as_both_saw_it() {
     assert_eq!(commands.len(), 800);
     assert_eq!(&commands[3].bytes[..], b"@0\xf0\x80\x00X");
     let replay = ["replay", "r.jsonl", "--tolerance", "10min"];
-    let (text, errors, code) = said(folder.path(), &replay);
+    let (code, text, errors) = run(folder.path(), &replay);
     assert_eq!(code, 0, "{text}{errors}");
     assert!(text.contains("each within the tolerance"), "{text}");
 }
@@ -654,12 +564,12 @@ fn the_quirk_of_a_real_controller_is_named() {
     let _ = client.read_to_end(&mut Vec::new());
     tap.end();
     let replay = ["replay", "r.jsonl.gz", "--tolerance", "10min"];
-    let (text, _, code) = said(folder.path(), &replay);
+    let (code, text, _) = run(folder.path(), &replay);
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("quirk version_handshake = first would explain it\n"), "{text}");
     // With it there is nothing to explain.
     let with = [&replay[..], &["--quirk", "version_handshake=first"]].concat();
-    let (text, _, code) = said(folder.path(), &with);
+    let (code, text, _) = run(folder.path(), &with);
     assert_eq!(code, 0, "{text}");
 }
 
@@ -691,7 +601,7 @@ fn a_device_that_is_unplugged_is_served_again_when_it_is_back() {
     // Nobody plays what the device has never got.
     assert_eq!(given(&recording), b"@01\r@07\r");
     assert_eq!(out(&recording), b"00");
-    let (text, errors, code) = said(folder.path(), &["replay", "r.jsonl", "--tolerance", "10min"]);
+    let (code, text, errors) = run(folder.path(), &["replay", "r.jsonl", "--tolerance", "10min"]);
     assert_eq!(code, 0, "{text}{errors}");
 }
 
@@ -738,7 +648,7 @@ fn a_second_client_of_a_tap_is_refused_and_moves_nothing() {
     let commands: Vec<_> = commands.iter().map(|command| &command.bytes[..]).collect();
     assert_eq!(commands, [b"@01", b"@07"]);
     assert_eq!(given(&read(&path)), b"@01\r@07\r");
-    let (text, ..) = said(folder.path(), &["replay", "r.jsonl", "--tolerance", "10min"]);
+    let (_, text, _) = run(folder.path(), &["replay", "r.jsonl", "--tolerance", "10min"]);
     assert!(text.starts_with("equal: 2 inputs and 2 bytes"), "{text}");
 }
 
@@ -770,7 +680,7 @@ fn the_recording_of_a_tap_goes_on_in_files_that_play_by_themselves() {
             }
             if parts % (least / 2) == 0 {
                 let replay = ["replay", &file, "--tolerance", "10min"];
-                let (text, errors, code) = said(folder.path(), &replay);
+                let (code, text, errors) = run(folder.path(), &replay);
                 assert_eq!(code, 0, "{file}: {text}{errors}");
             }
             let recording = read(&folder.path().join(&file));
@@ -794,7 +704,7 @@ fn recordings_of_every_version_are_played_for_ever() {
     let mut count = 0;
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        let (text, errors, code) = said(Path::new(folder), &["replay", path.to_str().unwrap()]);
+        let (code, text, errors) = run(Path::new(folder), &["replay", path.to_str().unwrap()]);
         assert_eq!(code, 0, "{}: {text}{errors}", path.display());
         assert!(text.starts_with("equal: "), "{text}");
         for line in fs::read_to_string(&path).unwrap().lines().skip(1) {
@@ -817,21 +727,15 @@ fn a_recording_of_before_a_quirk_was_known_is_still_played() {
     let older = text.replace("\"lower_case\":\"after\",", "");
     assert!(text.matches("\"lower_case\":\"after\",").count() > 2);
     fs::write(folder.path().join("older.jsonl"), older).unwrap();
-    let (text, errors, code) = said(folder.path(), &["replay", "older.jsonl"]);
+    let (code, text, errors) = run(folder.path(), &["replay", "older.jsonl"]);
     assert_eq!(code, 0, "{text}{errors}");
 }
 
 /// What it says of text on its standard input, and its exit code. The text goes on for ever, if the
 /// program does not end.
 fn said_of_endless(folder: &Path, arguments: &[&str], head: &[u8], text: &[u8]) -> (String, i32) {
-    let mut child = Command::new(VIMC4)
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child =
+        vimc4(folder, arguments).stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     let mut input = child.stdin.take().unwrap();
     // Nobody reads so much.
     let mut left = 200_000_000 / text.len();
@@ -902,13 +806,13 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
             &["cut", "wrong.jsonl"],
             &["diff", LIMIT, "wrong.jsonl"],
         ] {
-            let (_, errors, code) = said(folder.path(), command);
+            let (code, _, errors) = run(folder.path(), command);
             assert_eq!(code, 1, "{message}: {errors}");
             assert!(errors.contains(&message), "{message}: {errors}");
         }
     }
     fs::write(folder.path().join("right.jsonl"), signal("stop", 0)).unwrap();
-    let (_, errors, code) = said(folder.path(), &["cut", "right.jsonl", "--to", "0s"]);
+    let (code, _, errors) = run(folder.path(), &["cut", "right.jsonl", "--to", "0s"]);
     assert_eq!(code, 0, "{errors}");
 }
 
@@ -922,7 +826,7 @@ fn nothing_is_cut_out_of_a_time_that_was_not_recorded() {
     let whole = Recording::read(lines.as_bytes()).unwrap();
     let end = whole.entries.last().unwrap().at;
     let cut = ["cut", "short.jsonl", "--to", "1h", "--out", "part.jsonl"];
-    let (_, errors, code) = said(folder.path(), &cut);
+    let (code, _, errors) = run(folder.path(), &cut);
     assert_eq!(code, 0, "{errors}");
     assert!(
         errors.contains("short.jsonl ends at ") && errors.contains("so does the part"),
@@ -930,9 +834,9 @@ fn nothing_is_cut_out_of_a_time_that_was_not_recorded() {
     );
     let part = read(&folder.path().join("part.jsonl"));
     assert_eq!(part.entries.last().unwrap().at, end);
-    let (text, errors, code) = said(folder.path(), &["replay", "part.jsonl"]);
+    let (code, text, errors) = run(folder.path(), &["replay", "part.jsonl"]);
     assert_eq!(code, 0, "{text}{errors}");
-    let (text, errors, code) = said(folder.path(), &["cut", "short.jsonl", "--from", "1h"]);
+    let (code, text, errors) = run(folder.path(), &["cut", "short.jsonl", "--from", "1h"]);
     assert_eq!((&*text, code), ("", 2), "{errors}");
     assert!(
         errors.contains("short.jsonl ends at ") && errors.contains("before --from"),
@@ -949,16 +853,16 @@ fn less_of_a_recording_is_compressed_by_its_name_and_read_as_far_as_it_goes() {
         ("cut", "c.jsonl.zst", &[0x28, 0xB5, 0x2F, 0xFD]),
         ("minimise", "d.jsonl.zst", &[0x28, 0xB5, 0x2F, 0xFD]),
     ] {
-        let (_, errors, code) = said(folder.path(), &[command, LIMIT, "--out", name]);
+        let (code, _, errors) = run(folder.path(), &[command, LIMIT, "--out", name]);
         assert_eq!(code, 0, "{errors}");
         assert!(fs::read(folder.path().join(name)).unwrap().starts_with(magic), "{name}");
-        let (text, errors, code) = said(folder.path(), &["replay", name]);
+        let (code, text, errors) = run(folder.path(), &["replay", name]);
         assert_eq!(code, 0, "{text}{errors}");
     }
     // Torn off, it is read as far as it goes.
     let bytes = fs::read(folder.path().join("a.jsonl.gz")).unwrap();
     fs::write(folder.path().join("torn.gz"), &bytes[..bytes.len() - 400]).unwrap();
-    let (text, errors, code) = said(folder.path(), &["replay", "torn.gz"]);
+    let (code, text, errors) = run(folder.path(), &["replay", "torn.gz"]);
     assert_eq!(code, 0, "{text}{errors}");
     assert!(text.contains("It has no end"), "{text}");
     // What is damaged is said so in plain words.
@@ -966,7 +870,7 @@ fn less_of_a_recording_is_compressed_by_its_name_and_read_as_far_as_it_goes() {
         let mut bytes = fs::read(folder.path().join(name)).unwrap();
         bytes[place..place + 4].fill(0xFF);
         fs::write(folder.path().join("damaged"), bytes).unwrap();
-        let (_, errors, code) = said(folder.path(), &["replay", "damaged"]);
+        let (code, _, errors) = run(folder.path(), &["replay", "damaged"]);
         assert_eq!(code, 1, "{name}: {errors}");
         assert!(errors.contains("what is compressed in it is damaged"), "{name}: {errors}");
     };
@@ -974,7 +878,7 @@ fn less_of_a_recording_is_compressed_by_its_name_and_read_as_far_as_it_goes() {
     damaged("a.jsonl.gz", bytes.len() - 8);
     damaged("c.jsonl.zst", 8);
     fs::write(folder.path().join("nothing.gz"), &bytes[..12]).unwrap();
-    let (_, errors, code) = said(folder.path(), &["replay", "nothing.gz"]);
+    let (code, _, errors) = run(folder.path(), &["replay", "nothing.gz"]);
     assert_eq!(code, 1, "{errors}");
     assert!(errors.contains("it is compressed and broken off in its first line"), "{errors}");
 }
@@ -986,7 +890,7 @@ fn recordings_that_differ_in_times_only_are_told_so() {
     let later = text.replacen("16447940004,\"out\"", "16447940005,\"out\"", 1);
     assert_ne!(later, text);
     fs::write(folder.path().join("later.jsonl"), later).unwrap();
-    let (text, _, code) = said(folder.path(), &["diff", LIMIT, "later.jsonl"]);
+    let (code, text, _) = run(folder.path(), &["diff", LIMIT, "later.jsonl"]);
     assert_eq!(code, 1);
     assert!(
         text.starts_with("What went in and what came out is the same, at other times.\n"),

@@ -3,115 +3,37 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
-use std::time::Duration;
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use serde_json::Value;
 
 #[path = "serve/log.rs"]
 mod log;
 
-struct Serve {
-    child: Child,
-    orders: Option<ChildStdin>,
-    answers: BufReader<ChildStdout>,
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{Process, ask, connect, run, tcp, vimc4};
+
+/// `vimc4 serve` with these arguments and no others.
+fn serving(folder: &Path, arguments: &[&str]) -> Process {
+    Process::start(vimc4(folder, &["serve"]).args(arguments))
 }
 
-impl Serve {
-    /// Starts `vimc4 serve` in a folder of its own.
-    fn start(folder: &Path, arguments: &[&str]) -> Serve {
-        Serve::start_with(folder, arguments, &[])
-    }
-
-    /// The same with more in its environment.
-    fn start_with(folder: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Serve {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_vimc4"))
-            .arg("serve")
-            .args(arguments)
-            .envs(environment.iter().copied())
-            .current_dir(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let orders = child.stdin.take();
-        let answers = BufReader::new(child.stdout.take().unwrap());
-        Serve { child, orders, answers }
-    }
-
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.answers.read_line(&mut line).unwrap();
-        line.trim_end_matches('\n').to_owned()
-    }
-
-    fn order(&mut self, order: &str) -> String {
-        writeln!(self.orders.as_mut().unwrap(), "{order}").unwrap();
-        self.line()
-    }
-
-    /// Gives several at once.
-    fn give(&mut self, orders: &str) {
-        self.orders.as_mut().unwrap().write_all(orders.as_bytes()).unwrap();
-    }
-
-    fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.child), signal).unwrap();
-    }
-
-    /// Waits for the end: the exit code and what was said on standard error.
-    fn end(mut self) -> (i32, String) {
-        let code = self.child.wait().unwrap().code().unwrap();
-        let mut errors = String::new();
-        self.child.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
-        (code, errors)
-    }
-}
-
-impl Drop for Serve {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-    }
-}
-
+/// What the line says that says that it is ready.
 fn ready(json: &str) -> Value {
     let value: Value = serde_json::from_str(json).unwrap();
     assert_eq!(value["ready"], true);
     value
 }
 
-fn connect(controller: &Value) -> TcpStream {
-    let stream = TcpStream::connect(controller["tcp"].as_str().unwrap()).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-    stream
-}
-
-fn ask(stream: &mut TcpStream, line: &str, count: usize) -> String {
-    stream.write_all(line.as_bytes()).unwrap();
-    let mut answer = vec![0; count];
-    stream.read_exact(&mut answer).unwrap();
-    String::from_utf8(answer).unwrap()
-}
-
-/// Runs `vimc4` to its end.
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vimc4"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-}
-
 #[test]
 fn it_says_where_it_listens_and_that_it_is_ready() {
     let folder = tempfile::tempdir().unwrap();
-    let mut serve = Serve::start(folder.path(), &["--tcp", "127.0.0.1:0"]);
+    let mut serve = serving(folder.path(), &["--tcp", "127.0.0.1:0"]);
     let link = folder.path().canonicalize().unwrap().join("vimc4.pty");
     assert_eq!(serve.line(), format!("pty {}", link.display()));
     let tcp = serve.line();
@@ -124,16 +46,16 @@ fn it_says_where_it_listens_and_that_it_is_ready() {
     port.read_exact(&mut answer).unwrap();
     assert_eq!(&answer, b"0000000000000000000");
     assert_eq!(serve.order("quit"), "");
-    assert_eq!(serve.end().0, 0);
+    assert_eq!(serve.end().0, Some(0));
     assert!(!link.is_symlink());
 }
 
 #[test]
 fn the_json_line_is_exactly_the_documented_one() {
     let folder = tempfile::tempdir().unwrap();
-    let mut serve = Serve::start(folder.path(), &["--tcp", "127.0.0.1:0", "--json"]);
+    let mut serve = serving(folder.path(), &["--tcp", "127.0.0.1:0", "--json"]);
     let line = serve.line();
-    let address = ready(&line)["controllers"][0]["tcp"].as_str().unwrap().to_owned();
+    let address = tcp(&ready(&line), 0).to_owned();
     let link = folder.path().canonicalize().unwrap().join("vimc4.pty");
     assert_eq!(
         line,
@@ -150,11 +72,11 @@ fn signals_end_it_with_its_links_removed() {
     for (signal, code) in [(Signal::INT, 0), (Signal::TERM, 0), (Signal::QUIT, 131)] {
         let folder = tempfile::tempdir().unwrap();
         let arguments = ["--count", "3", "--tcp", "127.0.0.1:0", "--time", "instant"];
-        let mut serve = Serve::start(folder.path(), &arguments);
+        let mut serve = serving(folder.path(), &arguments);
         while serve.line() != "ready" {}
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
         serve.signal(signal);
-        assert_eq!(serve.end(), (code, String::new()));
+        assert_eq!(serve.end(), (Some(code), String::new()));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }
@@ -163,9 +85,9 @@ fn signals_end_it_with_its_links_removed() {
 fn people_type_orders() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--tcp", "127.0.0.1:0", "--json", "--time", "manual"];
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let controller = ready(&serve.line())["controllers"][0].clone();
-    let mut client = connect(&controller);
+    let mut serve = serving(folder.path(), &arguments);
+    let ready = ready(&serve.line());
+    let mut client = connect(tcp(&ready, 0));
     assert_eq!(ask(&mut client, "@01\r", 1), "0");
     client.write_all(b"@0A5000,10000\r").unwrap();
     assert_eq!(serve.order("advance 50ms"), "now 0.050000000 s");
@@ -255,22 +177,22 @@ fn people_type_orders() {
         assert!(answer.starts_with(right), "{answer}");
     }
     // The end of the input does not end it.
-    drop(serve.orders.take());
+    drop(serve.input.take());
     assert_eq!(ask(&mut client, "@0P\r", 0), "");
-    std::thread::sleep(Duration::from_millis(50));
+    std::thread::sleep(std::time::Duration::from_millis(50));
     assert!(serve.child.try_wait().unwrap().is_none());
     serve.signal(Signal::TERM);
-    assert_eq!(serve.end(), (0, String::new()));
+    assert_eq!(serve.end(), (Some(0), String::new()));
 }
 
 #[test]
 fn another_family_is_served_with_its_own_axes_and_a_hint() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--model", "smcu", "--machine", "board-plotter", "--tcp", "127.0.0.1:0"];
-    let mut serve = Serve::start(folder.path(), &[&arguments[..], &["--json", "-v"]].concat());
+    let mut serve = serving(folder.path(), &[&arguments[..], &["--json", "-v"]].concat());
     let places = ready(&serve.line());
     assert_eq!(places["controllers"][0]["model"], "smcu");
-    let mut client = connect(&places["controllers"][0]);
+    let mut client = connect(tcp(&places, 0));
     assert_eq!(ask(&mut client, "PR20,10;!ON0;", 13), "C\rP20,10,0\rC\r");
     assert_eq!(serve.order("position"), "X 20 Y 10");
     // A border, behind which nothing is executed; then the next job.
@@ -287,7 +209,7 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     assert!(serve.line().starts_with("run until command PA and x >= 0: there at "));
     assert_eq!(serve.order("quit"), "");
     let (code, errors) = serve.end();
-    assert_eq!(code, 0, "{errors}");
+    assert_eq!(code, Some(0), "{errors}");
     assert!(errors.contains("waits for CTS of the smcu needs TCP, a serial port"), "{errors}");
     assert!(errors.contains("PR20,10  move by X +20 Y +10"), "{errors}");
     let reason = "X came to the end of the window, 0 to 25, at step 25; commands wait for !GO, IN \
@@ -301,7 +223,7 @@ fn several_controllers_are_numbered() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["--count", "2", "--tcp", "127.0.0.1:0", "--json", "--flash", "f.bin", "--pty", "p"];
-    let mut serve = Serve::start(folder.path(), &arguments);
+    let mut serve = serving(folder.path(), &arguments);
     let places = ready(&serve.line());
     let names: Vec<_> = places["controllers"]
         .as_array()
@@ -311,7 +233,7 @@ fn several_controllers_are_numbered() {
         .collect();
     assert_eq!(names, ["p-1", "p-2"]);
     assert!(folder.path().join("f-1.bin").exists() && folder.path().join("f-2.bin").exists());
-    let mut second = connect(&places["controllers"][1]);
+    let mut second = connect(tcp(&places, 1));
     assert_eq!(ask(&mut second, "@01\r@0A10,900\r", 2), "00");
     assert_eq!(serve.order("2 position"), "2: X 10 Y 0 Z 0 A 0");
     assert_eq!(serve.order("1 position"), "1: X 0 Y 0 Z 0 A 0");
@@ -322,7 +244,7 @@ fn several_controllers_are_numbered() {
     assert!(serve.order("1 press stpo").starts_with("1: error: `press stpo` is wrong at `stpo`"));
     assert!(serve.order("1 press stop").starts_with("1: ok, without effect"));
     serve.signal(Signal::TERM);
-    assert_eq!(serve.end(), (0, String::new()));
+    assert_eq!(serve.end(), (Some(0), String::new()));
 }
 
 #[test]
@@ -330,8 +252,8 @@ fn the_conversation_is_shown_and_logged_as_people_read_it() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["--tcp", "127.0.0.1:0", "--json", "--time", "instant", "-v", "--log", "traffic.log"];
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    let mut serve = serving(folder.path(), &arguments);
+    let mut client = connect(tcp(&ready(&serve.line()), 0));
     assert_eq!(ask(&mut client, "@01\r@0A 5000,900\r", 2), "00");
     serve.signal(Signal::TERM);
     let (_, errors) = serve.end();
@@ -349,8 +271,7 @@ fn what_is_wrong_is_one_message_with_the_remedy_and_exit_code_2() {
     let taken = holder.local_addr().unwrap().to_string();
     fs::write(folder.path().join("file"), "precious").unwrap();
     fs::write(folder.path().join("bad.flash"), "vimc4 flash 1\nnonsense\n").unwrap();
-    let profile = run(folder.path(), &["models", "show", "imc4"]).stdout;
-    let profile = String::from_utf8(profile).unwrap();
+    let (_, profile, _) = run(folder.path(), &["models", "show", "imc4"]);
     let baud = profile.lines().find(|line| line.starts_with("baud")).unwrap();
     fs::write(folder.path().join("bad.toml"), profile.replace(baud, "baud = 1234")).unwrap();
     for (arguments, words) in [
@@ -372,10 +293,8 @@ fn what_is_wrong_is_one_message_with_the_remedy_and_exit_code_2() {
     ] {
         let mut all = vec!["serve", "--tcp", "127.0.0.1:0"];
         all.extend(&arguments);
-        let output = run(folder.path(), &all);
-        let errors = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {errors}");
-        assert!(output.stdout.is_empty(), "{arguments:?}");
+        let (code, out, errors) = run(folder.path(), &all);
+        assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}: {errors}");
         for word in words {
             assert!(errors.contains(word), "{arguments:?}: {errors}");
         }
@@ -394,15 +313,15 @@ fn what_is_wrong_is_one_message_with_the_remedy_and_exit_code_2() {
 fn a_flash_file_survives_a_killed_process() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--tcp", "127.0.0.1:0", "--json", "--flash", "flash"];
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    let mut serve = serving(folder.path(), &arguments);
+    let mut client = connect(tcp(&ready(&serve.line()), 0));
     assert_eq!(ask(&mut client, "@01\r@0i\r", 2), "00");
     assert_eq!(ask(&mut client, "0100,900\r9\r", 2), "00");
     serve.signal(Signal::KILL);
     serve.child.wait().unwrap();
     // The link of the killed one leads nowhere and is replaced.
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    let mut serve = serving(folder.path(), &arguments);
+    let mut client = connect(tcp(&ready(&serve.line()), 0));
     assert_eq!(serve.order("press start"), "ok");
     assert!(serve.order("run until idle").starts_with("idle at"));
     assert_eq!(ask(&mut client, "@0P\r", 19), "0000064000000000000");
@@ -412,9 +331,9 @@ fn a_flash_file_survives_a_killed_process() {
 fn the_lists_and_the_version_are_printed() {
     let folder = tempfile::tempdir().unwrap();
     let text = |arguments: &[&str]| {
-        let output = run(folder.path(), arguments);
-        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
-        String::from_utf8(output.stdout).unwrap()
+        let (code, out, errors) = run(folder.path(), arguments);
+        assert_eq!(code, 0, "{arguments:?}: {errors}");
+        out
     };
     assert!(text(&["models"]).lines().any(|line| line.starts_with("imc-s8 ")));
     assert!(text(&["machines"]).lines().any(|line| line.starts_with("bench ")));
@@ -422,16 +341,16 @@ fn the_lists_and_the_version_are_printed() {
     assert!(text(&["machines", "show", "mill"]).contains("name = \"mill\""));
     assert!(text(&["--version"]).starts_with("vimc4 0.1.0 (commit "));
     assert!(text(&["completions", "bash"]).contains("complete"));
-    assert_eq!(run(folder.path(), &["models", "show", "imc5"]).status.code(), Some(2));
+    assert_eq!(run(folder.path(), &["models", "show", "imc5"]).0, 2);
     // A profile of one's own is shown, too, if it is one.
     for (what, name) in [("models", "smcu"), ("machines", "mill")] {
         let own = format!("# my own\n{}", text(&[what, "show", name]));
         std::fs::write(folder.path().join("own.toml"), &own).unwrap();
         assert_eq!(text(&[what, "show", "own.toml"]), own);
         std::fs::write(folder.path().join("own.toml"), own + "more = 1\n").unwrap();
-        let output = run(folder.path(), &[what, "show", "own.toml"]);
-        assert_eq!(output.status.code(), Some(2));
-        assert!(String::from_utf8_lossy(&output.stderr).contains("more"));
+        let (code, _, errors) = run(folder.path(), &[what, "show", "own.toml"]);
+        assert_eq!(code, 2);
+        assert!(errors.contains("more"));
     }
 }
 
@@ -439,11 +358,11 @@ fn the_lists_and_the_version_are_printed() {
 fn all_at_once(arguments: &[&str], orders: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     let none = ["--tcp", "none", "--pty", "none"];
-    let mut serve = Serve::start(folder.path(), &[&none[..], arguments].concat());
-    serve.orders.take().unwrap().write_all(orders.as_bytes()).unwrap();
+    let mut serve = serving(folder.path(), &[&none[..], arguments].concat());
+    serve.input.take().unwrap().write_all(orders.as_bytes()).unwrap();
     let mut said = String::new();
-    serve.answers.read_to_string(&mut said).unwrap();
-    assert_eq!(serve.end(), (0, String::new()));
+    serve.output.as_mut().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(serve.end(), (Some(0), String::new()));
     said.lines().skip(1).map(str::to_owned).collect()
 }
 
@@ -472,8 +391,8 @@ fn what_was_ordered_before_quit_is_done() {
 #[test]
 fn what_lasts_holds_up_no_other_order_and_says_which_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    let mut serve = Serve::start(folder.path(), &["--tcp", "127.0.0.1:0", "--json"]);
-    let mut client = connect(&ready(&serve.line())["controllers"][0]);
+    let mut serve = serving(folder.path(), &["--tcp", "127.0.0.1:0", "--json"]);
+    let mut client = connect(tcp(&ready(&serve.line()), 0));
     let never = "this never happens unless something else does first; give the command or the \
                  order that leads there before";
     assert_eq!(serve.order("run until x 5"), format!("error: {never}"));
@@ -516,7 +435,7 @@ fn what_is_ordered_behind_quit_is_carried_out_as_long_as_something_is_awaited() 
     for (count, one, other) in [("1", "", ""), ("2", "1 ", "2 ")] {
         let folder = tempfile::tempdir().unwrap();
         let nowhere = ["--tcp", "none", "--pty", "none", "--count", count];
-        let mut serve = Serve::start(folder.path(), &nowhere);
+        let mut serve = serving(folder.path(), &nowhere);
         assert_eq!(serve.line(), "ready");
         serve.give(&format!("{one}run until signal start changes\nquit\n"));
         assert!(serve.order(&format!("{other}position")).contains("X 0 Y 0"));
@@ -526,11 +445,11 @@ fn what_is_ordered_behind_quit_is_carried_out_as_long_as_something_is_awaited() 
         assert!(there.starts_with(&format!("{colon}{late}there at ")), "{there}");
         assert!(serve.line().starts_with(&format!("{colon}ok")));
         assert_eq!(serve.line(), "");
-        assert_eq!(serve.end(), (0, String::new()));
+        assert_eq!(serve.end(), (Some(0), String::new()));
         // A second one ends at once.
-        let mut serve = Serve::start(folder.path(), &nowhere);
+        let mut serve = serving(folder.path(), &nowhere);
         serve.give(&format!("{one}run until command @A\nquit\n{one}quit\n"));
-        assert_eq!(serve.end(), (0, String::new()));
+        assert_eq!(serve.end(), (Some(0), String::new()));
     }
 }
 
@@ -538,7 +457,7 @@ fn what_is_ordered_behind_quit_is_carried_out_as_long_as_something_is_awaited() 
 fn however_many_orders_wait_others_are_heard() {
     let folder = tempfile::tempdir().unwrap();
     let nowhere = ["--tcp", "none", "--pty", "none", "--count", "2"];
-    let mut serve = Serve::start(folder.path(), &nowhere);
+    let mut serve = serving(folder.path(), &nowhere);
     assert_eq!(serve.line(), "ready");
     serve.give(&"1 run until command @A\n".repeat(1_002));
     let wrong = "1: error: 1000 orders are awaited already; `cancel` gives them up";
@@ -554,7 +473,7 @@ fn however_many_orders_wait_others_are_heard() {
     let given_up = |line: &&String| line.contains("run until command @A: given up at ");
     assert_eq!(said.iter().filter(given_up).count(), 1_000);
     serve.give("1 run until command @A\nquit\nquit\n");
-    assert_eq!(serve.end(), (0, String::new()));
+    assert_eq!(serve.end(), (Some(0), String::new()));
 }
 
 #[test]
@@ -648,9 +567,9 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["--tcp", "127.0.0.1:0", "--json", "--time", "manual", "-v", "--log", "traffic.log"];
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let controller = ready(&serve.line())["controllers"][0].clone();
-    let mut client = connect(&controller);
+    let mut serve = serving(folder.path(), &arguments);
+    let ready = ready(&serve.line());
+    let mut client = connect(tcp(&ready, 0));
     assert_eq!(ask(&mut client, "@01\rhello\r", 2), "05");
     client.write_all(b"@0A5000,900\r\xFD").unwrap();
     for order in ["advance 100ms", "press start", "key auto", "cover open", "power off"] {
@@ -660,7 +579,7 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
     let mut port = fs::OpenOptions::new()
         .read(true)
         .write(true)
-        .open(controller["pty"].as_str().unwrap())
+        .open(ready["controllers"][0]["pty"].as_str().unwrap())
         .unwrap();
     assert_eq!(serve.order("power on"), "ok");
     port.write_all(b"@07\r\xFE").unwrap();
@@ -670,8 +589,7 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
     serve.signal(Signal::TERM);
     let (_, errors) = serve.end();
     let log = fs::read_to_string(folder.path().join("traffic.log")).unwrap();
-    let who =
-        format!("tcp {}: {}", controller["tcp"].as_str().unwrap(), client.local_addr().unwrap());
+    let who = format!("tcp {}: {}", tcp(&ready, 0), client.local_addr().unwrap());
     for text in [&errors, &log] {
         let mut rest = text.as_str();
         for line in [
@@ -712,9 +630,9 @@ fn the_log_knows_small_letters_and_what_is_left_alone() {
         "--machine",
         "mill",
     ];
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let controller = ready(&serve.line())["controllers"][0].clone();
-    let mut client = connect(&controller);
+    let mut serve = serving(folder.path(), &arguments);
+    let ready = ready(&serve.line());
+    let mut client = connect(tcp(&ready, 0));
     assert_eq!(ask(&mut client, "@07\r@0r7\r@0m5,900,5,900,0,900,0,900\r", 3), "000");
     assert_eq!(ask(&mut client, "@1P\r@07\r", 1), "0");
     serve.signal(Signal::TERM);
@@ -732,9 +650,9 @@ fn the_log_knows_small_letters_and_what_is_left_alone() {
 fn a_control_code_that_ends_nothing_is_said_to_have_no_effect() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--tcp", "127.0.0.1:0", "--json", "-v"];
-    let mut serve = Serve::start(folder.path(), &arguments);
-    let controller = ready(&serve.line())["controllers"][0].clone();
-    let mut client = connect(&controller);
+    let mut serve = serving(folder.path(), &arguments);
+    let ready = ready(&serve.line());
+    let mut client = connect(tcp(&ready, 0));
     assert_eq!(ask(&mut client, "@07\r", 1), "0");
     client.write_all(b"\xFD").unwrap();
     assert_eq!(ask(&mut client, "@07\r", 1), "0");

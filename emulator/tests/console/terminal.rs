@@ -7,13 +7,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::Duration;
 
 use rustix::fs::OFlags;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
-/// Nothing takes so long.
-const PATIENCE: Duration = Duration::from_secs(60);
+use super::process::{LIMIT, pseudo_terminal};
 
 pub(super) struct Terminal {
     child: Child,
@@ -34,17 +31,10 @@ impl Terminal {
         folder: &Path,
         home: &Path,
     ) -> Terminal {
-        let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-        grantpt(&screen).unwrap();
-        unlockpt(&screen).unwrap();
-        let name = ptsname(&screen, Vec::new()).unwrap();
+        let (screen, name) = pseudo_terminal();
         let open = || -> OwnedFd {
-            rustix::fs::open(
-                name.as_c_str(),
-                OFlags::RDWR | OFlags::NOCTTY,
-                rustix::fs::Mode::empty(),
-            )
-            .unwrap()
+            let flags = OFlags::RDWR | OFlags::NOCTTY;
+            rustix::fs::open(name.as_str(), flags, rustix::fs::Mode::empty()).unwrap()
         };
         // It is the terminal of a session of its own, so that Ctrl-C is heard there.
         let child = Command::new("setsid")
@@ -80,30 +70,26 @@ impl Terminal {
 
     /// Waits until this appears behind what was waited for before.
     pub(super) fn wait_for(&mut self, text: &str) {
-        loop {
-            if let Some(place) = self.seen.find(text) {
-                self.seen.drain(..place + text.len());
-                return;
-            }
-            let more = self.said.recv_timeout(PATIENCE);
-            let Ok(more) = more else {
-                panic!("{text:?} does not come; what came is {:?}", self.seen)
-            };
-            self.seen.push_str(&String::from_utf8_lossy(&more));
-        }
+        let place = self.place_of(text);
+        self.seen.drain(..place + text.len());
     }
 
     /// Waits until this appears, and returns what came before it.
     pub(super) fn said_until(&mut self, text: &str) -> String {
-        self.wait_for("");
-        while !self.seen.contains(text) {
-            let more = self.said.recv_timeout(PATIENCE);
-            let Ok(more) = more else {
+        self.place_of(text);
+        self.seen.clone()
+    }
+
+    fn place_of(&mut self, text: &str) -> usize {
+        loop {
+            if let Some(place) = self.seen.find(text) {
+                return place;
+            }
+            let Ok(more) = self.said.recv_timeout(LIMIT) else {
                 panic!("{text:?} does not come; what came is {:?}", self.seen)
             };
             self.seen.push_str(&String::from_utf8_lossy(&more));
         }
-        self.seen.clone()
     }
 
     /// Waits for the end and returns the exit code.

@@ -6,11 +6,12 @@ use std::net::TcpStream;
 
 use tempfile::TempDir;
 
-use super::{Serve, ask, connect, ready};
+use super::process::{Process, VIMC4, ask, connect, tcp, vimc4};
+use super::{ready, serving};
 
 /// A controller that tells its conversation.
 struct Talk {
-    serve: Serve,
+    serve: Process,
     client: TcpStream,
     pty: String,
     _folder: TempDir,
@@ -21,12 +22,10 @@ impl Talk {
         let folder = tempfile::tempdir().unwrap();
         let mut all = vec!["--tcp", "127.0.0.1:0", "--json", "-v"];
         all.extend(arguments.split_whitespace());
-        let mut serve = Serve::start(folder.path(), &all);
-        let controller = ready(&serve.line())["controllers"][0].clone();
-        let pty = controller["pty"].as_str().unwrap().to_owned();
-        let client = connect(&controller);
-        // Else the system keeps short messages back that nothing answers.
-        client.set_nodelay(true).unwrap();
+        let mut serve = serving(folder.path(), &all);
+        let ready = ready(&serve.line());
+        let pty = ready["controllers"][0]["pty"].as_str().unwrap().to_owned();
+        let client = connect(tcp(&ready, 0));
         Talk { serve, client, pty, _folder: folder }
     }
 
@@ -57,7 +56,7 @@ impl Talk {
     fn end(mut self) -> Vec<String> {
         self.serve.order("quit");
         let (code, errors) = self.serve.end();
-        assert_eq!(code, 0, "{errors}");
+        assert_eq!(code, Some(0), "{errors}");
         let told = errors.lines().map(|line| line.split_once(" s  ").map_or(line, |line| line.1));
         told.map(str::to_owned).collect()
     }
@@ -412,16 +411,17 @@ fn two_handles_of_one_program_are_told() {
 fn what_happens_is_traced_as_far_as_the_environment_asks() {
     let serve = |level: &str| {
         let folder = tempfile::tempdir().unwrap();
-        let arguments = ["--tcp", "127.0.0.1:0", "--pty", "none", "--json", "-v"];
-        let mut serve = Serve::start_with(folder.path(), &arguments, &[("VIMC4_LOG", level)]);
-        let mut client = connect(&ready(&serve.line())["controllers"][0]);
+        let arguments = ["serve", "--tcp", "127.0.0.1:0", "--pty", "none", "--json", "-v"];
+        let mut command = vimc4(folder.path(), &arguments);
+        let mut serve = Process::start(command.env("VIMC4_LOG", level));
+        let mut client = connect(tcp(&ready(&serve.line()), 0));
         assert_eq!(ask(&mut client, "@07\r", 1), "0");
         serve.give("quit\n");
         assert_eq!(serve.line(), "");
         serve.end()
     };
     let (code, said) = serve("info");
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, Some(0), "{said}");
     let traces: Vec<_> = said.lines().filter(|line| line.contains("controller{")).collect();
     let begins = traces.iter().find(|line| line.contains("begins")).unwrap();
     assert!(begins.contains(" INFO controller{name=\"1\"}: begins model=\"imc4\""), "{begins}");
@@ -443,7 +443,7 @@ fn what_happens_is_traced_as_far_as_the_environment_asks() {
 fn a_level_that_is_none_is_said() {
     for wrong in ["inof", "INFO", "vimc4=info", "3"] {
         for command in [&["serve", "--tcp", "none"][..], &["models"]] {
-            let output = std::process::Command::new(env!("CARGO_BIN_EXE_vimc4"))
+            let output = std::process::Command::new(VIMC4)
                 .args(command)
                 .env("VIMC4_LOG", wrong)
                 .output()

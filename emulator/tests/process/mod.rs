@@ -1,0 +1,215 @@
+//! The program as a process of its own: started, talked to, waited for, and gone with its test.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+pub(crate) const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+
+/// How long anything may take before it counts as hanging, however slow the computer is.
+pub(crate) const LIMIT: Duration = Duration::from_secs(60);
+
+/// The folder of the project.
+pub(crate) fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// `vimc4` in a folder, with nothing on its standard input.
+pub(crate) fn vimc4(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(VIMC4);
+    command.args(arguments).current_dir(folder);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Runs `vimc4` to its end: exit code, standard output, standard error.
+pub(crate) fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    said(vimc4(folder, arguments).output().unwrap())
+}
+
+/// The exit code of a run, its standard output and its standard error.
+pub(crate) fn said(output: Output) -> (i32, String, String) {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// Waits until this holds.
+pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !holds() {
+        assert!(begun.elapsed() < LIMIT, "{what}");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// A client of a TCP port.
+pub(crate) fn connect(address: &str) -> TcpStream {
+    let stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    // Otherwise the system keeps back short messages that nothing answers.
+    stream.set_nodelay(true).unwrap();
+    stream
+}
+
+/// Sends this and returns so many bytes of what comes back.
+pub(crate) fn ask(stream: &mut (impl Read + Write), line: &str, count: usize) -> String {
+    stream.write_all(line.as_bytes()).unwrap();
+    let mut answer = vec![0; count];
+    stream.read_exact(&mut answer).unwrap();
+    String::from_utf8(answer).unwrap()
+}
+
+/// The TCP address of a controller, counted from 0, in the line that `vimc4 serve --json` prints.
+pub(crate) fn tcp(ready: &Value, number: usize) -> &str {
+    ready["controllers"][number]["tcp"].as_str().unwrap()
+}
+
+/// A process that does not outlive its test.
+pub(crate) struct Process {
+    pub(crate) child: Child,
+    pub(crate) input: Option<ChildStdin>,
+    /// Taken by whatever reads it to its end.
+    pub(crate) output: Option<BufReader<ChildStdout>>,
+}
+
+impl Process {
+    /// Starts it with pipes for standard input and output.
+    pub(crate) fn start(command: &mut Command) -> Process {
+        Process::of(command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap())
+    }
+
+    /// A process with whatever pipes it has.
+    pub(crate) fn of(mut child: Child) -> Process {
+        let input = child.stdin.take();
+        let output = child.stdout.take().map(BufReader::new);
+        Process { child, input, output }
+    }
+
+    /// `vimc4 serve` on a free port, and the line of JSON that says that it is ready.
+    pub(crate) fn serve(folder: &Path, arguments: &[&str]) -> (Process, Value) {
+        let mut command = vimc4(folder, &["serve", "--json", "--tcp", "127.0.0.1:0"]);
+        let mut serve = Process::start(command.args(arguments));
+        let ready = serde_json::from_str(&serve.line());
+        assert!(ready.is_ok(), "{}", serve.end().1);
+        (serve, ready.unwrap())
+    }
+
+    /// The next line of its standard output without its end, empty behind the last.
+    pub(crate) fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.output.as_mut().unwrap().read_line(&mut line).unwrap();
+        line.trim_end_matches('\n').to_owned()
+    }
+
+    pub(crate) fn give(&mut self, text: &str) {
+        self.input.as_mut().unwrap().write_all(text.as_bytes()).unwrap();
+    }
+
+    /// Gives it a line, and returns the line that it answers with.
+    pub(crate) fn order(&mut self, order: &str) -> String {
+        self.give(&format!("{order}\n"));
+        self.line()
+    }
+
+    #[cfg(unix)]
+    pub(crate) fn signal(&self, signal: rustix::process::Signal) {
+        let process = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(process, signal).unwrap();
+    }
+
+    /// What it says on standard error, line by line.
+    pub(crate) fn errors(&mut self) -> Receiver<String> {
+        let errors = BufReader::new(self.child.stderr.take().unwrap());
+        let (said, lines) = channel();
+        thread::spawn(move || {
+            errors.lines().map_while(Result::ok).try_for_each(|line| said.send(line))
+        });
+        lines
+    }
+
+    /// The messages of an editor's protocol that come on its standard output.
+    pub(crate) fn messages(&mut self) -> Receiver<Value> {
+        let mut output = self.output.take().unwrap();
+        let (said, messages) = channel();
+        thread::spawn(move || {
+            while let Some(message) = read_message(&mut output) {
+                if said.send(message).is_err() {
+                    return;
+                }
+            }
+        });
+        messages
+    }
+
+    /// Waits for its end.
+    pub(crate) fn ended(&mut self) -> ExitStatus {
+        let mut status = None;
+        until("it hangs", || {
+            status = self.child.try_wait().unwrap();
+            status.is_some()
+        });
+        status.unwrap()
+    }
+
+    /// Waits for its end: the exit code, and what else it said on standard error.
+    pub(crate) fn end(&mut self) -> (Option<i32>, String) {
+        let lines = self.errors();
+        let code = self.ended().code();
+        (code, lines.iter().map(|line| line + "\n").collect())
+    }
+
+    /// The same without more input, and with what else it said on standard output in the middle.
+    pub(crate) fn finish(&mut self) -> (Option<i32>, String, String) {
+        drop(self.input.take());
+        let mut output = self.output.take().unwrap();
+        let text = thread::spawn(move || {
+            let mut text = String::new();
+            output.read_to_string(&mut text).map(|_| text).unwrap()
+        });
+        let (code, errors) = self.end();
+        (code, text.join().unwrap(), errors)
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // What ends with its input may tidy up.
+        drop(self.input.take());
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A message as editors frame it: its length, an empty line, JSON.
+pub(crate) fn framed(message: &Value) -> String {
+    let text = message.to_string();
+    format!("Content-Length: {}\r\n\r\n{text}", text.len())
+}
+
+/// The next message; `None` at the end, and where it is framed otherwise.
+pub(crate) fn read_message(from: &mut impl BufRead) -> Option<Value> {
+    let mut header = String::new();
+    from.read_line(&mut header).ok()?;
+    from.read_line(&mut header).ok()?;
+    let length = header.strip_prefix("Content-Length: ")?.strip_suffix("\r\n\r\n")?;
+    let mut body = vec![0; length.parse().ok()?];
+    from.read_exact(&mut body).ok()?;
+    Some(serde_json::from_slice(&body).unwrap())
+}
+
+/// A pseudo-terminal whose far end has not been opened yet: the near end and the far end's name.
+#[cfg(unix)]
+pub(crate) fn pseudo_terminal() -> (std::os::fd::OwnedFd, String) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    grantpt(&near).unwrap();
+    unlockpt(&near).unwrap();
+    let name = ptsname(&near, Vec::new()).unwrap().into_string().unwrap();
+    (near, name)
+}
