@@ -2,6 +2,8 @@
 
 use std::iter;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Condition, Device, Event, Time};
 
 /// A condition at which whoever drives a device wants to hold it: whenever it *becomes* true.
@@ -33,7 +35,7 @@ use crate::{Condition, Device, Event, Time};
 /// assert!(!breakpoint.look(&cart, [].iter()));
 /// assert_eq!(breakpoint.met(), 1);
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Breakpoint {
     condition: Condition,
     /// Of each part that is one of its own: whether it was not so when it was looked at last, so

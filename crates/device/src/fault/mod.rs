@@ -47,7 +47,7 @@ pub use when::{Awaited, Chance, When};
 /// use vimc4_device::{Damage, Fault, LineFault, Way, When};
 ///
 /// let fault: Fault = "drop to-host 3 times every 10th".parse()?;
-/// let when = When { every: 10, ..When::times(3) };
+/// let when = When { first: 10, every: 10, ..When::times(3) };
 /// assert_eq!(fault, LineFault::new(Damage::Drop, Way::ToHost, when).into());
 /// assert_eq!(fault.to_string(), "drop to-host 3 times every 10th");
 ///
@@ -71,6 +71,14 @@ impl Fault {
             Fault::Line(fault) => &fault.when,
         }
     }
+
+    /// What it is, if it is one of the line.
+    #[must_use]
+    pub fn of_line(&self) -> Option<&LineFault> {
+        match self {
+            Fault::Line(fault) => Some(fault),
+        }
+    }
 }
 
 impl From<LineFault> for Fault {
@@ -89,6 +97,10 @@ pub struct FaultNumber(pub u32);
 impl FaultNumber {
     /// Stands for the number that is next: one more than the highest that a fault ever had.
     pub const NEXT: FaultNumber = FaultNumber(0);
+
+    pub(crate) fn is_next(&self) -> bool {
+        *self == FaultNumber::NEXT
+    }
 }
 
 impl fmt::Display for FaultNumber {

@@ -164,7 +164,7 @@ impl Names {
     ) -> Result<When, FaultError> {
         let mut when = When::ALWAYS;
         // Whoever says which of many, or for how long, does not mean the first alone.
-        let (mut times, mut many) = (None, false);
+        let (mut times, mut first, mut many) = (None, None, false);
         while !words.is_empty() {
             if words.take_if("after") || words.take_if("when") {
                 when.after = self.awaited(words)?;
@@ -189,12 +189,14 @@ impl Names {
             } else if let Some(chance) = words.chance() {
                 when.chance = chance;
                 many = true;
-            } else if let Some(first) = words.nth_byte() {
-                when.first = first;
+            } else if let Some(nth) = words.nth_byte() {
+                first = Some(nth);
             } else {
                 return Err(words.wrong(WHEN));
             }
         }
+        // Every tenth are the tenth, the twentieth and so on.
+        when.first = first.unwrap_or(when.every);
         when.times = times.unwrap_or(if many { None } else { often });
         Ok(when)
     }
@@ -238,7 +240,7 @@ impl Names {
 
     fn write_when(&self, text: &mut String, fault: &Fault) {
         let When { after, first, every, chance, times, lasts, seed } = fault.when();
-        let state = matches!(fault, Fault::Line(fault) if fault.damage.lasts());
+        let state = fault.of_line().is_some_and(|fault| fault.damage.lasts());
         let many = state || *every != 1 || *chance != Chance::CERTAIN || lasts.is_some();
         let mut say = |words: fmt::Arguments<'_>| {
             // Writing to a string cannot fail.
@@ -250,7 +252,7 @@ impl Names {
             None if !many => say(format_args!("always")),
             None => {}
         }
-        if *first != 1 {
+        if first != every {
             say(format_args!("{} byte", Nth(*first)));
         }
         if *every != 1 {

@@ -40,7 +40,7 @@ fn every_kind_is_understood() {
         ),
         (
             "duplicate to-host every 10th",
-            line(Damage::Duplicate, Way::ToHost, When { every: 10, ..When::ALWAYS }),
+            line(Damage::Duplicate, Way::ToHost, When { first: 10, every: 10, ..When::ALWAYS }),
         ),
         ("delay 50ms to-host", line(Damage::Delay(ms(50)), Way::ToHost, When::once())),
         (

@@ -1,0 +1,502 @@
+//! The faults of a line: which there are, how far they have come, and what they do to bytes.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use bytes::Bytes;
+use serde::{Deserialize, Serialize};
+
+use super::chance::Dice;
+use super::lane::span_of;
+use crate::{
+    Breakpoint, Damage, Device, Event, Fault, FaultNews, FaultNumber, FaultStage, FaultView,
+    Garbling, Kinds, LineFault, Output, Strike, Time, Way,
+};
+
+/// So many faults a line has at once; one more ends the oldest.
+const MOST: usize = 1_000;
+
+/// The faults of a line and what they hold back.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Faults {
+    /// In the order of their numbers.
+    list: Vec<Begun>,
+    pub(super) to_host: Held,
+    pub(super) to_controller: Held,
+}
+
+/// A fault that was begun.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Begun {
+    number: FaultNumber,
+    fault: Fault,
+    stage: Stage,
+    /// Opportunities since it can strike.
+    #[serde(default)]
+    seen: u64,
+    #[serde(default)]
+    struck: u64,
+    /// How many bytes the running strike still takes.
+    #[serde(default)]
+    rest: u32,
+    dice: Dice,
+    /// Up to then bytes are held back together, or the line is held low.
+    #[serde(default)]
+    until: Option<Time>,
+}
+
+/// How far a fault has come.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Stage {
+    /// It waits for this one of what has to come before, which has come so often.
+    Waits { step: usize, met: u32, breakpoint: Breakpoint },
+    /// It can strike since then.
+    Strikes { since: Time },
+    /// It is over, and whoever had to know has been told.
+    Over,
+}
+
+/// Bytes that have crossed the line and arrive later, because a fault holds them back.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Held {
+    queue: VecDeque<(Time, u8)>,
+    /// Nothing arrives before, because no byte overtakes another.
+    free: Time,
+    /// When the last byte arrived, or will.
+    last: Option<Time>,
+}
+
+impl Held {
+    pub(super) fn due(&self) -> Option<Time> {
+        self.queue.front().map(|(due, _)| *due)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.queue.len()
+    }
+
+    /// Takes the first byte.
+    pub(super) fn pop(&mut self) -> Option<u8> {
+        self.queue.pop_front().map(|(_, byte)| byte)
+    }
+
+    /// Takes all that arrives together with the first byte.
+    pub(super) fn pop_together(&mut self) -> Vec<u8> {
+        let due = self.due();
+        let mut bytes = Vec::new();
+        while self.due() == due
+            && let Some(byte) = self.pop()
+        {
+            bytes.push(byte);
+        }
+        bytes
+    }
+}
+
+/// A byte on its way through the faults.
+struct Flight {
+    bytes: Vec<u8>,
+    due: Time,
+    /// It arrives in one piece with others, which takes no time of its own.
+    merged: bool,
+}
+
+/// What a fault has to be given to its device, because it is none of the line.
+pub(super) enum ForDevice {
+    Begin(FaultNumber, Fault),
+    End(FaultNumber),
+}
+
+impl Faults {
+    /// Whether there is nothing that could matter any more.
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty() && self.to_host.len() == 0 && self.to_controller.len() == 0
+    }
+
+    fn held(&mut self, way: Way) -> &mut Held {
+        match way {
+            Way::ToHost => &mut self.to_host,
+            Way::ToController | Way::Both => &mut self.to_controller,
+        }
+    }
+
+    // --- beginning and ending ---
+
+    pub(super) fn begin<D: Device>(
+        &mut self,
+        number: FaultNumber,
+        fault: Fault,
+        device: &D,
+        news: &mut Vec<Output>,
+    ) -> Vec<ForDevice> {
+        let mut given = self.end(Some(number), device.now(), news);
+        if self.list.len() >= MOST {
+            let oldest = self.list.first().map(|begun| begun.number);
+            given.extend(self.end(oldest, device.now(), news));
+        }
+        tell(news, device.now(), number, FaultNews::Begins(Box::new(fault.clone())));
+        let seed = fault.when().seed;
+        let dice = Dice::new(if seed == 0 { number.0.into() } else { seed });
+        let mut begun = Begun {
+            number,
+            stage: Stage::Strikes { since: device.now() },
+            fault,
+            seen: 0,
+            struck: 0,
+            rest: 0,
+            dice,
+            until: None,
+        };
+        if begun.wait_for(0, device) {
+            let arms = ForDevice::Begin(number, begun.fault.clone());
+            given.extend((!begun.is_of_line()).then_some(arms));
+        }
+        let place = self.list.partition_point(|other| other.number < number);
+        self.list.insert(place, begun);
+        self.strike_at_once(place, device, news);
+        given
+    }
+
+    /// Ends the fault of this number, or all.
+    pub(super) fn end(
+        &mut self,
+        number: Option<FaultNumber>,
+        at: Time,
+        news: &mut Vec<Output>,
+    ) -> Vec<ForDevice> {
+        let mut given = Vec::new();
+        self.list.retain(|begun| {
+            let ends = number.is_none_or(|number| number == begun.number);
+            if ends {
+                tell(news, at, begun.number, FaultNews::Ends);
+                given.extend(begun.is_with_device().then_some(ForDevice::End(begun.number)));
+            }
+            !ends
+        });
+        given
+    }
+
+    // --- what has to come before ---
+
+    /// The kinds of events in which what has to come before is seen.
+    pub(super) fn kinds(&self) -> Kinds {
+        self.list.iter().fold(Kinds::NONE, |kinds, begun| match &begun.stage {
+            Stage::Waits { breakpoint, .. } => kinds.and(breakpoint.condition().kinds()),
+            Stage::Strikes { .. } | Stage::Over => kinds,
+        })
+    }
+
+    /// When the device has to be looked at next: something may have come by then, or is over that the
+    /// device must be told of.
+    pub(super) fn due<D: Device>(&self, device: &D) -> Option<Time> {
+        let due = |begun: &Begun| match &begun.stage {
+            Stage::Waits { breakpoint, .. } => breakpoint.next(device),
+            Stage::Strikes { since } if !begun.is_of_line() => begun.ends(*since),
+            Stage::Strikes { .. } | Stage::Over => None,
+        };
+        self.list.iter().filter_map(due).min()
+    }
+
+    /// Looks at the device right after a cause or an input with these events, or between two causes.
+    pub(super) fn look<D: Device>(
+        &mut self,
+        events: &[Event],
+        device: &D,
+        news: &mut Vec<Output>,
+    ) -> Vec<ForDevice> {
+        let now = device.now();
+        let mut given = Vec::new();
+        for place in 0..self.list.len() {
+            let Some(begun) = self.list.get_mut(place) else { continue };
+            match &mut begun.stage {
+                Stage::Waits { step, met, breakpoint } => {
+                    if !breakpoint.look(device, events.iter()) {
+                        continue;
+                    }
+                    *met += 1;
+                    let wanted = begun.fault.when().after.get(*step).map_or(1, |next| next.times);
+                    let next = *step + 1;
+                    if *met >= wanted && begun.wait_for(next, device) {
+                        tell(news, now, begun.number, FaultNews::Armed);
+                        let arms = ForDevice::Begin(begun.number, begun.fault.clone());
+                        given.extend((!begun.is_of_line()).then_some(arms));
+                        self.strike_at_once(place, device, news);
+                    }
+                }
+                Stage::Strikes { since } => {
+                    let since = *since;
+                    if !begun.is_of_line() && begun.ends(since).is_some_and(|ends| ends <= now) {
+                        begun.stage = Stage::Over;
+                        given.push(ForDevice::End(begun.number));
+                    }
+                }
+                Stage::Over => {}
+            }
+        }
+        given
+    }
+
+    // --- what is done to bytes ---
+
+    /// A byte that has crossed the line: what faults make of it is to arrive. At this speed a character
+    /// takes its time, and none at 0.
+    pub(super) fn pass(&mut self, way: Way, byte: u8, at: Time, baud: u32, news: &mut Vec<Output>) {
+        let mut flight = Flight { bytes: vec![byte], due: at, merged: false };
+        let last = self.held(way).last;
+        for begun in &mut self.list {
+            begun.strike(way, &mut flight, at, last, news);
+        }
+        self.deliver(way, flight, at, baud, news);
+    }
+
+    /// What arrives from a device that can be reached at once is news; the rest is held back.
+    fn deliver(&mut self, way: Way, flight: Flight, at: Time, baud: u32, news: &mut Vec<Output>) {
+        let Flight { bytes, due, merged } = flight;
+        let held = self.held(way);
+        let pace = if merged { 0 } else { span_of(10, baud) };
+        let mut due = due.max(held.free);
+        let alone = bytes.len() == 1 && due == at;
+        for byte in bytes {
+            if way == Way::ToHost && held.queue.is_empty() && due <= at {
+                news.push(Output::Bytes(at, Bytes::copy_from_slice(&[byte])));
+            } else {
+                held.queue.push_back((due, byte));
+            }
+            held.last = Some(due);
+            if !alone {
+                // A byte that comes of itself or later takes the time of a character, too.
+                held.free = if merged { due } else { due.after_nanos(pace) };
+                due = held.free;
+            }
+        }
+    }
+
+    /// A fault that needs no byte strikes as soon as it can.
+    fn strike_at_once<D: Device>(&mut self, place: usize, device: &D, news: &mut Vec<Output>) {
+        let (at, baud) = (device.now(), device.baud());
+        let Some(begun) = self.list.get_mut(place) else { return };
+        let Some(LineFault { damage, way, .. }) = begun.fault.of_line() else { return };
+        if !matches!(begun.stage, Stage::Strikes { .. }) || !begun.needs_no_byte() {
+            return;
+        }
+        let (number, way) = (begun.number, *way);
+        let bytes = match damage {
+            Damage::Insert(bytes) => bytes.clone(),
+            Damage::Break(span) => {
+                begun.until = Some(at + *span);
+                Bytes::from_iter(read_break(*span, baud))
+            }
+            _ => return,
+        };
+        begun.struck += 1;
+        for one in [Way::ToController, Way::ToHost] {
+            if way.has(one) {
+                let strike =
+                    Strike::Line { way: one, sent: Bytes::new(), arrives: bytes.clone(), late: 0 };
+                tell(news, at, number, FaultNews::Strikes(strike));
+                let flight = Flight { bytes: bytes.to_vec(), due: at, merged: true };
+                self.deliver(one, flight, at, baud, news);
+            }
+        }
+    }
+
+    // --- looking ---
+
+    pub(super) fn views(&self, now: Time) -> impl Iterator<Item = FaultView> {
+        self.list.iter().map(move |begun| FaultView {
+            number: begun.number,
+            fault: begun.fault.clone(),
+            stage: begun.seen_stage(now),
+            struck: begun.struck,
+        })
+    }
+}
+
+impl Begun {
+    /// Waits for what has to come before, from one of it on. Says whether all of it has come.
+    fn wait_for<D: Device>(&mut self, step: usize, device: &D) -> bool {
+        for (step, awaited) in self.fault.when().after.iter().enumerate().skip(step) {
+            let breakpoint = Breakpoint::new(device, awaited.condition.clone());
+            let is_so = device.holds(&awaited.condition, [].iter());
+            // What is so has come; only what is counted has to come anew.
+            if awaited.times > 1 || !is_so {
+                self.stage = Stage::Waits { step, met: 0, breakpoint };
+                return false;
+            }
+        }
+        self.stage = Stage::Strikes { since: device.now() };
+        true
+    }
+
+    fn is_of_line(&self) -> bool {
+        self.fault.of_line().is_some()
+    }
+
+    /// Whether the device has been given it.
+    fn is_with_device(&self) -> bool {
+        !self.is_of_line() && matches!(self.stage, Stage::Strikes { .. })
+    }
+
+    /// When its time is over.
+    fn ends(&self, since: Time) -> Option<Time> {
+        self.fault.when().lasts.map(|lasts| since + lasts)
+    }
+
+    fn has_struck_enough(&self) -> bool {
+        self.rest == 0 && self.fault.when().times.is_some_and(|times| self.struck >= times)
+    }
+
+    fn seen_stage(&self, now: Time) -> FaultStage {
+        match &self.stage {
+            Stage::Waits { .. } => FaultStage::Waits,
+            Stage::Strikes { since } => {
+                let over = self.ends(*since).is_some_and(|ends| now >= ends);
+                let held = self.until.is_some_and(|until| now < until);
+                if over || self.has_struck_enough() && !held {
+                    FaultStage::Over
+                } else {
+                    FaultStage::Strikes
+                }
+            }
+            Stage::Over => FaultStage::Over,
+        }
+    }
+
+    /// Whether it strikes by itself, once.
+    fn needs_no_byte(&self) -> bool {
+        let Some(LineFault { damage, when, .. }) = self.fault.of_line() else { return false };
+        matches!(damage, Damage::Insert(_) | Damage::Break(_))
+            && when.times == Some(1)
+            && (when.first, when.every) == (1, 1)
+            && when.chance == crate::Chance::CERTAIN
+    }
+
+    /// Whether it takes this opportunity.
+    fn takes(&mut self, at: Time) -> bool {
+        let Stage::Strikes { since } = self.stage else { return false };
+        if self.ends(since).is_some_and(|ends| at >= ends) {
+            return false;
+        }
+        if self.rest > 0 {
+            self.rest -= 1;
+            return true;
+        }
+        let when = self.fault.when();
+        if when.times.is_some_and(|times| self.struck >= times) {
+            return false;
+        }
+        self.seen += 1;
+        let after_first = self.seen.checked_sub(when.first.max(1));
+        let is_one = after_first.is_some_and(|after| after.is_multiple_of(when.every.max(1)));
+        let chance = when.chance.as_millionths();
+        if !is_one || self.dice.roll(1_000_000) >= chance {
+            return false;
+        }
+        self.struck += 1;
+        self.rest = self.fault.of_line().map_or(0, |fault| fault.run.saturating_sub(1));
+        true
+    }
+
+    /// Does to a byte what it does.
+    fn strike(
+        &mut self,
+        way: Way,
+        flight: &mut Flight,
+        at: Time,
+        last: Option<Time>,
+        news: &mut Vec<Output>,
+    ) {
+        let Some(LineFault { damage, way: ways, .. }) = self.fault.of_line() else { return };
+        let damage = damage.clone();
+        if !ways.has(way) || flight.bytes.is_empty() || matches!(damage, Damage::Speed(_)) {
+            return;
+        }
+        let (sent, due) = (flight.bytes.clone(), flight.due);
+        let holds = self.until.is_some_and(|until| at < until);
+        if holds {
+            match &damage {
+                Damage::Break(_) => flight.bytes.clear(),
+                _ => {
+                    flight.due = flight.due.max(self.until.unwrap_or_default());
+                    flight.merged = true;
+                }
+            }
+        } else if self.needs_no_byte() || !self.takes(at) {
+            return;
+        } else {
+            let later = |span: Duration| at + span;
+            match damage {
+                Damage::Drop | Damage::Cut => flight.bytes.clear(),
+                Damage::Garble(garbling) => {
+                    for byte in &mut flight.bytes {
+                        *byte = match garbling {
+                            Garbling::Bit => *byte ^ self.any_bit(),
+                            Garbling::Flip(mask) => *byte ^ mask,
+                            Garbling::Into(byte) => byte,
+                        };
+                    }
+                }
+                Damage::Duplicate => {
+                    flight.bytes = sent.iter().flat_map(|byte| [*byte, *byte]).collect();
+                }
+                Damage::Delay(span) => flight.due = flight.due + span,
+                Damage::Insert(bytes) => flight.bytes = [&bytes[..], &sent].concat(),
+                Damage::Split(gap) => {
+                    let earliest = last.map_or(Time::ZERO, |last| last + gap);
+                    flight.due = flight.due.max(earliest);
+                }
+                Damage::Merge(span) => {
+                    self.until = Some(later(span));
+                    flight.due = flight.due.max(later(span));
+                    flight.merged = true;
+                }
+                Damage::Parity(bad) => {
+                    let read = |byte: &u8| bad.read(byte ^ self.any_bit());
+                    flight.bytes = sent.iter().flat_map(read).collect();
+                }
+                Damage::Framing(bad) => {
+                    let early = self.dice.roll(8) + 1;
+                    let read = |byte: &u8| super::uart::read_early(*byte, early);
+                    let read = sent.iter().flat_map(read);
+                    let taken = read.map(|(byte, whole)| match whole {
+                        true => Bytes::copy_from_slice(&[byte]),
+                        false => bad.read(byte),
+                    });
+                    flight.bytes = taken.flatten().collect();
+                }
+                Damage::Break(span) => {
+                    self.until = Some(later(span));
+                    flight.bytes = vec![0];
+                }
+                Damage::Speed(_) => {}
+            }
+        }
+        let late = flight.due.nanos_since(due);
+        if flight.bytes != sent || late > 0 {
+            let (sent, arrives) = (sent.into(), Bytes::copy_from_slice(&flight.bytes));
+            let strike = Strike::Line { way, sent, arrives, late };
+            tell(news, at, self.number, FaultNews::Strikes(strike));
+        }
+    }
+
+    fn any_bit(&mut self) -> u8 {
+        1 << self.dice.roll(8)
+    }
+}
+
+/// What is read while a line is held low for a time at a speed: nothing as long as the low is
+/// shorter than half a bit, a byte with the lower bits 0 as long as it is shorter than a character, and
+/// a zero that has no stop bit otherwise.
+fn read_break(span: Duration, baud: u32) -> Option<u8> {
+    let bits = (span.as_nanos() * u128::from(baud) + 500_000_000) / 1_000_000_000;
+    match bits {
+        0 => None,
+        1..=8 => Some(u8::try_from((0xFF_u16 << (bits - 1)) & 0xFF).unwrap_or_default()),
+        _ => Some(0),
+    }
+}
+
+fn tell(news: &mut Vec<Output>, at: Time, number: FaultNumber, what: FaultNews) {
+    news.push(Output::Event(at.into(), Event::Fault { number, news: what }));
+}

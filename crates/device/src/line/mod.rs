@@ -1,0 +1,461 @@
+//! The serial line, with the time its characters take, and what goes wrong on it.
+
+mod chance;
+mod faults;
+mod lane;
+mod uart;
+
+use std::collections::VecDeque;
+
+use bytes::Bytes;
+use serde::{Deserialize, Serialize};
+
+use self::faults::{Faults, ForDevice};
+use self::lane::{INSTANT, Lane};
+use crate::{
+    Activity, Device, Event, Fact, FaultNumber, FaultView, Faulting, Input, Kinds, Output, Point,
+    Running, Signal, SignalId, Time, View, Way,
+};
+
+/// How many bytes may be on their way to a paced device. A client that writes faster than the
+/// line is held back by its own operating system, as it is by a real port.
+const LANE: usize = 4_096;
+
+/// A device at the end of a serial line; together they are again a device.
+///
+/// On a paced line every character takes ten bit times at the device's [`baud`](Device::baud)
+/// rate, in both directions and in model time: a byte reaches the device when its stop bit has
+/// passed, and an answer leaves byte by byte. On an [ideal](Line::ideal) line nothing takes any
+/// time. Neither knows a clock; pacing is as reproducible as the device itself.
+///
+/// What goes wrong on the line is begun and ended by [`Input::Fault`]. All other faults pass through to
+/// the device: each when what has to come before it has come, and its end when its time is over, so
+/// that a device knows nothing but faults that are there and faults that are not.
+///
+/// With a fault, bytes reach the device one by one, each when what the one before it has led to is
+/// done.
+#[derive(Clone, Debug)]
+pub struct Line<D: Device> {
+    device: D,
+    wires: Wires,
+    ready: VecDeque<Output>,
+    /// The kinds of events that are wanted outside. Faults may need more.
+    wanted: Kinds,
+}
+
+/// The state of a device and its line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LineState<S> {
+    /// The device's own state.
+    pub device: S,
+    wires: Wires,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Wires {
+    paced: bool,
+    to_device: Lane,
+    from_device: Lane,
+    /// The highest number that a fault ever had.
+    #[serde(default, skip_serializing_if = "FaultNumber::is_next")]
+    numbered: FaultNumber,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    faults: Option<Box<Faults>>,
+}
+
+/// What happens next on the line, in the order in which it happens at equal times: the device is
+/// looked at, a byte leaves, the device does something by itself, a byte arrives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Next {
+    Look,
+    HeldLeaves,
+    Leaves,
+    Wakes,
+    HeldArrives,
+    Arrives,
+}
+
+impl<D: Device> Line<D> {
+    /// A line on which characters take no time.
+    pub fn ideal(device: D) -> Line<D> {
+        Line::new(device, false)
+    }
+
+    /// A line on which every character takes ten bit times.
+    pub fn paced(device: D) -> Line<D> {
+        Line::new(device, true)
+    }
+
+    fn new(mut device: D, paced: bool) -> Line<D> {
+        let wires = Wires {
+            paced,
+            to_device: Lane::default(),
+            from_device: Lane::default(),
+            numbered: FaultNumber::NEXT,
+            faults: None,
+        };
+        let wanted = device.watch(Kinds::NONE);
+        device.watch(wanted);
+        Line { device, wires, ready: VecDeque::new(), wanted }
+    }
+
+    /// The device at the end of the line.
+    pub fn device(&self) -> &D {
+        &self.device
+    }
+
+    /// What happens next, and when.
+    fn next(&self) -> Option<(Time, Next)> {
+        let Wires { to_device, from_device, faults, .. } = &self.wires;
+        let of = |due: Option<Time>, next: Next| due.map(|due| (due, next));
+        let line = [
+            of(from_device.due(), Next::Leaves),
+            of(self.device.wake(), Next::Wakes),
+            of(to_device.due(), Next::Arrives),
+        ];
+        let next = line.into_iter().flatten().min();
+        let Some(faults) = faults else { return next };
+        let others = [
+            of(faults.due(&self.device), Next::Look),
+            of(faults.to_host.due(), Next::HeldLeaves),
+            of(faults.to_controller.due(), Next::HeldArrives),
+        ];
+        others.into_iter().flatten().chain(next).min()
+    }
+
+    /// Whether bytes reach the device one by one.
+    fn has_lane(&self) -> bool {
+        let Wires { paced, to_device, faults, .. } = &self.wires;
+        *paced || faults.is_some() || to_device.len() > 0
+    }
+
+    /// The speed at which characters take their time.
+    fn pace(&self) -> u32 {
+        if self.wires.paced { self.device.baud().max(1) } else { INSTANT }
+    }
+
+    /// Takes what has come out of the device: its bytes still have to cross the line.
+    fn collect(&mut self) {
+        if self.wires.faults.is_some() {
+            return self.collect_with_faults();
+        }
+        while let Some(output) = self.device.poll_output() {
+            match output {
+                Output::Bytes(at, bytes) if self.wires.paced => {
+                    let baud = self.pace();
+                    self.wires.from_device.push(&bytes, at, baud);
+                }
+                output => self.ready.push_back(output),
+            }
+        }
+    }
+
+    /// The same where something is wrong: what faults wait for is seen before the bytes that came
+    /// with it go on their way.
+    fn collect_with_faults(&mut self) {
+        let baud = self.pace();
+        loop {
+            let Some(faults) = self.wires.faults.as_deref_mut() else { return };
+            let outputs: Vec<Output> = std::iter::from_fn(|| self.device.poll_output()).collect();
+            let events: Vec<Event> = outputs.iter().filter_map(Output::event).cloned().collect();
+            let mut news = Vec::new();
+            let given = faults.look(&events, &self.device, &mut news);
+            let mut leaving = Vec::new();
+            for output in outputs {
+                match output {
+                    Output::Bytes(at, bytes) => {
+                        leaving.append(&mut news);
+                        if self.wires.paced {
+                            self.wires.from_device.push(&bytes, at, baud);
+                        } else {
+                            for byte in bytes {
+                                faults.pass(Way::ToHost, byte, at, INSTANT, &mut leaving);
+                            }
+                        }
+                    }
+                    other => leaving.push(other),
+                }
+            }
+            leaving.append(&mut news);
+            self.leave(leaving);
+            if given.is_empty() {
+                break;
+            }
+            self.give(given);
+        }
+        self.mind_faults();
+    }
+
+    /// Hands out what faults have told and made of bytes.
+    fn leave(&mut self, outputs: Vec<Output>) {
+        for output in outputs {
+            match output {
+                Output::Bytes(at, bytes) => match self.ready.back_mut() {
+                    // What was taken apart byte by byte leaves in one piece again.
+                    Some(Output::Bytes(before, piece)) if *before == at => {
+                        *piece = [&piece[..], &bytes[..]].concat().into();
+                    }
+                    _ => self.ready.push_back(Output::Bytes(at, bytes)),
+                },
+                Output::Event(stamp, event) => {
+                    if self.wanted.contain(event.kind()) {
+                        self.ready.push_back(Output::Event(stamp, event));
+                    }
+                }
+                Output::Flash(..) => self.ready.push_back(output),
+            }
+        }
+    }
+
+    /// Gives the device the faults that are its own.
+    fn give(&mut self, given: Vec<ForDevice>) {
+        let now = self.device.now();
+        for given in given {
+            let faulting = match given {
+                ForDevice::Begin(number, fault) => Faulting::Begin(number, fault),
+                ForDevice::End(number) => Faulting::End(number),
+            };
+            self.device.accept(Input::Fault(&faulting), now);
+        }
+    }
+
+    /// Begins or ends faults.
+    fn fault(&mut self, faulting: &Faulting) {
+        let mut news = Vec::new();
+        let now = self.device.now();
+        let given = match faulting {
+            Faulting::Begin(number, fault) => {
+                let number = match *number {
+                    FaultNumber::NEXT => FaultNumber(self.wires.numbered.0.saturating_add(1)),
+                    number => number,
+                };
+                self.wires.numbered = self.wires.numbered.max(number);
+                let faults = self.wires.faults.get_or_insert_default();
+                faults.begin(number, fault.clone(), &self.device, &mut news)
+            }
+            Faulting::End(number) => match &mut self.wires.faults {
+                Some(faults) => faults.end(Some(*number), now, &mut news),
+                None => Vec::new(),
+            },
+            Faulting::EndAll => match &mut self.wires.faults {
+                Some(faults) => faults.end(None, now, &mut news),
+                None => Vec::new(),
+            },
+        };
+        self.leave(news);
+        self.give(given);
+    }
+
+    /// Faults that are over are no burden, and those that wait see what they wait for.
+    fn mind_faults(&mut self) {
+        let needed = self.wires.faults.as_ref().map_or(Kinds::NONE, |faults| faults.kinds());
+        self.device.watch(self.wanted.and(needed));
+        if self.wires.faults.as_ref().is_some_and(|faults| faults.is_empty()) {
+            self.wires.faults = None;
+        }
+    }
+
+    /// A byte has crossed the line.
+    fn crossed(&mut self, way: Way, byte: u8, at: Time) {
+        let baud = self.pace();
+        match (&mut self.wires.faults, way) {
+            (Some(faults), _) => {
+                let mut news = Vec::new();
+                faults.pass(way, byte, at, baud, &mut news);
+                self.leave(news);
+            }
+            (None, Way::ToHost) => {
+                self.ready.push_back(Output::Bytes(at, Bytes::copy_from_slice(&[byte])));
+            }
+            (None, _) => self.device.accept(Input::Bytes(&[byte]), at),
+        }
+    }
+}
+
+impl<D: Device> Device for Line<D> {
+    type State = LineState<D::State>;
+    type Details = D::Details;
+
+    fn perform(&mut self, at: Time) -> bool {
+        let Some((first, next)) =
+            self.next().filter(|(first, _)| *first <= at && *first != Time::NEVER)
+        else {
+            return false;
+        };
+        let baud = self.pace();
+        match next {
+            Next::Look => self.device.accept(Input::Wake, first),
+            Next::HeldLeaves => {
+                self.device.accept(Input::Wake, first);
+                let faults = self.wires.faults.as_mut();
+                let bytes = faults.map_or_else(Vec::new, |faults| faults.to_host.pop_together());
+                self.ready.push_back(Output::Bytes(first, bytes.into()));
+            }
+            Next::Leaves => {
+                self.device.accept(Input::Wake, first);
+                if let Some(byte) = self.wires.from_device.pop(baud) {
+                    self.crossed(Way::ToHost, byte, first);
+                }
+            }
+            Next::Wakes => drop(self.device.perform(first)),
+            Next::HeldArrives => {
+                let faults = self.wires.faults.as_mut();
+                if let Some(byte) = faults.and_then(|faults| faults.to_controller.pop()) {
+                    self.device.accept(Input::Bytes(&[byte]), first);
+                }
+            }
+            Next::Arrives => {
+                if self.wires.faults.is_some() {
+                    self.device.accept(Input::Wake, first);
+                }
+                if let Some(byte) = self.wires.to_device.pop(baud) {
+                    self.crossed(Way::ToController, byte, first);
+                }
+            }
+        }
+        self.collect();
+        true
+    }
+
+    fn accept(&mut self, input: Input<'_>, at: Time) {
+        match input {
+            Input::Bytes(bytes) if self.has_lane() => {
+                self.device.accept(Input::Wake, at);
+                let (now, baud) = (self.device.now(), self.pace());
+                self.wires.to_device.push(bytes, now, baud);
+            }
+            Input::Power(false) => {
+                // What the transmitter had not sent is gone; what is on its way to the device
+                // arrives at a device that is switched off.
+                self.wires.from_device = Lane::default();
+                self.device.accept(input, at);
+            }
+            Input::Fault(faulting) => {
+                self.device.accept(Input::Wake, at);
+                self.fault(faulting);
+            }
+            input => self.device.accept(input, at),
+        }
+        self.collect();
+    }
+
+    fn poll_output(&mut self) -> Option<Output> {
+        self.ready.pop_front()
+    }
+
+    fn watch(&mut self, kinds: Kinds) -> Kinds {
+        let before = std::mem::replace(&mut self.wanted, kinds);
+        let needed = self.wires.faults.as_ref().map_or(Kinds::NONE, |faults| faults.kinds());
+        self.device.watch(kinds.and(needed));
+        before
+    }
+
+    fn state(&self) -> Self::State {
+        LineState { device: self.device.state(), wires: self.wires.clone() }
+    }
+
+    fn restore(&mut self, state: Self::State) {
+        self.ready.clear();
+        self.wires = state.wires;
+        self.device.restore(state.device);
+        self.watch(self.wanted);
+    }
+
+    fn now(&self) -> Time {
+        self.device.now()
+    }
+
+    fn wake(&self) -> Option<Time> {
+        self.next().map(|(due, _)| due)
+    }
+
+    fn view(&self, at: Time) -> View<D::Details> {
+        self.device.view(at)
+    }
+
+    fn activity(&self) -> Activity {
+        self.device.activity()
+    }
+
+    fn details(&self) -> D::Details {
+        self.device.details()
+    }
+
+    fn position(&self, at: Time) -> Point {
+        self.device.position(at)
+    }
+
+    fn reach(&self) -> (Point, Point) {
+        self.device.reach()
+    }
+
+    fn running(&self) -> Option<Running<'_>> {
+        self.device.running()
+    }
+
+    fn signals(&self) -> Vec<Signal> {
+        self.device.signals()
+    }
+
+    fn baud(&self) -> u32 {
+        self.device.baud()
+    }
+
+    /// A paced line takes no more than its lane holds, and nothing while the answers are far
+    /// behind: most are longer than what asked for them. So does one on which bytes are held back.
+    fn room(&self, handshake: bool) -> usize {
+        let room = self.device.room(handshake);
+        let Wires { paced, to_device, from_device, faults, .. } = &self.wires;
+        let (mut coming, mut leaving) = (to_device.len(), from_device.len());
+        if let Some(faults) = faults {
+            coming += faults.to_controller.len();
+            leaving += faults.to_host.len();
+        } else if !paced {
+            return room;
+        }
+        LANE.saturating_sub(coming.max(leaving)).min(room.saturating_sub(coming))
+    }
+
+    fn flash_image(&self) -> Vec<u8> {
+        self.device.flash_image()
+    }
+
+    fn explain(&self, command: &[u8]) -> String {
+        self.device.explain(command)
+    }
+
+    fn is_urgent(&self, byte: u8) -> bool {
+        self.device.is_urgent(byte)
+    }
+
+    fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
+        self.device.why_without_effect(signal, value)
+    }
+
+    /// Those of the line, and those of the device with what it knows of them.
+    fn faults(&self) -> Vec<FaultView> {
+        let known = self.device.faults();
+        let now = self.device.now();
+        let line = self.wires.faults.iter().flat_map(|faults| faults.views(now));
+        line.map(|view| {
+            let known = known.iter().find(|known| known.number == view.number);
+            FaultView { struck: known.map_or(view.struck, |known| known.struck), ..view }
+        })
+        .collect()
+    }
+
+    fn is_idle(&self) -> bool {
+        let Wires { to_device, from_device, faults, .. } = &self.wires;
+        let held =
+            faults.as_ref().map_or(0, |faults| faults.to_host.len() + faults.to_controller.len());
+        self.device.is_idle() && to_device.len() + from_device.len() + held == 0
+    }
+
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        self.device.first_time(fact, from)
+    }
+
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        self.device.comes_round(from)
+    }
+}

@@ -1,0 +1,382 @@
+//! Faults of the line, tried on a small device.
+
+#![expect(clippy::unwrap_used, clippy::panic, reason = "tests end at what they do not expect")]
+
+mod cart;
+
+use std::time::Duration;
+
+use proptest::prelude::*;
+use vimc4_device::{
+    Device, Event, FaultStage, Faulting, Harness, Input, Kinds, Line, Names, Output, Time,
+};
+
+use cart::Cart;
+
+const fn ms(millis: u64) -> Time {
+    Time::from_millis(millis)
+}
+
+/// A cart at a line without time, with these faults.
+fn cart(faults: &[&str]) -> Harness<Line<Cart>> {
+    with(Line::ideal(Cart::default()), faults)
+}
+
+fn with(line: Line<Cart>, faults: &[&str]) -> Harness<Line<Cart>> {
+    let mut cart = Harness::new(line);
+    faults.iter().for_each(|fault| order(&mut cart, fault));
+    cart
+}
+
+/// Begins or ends faults, as a person orders it.
+fn order(cart: &mut Harness<Line<Cart>>, words: &str) {
+    let faulting = Names::of(cart.device()).read_faulting(words);
+    let faulting = faulting.unwrap_or_else(|error| panic!("{error}"));
+    cart.input(Input::Fault(&faulting));
+}
+
+/// What comes back with this fault, and when the last of it does.
+fn answer(fault: &str, sent: &str) -> (String, Time) {
+    let mut cart = cart(&[fault]);
+    let answer = cart.ask(sent.as_bytes()).unwrap();
+    (vimc4_device::escape(&answer), cart.now())
+}
+
+#[test]
+fn every_kind_does_what_it_says() {
+    for (fault, sent, comes, at) in [
+        // A cart that has not moved answers `0` to `p`, and `0` to `m5` after five milliseconds.
+        ("drop to-host once", "p\rp\r", "0", 0),
+        ("drop to-host 2 bytes", "p\rp\rp\r", "0", 0),
+        ("drop to-controller 2nd byte", "pp\r", "0", 0),
+        ("drop to-host every 2nd", "p\rp\rp\rp\r", "00", 0),
+        ("garble into ? to-host every 2nd 1 times", "p\rp\rp\rp\r", "0?00", 0),
+        ("garble into ? to-host 1st byte every 2nd", "p\rp\rp\rp\r", "?0?0", 0),
+        ("garble into ? to-host", "p\r", "?", 0),
+        ("garble flip 0x01 to-host always", "p\rp\r", "11", 0),
+        ("garble into p to-controller", "m\r", "0", 0),
+        ("duplicate to-host", "p\rp\r", "000", 0),
+        ("delay 50ms to-host", "p\rp\r", "00", 50),
+        ("delay 50ms to-controller", "p\r", "0", 50),
+        ("delay 50ms to-controller", "m5\r", "0", 55),
+        ("insert xyz to-host", "p\r", "xyz0", 0),
+        ("insert p\\r to-controller", "", "0", 0),
+        ("insert - to-host 2 times", "p\rp\rp\r", "-0-00", 0),
+        ("split 2ms to-host always", "p\rp\rp\r", "000", 4),
+        ("split 2ms to-controller always", "p\rp\r", "00", 6),
+        ("merge 16ms to-host", "p\rm5\r", "00", 16),
+        ("cut to-host", "p\r", "", 0),
+        ("cut to-controller", "p\r", "", 0),
+        ("cut", "p\r", "", 0),
+        ("cut to-host for 5ms", "p\rm4\rp\rm1\rp\r", "05", 5),
+        ("break 5ms to-host", "p\rm5\rp\r", "\\x0005", 5),
+        ("break 5ms", "p\r", "", 0),
+        // What waits for a command strikes the answer to it.
+        ("drop to-host after command m", "p\rm5\rp\r", "05", 5),
+        ("garble into ? to-host after command m", "p\rm5\rp\r", "0?5", 5),
+        ("garble into ? to-host after answered m", "p\rm5\rp\r", "0?5", 5),
+        ("garble into ? to-host after 2nd answered", "p\rm5\rp\r", "0?5", 5),
+        ("garble into ? to-host after command m then answered p", "p\rm5\rp\r", "00?", 5),
+        ("garble into ? to-host 2nd byte after command m", "p\rm5\rp\r", "00?", 5),
+        // And what waits for a place or a time comes just then.
+        ("insert ! to-host after x > 2", "m5\r", "!0", 5),
+        ("insert ! to-host after at 7ms", "m5\r", "0!", 7),
+        ("insert ! to-host after idle then x = 3 then idle", "m5\r", "!0", 5),
+    ] {
+        let came = answer(fault, sent);
+        assert_eq!(came, (comes.to_owned(), ms(at)), "{fault}");
+    }
+}
+
+#[test]
+fn an_insert_has_its_exact_time() {
+    for (fault, at) in [
+        ("insert ! to-host after x > 2", ms(3)),
+        ("insert ! to-host after x = 2 or at 7ms", ms(2)),
+        ("insert ! to-host after x > 20", ms(21)),
+        ("insert ! to-host after signal stop changes", ms(40)),
+        ("insert ! to-host after 2nd signal stop changes to 1", ms(60)),
+    ] {
+        let mut cart = cart(&[fault]);
+        cart.plan(ms(40), Input::Signal(Cart::STOP, 1));
+        cart.plan(ms(60), Input::Signal(Cart::STOP, 1));
+        cart.send(b"m30\r");
+        cart.run_to(ms(100));
+        let said = cart.outputs().iter().find_map(|output| match output {
+            Output::Bytes(at, bytes) if bytes.as_ref() == b"!" => Some(*at),
+            _ => None,
+        });
+        assert_eq!(said, Some(at), "{fault}");
+    }
+}
+
+#[test]
+fn faults_are_listed_counted_and_ended() {
+    let mut cart = cart(&["drop to-host 2 times", "cut to-controller after x > 100"]);
+    order(&mut cart, "7 drop to-host after at 5ms");
+    order(&mut cart, "duplicate to-host for 1ms");
+    let listed = |cart: &Harness<Line<Cart>>| {
+        let of = |view: vimc4_device::FaultView| (view.number.0, view.stage, view.struck);
+        cart.device().faults().into_iter().map(of).collect::<Vec<_>>()
+    };
+    use FaultStage::{Over, Strikes, Waits};
+    assert_eq!(listed(&cart), [(1, Strikes, 0), (2, Waits, 0), (7, Waits, 0), (8, Strikes, 0)]);
+    cart.ask(b"p\rp\rp\r").unwrap();
+    assert_eq!(cart.now(), ms(5));
+    assert_eq!(listed(&cart), [(1, Over, 2), (2, Waits, 0), (7, Strikes, 0), (8, Over, 1)]);
+    order(&mut cart, "end 2");
+    order(&mut cart, "end 2");
+    order(&mut cart, "end 5");
+    assert_eq!(listed(&cart).len(), 3);
+    order(&mut cart, "end all");
+    assert!(listed(&cart).is_empty());
+    assert_eq!(cart.ask(b"p\r").unwrap(), b"0");
+    order(&mut cart, "cut");
+    assert_eq!(listed(&cart), [(9, Strikes, 0)]);
+    // One with the number of another takes its place.
+    order(&mut cart, "9 drop to-host");
+    assert_eq!(listed(&cart), [(9, Strikes, 0)]);
+    assert_eq!(cart.ask(b"p\rp\r").unwrap(), b"0");
+}
+
+#[test]
+fn every_strike_is_told_to_those_who_want_to_know() {
+    let mut cart = Harness::new(Line::ideal(Cart::default())).watching(Kinds::FAULT);
+    order(&mut cart, "delay 3ms to-host after command m");
+    cart.ask(b"p\rm5\rp\r").unwrap();
+    order(&mut cart, "end 1");
+    let told: Vec<_> = cart
+        .outputs()
+        .iter()
+        .filter_map(|output| match output {
+            Output::Event(stamp, Event::Fault { number, news }) => {
+                Some(format!("{} {number} {news}", stamp.at.as_nanos() / 1_000_000))
+            }
+            Output::Event(_, event) => panic!("nobody wanted {event:?}"),
+            _ => None,
+        })
+        .collect();
+    let wanted = [
+        "0 1 begins: delay 3ms to-host once after command m",
+        "0 1 strikes from now on",
+        "5 1 held 0 up to the host, 3ms late",
+        "8 1 ends",
+    ];
+    assert_eq!(told, wanted);
+}
+
+/// Of nineteen bytes each takes ten bits at 9,600 baud, whether there are faults or not.
+#[test]
+fn a_paced_line_keeps_its_pace() {
+    let last = |faults: &[&str]| {
+        let mut cart = with(Line::paced(Cart::default()), faults);
+        cart.send(b"?\r?\r?\r?\r?\r?\r?\r?\rp\rp");
+        cart.run_to_rest().unwrap();
+        (cart.take_bytes(), cart.now())
+    };
+    let (bytes, at) = last(&[]);
+    assert_eq!((&bytes[..], at.as_nanos()), (&b"0"[..], 19_791_667));
+    assert_eq!(last(&["drop to-host every 500th 9 times"]), (bytes.clone(), at));
+    assert_eq!(last(&["drop to-host 900th byte"]), (bytes, at));
+    // What is sent twice takes twice the time, and what follows has to wait for it.
+    let mut cart = with(Line::paced(Cart::default()), &["duplicate to-host 2 times"]);
+    cart.send(b"p\rp\r");
+    cart.run_to_rest().unwrap();
+    let outputs = cart.outputs().iter().filter_map(|output| match output {
+        Output::Bytes(at, bytes) => Some((at.as_nanos() / 1_000, bytes.len())),
+        _ => None,
+    });
+    // In characters of 1,041.67 µs: two go there, the answer and its twin come back.
+    assert_eq!(outputs.collect::<Vec<_>>(), [(3_125, 1), (4_166, 1), (5_208, 1), (6_250, 1)]);
+}
+
+/// Equal seeds strike equally, others otherwise.
+#[test]
+fn chance_can_be_repeated() {
+    let said = |fault: &str| {
+        let mut cart = cart(&[fault]);
+        cart.ask("p\r".repeat(400).as_bytes()).unwrap()
+    };
+    assert_eq!(said("garble to-host 50% seed 3"), said("garble to-host 50% seed 3"));
+    assert_ne!(said("garble to-host 50% seed 3"), said("garble to-host 50% seed 4"));
+    let left = said("drop to-host 25%").len();
+    assert!((260..340).contains(&left), "{left}");
+    assert_eq!(said("drop to-host 0%").len(), 400);
+    assert_eq!(said("drop to-host 100%").len(), 0);
+}
+
+// --- whatever happens ---
+
+#[derive(Clone, Debug)]
+enum Happening {
+    Line(String),
+    Stop(i32),
+    Power(bool),
+    Fault(String),
+}
+
+impl Happening {
+    fn owned(&self, names: &Names) -> vimc4_device::OwnedInput {
+        match self {
+            Happening::Line(line) => Input::Bytes(line.as_bytes()).into(),
+            Happening::Stop(value) => Input::Signal(Cart::STOP, *value).into(),
+            Happening::Power(on) => Input::Power(*on).into(),
+            Happening::Fault(words) => {
+                let faulting = names.read_faulting(words);
+                let faulting = faulting.unwrap_or_else(|error| panic!("{error}"));
+                Input::Fault(&faulting).into()
+            }
+        }
+    }
+}
+
+fn conditions() -> impl Strategy<Value = String> {
+    let one = || {
+        prop_oneof![
+            (-2..40_i64).prop_map(|place| format!("x > {place}")),
+            (-2..40_i64).prop_map(|place| format!("x = {place}")),
+            (0..90_u64).prop_map(|millis| format!("at {millis}ms")),
+            Just("idle".to_owned()),
+            Just("command m".to_owned()),
+            Just("answered".to_owned()),
+            Just("answer 0".to_owned()),
+            Just("signal stop changes".to_owned()),
+            Just("never".to_owned()),
+        ]
+    };
+    prop_oneof![
+        6 => one(),
+        1 => (one(), one()).prop_map(|(a, b)| format!("{a} and {b}")),
+        1 => (one(), one()).prop_map(|(a, b)| format!("{a} or {b}")),
+        1 => (one(), one()).prop_map(|(a, b)| format!("{a} then {b}")),
+        1 => (2..4_usize, one()).prop_map(|(times, a)| format!("{} {a}", ["2nd", "3rd"][times - 2])),
+    ]
+}
+
+fn faults() -> impl Strategy<Value = String> {
+    let kinds = prop_oneof![
+        Just("drop".to_owned()),
+        Just("garble".to_owned()),
+        Just("garble into p".to_owned()),
+        Just("garble flip 0x07".to_owned()),
+        Just("duplicate".to_owned()),
+        (0..9_000_u32).prop_map(|micros| format!("delay {micros}us")),
+        Just("insert p\\r".to_owned()),
+        (0..9_000_u32).prop_map(|micros| format!("split {micros}us")),
+        (0..9_000_u32).prop_map(|micros| format!("merge {micros}us")),
+        Just("parity marked".to_owned()),
+        Just("framing".to_owned()),
+        Just("cut".to_owned()),
+        (0..9_000_u32).prop_map(|micros| format!("break {micros}us")),
+    ];
+    let ways = prop_oneof![Just("to-host"), Just("to-controller"), Just("both")];
+    let many = prop_oneof![
+        Just(""),
+        Just("once"),
+        Just("3 times"),
+        Just("always"),
+        Just("every 3rd"),
+        Just("2nd byte"),
+        Just("30% seed 5"),
+        Just("for 9ms"),
+        Just("every 2nd 70% for 40ms"),
+    ];
+    let after = prop::option::of(conditions());
+    let run = prop_oneof![Just(""), Just("2 bytes")];
+    (kinds, ways, run, many, after).prop_map(|(kind, way, run, many, after)| {
+        let after = after.map_or(String::new(), |after| format!(" after {after}"));
+        format!("{kind} {way} {run} {many}{after}")
+    })
+}
+
+/// Things that happen, each so many microseconds later than the one before.
+fn happenings() -> impl Strategy<Value = Vec<(u64, Happening)>> {
+    let line = prop_oneof![
+        (0_u64..30).prop_map(|steps| format!("m{steps}\r")),
+        Just("p\r".to_owned()),
+        Just("fx\r".to_owned()),
+        Just("p\rm3\rp\r".to_owned()),
+        Just("?\r".to_owned()),
+    ];
+    let happening = prop_oneof![
+        8 => line.prop_map(Happening::Line),
+        1 => (0_i32..2).prop_map(Happening::Stop),
+        1 => any::<bool>().prop_map(Happening::Power),
+        4 => faults().prop_map(Happening::Fault),
+        1 => (0..6).prop_map(|number| Happening::Fault(format!("end {number}"))),
+        1 => Just(Happening::Fault("end all".to_owned())),
+    ];
+    prop::collection::vec((0_u64..20_000, happening), 1..16)
+}
+
+proptest! {
+    /// Lines whole or byte by byte, time in one piece or in many, with needless wake-ups, watched or
+    /// not, from cause to cause, or from a state that was written down: the same comes out of a faulty
+    /// line, and the same is left.
+    #[test]
+    fn the_pieces_make_no_difference_with_faults(
+        happenings in happenings(),
+        pieces in prop::collection::vec(1_u64..5_000, 1..6),
+        paced in any::<bool>(),
+    ) {
+        let line = match paced {
+            true => Line::paced(Cart::default()),
+            false => Line::ideal(Cart::default()),
+        };
+        let names = Names::of(&line);
+        let mut whole = Harness::new(line);
+        let mut watched = whole.clone().watching(Kinds::ALL);
+        let mut pieced = whole.clone();
+        let mut planned = whole.clone();
+        let mut restored = whole.clone();
+        let mut when = Time::ZERO;
+        let mut pieces = pieces.iter().cycle();
+        for (micros, happening) in &happenings {
+            when = when + Duration::from_micros(*micros);
+            let input = happening.owned(&names);
+            for harness in [&mut whole, &mut watched] {
+                harness.run_to(when);
+                harness.input(input.as_input());
+            }
+            let mut there = pieced.now();
+            while there < when {
+                there = when.min(there + Duration::from_micros(*pieces.next().unwrap()));
+                pieced.advance(there - pieced.now());
+            }
+            match happening {
+                Happening::Line(line) => line.bytes().for_each(|byte| pieced.send(&[byte])),
+                _ => pieced.input(input.as_input()),
+            }
+            planned.plan(when, input.as_input());
+            restored.run_to(when);
+            let state = serde_json::to_string(&restored.device().state()).unwrap();
+            restored.restore(serde_json::from_str(&state).unwrap());
+            restored.input(input.as_input());
+            let state = serde_json::to_string(&restored.device().state()).unwrap();
+            restored.restore(serde_json::from_str(&state).unwrap());
+        }
+        let end = ms(4_000);
+        while planned.planned().is_some() {
+            planned.step();
+        }
+        let bytes = |harness: &mut Harness<Line<Cart>>| {
+            harness.run_to(end);
+            let mut bytes = Vec::new();
+            for output in harness.outputs() {
+                if let Output::Bytes(at, piece) = output {
+                    bytes.extend(piece.iter().map(|byte| (*at, *byte)));
+                }
+            }
+            (bytes, harness.device().state())
+        };
+        let wanted = bytes(&mut whole);
+        prop_assert_eq!(&bytes(&mut watched), &wanted, "watched");
+        prop_assert_eq!(&bytes(&mut pieced), &wanted, "in pieces");
+        prop_assert_eq!(&bytes(&mut planned), &wanted, "planned");
+        prop_assert_eq!(&bytes(&mut restored), &wanted, "restored");
+        // And when nothing is wrong any more, nothing is left of it.
+        whole.input(Input::Fault(&Faulting::EndAll));
+        whole.run_to(end + Duration::from_secs(1));
+        prop_assert!(whole.device().faults().is_empty());
+    }
+}
