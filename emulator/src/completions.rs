@@ -18,7 +18,7 @@ use vimc4_device::{Device, Names, Signal, Verb};
 
 use crate::failure::Failure;
 use crate::output;
-use crate::serve::LISTENS;
+use crate::places::LISTENS;
 
 /// By this the shell's script says that it asks, and for which shell.
 const ASKS: &str = "VIMC4_COMPLETE";

@@ -1,7 +1,6 @@
 //! `vimc4 console`: a controller, a program or a job, step by step, forward and back.
 
 mod camera;
-mod live;
 pub(crate) mod screen;
 mod script;
 pub(crate) mod session;
@@ -26,7 +25,7 @@ use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::opened::{self, Opened, Sending};
 use crate::output;
-use crate::serve::{self, LISTENS};
+use crate::places::{LISTENS, PTY, counted_up, numbered};
 use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
@@ -93,7 +92,7 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "A controller behind ports")]
 struct Ports {
     /// A pseudo-terminal with a link of this name; `none` for none
-    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = serve::PTY)]
+    #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
     pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
     #[arg(long)]
@@ -123,7 +122,7 @@ struct Ports {
 
 impl Ports {
     fn link(&self) -> Option<PathBuf> {
-        let link = self.pty.clone().or_else(|| cfg!(unix).then(|| serve::PTY.into()))?;
+        let link = self.pty.clone().or_else(|| cfg!(unix).then(|| PTY.into()))?;
         (link.as_os_str() != "none").then_some(link)
     }
 
@@ -160,16 +159,16 @@ impl Ports {
                 .paused(number == 1)
                 .name(number.to_string());
             if let Some(link) = self.link() {
-                builder = builder.pty(serve::numbered(&link, several)).replace_link(self.replace);
+                builder = builder.pty(numbered(&link, several)).replace_link(self.replace);
             }
             if self.tcp != "none" {
-                builder = builder.tcp(serve::counted_up(&self.tcp, number - 1)?);
+                builder = builder.tcp(counted_up(&self.tcp, number - 1)?);
             }
             if let Some(device) = self.serial.get(usize::from(number) - 1) {
                 builder = builder.serial(device);
             }
             if let Some(file) = &self.flash {
-                builder = builder.flash(serve::numbered(file, several));
+                builder = builder.flash(numbered(file, several));
             }
             emulators.push(builder.start()?);
         }

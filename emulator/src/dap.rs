@@ -1,16 +1,18 @@
 //! `vimc4 dap`: a debug adapter for editors.
 
+mod live;
 mod open;
 mod server;
 
 use std::io::{self, BufReader, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use crate::failure::Failure;
+pub(crate) use live::Served;
 use server::End;
 
 #[derive(clap::Args)]
@@ -19,8 +21,9 @@ use server::End;
 Debug programs, jobs and recordings in an editor: a debug adapter on standard input and output
 
 It speaks the Debug Adapter Protocol. What is debugged is said by the editor: a file of commands, a
-stored program, a plot, a job or a recording, and the model and machine it is for. Editors set
-breakpoints in the lines of the file, step forward and back, look at axes, switches and the whole state of the
+stored program, a plot, a job, a recording, or a controller behind ports that host software drives, and the
+model and machine it is for. To controllers that run already it attaches with `vimc4 serve --dap`.
+Editors set breakpoints in the lines of the file, step forward and back, look at axes, switches and the whole state of the
 controller, and change them. docs/debugging.md has the settings for editors.
 
 It ends with its client. With --port it waits at a port of this computer instead, and every client
@@ -44,10 +47,13 @@ const MOST_CLIENTS: usize = 16;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     if let Some(port) = arguments.port {
-        return listen(port);
+        let listener = bind(port)?;
+        crate::output::print(&format!("debug adapter at {}\n", address(&listener)?))?;
+        listen(&listener, None);
+        return Ok(ExitCode::SUCCESS);
     }
     let input = BufReader::new(io::stdin());
-    let end = server::serve(input, io::stdout().lock())
+    let end = server::serve(input, io::stdout().lock(), None)
         .map_err(|error| Failure::midway(format!("cannot write to the editor: {error}")))?;
     Ok(match end {
         End::Disconnected => ExitCode::SUCCESS,
@@ -55,16 +61,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
-/// Waits for clients, for ever.
-fn listen(port: u16) -> Result<ExitCode, Failure> {
-    // Whoever may connect may open files, so nobody from elsewhere may.
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|error| {
+/// Listens for editors of this computer: whoever may connect may open files, so nobody from elsewhere
+/// may.
+pub(crate) fn bind(port: u16) -> Result<TcpListener, Failure> {
+    TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|error| {
         Failure::usage(format!(
             "cannot listen at 127.0.0.1:{port}: {error}; choose another port, or 0 for a free one"
         ))
-    })?;
-    let address = listener.local_addr().map_err(Failure::midway)?;
-    crate::output::print(&format!("debug adapter at {address}\n"))?;
+    })
+}
+
+/// Where that is.
+pub(crate) fn address(listener: &TcpListener) -> Result<SocketAddr, Failure> {
+    listener.local_addr().map_err(Failure::midway)
+}
+
+/// Waits for clients, for ever. They may attach to controllers that run already.
+pub(crate) fn listen(listener: &TcpListener, served: Option<&Served>) {
     let clients = Arc::new(AtomicUsize::new(0));
     for stream in listener.incoming() {
         let Ok(stream) = stream else { continue };
@@ -74,23 +87,23 @@ fn listen(port: u16) -> Result<ExitCode, Failure> {
             continue;
         }
         let own = Arc::clone(&clients);
+        let served = served.cloned();
         let talk = move || {
             // A client that leaves has nobody to be told why.
-            let _ = talk(stream);
+            let _ = talk(stream, served);
             own.fetch_sub(1, Ordering::SeqCst);
         };
         if thread::Builder::new().name("session".to_owned()).spawn(talk).is_err() {
             clients.fetch_sub(1, Ordering::SeqCst);
         }
     }
-    Ok(ExitCode::SUCCESS)
 }
 
-fn talk(stream: TcpStream) -> io::Result<()> {
+fn talk(stream: TcpStream, served: Option<Served>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let input = BufReader::new(stream.try_clone()?);
     let mut output = stream;
-    server::serve(input, &mut output)?;
+    server::serve(input, &mut output, served)?;
     output.flush()?;
     // Its reader is let go, too.
     output.shutdown(std::net::Shutdown::Both)

@@ -64,6 +64,7 @@ not tried.";
     mut_arg("until_stdin_closes", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("serial", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("count", |arg| arg.hide(true).conflicts_with("program")),
+    mut_arg("dap", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("json", |arg| arg.hide(true).conflicts_with("program")),
     mut_arg("verbose", |arg| arg
         .help("Show on standard error what the program does to DTR and RTS, and with --serve the \

@@ -1,9 +1,8 @@
 //! `vimc4 serve`
 
-use std::ffi::OsString;
 use std::future::poll_fn;
 use std::io::{self, Write};
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -19,16 +18,15 @@ use tokio::time::timeout;
 use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
 
 use crate::completions;
+use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
 use crate::limits;
 use crate::log::Log;
 use crate::orders::{self, Desk, Next, Typed};
+use crate::places::{LISTENS, PTY, counted_up, numbered};
 use crate::traces;
 use crate::values::size;
-
-/// The address at which it listens if nothing is said.
-pub(crate) const LISTENS: &str = "127.0.0.1:4004";
 
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
@@ -110,6 +108,10 @@ pub(crate) struct Arguments {
     /// next one, as on a real cable
     #[arg(long)]
     pub(crate) fresh_clients: bool,
+    /// Wait for an editor at this port of this computer, which attaches to the controllers with the Debug
+    /// Adapter Protocol; 0 picks a free one and prints it
+    #[arg(long, value_name = "PORT", conflicts_with = "line_pacing")]
+    pub(crate) dap: Option<u16>,
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     pub(crate) json: bool,
@@ -125,6 +127,8 @@ struct Places<'a> {
     ready: bool,
     controllers: Vec<ControllerPlaces<'a>>,
     control: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dap: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -136,11 +140,14 @@ struct ControllerPlaces<'a> {
     serial: Option<&'a str>,
 }
 
-/// The link to a pseudo-terminal if nothing is said.
-pub(crate) const PTY: &str = "./vimc4.pty";
-
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let log = open_log(&arguments)?;
+    if arguments.dap.is_some() && arguments.time == Clock::Manual {
+        return Err(Failure::usage(
+            "time that is moved by hand has nothing to be paused: --dap goes with --time real, instant or 8x",
+        ));
+    }
+    let debugger = arguments.dap.map(dap::bind).transpose()?;
     let runtime = runtime::Builder::new_current_thread()
         .enable_all()
         .build()
@@ -156,8 +163,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         };
         let end = match started {
             Ok(Ok(())) => {
-                announce(&arguments, &emulators);
-                attend(&emulators, endings, arguments.until_stdin_closes).await
+                let dap = debugger.map(|listener| let_attach(listener, &emulators)).transpose();
+                match dap {
+                    Ok(dap) => {
+                        announce(&arguments, &emulators, dap);
+                        attend(&emulators, endings, arguments.until_stdin_closes).await
+                    }
+                    Err(failure) => Err(failure),
+                }
             }
             Ok(Err(failure)) => Err(failure),
             Err(code) => Ok(code),
@@ -169,6 +182,16 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     // left behind, and the system is quicker.
     std::mem::forget(runtime);
     end
+}
+
+/// Lets editors attach to the controllers, and says where.
+fn let_attach(listener: TcpListener, emulators: &[Emulator]) -> Result<String, Failure> {
+    let (address, served) = (dap::address(&listener)?, Served::new(emulators));
+    thread::Builder::new()
+        .name("editors".to_owned())
+        .spawn(move || dap::listen(&listener, Some(&served)))
+        .map_err(|error| Failure::usage(format!("cannot start a thread: {error}")))?;
+    Ok(address.to_string())
 }
 
 /// The log that the arguments ask for, and the traces that the environment does.
@@ -303,18 +326,6 @@ pub(crate) fn link(arguments: &Arguments) -> Option<PathBuf> {
     (link.as_os_str() != "none").then_some(link)
 }
 
-/// `flash.bin` becomes `flash-2.bin` for the second of several.
-pub(crate) fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
-    let (Some(number), Some(stem)) = (number, path.file_stem()) else { return path.to_owned() };
-    let mut name = OsString::from(stem);
-    name.push(format!("-{number}"));
-    if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
-    }
-    path.with_file_name(name)
-}
-
 /// `rec.jsonl.gz` becomes `rec-2.jsonl.gz` for the second of several.
 fn recording(path: &Path, number: Option<u16>) -> PathBuf {
     let (Some(number), Some(name)) = (number, path.file_name()) else { return path.to_owned() };
@@ -325,24 +336,8 @@ fn recording(path: &Path, number: Option<u16>) -> PathBuf {
     path.with_file_name(format!("{stem}-{number}{ending}"))
 }
 
-/// The address with a port that is `more` higher; port 0 stays, it means any.
-pub(crate) fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
-    let split = address.rsplit_once(':').and_then(|(host, port)| Some((host, port.parse().ok()?)));
-    let Some((host, port)) = split else { return Ok(address.to_owned()) };
-    match port {
-        0 => Ok(address.to_owned()),
-        port => {
-            u16::checked_add(port, more).map(|port| format!("{host}:{port}")).ok_or_else(|| {
-                Failure::usage(format!(
-                    "there are not enough ports above {port}; choose a lower one, or port 0"
-                ))
-            })
-        }
-    }
-}
-
 /// Says where the controllers are, and that they are ready.
-fn announce(arguments: &Arguments, emulators: &[Emulator]) {
+fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) {
     let pty = |emulator: &Emulator| emulator.port().map(|path| path.display().to_string());
     let tcp = |emulator: &Emulator| emulator.tcp_addr().map(|address| address.to_string());
     let rfc2217 = |emulator: &Emulator| emulator.rfc2217_addr().map(|address| address.to_string());
@@ -355,7 +350,8 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
             rfc2217: rfc2217(emulator),
             serial: emulator.serial(),
         });
-        let places = Places { ready: true, controllers: controllers.collect(), control: None };
+        let controllers = controllers.collect();
+        let places = Places { ready: true, controllers, control: None, dap };
         // A structure of strings can always be written.
         text.push_str(&serde_json::to_string(&places).unwrap_or_default());
         text.push('\n');
@@ -374,6 +370,9 @@ fn announce(arguments: &Arguments, emulators: &[Emulator]) {
                     text.push_str(&format!("{prefix}{kind} {place}\n"));
                 }
             }
+        }
+        if let Some(address) = dap {
+            text.push_str(&format!("dap {address}\n"));
         }
         text.push_str("ready\n");
     }

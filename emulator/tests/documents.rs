@@ -71,7 +71,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
         "vimc4 console examples/plate.ncp --machine mill --screen",
         "needs a terminal; emulator/tests/console.rs",
     ),
-    ("", "vimc4 dap", "waits for an editor; emulator/tests/dap.rs"),
+    ("", "vimc4 dap", "waits for an editor; emulator/tests/dap"),
     ("", "vimc4 ncp lsp", "waits for an editor; emulator/tests/lsp.rs"),
     (
         "vimc4 send",

@@ -1,40 +1,63 @@
 //! Expressions, values that are set, and the console.
 
 use serde_json::{Value, json};
-use vimc4_debug::{Answer, DebugError, Debugger, Reason, Variable};
-use vimc4_device::{Device, Input};
+use vimc4_debug::{Answer, DebugError, Debugger, Directive, Reason, Variable, Way, patiently};
+use vimc4_device::{Device, Input, parse_duration};
 use vimc4_timeline::Progress;
 
 use crate::arguments::{Completions, Evaluate, SetExpression, SetVariable};
 use crate::held::Walk;
 use crate::message::Refusal;
-use crate::state::{Answered, Session, answer};
+use crate::state::{Answered, DONE, Session, answer};
 
 impl Session {
     pub(crate) fn evaluate(&mut self, about: Evaluate, progress: &mut Progress<'_>) -> Answered {
-        let thread = self.of_frame(about.frame_id)?;
         let text = about.expression.trim();
+        if about.context == "repl"
+            && let Some(answered) = self.told_to_one_that_runs(text, about.frame_id)
+        {
+            return answered;
+        }
+        let thread = self.of_frame(about.frame_id)?;
+        if about.context == "repl"
+            && let Some(answered) = self.asked_of_one_that_runs_by_itself(text, thread)?
+        {
+            return Ok(answered);
+        }
         if about.context != "repl" {
             let value = value(self.resting(thread as i64 + 1)?.debugger(), text);
             let value = value.map_err(Refusal::new)?;
             return Ok(self.result(thread, &value));
         }
-        let debugger = self.resting(thread as i64 + 1)?.debugger();
-        let place = debugger.place();
-        let answered = match debugger.execute(text, progress) {
-            // What is no command may be an expression.
-            Err(error) => match value(debugger, text) {
-                Ok(value) => Ok(Answer::Value(value)),
-                Err(_) => Err(error),
-            },
-            answered => answered,
+        let directive = Directive::named(text.split_whitespace().next().unwrap_or_default());
+        let goes_forward = directive.is_some_and(Directive::goes_forward);
+        // What would come is only looked at.
+        let is_meant = directive.is_none_or(|directive| directive.name != "what");
+        let held = self.resting(thread as i64 + 1)?;
+        let place = held.debugger().place();
+        let mut answered = None;
+        let arrived =
+            held.during(goes_forward, is_meant, progress, &mut |debugger, progress| {
+                let before = debugger.place();
+                answered = Some(match debugger.execute(text, progress) {
+                    // What is no command may be an expression.
+                    Err(error) => match value(debugger, text) {
+                        Ok(value) => Ok(Answer::Value(value)),
+                        Err(_) => Err(error),
+                    },
+                    answered => answered,
+                });
+                // What was given takes effect now, as far as it does by itself.
+                let now = debugger.now();
+                if debugger.place() == before {
+                    debugger.history_mut().run_to(now);
+                }
+            })?;
+        let has_moved = held.debugger().place() != place;
+        let Some(answered) = answered.filter(|_| arrived) else {
+            self.has_moved(thread, Answer::Done);
+            return Err(Refusal::cancelled());
         };
-        // What was given takes effect now, as far as it does by itself.
-        let now = debugger.now();
-        if debugger.place() == place {
-            debugger.history_mut().run_to(now);
-        }
-        let has_moved = debugger.place() != place;
         let told = answered.map_err(Refusal::new)?;
         if let Answer::Stopped(stop, _) = &told
             && stop.why == Reason::Cancelled
@@ -54,15 +77,50 @@ impl Session {
         Ok(result)
     }
 
+    /// What is typed while a controller runs by itself is done to it, in the words of the panel. Nothing
+    /// if none runs, or one that stands still is meant.
+    fn told_to_one_that_runs(&mut self, text: &str, frame: i64) -> Option<Answered> {
+        let is_of_frame = frame != 0 || (0..self.held.len()).any(|it| !self.is_on_its_way(it));
+        let run = self.away.first().filter(|_| !is_of_frame)?;
+        let (_, live) = self.held.get_mut(run.thread)?.live()?;
+        let done = live.order(text);
+        Some(done.map(|()| json!({ "result": "", "variablesReference": 0 })))
+    }
+
+    /// The commands that there are only for a controller that runs by itself, which stands still now.
+    fn asked_of_one_that_runs_by_itself(
+        &mut self,
+        text: &str,
+        thread: usize,
+    ) -> Result<Option<Value>, Refusal> {
+        let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        let held = self.resting(thread as i64 + 1)?;
+        let now = held.debugger().now();
+        let Some((debugger, live)) = held.live() else { return Ok(None) };
+        if text == "take" {
+            let said = live.take(debugger)?;
+            self.has_moved(thread, Answer::Done);
+            return Ok(Some(json!({ "result": said, "variablesReference": 0 })));
+        }
+        if Directive::named(word).is_none_or(|directive| directive.name != "continue") {
+            return Ok(None);
+        }
+        let walk = match rest.trim() {
+            "" => Walk::Go(Way::Forward),
+            span => Walk::Until(now + parse_duration(span).map_err(Refusal::new)?),
+        };
+        self.begin(thread, walk);
+        let body = json!({ "threadId": thread + 1, "allThreadsContinued": false });
+        self.tell("continued", body);
+        Ok(Some(json!({ "result": "", "variablesReference": 0 })))
+    }
+
     /// A command of the console has led somewhere else.
     fn has_moved(&mut self, thread: usize, told: Answer) {
         let Some(held) = self.held.get_mut(thread) else { return };
         let stop = match told {
             Answer::Stopped(stop, _) => Some(stop),
-            _ => {
-                let place = held.debugger().place();
-                held.debugger().go_to(place).ok()
-            }
+            _ => Some(held.debugger().here()),
         };
         self.frames.forget(thread);
         self.values.forget(thread);
@@ -96,32 +154,14 @@ impl Session {
     /// Sets a switch, or puts another value into the state.
     fn put(&mut self, thread: usize, path: &str, text: &str) -> Answered {
         let held = self.resting(thread as i64 + 1)?;
-        let debugger = held.debugger();
-        let text = text.trim();
-        let name = path.strip_prefix("signals.").map(|name| name.trim_matches('"'));
-        match name {
-            Some(name) => {
-                let signals = debugger.device().signals();
-                let signal = signals.iter().find(|own| own.name.eq_ignore_ascii_case(name));
-                let signal = signal.ok_or_else(|| Refusal(format!("there is no signal {name}")))?;
-                let value = signal.value_of(text).ok_or_else(|| {
-                    let values = signal.values();
-                    Refusal(format!(
-                        "{name} is {} to {}, and not {text}",
-                        values.start(),
-                        values.end()
-                    ))
-                })?;
-                debugger.give(Input::Signal(signal.id, value));
-                let now = debugger.now();
-                debugger.history_mut().run_to(now);
-            }
-            None => {
-                let value = serde_json::from_str(text).unwrap_or_else(|_| text.into());
-                debugger.set_variable(path, value).map_err(Refusal::new)?;
-            }
-        }
-        let value = debugger.variable(path).map_err(Refusal::new)?;
+        let mut done = DONE;
+        // It is a moment that nobody breaks off.
+        held.during(false, true, &mut patiently, &mut |debugger, _| {
+            done = set(debugger, path, text.trim());
+        })?;
+        done?;
+        let value = held.debugger().variable(path).map_err(Refusal::new)?;
+        self.tell_of_elsewhere(thread);
         if self.client.is_told_what_is_old {
             let body = json!({ "areas": ["all"], "threadId": thread + 1 });
             self.tell("invalidated", body);
@@ -157,6 +197,26 @@ impl Session {
             .collect();
         answer(json!({ "targets": targets }))
     }
+}
+
+/// Sets a switch, or puts another value into the state.
+fn set(debugger: &mut Debugger, path: &str, text: &str) -> Answered {
+    let Some(name) = path.strip_prefix("signals.").map(|name| name.trim_matches('"')) else {
+        let value = serde_json::from_str(text).unwrap_or_else(|_| text.into());
+        debugger.set_variable(path, value).map_err(Refusal::new)?;
+        return DONE;
+    };
+    let signals = debugger.device().signals();
+    let signal = signals.iter().find(|own| own.name.eq_ignore_ascii_case(name));
+    let signal = signal.ok_or_else(|| Refusal(format!("there is no signal {name}")))?;
+    let value = signal.value_of(text).ok_or_else(|| {
+        let values = signal.values();
+        Refusal(format!("{name} is {} to {}, and not {text}", values.start(), values.end()))
+    })?;
+    debugger.give(Input::Signal(signal.id, value));
+    let now = debugger.now();
+    debugger.history_mut().run_to(now);
+    DONE
 }
 
 /// A field with its parts, or the value of an expression.

@@ -4,6 +4,7 @@ use vimc4_debug::{Depth, Way};
 use vimc4_timeline::Progress;
 
 use crate::arguments::Cancel;
+use crate::held::Held;
 use crate::life::configuration;
 use crate::message::{Incoming, Outgoing, Refusal, Request};
 use crate::state::{Answered, DONE, Session, Stage};
@@ -43,7 +44,7 @@ impl Session {
         if self.stage == Stage::Silent && row.ask != Ask::Initialize {
             return Err(Refusal::new("initialize comes first"));
         }
-        match row.ask {
+        let done = match row.ask {
             Ask::Initialize => self.initialize(request.read()?),
             Ask::Launch => self.open(configuration(request.read()?)?),
             Ask::Attach => self.attach(configuration(request.read()?)?),
@@ -80,7 +81,18 @@ impl Session {
             Ask::Cancel => self.cancel(request.read()?),
             Ask::Terminate => self.terminate(),
             Ask::Disconnect => self.disconnect(),
+        };
+        let sets_breakpoints = matches!(
+            row.ask,
+            Ask::SetBreakpoints
+                | Ask::SetFunctionBreakpoints
+                | Ask::SetDataBreakpoints
+                | Ask::SetExceptionBreakpoints
+        );
+        if sets_breakpoints {
+            self.heed_again();
         }
+        done
     }
 
     /// Ends the run of a progress. A request that has been answered is over already.
@@ -92,6 +104,11 @@ impl Session {
         let place = self.runs.iter().position(|run| is_meant(run.number));
         if let Some(run) = place.and_then(|place| self.runs.remove(place)) {
             self.give_up(run);
+        }
+        let is_away = self.away.iter().find(|run| is_meant(run.number)).map(|run| run.thread);
+        let held = is_away.and_then(|thread| self.held.get_mut(thread));
+        if let Some((_, live)) = held.and_then(Held::live) {
+            live.pause();
         }
         DONE
     }

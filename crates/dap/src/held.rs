@@ -3,9 +3,11 @@
 use vimc4_debug::{
     DebugError, Debugger, Depth, Frame, FrameKind, Options, Reason, Stop, Trigger, Unit, Way,
 };
-use vimc4_device::{Condition, Event};
+use vimc4_device::{Condition, Event, Time};
 use vimc4_timeline::{Place, Progress};
 
+use crate::live::Until;
+use crate::message::Refusal;
 use crate::open::Opened;
 
 /// A controller that is debugged.
@@ -26,6 +28,8 @@ pub(crate) enum Walk {
     Entry,
     /// To a breakpoint.
     Go(Way),
+    /// The same, but no longer than until then.
+    Until(Time),
     /// By one of these.
     Step(Unit, Way, Depth),
     /// To where something is so, whatever else is on the way.
@@ -56,15 +60,60 @@ impl Held {
         &mut self.opened.debugger
     }
 
-    /// Goes that way, and says where that has led.
-    pub(crate) fn walk(&mut self, walk: &Walk, progress: &mut Progress<'_>) -> Stop {
-        let statement = self.opened.statement;
-        let debugger = &mut self.opened.debugger;
+    /// Goes that way, and says where that has led; nothing if the controller runs by itself now.
+    pub(crate) fn walk(
+        &mut self,
+        walk: &Walk,
+        progress: &mut Progress<'_>,
+    ) -> Result<Option<Stop>, Refusal> {
+        let Opened { debugger, live, statement, .. } = &mut self.opened;
+        let Some(live) = live else { return Ok(Some(go(debugger, walk, *statement, progress))) };
         match walk {
-            Walk::Entry => debugger.step(statement, Way::Forward, Depth::Into, 1, progress),
-            Walk::Go(way) => debugger.go(*way, None, progress),
-            Walk::Step(unit, way, depth) => debugger.step(*unit, *way, *depth, 1, progress),
-            Walk::To(trigger, way) => find(debugger, trigger.clone(), *way, progress),
+            Walk::Entry => return Ok(Some(debugger.here())),
+            Walk::Go(Way::Forward) => return live.let_go(debugger, Until::Paused, progress),
+            Walk::Until(at) => return live.let_go(debugger, Until::Time(*at), progress),
+            Walk::Go(Way::Back) | Walk::Step(..) | Walk::To(..) => {}
+        }
+        let is_ahead = walk.way() == Way::Forward;
+        let mut stop = None;
+        let arrived =
+            live.during(debugger, is_ahead, true, progress, &mut |debugger, progress| {
+                stop = Some(go(debugger, walk, *statement, progress));
+            })?;
+        let stop = match stop.filter(|_| arrived) {
+            Some(stop) => stop,
+            None => Stop { why: Reason::Cancelled, ..debugger.here() },
+        };
+        let is_step = matches!(walk, Walk::Step(..)) && is_ahead && stop.why == Reason::Rest;
+        if is_step && live.elsewhere(debugger).is_none() {
+            // What comes next is up to those who have connected.
+            return live.let_go(debugger, Until::Command, progress);
+        }
+        Ok(Some(stop))
+    }
+
+    /// What can be asked only of a controller that runs by itself.
+    pub(crate) fn live(&mut self) -> Option<(&mut Debugger, &mut dyn crate::live::Live)> {
+        let Opened { debugger, live, .. } = &mut self.opened;
+        Some((debugger, live.as_deref_mut()?))
+    }
+
+    /// Does something with the debugger that may be meant for a controller that runs by itself, too.
+    /// Says whether that has come to its end.
+    pub(crate) fn during(
+        &mut self,
+        goes_forward: bool,
+        is_meant: bool,
+        progress: &mut Progress<'_>,
+        deed: &mut dyn FnMut(&mut Debugger, &mut Progress<'_>),
+    ) -> Result<bool, Refusal> {
+        let Opened { debugger, live, .. } = &mut self.opened;
+        match live {
+            Some(live) => live.during(debugger, goes_forward, is_meant, progress, deed),
+            None => {
+                deed(debugger, progress);
+                Ok(true)
+            }
         }
     }
 
@@ -138,6 +187,27 @@ impl Held {
                 Ok((trigger, sent.unwrap_or(line)))
             }
         }
+    }
+}
+
+impl Walk {
+    /// Which way it goes.
+    pub(crate) fn way(&self) -> Way {
+        match self {
+            Walk::Entry | Walk::Until(_) => Way::Forward,
+            Walk::Go(way) | Walk::Step(_, way, _) | Walk::To(_, way) => *way,
+        }
+    }
+}
+
+/// Goes that way, and says where that has led.
+fn go(debugger: &mut Debugger, walk: &Walk, statement: Unit, progress: &mut Progress<'_>) -> Stop {
+    match walk {
+        Walk::Entry => debugger.step(statement, Way::Forward, Depth::Into, 1, progress),
+        Walk::Go(way) => debugger.go(*way, None, progress),
+        Walk::Until(at) => debugger.go(Way::Forward, Some(*at), progress),
+        Walk::Step(unit, way, depth) => debugger.step(*unit, *way, *depth, 1, progress),
+        Walk::To(trigger, way) => find(debugger, trigger.clone(), *way, progress),
     }
 }
 

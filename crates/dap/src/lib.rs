@@ -16,6 +16,7 @@ pub mod framing;
 mod handles;
 mod held;
 mod life;
+mod live;
 mod looking;
 mod message;
 mod open;
@@ -26,6 +27,7 @@ mod table;
 mod texts;
 mod walking;
 
+pub use live::{Live, Until};
 pub use message::{Incoming, LARGEST, Outgoing, Refusal, Request};
 pub use open::{ATTRIBUTES, Configuration, Open, Opened};
 pub use state::Session;

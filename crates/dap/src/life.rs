@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::arguments::{Initialize, Restart};
 use crate::held::{Held, Walk};
-use crate::message::Refusal;
+use crate::message::{Outgoing, Refusal};
 use crate::open::Configuration;
 use crate::setting::ERRORS;
 use crate::state::{Answered, DONE, Session, Stage, answer};
@@ -68,21 +68,41 @@ impl Session {
         DONE
     }
 
-    /// The same, of a recording, which is not gone on with.
+    /// The same, of a recording, which is not gone on with, or of controllers that run already.
     pub(crate) fn attach(&mut self, configuration: Configuration) -> Answered {
-        for each in configuration.each() {
-            if each.recording.is_none() || each.program.is_some() {
-                return Err(Refusal::new(
-                    "attach takes a recording and no program; launch opens a program",
-                ));
-            }
+        let is_opened = |each: &Configuration| each.program.is_some() || each.serve;
+        if configuration.each().iter().any(is_opened) {
+            return Err(Refusal::new(
+                "attach takes a recording, or the controllers that run already, and no program; launch \
+                 opens a program",
+            ));
         }
+        self.is_attached = true;
         self.open(configuration)
     }
 
     fn put_in(&mut self, configuration: Configuration) -> Result<(), Refusal> {
-        let opened = self.opener.open(&configuration)?;
+        let is_of_files = configuration.each().iter().all(|each| each.recording.is_some());
+        if self.held.iter().any(|held| held.opened.live.is_some()) {
+            // Their ports are free then. What was set of them is set again.
+            self.away.clear();
+            self.runs.clear();
+            self.held.clear();
+        }
+        let opened = match self.is_attached && !is_of_files {
+            true => self.opener.attach(&configuration)?,
+            false => self.opener.open(&configuration)?,
+        };
         self.runs.clear();
+        for opened in &opened {
+            if !opened.said.is_empty() {
+                let said = format!("{}\n", opened.said);
+                self.out.push(Outgoing::event(
+                    "output",
+                    json!({ "category": "console", "output": said }),
+                ));
+            }
+        }
         for thread in 0..self.held.len() {
             self.frames.forget(thread);
             self.values.forget(thread);
@@ -152,7 +172,7 @@ impl Session {
     }
 
     pub(crate) fn disconnect(&mut self) -> Answered {
-        self.runs.clear();
+        self.let_go_of_all();
         self.stage = Stage::Over;
         DONE
     }

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use vimc4_debug::{Debugger, Unit};
 
+use crate::live::Live;
 use crate::message::Refusal;
 
 /// What an editor says of what is to be debugged, as in a `launch.json`. Each attribute is in
@@ -19,6 +20,18 @@ pub struct Configuration {
     pub model: Option<String>,
     /// The machine.
     pub machine: Option<String>,
+    /// Whether it is behind ports, for host software to connect to.
+    pub serve: bool,
+    /// The name of the link to its pseudo-terminal.
+    pub pty: Option<String>,
+    /// The address at which it listens.
+    pub tcp: Option<String>,
+    /// A real serial port.
+    pub serial: Option<String>,
+    /// How time passes behind ports.
+    pub time: Option<String>,
+    /// The file in which its flash memory is kept.
+    pub flash: Option<String>,
     /// Values of quirks, by their names.
     pub quirks: BTreeMap<String, String>,
     /// What the controller is called.
@@ -36,7 +49,7 @@ pub struct Configuration {
 }
 
 /// The attributes of a configuration: name, its type in JSON, and what it means.
-pub const ATTRIBUTES: [(&str, &str, &str); 10] = [
+pub const ATTRIBUTES: [(&str, &str, &str); 16] = [
     ("program", "string", "the file: a command list, a program (data field), a plot or a job file"),
     (
         "recording",
@@ -45,6 +58,28 @@ pub const ATTRIBUTES: [(&str, &str, &str); 10] = [
     ),
     ("model", "string", "the model of controller: a name from `vimc4 models`, or a profile file"),
     ("machine", "string", "the machine: a name from `vimc4 machines`, or a profile file"),
+    (
+        "serve",
+        "boolean",
+        "instead of a program: host software sends, behind ports as those of `vimc4 serve`",
+    ),
+    (
+        "pty",
+        "string",
+        "with `serve`: the link to its pseudo-terminal, or `none`; ./vimc4.pty if none is said",
+    ),
+    (
+        "tcp",
+        "string",
+        "with `serve`: where it listens, or `none`; 127.0.0.1:4004 if nothing is said",
+    ),
+    ("serial", "string", "with `serve`: a real serial port"),
+    (
+        "time",
+        "string",
+        "with `serve`: how time passes, as in real, 8x or instant; real if nothing is said",
+    ),
+    ("flash", "string", "with `serve`: a file that keeps the flash memory"),
     ("quirks", "object", "quirks of the model that have another value here"),
     (
         "cwd",
@@ -66,7 +101,7 @@ pub const ATTRIBUTES: [(&str, &str, &str); 10] = [
 ];
 
 /// A controller that is to be debugged.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Opened {
     /// What it is called.
     pub name: String,
@@ -78,6 +113,10 @@ pub struct Opened {
     pub is_file: bool,
     /// What a statement is.
     pub statement: Unit,
+    /// The controller itself, if it runs by itself; the debugger follows it.
+    pub live: Option<Box<dyn Live>>,
+    /// What is to be said of it at the beginning; may be empty.
+    pub said: String,
 }
 
 /// Who opens files.
@@ -88,6 +127,13 @@ pub trait Open {
     ///
     /// What is wrong with it, and what would be right.
     fn open(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal>;
+
+    /// Attaches to the controllers that run already, without being opened, for others: at least one.
+    ///
+    /// # Errors
+    ///
+    /// If there are none, or they are somebody else's.
+    fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal>;
 
     /// Whether two paths are those of the same file.
     fn is_same_file(&self, one: &str, other: &str) -> bool;
@@ -103,8 +149,14 @@ impl Configuration {
         }
         let each = self.controllers.iter().map(|own| {
             let own = own.clone();
-            let file = own.program.is_some() || own.recording.is_some();
+            let file = own.program.is_some() || own.recording.is_some() || own.serve;
             Configuration {
+                serve: own.serve || self.serve && !file,
+                pty: own.pty.or_else(|| self.pty.clone()),
+                tcp: own.tcp.or_else(|| self.tcp.clone()),
+                serial: own.serial,
+                time: own.time.or_else(|| self.time.clone()),
+                flash: own.flash.or_else(|| self.flash.clone()),
                 program: own.program.or_else(|| self.program.clone().filter(|_| !file)),
                 recording: own.recording.or_else(|| self.recording.clone().filter(|_| !file)),
                 model: own.model.or_else(|| self.model.clone()),

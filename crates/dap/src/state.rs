@@ -30,6 +30,10 @@ pub struct Session {
     pub(crate) held: Vec<Held>,
     pub(crate) points: Points,
     pub(crate) runs: VecDeque<Run>,
+    /// Controllers that run by themselves.
+    pub(crate) away: Vec<Run>,
+    /// Whether the client has attached, and not launched.
+    pub(crate) is_attached: bool,
     /// How many runs there were.
     pub(crate) begun: u64,
     pub(crate) frames: Handles<usize>,
@@ -114,6 +118,8 @@ impl Session {
             held: Vec::new(),
             points: Points::default(),
             runs: VecDeque::new(),
+            away: Vec::new(),
+            is_attached: false,
             begun: 0,
             frames: Handles::default(),
             values: Handles::default(),
@@ -152,10 +158,25 @@ impl Session {
     /// A controller that stands still.
     pub(crate) fn resting(&mut self, number: i64) -> Result<&mut Held, Refusal> {
         let thread = self.thread(number)?;
-        if self.runs.iter().any(|run| run.thread == thread) {
+        if self.is_on_its_way(thread) {
             return Err(Refusal(format!("controller {number} is on its way; pause comes first")));
         }
         self.held.get_mut(thread).ok_or_else(|| Refusal::new("there is no such thread"))
+    }
+
+    /// Nothing is on its way any more, and controllers that run by themselves are no longer this
+    /// session's.
+    pub(crate) fn let_go_of_all(&mut self) {
+        self.runs.clear();
+        self.away.clear();
+        for held in &mut self.held {
+            held.opened.live = None;
+        }
+    }
+
+    /// Whether a controller does not stand still.
+    pub(crate) fn is_on_its_way(&self, thread: usize) -> bool {
+        self.runs.iter().chain(&self.away).any(|run| run.thread == thread)
     }
 
     /// The controller of a frame; the first that stands still, where none is said.
@@ -166,8 +187,7 @@ impl Session {
                 Refusal(format!("frame {frame} is no more; stackTrace has those of now"))
             });
         }
-        let rests = |thread: &usize| self.runs.iter().all(|run| run.thread != *thread);
-        let found = (0..self.held.len()).find(rests);
+        let found = (0..self.held.len()).find(|thread| !self.is_on_its_way(*thread));
         found.ok_or_else(|| Refusal::new("no controller stands still; pause comes first"))
     }
 

@@ -58,8 +58,16 @@ const fn row(command: &'static str, ask: Ask, about: &'static str) -> Row {
 /// All requests that are answered, in the order of a session.
 pub const REQUESTS: [Row; 36] = [
     row("initialize", Ask::Initialize, "comes first, and only once; says what there is"),
-    row("launch", Ask::Launch, "opens a program or a recording, with a controller of its own"),
-    row("attach", Ask::Attach, "opens a recording, and stays within it"),
+    row(
+        "launch",
+        Ask::Launch,
+        "opens a program, a recording or ports, with a controller of its own",
+    ),
+    row(
+        "attach",
+        Ask::Attach,
+        "opens a recording, and stays within it; or takes controllers that run",
+    ),
     row(
         "setBreakpoints",
         Ask::SetBreakpoints,

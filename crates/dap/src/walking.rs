@@ -6,7 +6,7 @@ use vimc4_device::{Device, Event, Kinds, Output};
 use vimc4_timeline::Progress;
 
 use crate::arguments::{Goto, Granularity, Lines, OfFrame, OfThread, Step};
-use crate::held::{Placed, Text, Walk};
+use crate::held::{Held, Placed, Text, Walk};
 use crate::message::Refusal;
 use crate::state::{Answered, DONE, Run, Session, Stage, answer};
 
@@ -30,11 +30,9 @@ impl Session {
     #[must_use]
     pub fn running(&self) -> Option<Running> {
         let run = self.runs.front()?;
-        let title = match &run.walk {
-            Walk::Go(Way::Back) | Walk::Step(_, Way::Back, _) | Walk::To(_, Way::Back) => {
-                "Going back"
-            }
-            _ => "Running",
+        let title = match run.walk.way() {
+            Way::Back => "Going back",
+            Way::Forward => "Running",
         };
         let title = match self.held.len() {
             1 => title.to_owned(),
@@ -52,7 +50,7 @@ impl Session {
     /// Whether the run of a number is still on its way.
     #[must_use]
     pub fn is_running(&self, number: u64) -> bool {
-        self.runs.iter().any(|run| run.number == number)
+        self.runs.iter().chain(&self.away).any(|run| run.number == number)
     }
 
     /// Whether the client shows progress.
@@ -67,13 +65,60 @@ impl Session {
     pub fn run(&mut self, progress: &mut Progress<'_>) {
         let Some(run) = self.runs.pop_front() else { return };
         let Some(held) = self.held.get_mut(run.thread) else { return };
-        let stop = held.walk(&run.walk, progress);
+        let stop = match held.walk(&run.walk, progress) {
+            Ok(Some(stop)) => stop,
+            Ok(None) => return self.away.push(run),
+            Err(refusal) => return self.is_lost(run.thread, &refusal),
+        };
         if stop.why == Reason::Cancelled && run.walk == Walk::Go(Way::Forward) {
             self.tell_notes(run.thread, &stop);
             self.runs.push_back(run);
             return;
         }
         self.stopped(run.thread, &run.walk, stop);
+    }
+
+    /// Looks after controllers that run by themselves: to be called when one of them has something to
+    /// say.
+    pub fn look(&mut self) {
+        let mut place = 0;
+        while let Some(run) = self.away.get(place) {
+            let Some(held) = self.held.get_mut(run.thread) else { return };
+            let looked = match held.live() {
+                Some((debugger, live)) => live.look(debugger),
+                None => Ok(None),
+            };
+            match looked {
+                Ok(None) => place += 1,
+                Ok(Some(stop)) => {
+                    let run = self.away.remove(place);
+                    self.stopped(run.thread, &run.walk, stop);
+                }
+                Err(refusal) => {
+                    let run = self.away.remove(place);
+                    self.is_lost(run.thread, &refusal);
+                }
+            }
+        }
+    }
+
+    /// A controller that runs by itself is no more.
+    fn is_lost(&mut self, thread: usize, refusal: &Refusal) {
+        let output = format!("{refusal}\n");
+        self.tell("output", json!({ "category": "important", "output": output }));
+        if let Some(held) = self.held.get_mut(thread) {
+            held.opened.live = None;
+        }
+        self.is_over_for(thread);
+    }
+
+    /// Controllers that run by themselves heed the breakpoints that there are now.
+    pub(crate) fn heed_again(&mut self) {
+        for run in &self.away {
+            let live = self.held.get_mut(run.thread).and_then(Held::live);
+            // One that is no more says so when it is looked at.
+            let _ = live.map(|(debugger, live)| live.heed(debugger));
+        }
     }
 
     /// Sends a controller on its way.
@@ -88,18 +133,17 @@ impl Session {
     /// A controller has stopped.
     pub(crate) fn stopped(&mut self, thread: usize, walk: &Walk, stop: Stop) {
         self.tell_notes(thread, &stop);
+        self.tell_of_elsewhere(thread);
         let Some(held) = self.held.get_mut(thread) else { return };
-        let is_ahead = !matches!(
-            walk,
-            Walk::Go(Way::Back) | Walk::Step(_, Way::Back, _) | Walk::To(_, Way::Back)
-        );
+        let is_ahead = walk.way() == Way::Forward;
+        let is_live = held.opened.live.is_some();
         let comes_to_rest = matches!(stop.why, Reason::Rest | Reason::End) && is_ahead;
         let debugger = &held.opened.debugger;
         let feed = debugger.feed();
         let asks = feed.and_then(|feed| feed.waits()).map(str::to_owned).filter(|_| comes_to_rest);
         let is_idle = debugger.device().is_idle() || stop.why == Reason::End;
         let is_done = is_idle && feed.is_none_or(|feed| feed.is_done(debugger.history()));
-        let is_end = comes_to_rest && asks.is_none() && is_done;
+        let is_end = comes_to_rest && asks.is_none() && is_done && !is_live;
         // Whoever goes on at the end wants to go beyond it.
         let again = is_end && held.end == Some(stop.place);
         held.end = is_end.then_some(stop.place);
@@ -112,6 +156,7 @@ impl Session {
             return self.is_over_for(thread);
         }
         let (reason, description) = match &stop.why {
+            _ if *walk == Walk::Entry && is_live => ("entry", "paused".to_owned()),
             _ if *walk == Walk::Entry && !comes_to_rest => ("entry", "the first line".to_owned()),
             Reason::Step(unit) => ("step", format!("a {unit}")),
             Reason::Breakpoints(ids) => self.met(thread, ids, &stop),
@@ -123,6 +168,7 @@ impl Session {
             Reason::End => ("pause", "the end of what is recorded".to_owned()),
             Reason::Rest => match asks {
                 Some(asks) => ("pause", asks),
+                None if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),
                 None if is_done => ("pause", "the end: everything is done".to_owned()),
                 None => ("pause", activity.to_string()),
             },
@@ -142,6 +188,19 @@ impl Session {
                 "hitBreakpointIds": ids,
             }),
         );
+    }
+
+    /// Says where a controller that runs by itself is, if one looks at something that it does not come
+    /// to.
+    pub(crate) fn tell_of_elsewhere(&mut self, thread: usize) {
+        let Some(held) = self.held.get_mut(thread) else { return };
+        let elsewhere = held.live().and_then(|(debugger, live)| {
+            live.elsewhere(debugger).filter(|_| !live.is_ahead(debugger))
+        });
+        if let Some(elsewhere) = elsewhere {
+            let output = format!("{elsewhere}\n");
+            self.tell("output", json!({ "category": "console", "output": output }));
+        }
     }
 
     /// What a stop at breakpoints is called, and a few words on it.
@@ -206,7 +265,7 @@ impl Session {
             return;
         }
         self.stage = Stage::Ended;
-        self.runs.clear();
+        self.let_go_of_all();
         let is_error = |event: &Event| matches!(event, Event::Answer { why: Some(_), .. });
         let has_failed = self.held.iter_mut().any(|held| {
             held.debugger().last_event(Kinds::ANSWER, |_, event| is_error(event)).is_some()
@@ -247,18 +306,20 @@ impl Session {
         if let Some(run) = place.and_then(|place| self.runs.remove(place)) {
             self.give_up(run);
         }
+        if self.away.iter().any(|run| run.thread == thread)
+            && let Some((_, live)) = self.held.get_mut(thread).and_then(Held::live)
+        {
+            // It stops when it says so.
+            live.pause();
+        }
         DONE
     }
 
     /// Ends a run where it has come to.
     pub(crate) fn give_up(&mut self, run: Run) {
         let Some(held) = self.held.get_mut(run.thread) else { return };
-        let debugger = held.debugger();
-        let place = debugger.place();
-        if let Ok(stop) = debugger.go_to(place) {
-            let stop = Stop { why: Reason::Cancelled, ..stop };
-            self.stopped(run.thread, &run.walk, stop);
-        }
+        let stop = Stop { why: Reason::Cancelled, ..held.debugger().here() };
+        self.stopped(run.thread, &run.walk, stop);
     }
 
     pub(crate) fn goto_targets(&mut self, lines: Lines) -> Answered {

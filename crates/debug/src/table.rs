@@ -107,6 +107,12 @@ impl Directive {
         })
     }
 
+    /// Whether it goes forward, so that it is of consequence what else has come for the controller.
+    #[must_use]
+    pub fn goes_forward(&self) -> bool {
+        matches!(self.name, "step" | "over" | "out" | "next" | "goto")
+    }
+
     /// How it is typed: `step [COUNT] [UNIT]`.
     #[must_use]
     pub fn usage(&self) -> String {

@@ -286,6 +286,11 @@ impl Debugger {
         if end == Time::NEVER { Reason::Rest } else { Reason::End }
     }
 
+    /// Where one stands, as if one had just gone there.
+    pub fn here(&mut self) -> Stop {
+        self.stopped(Reason::Gone, Vec::new())
+    }
+
     pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
         /// So much is told of what came out last.
         const OUTPUTS_MAX: usize = 100;

@@ -8,13 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use vimc4::{Control, Emulator, Report, Reports};
 use vimc4_catalogue::{Details, Machine};
 use vimc4_debug::{
-    Answer, Candidate, Completion, DebugError, Debugger, Directive, Reason, Stop, Watched, Way,
-    patiently,
+    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, patiently,
 };
 use vimc4_device::{Device, Time, View, parse_duration};
+use vimc4_timeline::Progress;
 
-use super::live::{self, Live};
 use super::screen::{Reply, ReplyKind};
+use crate::live::{self, Live, Until};
 use crate::text::shown;
 
 /// A command of the console's own, beside those of the debugger.
@@ -130,8 +130,6 @@ pub(crate) struct Session {
     /// Its number, from 1, and the others that run beside it.
     number: usize,
     others: Vec<Option<Other>>,
-    /// Until when it runs, while it does.
-    until: Option<Time>,
     /// The line that was carried out last, which an empty one repeats.
     last: String,
     /// What was typed and answered last.
@@ -149,9 +147,6 @@ enum Other {
     Left(Box<(Debugger, Live)>),
 }
 
-/// Commands that go forward, for which bytes may wait on the line.
-const FORWARD: [&str; 5] = ["step", "over", "out", "next", "goto"];
-
 impl Session {
     pub(crate) fn new(debugger: Debugger, machine: Arc<Machine>, cancel: Cancel) -> Session {
         Session {
@@ -161,7 +156,6 @@ impl Session {
             live: None,
             number: 1,
             others: Vec::new(),
-            until: None,
             last: String::new(),
             said: VecDeque::new(),
         }
@@ -175,7 +169,7 @@ impl Session {
     ) -> Result<Session, Wrong> {
         let mut emulators = emulators.into_iter();
         let first = emulators.next().ok_or_else(|| Wrong::new("there is no controller"))?;
-        let (live, debugger) = Live::begin(first)?;
+        let (live, debugger) = Live::of(first, None)?;
         let others = std::iter::once(None);
         let others =
             others.chain(emulators.map(|emulator| Some(Other::Runs(Box::new(emulator))))).collect();
@@ -186,10 +180,10 @@ impl Session {
     /// All controllers that run, to be ended.
     pub(crate) fn into_emulators(self) -> Vec<Emulator> {
         let others = self.others.into_iter().flatten().map(|other| match other {
-            Other::Runs(emulator) => *emulator,
-            Other::Left(left) => left.1.emulator(),
+            Other::Runs(emulator) => Some(*emulator),
+            Other::Left(left) => left.1.into_emulator(),
         });
-        others.chain(self.live.map(Live::emulator)).collect()
+        others.chain([self.live.and_then(Live::into_emulator)]).flatten().collect()
     }
 
     /// Carries out a line. An empty one does the last one again, where somebody types; a comment
@@ -254,24 +248,31 @@ impl Session {
             return self.take().map(Outcome::Said);
         }
         self.cancel.forget();
-        let directive = Directive::named(word).map_or("", |directive| directive.name);
-        if let Some(live) = &mut self.live {
-            if directive == "continue" {
-                let until = self.until_of(rest.trim())?;
-                return self.run(until).map(Outcome::Said);
-            }
-            if FORWARD.contains(&directive) {
-                live.hear(&mut self.debugger)?;
-            }
+        let known = Directive::named(word);
+        let directive = known.map_or("", |directive| directive.name);
+        if self.live.is_some() && directive == "continue" {
+            let until = self.until_of(rest.trim())?;
+            return self.run(until).map(Outcome::Said);
         }
-        let was_here = self.live.as_ref().is_some_and(|live| live.is_here(&self.debugger));
         let branches = self.debugger.history().branches().count();
-        let answer = self.debugger.execute(line, &mut go_on(&self.cancel))?;
+        let progress = &mut go_on(&self.cancel);
+        let answer = match &mut self.live {
+            None => self.debugger.execute(line, progress)?,
+            Some(live) => {
+                let goes_forward = known.is_some_and(Directive::goes_forward);
+                // What would come is looked at; what is done to the controller is done to it.
+                let is_meant = directive != "what";
+                let debugger = &mut self.debugger;
+                let execute = |debugger: &mut Debugger, progress: &mut Progress<'_>| {
+                    debugger.execute(line, progress)
+                };
+                match live.during(debugger, goes_forward, is_meant, progress, execute)? {
+                    (answer, true) => answer?,
+                    (_, false) => return Ok(Outcome::Said(self.cancelled())),
+                }
+            }
+        };
         let has_parted = self.debugger.history().branches().count() > branches;
-        if let Some(live) = &mut self.live {
-            // What would come is looked at; what is done to the controller is done to it.
-            live.lead(&mut self.debugger, was_here && has_parted && directive != "what")?;
-        }
         match answer {
             Answer::Quit => Ok(Outcome::Quit),
             answer @ Answer::Help(_) => {
@@ -309,17 +310,14 @@ impl Session {
 
     /// Says where the controller itself is, if that is not looked at.
     fn tell_of_elsewhere(&self, said: &mut String) {
-        let Some(live) = &self.live else { return };
-        if live.is_here(&self.debugger) {
+        let Some(elsewhere) = self.live.as_ref().and_then(|live| live.elsewhere(&self.debugger))
+        else {
             return;
-        }
+        };
         if !said.is_empty() {
             said.push('\n');
         }
-        let place = shown(&live.shown_place(&self.debugger));
-        said.push_str(&format!(
-            "this is only looked at: the controller itself stays at {place}; `take` takes it here"
-        ));
+        said.push_str(&shown(&elsewhere));
     }
 
     // --- a controller that runs ---
@@ -338,19 +336,19 @@ impl Session {
     }
 
     /// Whether a line lets a running controller go on, and for how long at most.
-    pub(crate) fn goes_on(&self, line: &str) -> Option<Result<Option<Time>, Wrong>> {
+    pub(crate) fn goes_on(&self, line: &str) -> Option<Result<Until, Wrong>> {
         self.live.as_ref()?;
         let (word, rest) = line.trim().split_once(' ').unwrap_or((line.trim(), ""));
         let directive = Directive::named(word)?;
         (directive.name == "continue").then(|| self.until_of(rest.trim()))
     }
 
-    fn until_of(&self, span: &str) -> Result<Option<Time>, Wrong> {
+    fn until_of(&self, span: &str) -> Result<Until, Wrong> {
         if span.is_empty() {
-            return Ok(None);
+            return Ok(Until::Paused);
         }
         let span = parse_duration(span).map_err(|error| Wrong(error.to_string()))?;
-        Ok(Some(self.debugger.now() + span))
+        Ok(Until::Time(self.debugger.now() + span))
     }
 
     /// Takes the controller itself to the moment that is looked at.
@@ -358,15 +356,11 @@ impl Session {
         let Some(live) = &mut self.live else {
             return Err(Wrong::new("nothing runs here that could be taken anywhere"));
         };
-        if !live.take(&mut self.debugger)? {
-            return Ok("the controller is here already".to_owned());
-        }
-        let place = shown(&live.shown_place(&self.debugger));
-        Ok(format!("the controller is at {place} now and goes on from there"))
+        Ok(shown(&live.take(&mut self.debugger)?))
     }
 
     /// Lets the controller run until a breakpoint pauses it, or Ctrl-C.
-    fn run(&mut self, until: Option<Time>) -> Result<String, Wrong> {
+    fn run(&mut self, until: Until) -> Result<String, Wrong> {
         if let Some(said) = self.let_go(until)? {
             return Ok(said);
         }
@@ -391,29 +385,26 @@ impl Session {
     /// Goes through what is recorded to where the controller is, and lets that go on; does not wait for
     /// it. If one has stopped before, or looks at something that it is not a part of, nothing runs, and
     /// what there is to say is returned.
-    pub(crate) fn let_go(&mut self, until: Option<Time>) -> Result<Option<String>, Wrong> {
+    pub(crate) fn let_go(&mut self, until: Until) -> Result<Option<String>, Wrong> {
         self.cancel.forget();
         let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
-        if !live.is_here(&self.debugger) {
-            let ahead = live.ahead(&self.debugger);
-            let end = ahead.map(|place| place.moment.at);
-            let to = until.into_iter().chain(end).min();
-            let stop = self.debugger.go(Way::Forward, to, &mut go_on(&self.cancel));
-            let is_early = until.is_some_and(|until| end.is_none_or(|end| until < end));
-            let has_stopped = matches!(stop.why, Reason::Breakpoints(_) | Reason::Cancelled);
-            let Some(place) = ahead.filter(|_| !is_early && !has_stopped) else {
-                let mut said = self.stopped(stop);
-                if ahead.is_none() {
-                    self.tell_of_elsewhere(&mut said);
-                }
-                return Ok(Some(said));
-            };
-            self.debugger.history_mut().go_back_to(place);
+        let stop = live.let_go(&mut self.debugger, until, &mut go_on(&self.cancel))?;
+        let Some(stop) = stop else {
+            self.cancel.set_running(Some(live.control().clone()));
+            return Ok(None);
+        };
+        let leads_there = live.is_ahead(&self.debugger);
+        let mut said = self.stopped(stop);
+        if !leads_there {
+            self.tell_of_elsewhere(&mut said);
         }
-        live.go(&mut self.debugger, until)?;
-        self.until = until;
-        self.cancel.set_running(Some(live.control().clone()));
-        Ok(None)
+        Ok(Some(said))
+    }
+
+    /// What is said where somebody has had enough.
+    fn cancelled(&mut self) -> String {
+        let stop = live::cancelled(&mut self.debugger);
+        self.stopped(stop)
     }
 
     /// What is said where one stops.
@@ -433,7 +424,7 @@ impl Session {
     ) -> Result<Option<String>, Wrong> {
         let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
         let patience = &mut patiently;
-        let stop = live.paused(&mut self.debugger, reports, pause, self.until, patience)?;
+        let stop = live.paused(&mut self.debugger, reports, pause, patience)?;
         let Some(stop) = stop else { return Ok(None) };
         self.cancel.set_running(None);
         Ok(Some(self.stopped(stop)))
@@ -454,7 +445,7 @@ impl Session {
         };
         let (debugger, live) = match other {
             Other::Runs(emulator) => {
-                let (live, debugger) = Live::begin(*emulator)?;
+                let (live, debugger) = Live::of(*emulator, None)?;
                 (debugger, live)
             }
             Other::Left(left) => *left,
@@ -537,7 +528,7 @@ impl Own {
 }
 
 /// Goes on until somebody wants it to end.
-fn go_on(cancel: &Cancel) -> impl FnMut(Time) -> ControlFlow<()> {
+fn go_on(cancel: &Cancel) -> impl FnMut(Time) -> ControlFlow<()> + use<> {
     let cancel = cancel.clone();
     move |_| match cancel.is_wished() {
         true => ControlFlow::Break(()),

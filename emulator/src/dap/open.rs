@@ -15,10 +15,12 @@ use vimc4_ncp::Severity;
 use vimc4_ncp::job::{InputTest, Job, Question, Step};
 use vimc4_timeline::recording::{LineSort, Recording, What};
 
+use super::live::{self, Served};
 use crate::failure::Failure;
 use crate::job::file;
 use crate::job::perform::said;
 use crate::job::source::{Reading, Site, takes_jobs};
+use crate::live::Ring;
 use crate::recording::controller::{Site as Recorded, quirky};
 use crate::recording::file as recordings;
 use crate::run::script::{Kind, Script, ScriptLine};
@@ -31,12 +33,47 @@ const MOST: usize = 10_000_000;
 /// So many errors of a job are told.
 const MOST_ERRORS: usize = 5;
 
-/// Opens files of this computer.
-pub(super) struct Files;
+/// Opens files of this computer, and controllers behind its ports.
+pub(super) struct Doors {
+    /// The controllers that run already, if there are any.
+    pub(super) served: Option<Served>,
+    /// Is called when one that runs by itself has something to say.
+    pub(super) ring: Ring,
+}
 
-impl Open for Files {
+impl Open for Doors {
     fn open(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
-        configuration.each().iter().map(open).collect()
+        let each = configuration.each();
+        let several = each.iter().filter(|each| each.serve).count() > 1;
+        let mut numbers = 1..;
+        let open = |each: &Configuration| {
+            if !each.serve {
+                return open(each);
+            }
+            if each.program.is_some() || each.recording.is_some() {
+                return Err(Refusal::new(
+                    "what is behind ports is sent by host software: `serve` goes without `program` \
+                     and `recording`",
+                ));
+            }
+            let number = numbers.next().filter(|_| several);
+            let mut opened = live::start(each, number, &self.ring)?;
+            if let Some(name) = &each.name {
+                opened.name.clone_from(name);
+            }
+            Ok(opened)
+        };
+        each.iter().map(open).collect()
+    }
+
+    fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
+        match &self.served {
+            Some(served) => served.attach(configuration, &self.ring),
+            None => Err(Refusal::new(
+                "no controllers run here to attach to: name a `recording`, or connect to the port of \
+                 `vimc4 serve --dap PORT`",
+            )),
+        }
     }
 
     fn is_same_file(&self, one: &str, other: &str) -> bool {
@@ -60,7 +97,7 @@ fn open(configuration: &Configuration) -> Result<Opened, Refusal> {
         (Some(_), Some(_)) => Err(Refusal::new("there is a program or a recording, not both")),
         (None, None) => Err(Refusal::new(
             "nothing to debug is named: `program` is a file of commands, a program, a plot or a \
-             job, `recording` one that was recorded",
+             job, `recording` one that was recorded, `serve` a controller behind ports",
         )),
     }?;
     if let Some(name) = &configuration.name {
@@ -123,7 +160,8 @@ fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refu
     };
     let debugger = debugger.with_source(source).with_feed(Feed::new(host.pieces));
     let (stored, statement) = (host.stored, host.statement);
-    Ok(Opened { name, debugger, stored, is_file: true, statement })
+    let (live, said) = (None, String::new());
+    Ok(Opened { name, debugger, stored, is_file: true, statement, live, said })
 }
 
 /// The path of a file as an editor finds it, wherever it was started.
@@ -324,7 +362,15 @@ fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Re
         controller => controller.to_owned(),
     };
     // Between the lines of a program there are commands, and the other way round.
-    Ok(Opened { name, debugger, stored: Vec::new(), is_file: false, statement: Unit::Line })
+    Ok(Opened {
+        name,
+        debugger,
+        stored: Vec::new(),
+        is_file: false,
+        statement: Unit::Line,
+        live: None,
+        said: String::new(),
+    })
 }
 
 /// The history of a recording. What is behind a state that somebody has put in is left out, since

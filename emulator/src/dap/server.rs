@@ -5,7 +5,9 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, BufRead, Write};
 use std::ops::ControlFlow;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -13,7 +15,8 @@ use serde_json::json;
 use vimc4_dap::{Incoming, LARGEST, Outgoing, Refusal, Running, Session};
 use vimc4_device::{Time, show_nanos};
 
-use super::open::Files;
+use super::live::Served;
+use super::open::Doors;
 use crate::framing;
 
 /// So many messages wait at most while something takes long.
@@ -34,22 +37,52 @@ pub(super) enum End {
     Vanished,
 }
 
-/// Talks with a client until it goes.
-pub(super) fn serve(input: impl BufRead + Send + 'static, output: impl Write) -> io::Result<End> {
+/// What a session waits for.
+enum Heard {
+    /// The client has said something.
+    Said(Incoming),
+    /// A controller that runs by itself has something to say.
+    Rung,
+}
+
+/// Talks with a client until it goes. It may attach to controllers that run already.
+pub(super) fn serve(
+    input: impl BufRead + Send + 'static,
+    output: impl Write,
+    served: Option<Served>,
+) -> io::Result<End> {
     let (sender, incoming) = sync_channel(1);
-    thread::Builder::new().name("client".to_owned()).spawn(move || read(input, &sender))?;
+    let bell = sender.clone();
+    // Where it finds no room there is something to be heard already, after which one looks.
+    let ring = Arc::new(move || drop(bell.try_send(Heard::Rung)));
+    let left = Arc::new(AtomicBool::new(false));
+    let has_left = Arc::clone(&left);
+    thread::Builder::new().name("client".to_owned()).spawn(move || {
+        read(input, &sender);
+        has_left.store(true, Ordering::Release);
+        // Whoever waits looks up.
+        let _ = sender.send(Heard::Rung);
+    })?;
     let mut client = Client {
         incoming,
+        left,
         waiting: VecDeque::new(),
         is_gone: false,
         output,
         seq: 0,
         failure: None,
     };
-    let mut session = Session::new(Box::new(Files));
+    let mut session = Session::new(Box::new(Doors { served, ring }));
     let mut shown = BTreeMap::new();
     loop {
         client.look();
+        session.look();
+        for message in session.drain() {
+            client.say(&message);
+        }
+        if let Some(failure) = client.failure.take() {
+            return Err(failure);
+        }
         if session.is_over() {
             return Ok(End::Disconnected);
         }
@@ -61,19 +94,13 @@ pub(super) fn serve(input: impl BufRead + Send + 'static, output: impl Write) ->
             (None, Some(running)) => run(&mut session, &mut client, &running, &mut shown),
             (None, None) => client.wait(),
         }
-        for message in session.drain() {
-            client.say(&message);
-        }
-        if let Some(failure) = client.failure.take() {
-            return Err(failure);
-        }
     }
 }
 
 /// Reads until the end; an error is an end, too.
-fn read(mut input: impl BufRead, sender: &SyncSender<Incoming>) {
+fn read(mut input: impl BufRead, sender: &SyncSender<Heard>) {
     while let Ok(Some(frame)) = framing::read(&mut input, LARGEST) {
-        if sender.send(Incoming::read(frame)).is_err() {
+        if sender.send(Heard::Said(Incoming::read(frame))).is_err() {
             return;
         }
     }
@@ -81,7 +108,9 @@ fn read(mut input: impl BufRead, sender: &SyncSender<Incoming>) {
 
 /// A client at its stream.
 struct Client<W> {
-    incoming: Receiver<Incoming>,
+    incoming: Receiver<Heard>,
+    /// Whether nothing more will come than has.
+    left: Arc<AtomicBool>,
     /// What has come and was not heeded yet.
     waiting: VecDeque<Incoming>,
     is_gone: bool,
@@ -103,7 +132,8 @@ impl<W: Write> Client<W> {
     /// Waits for a message.
     fn wait(&mut self) {
         match self.incoming.recv() {
-            Ok(message) => self.waiting.push_back(message),
+            Ok(Heard::Said(message)) => self.waiting.push_back(message),
+            Ok(Heard::Rung) => {}
             Err(_) => self.is_gone = true,
         }
     }
@@ -111,12 +141,13 @@ impl<W: Write> Client<W> {
     /// Takes what has come, and says how many messages that is.
     fn look(&mut self) -> usize {
         let before = self.waiting.len();
+        let left = self.left.load(Ordering::Acquire);
         loop {
             match self.incoming.try_recv() {
-                Ok(message) => self.put_up(message),
-                Err(TryRecvError::Empty) => return self.waiting.len() - before,
-                Err(TryRecvError::Disconnected) => {
-                    self.is_gone = true;
+                Ok(Heard::Said(message)) => self.put_up(message),
+                Ok(Heard::Rung) => {}
+                Err(_) => {
+                    self.is_gone |= left;
                     return self.waiting.len() - before;
                 }
             }

@@ -17,7 +17,7 @@ use ratatui::crossterm::terminal::{
     EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
 use ratatui::{DefaultTerminal, Terminal, backend::CrosstermBackend};
-use vimc4_device::{SignalKind, Time};
+use vimc4_device::SignalKind;
 
 use super::draw::draw;
 use super::keys::{self, Act};
@@ -27,10 +27,10 @@ use super::picture::{Prompt, ReplyKind};
 use vimc4::{Report, Reports};
 
 use crate::console::camera;
-use crate::console::live::{self, Live};
 use crate::console::script;
 use crate::console::session::{Outcome, Session, Wrong};
 use crate::failure::Failure;
+use crate::live::{self, Live, Until};
 
 /// How the screen was left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -305,7 +305,7 @@ fn is_interrupted() -> bool {
 enum Next {
     GoOn,
     /// The running controller goes on, until a time at most.
-    LetGo(Option<Time>),
+    LetGo(Until),
     Redraw,
     Suspend,
     Leave(Leaving),
@@ -336,7 +336,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
         }
     }
     match act {
-        Act::HoldOrGo if session.live.is_some() => return Next::LetGo(None),
+        Act::HoldOrGo if session.live.is_some() => return Next::LetGo(Until::Paused),
         Act::Line(line) => return carry_out(session, line),
         Act::Scrub(by) => {
             let way = if by < 0 { "back" } else { "step" };

@@ -5,24 +5,54 @@
 //! controller there. Who goes back looks, and what is done there is a branch to be looked at: the
 //! controller itself stays, until it is taken there.
 
-use vimc4::{Control, Emulator, News, Order, Report, Reports, Wants, What};
+use std::sync::Arc;
+
+use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Tap, Wants, What};
 use vimc4_catalogue::State;
-use vimc4_debug::{Breakpoint, Debugger, Note, Reason, Stop, Trigger, Way};
+use vimc4_debug::{
+    Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way, patiently,
+};
 use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
 use vimc4_timeline::{Act, History, Moment, Place, Progress};
 
 /// So many reports may wait while nobody looks at them.
 const WAITING: usize = 1 << 20;
 
-/// No way is led through act by act that has more of them: the controller is put to its end.
-const LED: usize = 100_000;
+/// So many acts a controller is led by before somebody is asked whether to go on.
+const PATIENCE: u32 = 64;
 
 /// Why the controller does not do what is wanted.
 pub(crate) type Failed = String;
 
+/// Is called when there is something to be looked at; it must not block.
+pub(crate) type Ring = Arc<dyn Fn() + Send + Sync>;
+
+/// Until when a controller that is let go goes on by itself: until a breakpoint pauses it or somebody
+/// does, at the latest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Until {
+    #[default]
+    Paused,
+    /// A command begins.
+    Command,
+    Time(Time),
+}
+
+impl Until {
+    fn time(self) -> Option<Time> {
+        match self {
+            Until::Time(at) => Some(at),
+            Until::Paused | Until::Command => None,
+        }
+    }
+}
+
 /// A controller that runs behind real ports.
 pub(crate) struct Live {
-    emulator: Emulator,
+    /// The controller itself, if it ends with the debugger.
+    emulator: Option<Emulator>,
+    /// Whether it goes on without the debugger.
+    goes_on_alone: bool,
     control: Control,
     reports: Option<Reports>,
     /// Where in the history it is.
@@ -31,33 +61,77 @@ pub(crate) struct Live {
     set: Vec<vimc4::BreakpointId>,
     /// From where it was let go, while it runs.
     running_from: Option<Place>,
+    /// Until when, and the breakpoint that waits for a command.
+    until: Until,
+    awaited: Option<BreakpointId>,
     notes: Vec<Note>,
 }
 
+/// Tells somebody that reports have come.
+struct Rung {
+    tap: Tap,
+    ring: Ring,
+}
+
+impl Sink for Rung {
+    fn wants(&self) -> Wants {
+        self.tap.wants()
+    }
+
+    fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
+        self.tap.report(report, explain);
+        (self.ring)();
+    }
+
+    fn has_enough(&self) -> bool {
+        self.tap.has_enough()
+    }
+}
+
 impl Live {
-    /// Pauses the controller and begins to follow it, with a debugger that stands where it is.
-    pub(crate) fn begin(emulator: Emulator) -> Result<(Live, Debugger), Failed> {
-        let control = emulator.control().by("the console");
+    /// Pauses a controller and begins to follow it, with a debugger that stands where it is. It ends with
+    /// the debugger.
+    pub(crate) fn of(emulator: Emulator, ring: Option<Ring>) -> Result<(Live, Debugger), Failed> {
+        let (mut live, debugger) = Live::with(emulator.control(), "the console", ring)?;
+        (live.emulator, live.goes_on_alone) = (Some(emulator), false);
+        Ok((live, debugger))
+    }
+
+    /// The same with a controller that others run, by somebody of this name. Afterwards it goes on.
+    pub(crate) fn with(
+        control: &Control,
+        who: &str,
+        ring: Option<Ring>,
+    ) -> Result<(Live, Debugger), Failed> {
+        let control = control.by(who);
         control.pause().wait().map_err(failed)?;
         let wants = Wants { inputs: true, sent: false, kinds: Kinds::NONE };
         let (tap, reports) = Reports::new(wants, WAITING);
-        control.watch(tap).wait().map_err(failed)?;
+        let watching = match ring {
+            Some(ring) => control.watch(Rung { tap, ring }),
+            None => control.watch(tap),
+        };
+        watching.wait().map_err(failed)?;
         let debugger = Debugger::new(control.controller().wait().map_err(failed)?.device().clone());
         let place = debugger.place();
         let live = Live {
-            emulator,
+            emulator: None,
+            goes_on_alone: true,
             control,
             reports: Some(reports),
             place,
             set: Vec::new(),
             running_from: None,
+            until: Until::Paused,
+            awaited: None,
             notes: Vec::new(),
         };
         Ok((live, debugger))
     }
 
-    pub(crate) fn emulator(self) -> Emulator {
-        self.emulator
+    /// The controller, if it is to be ended with the debugger.
+    pub(crate) fn into_emulator(mut self) -> Option<Emulator> {
+        self.emulator.take()
     }
 
     pub(crate) fn control(&self) -> &Control {
@@ -70,9 +144,32 @@ impl Live {
 
     // --- while time is paused ---
 
+    /// Does something with the debugger. What has come for the controller is heard before, if that goes
+    /// forward; where it has led forward from the controller, or a branch has begun there that is meant
+    /// for it, the controller is led there afterwards. Says whether that has come to its end: if not,
+    /// the debugger stands where the controller was led to.
+    pub(crate) fn during<T>(
+        &mut self,
+        debugger: &mut Debugger,
+        goes_forward: bool,
+        is_meant: bool,
+        progress: &mut Progress<'_>,
+        deed: impl FnOnce(&mut Debugger, &mut Progress<'_>) -> T,
+    ) -> Result<(T, bool), Failed> {
+        if goes_forward {
+            self.hear(debugger)?;
+        }
+        let was_here = self.is_here(debugger);
+        let branches = debugger.history().branches().count();
+        let done = deed(debugger, progress);
+        let has_parted = debugger.history().branches().count() > branches;
+        let arrived = self.lead(debugger, was_here && has_parted && is_meant, progress)?;
+        Ok((done, arrived))
+    }
+
     /// Takes in what clients have sent meanwhile, so that steps find it. They see the answers to that at
     /// once, if they come at once.
-    pub(crate) fn hear(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
+    fn hear(&mut self, debugger: &mut Debugger) -> Result<(), Failed> {
         if debugger.place() != self.place {
             return Ok(());
         }
@@ -98,30 +195,36 @@ impl Live {
 
     /// Brings the controller to where the debugger has gone forward from it, act by act, so that clients
     /// get the answers. Where it has gone anywhere else the controller stays; a branch is followed only
-    /// if it has just begun where the controller is.
-    pub(crate) fn lead(
+    /// if it has just begun where the controller is. Says whether it has arrived: if not, somebody has
+    /// had enough, and the debugger stands where the controller is by then.
+    fn lead(
         &mut self,
         debugger: &mut Debugger,
         has_begun_here: bool,
-    ) -> Result<(), Failed> {
+        progress: &mut Progress<'_>,
+    ) -> Result<bool, Failed> {
         let here = debugger.place();
         let heading = debugger.history().heading();
         let is_ahead = here != self.place && is_on_way(debugger.history(), self.place, here);
         if !is_ahead || (here.branch != self.place.branch && !has_begun_here) {
-            return Ok(());
+            return Ok(true);
         }
         let history = debugger.history_mut();
         history.go_to_end(heading);
         history.go_back_to(self.place);
-        let mut acts = 0;
-        while acts < LED && !is_there(debugger.history(), here) {
+        let mut end = here;
+        let mut acts = 0_u32;
+        while !is_there(debugger.history(), here) {
             acts += 1;
+            if acts.is_multiple_of(PATIENCE) && progress(debugger.now()).is_break() {
+                end = debugger.place();
+                break;
+            }
             let before = debugger.device().clone();
             let history = debugger.history_mut();
-            // Not beyond the moment that is gone to.
-            let end = here.moment.at;
             let mut done = None;
-            let found = history.find_next(end, |_, act, _| {
+            // Not beyond the moment that is gone to.
+            let found = history.find_next(here.moment.at, |_, act, _| {
                 done = Some(act);
                 true
             });
@@ -150,15 +253,15 @@ impl Live {
             }
         }
         debugger.history_mut().go_to_end(heading);
-        debugger.history_mut().go_back_to(here);
+        debugger.history_mut().go_back_to(end);
         debugger.history_mut().drain();
         let state = debugger.device().state();
         if self.state()? != state {
             self.put(state)?;
         }
-        self.place = here;
+        self.place = end;
         self.forget_reports();
-        Ok(())
+        Ok(end == here)
     }
 
     fn state(&self) -> Result<State, Failed> {
@@ -201,30 +304,47 @@ impl Live {
 
     /// How the debugger goes on to the controller, if it does: to where that is. On a branch on which
     /// the controller is not one can go on for ever and not come to it.
-    pub(crate) fn ahead(&self, debugger: &Debugger) -> Option<Place> {
+    fn ahead(&self, debugger: &Debugger) -> Option<Place> {
         let history = debugger.history();
         let is_ahead = history.heading() == self.place.branch
             && is_on_way(history, debugger.place(), self.place);
         is_ahead.then_some(self.place)
     }
 
+    /// Whether the debugger goes on to the controller.
+    pub(crate) fn is_ahead(&self, debugger: &Debugger) -> bool {
+        self.ahead(debugger).is_some()
+    }
+
+    /// Where the controller itself is, if that is not looked at.
+    pub(crate) fn elsewhere(&self, debugger: &Debugger) -> Option<String> {
+        if self.is_here(debugger) {
+            return None;
+        }
+        let place = self.shown_place(debugger);
+        Some(format!(
+            "this is only looked at: the controller itself stays at {place}; `take` takes it here"
+        ))
+    }
+
     /// Where the controller is, for people.
-    pub(crate) fn shown_place(&self, debugger: &Debugger) -> String {
+    fn shown_place(&self, debugger: &Debugger) -> String {
         let mut branches = debugger.history().branches();
         let name = branches.find(|branch| branch.id == self.place.branch).map(|branch| branch.name);
         let at = vimc4_device::show_nanos(self.place.moment.at.as_nanos());
         format!("{at} on {}", name.unwrap_or_default())
     }
 
-    /// Takes the controller itself to where the debugger is, and says whether it was elsewhere. Clients
-    /// get nothing of the way there, and nothing of what was recorded behind it comes again.
-    pub(crate) fn take(&mut self, debugger: &mut Debugger) -> Result<bool, Failed> {
+    /// Takes the controller itself to where the debugger is, and says what came of it. Clients get
+    /// nothing of the way there, and nothing of what was recorded behind it comes again.
+    pub(crate) fn take(&mut self, debugger: &mut Debugger) -> Result<String, Failed> {
         if self.is_here(debugger) {
-            return Ok(false);
+            return Ok("the controller is here already".to_owned());
         }
         self.put_here(debugger)?;
         self.forget_reports();
-        Ok(true)
+        let place = self.shown_place(debugger);
+        Ok(format!("the controller is at {place} now and goes on from there"))
     }
 
     /// Puts the controller to where the debugger is, on a branch of its own if something else follows
@@ -257,37 +377,97 @@ impl Live {
 
     // --- while time goes on ---
 
-    /// Lets time go on from where the controller and the debugger are, for so long at most.
-    pub(crate) fn go(
+    /// Goes through what is recorded to where the controller is, and lets that go on; does not wait for
+    /// it. If the debugger has stopped before, or looks at something that the controller is not a part of,
+    /// nothing runs, and where it has stopped is returned.
+    pub(crate) fn let_go(
         &mut self,
         debugger: &mut Debugger,
-        until: Option<Time>,
-    ) -> Result<(), Failed> {
+        until: Until,
+        progress: &mut Progress<'_>,
+    ) -> Result<Option<Stop>, Failed> {
+        if !self.is_here(debugger) {
+            let ahead = self.ahead(debugger);
+            let end = ahead.map(|place| place.moment.at);
+            let to = until.time().into_iter().chain(end).min();
+            let stop = debugger.go(Way::Forward, to, progress);
+            let is_early = until.time().is_some_and(|until| end.is_none_or(|end| until < end));
+            let has_stopped = matches!(stop.why, Reason::Breakpoints(_) | Reason::Cancelled);
+            let Some(place) = ahead.filter(|_| !is_early && !has_stopped) else {
+                return Ok(Some(stop));
+            };
+            debugger.history_mut().go_back_to(place);
+        }
         let history = debugger.history_mut();
         if history.is_at_end() {
             let now = history.now();
             history.run_to(now);
-            self.lead(debugger, false)?;
+            if !self.lead(debugger, false, progress)? {
+                return Ok(Some(cancelled(debugger)));
+            }
         } else {
             // What was recorded behind the present does not come again by itself.
             self.put_here(debugger)?;
         }
-        self.running_from = Some(self.place);
         self.notes.clear();
-        self.set_breakpoints(debugger, until)?;
+        self.until = until;
+        if until == Until::Command {
+            let trigger = Trigger::Condition(Condition::Command { like: None });
+            self.awaited = Some(debugger.add_breakpoint(trigger, Options::default()));
+        }
+        self.heed(debugger)?;
+        self.goes_on()?;
+        Ok(None)
+    }
+
+    /// Time goes on.
+    fn goes_on(&mut self) -> Result<(), Failed> {
+        self.running_from = Some(self.place);
         self.forget_reports();
         self.control.resume().wait().map_err(failed)?;
         Ok(())
     }
 
-    fn set_breakpoints(&mut self, debugger: &Debugger, until: Option<Time>) -> Result<(), Failed> {
+    /// Has the controller paused by the breakpoints that the debugger has now, and no others.
+    pub(crate) fn heed(&mut self, debugger: &Debugger) -> Result<(), Failed> {
         let enabled = debugger.breakpoints().iter().filter(|breakpoint| breakpoint.is_enabled);
         let mut conditions: Vec<Condition> = enabled.map(|it| pauses(it, debugger)).collect();
-        conditions.extend(until.map(Condition::At));
+        conditions.extend(self.until.time().map(Condition::At));
+        let before = std::mem::take(&mut self.set);
         for condition in conditions {
             self.set.push(self.control.break_when(condition).wait().map_err(failed)?);
         }
+        self.heed_no_more(before)
+    }
+
+    fn heed_no_more(&self, set: Vec<vimc4::BreakpointId>) -> Result<(), Failed> {
+        for breakpoint in set {
+            self.control.remove_breakpoint(breakpoint).wait().map_err(failed)?;
+        }
         Ok(())
+    }
+
+    /// Has the running controller paused; that is seen when it is looked at.
+    pub(crate) fn pause(&self) {
+        drop(self.control.pause());
+    }
+
+    /// Follows the running controller as far as it has come, and says where it has stopped, if it has.
+    pub(crate) fn look(&mut self, debugger: &mut Debugger) -> Result<Option<Stop>, Failed> {
+        while let Some(report) = self.reports.as_mut().and_then(Reports::take) {
+            if is_pause(&report) {
+                let Some(reports) = self.reports.take() else { return Ok(None) };
+                match self.paused(debugger, reports, &report, &mut patiently)? {
+                    None => continue,
+                    stop => return Ok(stop),
+                }
+            }
+            if matches!(report.news(), Some(News::Ends)) {
+                return Err("the controller has ended".to_owned());
+            }
+            follow(debugger, &report);
+        }
+        Ok(None)
     }
 
     /// The reports, for whoever waits for the end of the run. They are given back to
@@ -303,13 +483,11 @@ impl Live {
         debugger: &mut Debugger,
         reports: Reports,
         pause: &Report,
-        until: Option<Time>,
         progress: &mut Progress<'_>,
     ) -> Result<Option<Stop>, Failed> {
         self.reports = Some(reports);
-        for breakpoint in self.set.drain(..) {
-            self.control.remove_breakpoint(breakpoint).wait().map_err(failed)?;
-        }
+        let set = std::mem::take(&mut self.set);
+        self.heed_no_more(set)?;
         self.place = self.join(debugger)?;
         let from = self.running_from.take().unwrap_or(self.place);
         let at = debugger.now();
@@ -317,19 +495,26 @@ impl Live {
         let mut stop = debugger.go(Way::Forward, Some(at), progress);
         self.notes.append(&mut stop.notes);
         let by_hand = matches!(pause.news(), Some(News::Paused { by: Some(_), .. }));
-        let is_time = until.is_some_and(|until| until <= at);
+        let is_time = self.until.time().is_some_and(|until| until <= at);
         if !matches!(stop.why, Reason::Breakpoints(_)) {
             debugger.history_mut().go_back_to(self.place);
             if !by_hand && !is_time {
-                self.running_from = Some(self.place);
-                self.set_breakpoints(debugger, until)?;
-                self.forget_reports();
-                self.control.resume().wait().map_err(failed)?;
+                self.heed(debugger)?;
+                self.goes_on()?;
                 return Ok(None);
             }
             stop.why = if is_time { Reason::Time } else { Reason::Cancelled };
             (stop.place, stop.at) = (debugger.place(), debugger.now());
             stop.command = debugger.executing();
+        }
+        if let Some(awaited) = self.awaited.take() {
+            debugger.remove_breakpoint(awaited);
+            if let Reason::Breakpoints(met) = &mut stop.why {
+                met.retain(|met| *met != awaited);
+                if met.is_empty() {
+                    stop.why = Reason::Step(Unit::Command);
+                }
+            }
         }
         stop.notes = std::mem::take(&mut self.notes);
         Ok(Some(stop))
@@ -347,6 +532,23 @@ impl Live {
             None => Ok(()),
         }
     }
+}
+
+impl Drop for Live {
+    /// A controller that others run goes on as if nobody had looked at it.
+    fn drop(&mut self) {
+        if self.goes_on_alone {
+            for breakpoint in self.set.drain(..) {
+                drop(self.control.remove_breakpoint(breakpoint));
+            }
+            drop(self.control.resume());
+        }
+    }
+}
+
+/// Where a debugger stands, if somebody has had enough.
+pub(crate) fn cancelled(debugger: &mut Debugger) -> Stop {
+    Stop { why: Reason::Cancelled, ..debugger.here() }
 }
 
 /// Whether a report says that time is paused.

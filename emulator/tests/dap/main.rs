@@ -13,214 +13,19 @@ use std::io::{BufReader, Write};
 use std::net::{Shutdown, TcpStream};
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::mpsc::Receiver;
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+mod editor;
+#[cfg(unix)]
+mod live;
+#[path = "../process/mod.rs"]
 #[expect(dead_code, reason = "each test uses its part of it")]
 mod process;
 
-use process::{LIMIT, Process, VIMC4, connect, framed, read_message};
-
-// --- the client ---
-
-/// An editor with its debug adapter.
-struct Editor {
-    adapter: Process,
-    from: Receiver<Value>,
-    seq: i64,
-    /// The number of the message that was heard last.
-    heard: i64,
-    /// Events that nobody has asked for yet.
-    events: Vec<(String, Value)>,
-}
-
-impl Editor {
-    /// An editor that has not said anything.
-    fn silent() -> Editor {
-        let mut adapter = Process::start(Command::new(VIMC4).arg("dap"));
-        let from = adapter.messages();
-        Editor { adapter, from, seq: 0, heard: 0, events: Vec::new() }
-    }
-
-    /// An editor that has said what it is.
-    fn new() -> Editor {
-        let mut editor = Editor::silent();
-        editor.ask("initialize", json!({ "adapterID": "vimc4", "linesStartAt1": true }));
-        editor.event("initialized");
-        editor
-    }
-
-    /// An editor that stands at the first line of a program.
-    fn at_entry(configuration: Value) -> Editor {
-        let mut editor = Editor::new();
-        let mut configuration = configuration;
-        configuration["stopOnEntry"] = true.into();
-        editor.ask("launch", configuration);
-        editor.ask("configurationDone", json!({}));
-        assert_eq!(editor.event("stopped")["reason"], "entry");
-        editor
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        let to = self.adapter.input.as_mut().unwrap();
-        to.write_all(bytes).unwrap();
-        to.flush().unwrap();
-    }
-
-    /// Sends a request, and says its number.
-    fn send(&mut self, command: &str, arguments: Value) -> i64 {
-        self.seq += 1;
-        let message = json!({
-            "seq": self.seq, "type": "request", "command": command, "arguments": arguments,
-        });
-        self.write(framed(&message).as_bytes());
-        self.seq
-    }
-
-    fn hear(&mut self) -> Value {
-        let message = self.from.recv_timeout(LIMIT).unwrap();
-        // Messages are numbered one by one.
-        self.heard += 1;
-        assert_eq!(message["seq"], self.heard, "{message}");
-        message
-    }
-
-    /// Hears until there is an answer to a request; other answers are not expected.
-    fn answer(&mut self, seq: i64) -> Result<Value, String> {
-        loop {
-            let message = self.hear();
-            if message["type"] == "event" {
-                self.events.push((text(&message["event"]), message["body"].clone()));
-                continue;
-            }
-            assert_eq!(message["type"], "response");
-            assert_eq!(message["request_seq"], seq, "{message}");
-            return match message["success"].as_bool().unwrap() {
-                true => Ok(message["body"].clone()),
-                false => {
-                    assert_eq!(message["body"]["error"]["format"], message["message"]);
-                    Err(text(&message["message"]))
-                }
-            };
-        }
-    }
-
-    fn try_to(&mut self, command: &str, arguments: Value) -> Result<Value, String> {
-        let seq = self.send(command, arguments);
-        self.answer(seq)
-    }
-
-    fn ask(&mut self, command: &str, arguments: Value) -> Value {
-        self.try_to(command, arguments).unwrap_or_else(|error| panic!("{command}: {error}"))
-    }
-
-    fn refused(&mut self, command: &str, arguments: Value) -> String {
-        self.try_to(command, arguments).expect_err(command)
-    }
-
-    /// The next event of a name; what comes before stays to be asked for.
-    fn event(&mut self, name: &str) -> Value {
-        loop {
-            if let Some(place) = self.events.iter().position(|(event, _)| event == name) {
-                return self.events.remove(place).1;
-            }
-            let message = self.hear();
-            assert_eq!(message["type"], "event", "{message}");
-            self.events.push((text(&message["event"]), message["body"].clone()));
-        }
-    }
-
-    /// Does something that ends with a stop.
-    fn walk(&mut self, command: &str) -> Value {
-        self.ask(command, json!({ "threadId": 1 }));
-        self.event("stopped")
-    }
-
-    fn steps(&mut self, command: &str, granularity: &str) -> Value {
-        self.ask(command, json!({ "threadId": 1, "granularity": granularity }));
-        self.event("stopped")
-    }
-
-    /// Line and name of what is under way, from inside to outside.
-    fn stack(&mut self) -> Vec<(i64, String)> {
-        let stack = self.ask("stackTrace", json!({ "threadId": 1 }));
-        let frames = stack["stackFrames"].as_array().unwrap().iter();
-        frames.map(|frame| (frame["line"].as_i64().unwrap(), text(&frame["name"]))).collect()
-    }
-
-    fn line(&mut self) -> i64 {
-        self.stack()[0].0
-    }
-
-    fn value(&mut self, expression: &str) -> String {
-        text(&self.ask("evaluate", json!({ "expression": expression }))["result"])
-    }
-
-    fn console(&mut self, line: &str) -> String {
-        let arguments = json!({ "expression": line, "context": "repl" });
-        text(&self.ask("evaluate", arguments)["result"])
-    }
-
-    fn set_lines(&mut self, file: &str, breakpoints: Value) -> Vec<Value> {
-        let arguments = json!({ "source": { "path": file }, "breakpoints": breakpoints });
-        self.ask("setBreakpoints", arguments)["breakpoints"].as_array().unwrap().clone()
-    }
-
-    /// The variables of a scope, by their names.
-    fn scope(&mut self, name: &str) -> i64 {
-        let stack = self.ask("stackTrace", json!({ "threadId": 1 }));
-        let frame = stack["stackFrames"][0]["id"].clone();
-        let scopes = self.ask("scopes", json!({ "frameId": frame }));
-        let scope = scopes["scopes"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .find(|scope| scope["name"] == name)
-            .cloned();
-        scope.unwrap()["variablesReference"].as_i64().unwrap()
-    }
-
-    fn variables(&mut self, reference: i64) -> Vec<Value> {
-        let found = self.ask("variables", json!({ "variablesReference": reference }));
-        found["variables"].as_array().unwrap().clone()
-    }
-
-    /// Everything of a scope, as deep as it goes.
-    fn all(&mut self, scope: &str) -> Vec<String> {
-        let mut lines = Vec::new();
-        let mut open = vec![self.scope(scope)];
-        while let Some(reference) = open.pop() {
-            for variable in self.variables(reference) {
-                match variable["variablesReference"].as_i64().unwrap() {
-                    0 => lines.push(format!(
-                        "{} = {}",
-                        text(&variable["evaluateName"]),
-                        text(&variable["value"])
-                    )),
-                    inner => open.push(inner),
-                }
-            }
-        }
-        lines.sort();
-        lines
-    }
-
-    /// How the adapter ends.
-    fn leaves(&mut self) -> Option<i32> {
-        self.adapter.ended().code()
-    }
-
-    fn disconnect(mut self) {
-        self.ask("disconnect", json!({}));
-        assert_eq!(self.leaves(), Some(0));
-    }
-}
-
-fn text(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
-}
+use editor::{Editor, text};
+use process::{Process, VIMC4, connect, framed, read_message};
 
 fn example(name: &str) -> String {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name);
@@ -1037,14 +842,14 @@ fn too_many_requests_are_refused() {
 #[test]
 fn a_client_that_vanishes_ends_the_session() {
     let mut editor = Editor::new();
-    editor.adapter.input = None;
+    editor.adapter.as_mut().unwrap().input = None;
     assert_eq!(editor.leaves(), Some(1));
     // Also while something runs that has no end.
     let (_folder, program) = file(ENDLESS);
     let mut editor = Editor::new();
     editor.ask("launch", json!({ "program": program }));
     editor.ask("configurationDone", json!({}));
-    editor.adapter.input = None;
+    editor.adapter.as_mut().unwrap().input = None;
     assert_eq!(editor.leaves(), Some(1));
 }
 
@@ -1161,7 +966,7 @@ fn nothing_bad_is_left_without_an_answer() {
 /// A test that asks for it by its name is above, for every request there is.
 #[test]
 fn every_request_of_the_table_is_asked_for_here() {
-    let here = include_str!("dap.rs");
+    let here = include_str!("main.rs");
     for row in vimc4_dap::REQUESTS {
         let asked = format!("\"{}\"", row.command);
         assert!(here.contains(&asked), "nobody asks for {}", row.command);
@@ -1181,7 +986,7 @@ fn rows(text: &str, heading: &str) -> Vec<Vec<String>> {
 
 #[test]
 fn the_page_has_the_tables_of_the_program() {
-    let page = include_str!("../../docs/debugging.md");
+    let page = include_str!("../../../docs/debugging.md");
     let requests: Vec<Vec<String>> = vimc4_dap::REQUESTS
         .iter()
         .map(|row| vec![format!("`{}`", row.command), row.about.to_owned()])
@@ -1200,7 +1005,7 @@ fn the_page_has_the_tables_of_the_program() {
 #[test]
 fn the_extension_of_visual_studio_code_knows_the_attributes() {
     let extension: Value =
-        serde_json::from_str(include_str!("../../examples/vscode/package.json")).unwrap();
+        serde_json::from_str(include_str!("../../../examples/vscode/package.json")).unwrap();
     let debugger = &extension["contributes"]["debuggers"][0];
     assert_eq!((&debugger["type"], &debugger["runtime"]), (&json!("vimc4"), &json!("vimc4")));
     let known: BTreeSet<String> = vimc4_dap::ATTRIBUTES
@@ -1227,7 +1032,7 @@ fn the_extension_of_visual_studio_code_knows_the_attributes() {
 /// The configurations that the page shows are opened.
 #[test]
 fn the_configurations_of_the_page_are_opened() {
-    let page = include_str!("../../docs/debugging.md");
+    let page = include_str!("../../../docs/debugging.md");
     let mut opened = 0;
     for block in page.split("```json\n").skip(1) {
         let block = block.split("```").next().unwrap();
@@ -1240,6 +1045,8 @@ fn the_configurations_of_the_page_are_opened() {
             let folder = fs::canonicalize(root).unwrap().to_str().unwrap().to_owned();
             let text = configuration.to_string().replace("${workspaceFolder}", &folder);
             let text = text.replace("${file}", &example("commands.txt"));
+            // Others may have that port.
+            let text = text.replace("127.0.0.1:4004", "127.0.0.1:0");
             let mut editor = Editor::new();
             editor.ask(&request, serde_json::from_str(&text).unwrap());
             editor.ask("configurationDone", json!({}));

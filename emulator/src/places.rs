@@ -1,0 +1,40 @@
+//! Where a controller behind ports is, if nothing is said, and where each of several is.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// The address at which it listens if nothing is said.
+pub(crate) const LISTENS: &str = "127.0.0.1:4004";
+
+/// The link to a pseudo-terminal if nothing is said.
+pub(crate) const PTY: &str = "./vimc4.pty";
+
+/// `flash.bin` becomes `flash-2.bin` for the second of several.
+pub(crate) fn numbered(path: &Path, number: Option<u16>) -> PathBuf {
+    let (Some(number), Some(stem)) = (number, path.file_stem()) else { return path.to_owned() };
+    let mut name = OsString::from(stem);
+    name.push(format!("-{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// The address with a port that is `more` higher; port 0 stays, it means any.
+pub(crate) fn counted_up(address: &str, more: u16) -> Result<String, Failure> {
+    let split = address.rsplit_once(':').and_then(|(host, port)| Some((host, port.parse().ok()?)));
+    let Some((host, port)) = split else { return Ok(address.to_owned()) };
+    match port {
+        0 => Ok(address.to_owned()),
+        port => {
+            u16::checked_add(port, more).map(|port| format!("{host}:{port}")).ok_or_else(|| {
+                Failure::usage(format!(
+                    "there are not enough ports above {port}; choose a lower one, or port 0"
+                ))
+            })
+        }
+    }
+}
