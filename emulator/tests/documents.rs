@@ -42,6 +42,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/library.md", "python3 -m unittest", "emulator/tests/recipes.rs"),
     ("docs/library.md", "cc ", "emulator/tests/recipes.rs"),
     ("docs/library.md", "./axis ", "emulator/tests/recipes.rs"),
+    ("docs/library.md", "LD_LIBRARY_PATH=", "crates/capi/tests/c.rs"),
     ("README.md", "python3 examples/tour.py", "a test of its own below"),
     ("", "socat ", "emulator/tests/connect"),
     ("docs/connect.md", "printf ", "needs socat; emulator/tests/connect"),

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
-use vimc4_device::{Condition, Event, Names, Signal, Stamp, Time};
+use vimc4_device::{Condition, Event, Names, Order, Signal, Stamp, Time};
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
 };
@@ -308,6 +308,12 @@ impl Emulator {
     pub fn erase(&self) -> Result<(), Error> {
         self.control.erase().wait()?;
         Ok(())
+    }
+
+    /// Carries out an order as people type it: [`Order::read`](crate::Order::read) reads it, and what it
+    /// says comes back.
+    pub fn give(&self, order: &Order) -> Result<String, Error> {
+        block_on(self.control.give(order))
     }
 
     /// Takes the power away or gives it back.

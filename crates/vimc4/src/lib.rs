@@ -74,9 +74,9 @@ pub use vimc4_device::{
     SignalKind, SignalView, Sort, Stamp, Time, TimerView, Verb, WaitsFor, Warning, escape,
 };
 pub use vimc4_host::{
-    BreakpointId, BreakpointView, Clients, Clock, ControlError, Effect, HostLines, Journey,
-    MemoryPort, News, Pause, Pending, Progress, Rate, Report, Reports, Sink, SinkId, Source, Step,
-    Tap, Traffic, Verbosity, Wants, What, Worker,
+    BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,
+    Journey, MemoryPort, News, Pause, Pending, Progress, Rate, Report, Reports, Sink, SinkId,
+    Source, Step, Tap, Traffic, Verbosity, Wants, What, Worker,
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{LinkError, PtyLink, User, Users};
