@@ -60,9 +60,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let client = Client::new(port, handling, timing, arguments.verbose);
     let mut conductor = Conductor::new(client, &chooser, candidates, timing, allowed);
     let played = conductor.play(&choices, &mut report);
-    let failure = played.err().map(|(trouble, last)| {
+    let failure = played.err().map(|(error, last)| {
         conductor.halt();
-        trouble.failure(conductor.client(), last.as_deref())
+        error.failure(conductor.client(), last.as_deref())
     });
     let passed = report.finish(conductor.port(), failure.as_ref());
     match failure {

@@ -80,7 +80,7 @@ struct Before {
 struct Findings {
     text: String,
     /// Something should be mended.
-    troubled: bool,
+    has_problem: bool,
 }
 
 impl Findings {
@@ -88,8 +88,8 @@ impl Findings {
         self.line(what, found);
     }
 
-    fn trouble(&mut self, what: &str, found: &str, remedy: &str) {
-        self.troubled = true;
+    fn problem(&mut self, what: &str, found: &str, remedy: &str) {
+        self.has_problem = true;
         self.line(what, found);
         // Writing to a string cannot fail.
         let _ = writeln!(self.text, "{:<14}-> {remedy}", "");
@@ -140,7 +140,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         conversation(&mut port, &mut findings);
     }
     output::print(&findings.text)?;
-    Ok(if findings.troubled { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    Ok(if findings.has_problem { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
 // --- what the system knows ---
@@ -169,7 +169,7 @@ fn before_opening(name: &str, findings: &mut Findings) -> Option<Before> {
             let who = format!("{} (process {}) answers at it", server.name, server.process);
             findings.fine("emulator", &who);
         }
-        None if is_pseudo(path) && users.all_looked_at => findings.trouble(
+        None if is_pseudo(path) && users.all_looked_at => findings.problem(
             "emulator",
             "no emulator holds the other end of this pseudo-terminal",
             "it may belong to a terminal window: start `vimc4 serve`, which makes the link anew",
@@ -191,12 +191,12 @@ fn before_opening(name: &str, findings: &mut Findings) -> Option<Before> {
     match named.as_slice() {
         [] if users.all_looked_at => findings.fine("open", "nobody else has it open"),
         [] => findings.fine("open", "nobody else is seen to have it open; root sees more"),
-        [one] => findings.trouble(
+        [one] => findings.problem(
             "open",
             &format!("{one} has it open"),
             "two programs take the answers from each other: close that one first",
         ),
-        many => findings.trouble(
+        many => findings.problem(
             "open",
             &format!("{} have it open", many.join(" and ")),
             "programs take the answers from each other: close those first",
@@ -224,7 +224,7 @@ fn permission(path: &Path, file: &std::fs::Metadata, findings: &mut Findings) {
     let rights = format!("{:03o}, owner {}, group {}", file.mode() & 0o777, file.uid(), file.gid());
     match access(path, Access::READ_OK | Access::WRITE_OK) {
         Ok(()) => findings.fine("permission", &format!("to read and to write ({rights})")),
-        Err(_) => findings.trouble(
+        Err(_) => findings.problem(
             "permission",
             &format!("you may not read and write it ({rights})"),
             match is_pseudo(path) {
@@ -317,7 +317,7 @@ fn modem_lines(port: &mut Port, findings: &mut Findings) {
 /// does not know the question of another family.
 fn conversation(port: &mut Port, findings: &mut Findings) {
     if let Err(why) = talk(port, findings) {
-        findings.trouble(
+        findings.problem(
             "controller",
             &format!("the other end has gone: {why}"),
             match port::is_tcp(port.name()) {
@@ -336,14 +336,14 @@ fn conversation(port: &mut Port, findings: &mut Findings) {
 fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
     let Heard { bytes: unasked, silent } = hear(port, LISTEN)?;
     if is_telnet(&unasked) {
-        findings.trouble(
+        findings.problem(
             "line",
             &format!("it speaks Telnet: `{}`", excerpt(&unasked)),
             "programs that speak RFC 2217 can use it, such as rfc2217:// of pyserial; for all others \
              set it to raw TCP, because 253 to 255 are commands of controllers",
         );
     } else if !unasked.is_empty() {
-        findings.trouble(
+        findings.problem(
             "line",
             &format!("it speaks without being asked: `{}`", excerpt(&unasked)),
             "a program runs that sends something, the speed is wrong, or it is no controller",
@@ -375,7 +375,7 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         let Some(found) = question(port, &families, &mut said)? else { continue };
         describe(port, &found, findings)?;
         if let (Some(speed), true) = (speed, number > 0) {
-            findings.trouble(
+            findings.problem(
                 "speed",
                 &format!("it answers at {speed} baud only"),
                 &format!("set the program to {speed} baud"),
@@ -384,14 +384,14 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         return Ok(());
     }
     match said.is_empty() {
-        true => findings.trouble(
+        true => findings.problem(
             "controller",
             "nothing answers",
             "check that it is on, and the cable: crossed (null modem) where the controller needs \
              it. If it moves, or its time is manual, the questions wait on the line: it answers \
              when it has come to rest, and whichever program has the port open then should drop the answers",
         ),
-        false => findings.trouble(
+        false => findings.problem(
             "controller",
             &format!("what answers makes no sense: `{}`", excerpt(&said)),
             "it is another device, or a serial line behind it has the wrong speed",
@@ -497,10 +497,10 @@ struct Heard {
     silent: bool,
 }
 
-fn hear(port: &mut Port, patience: Duration) -> Result<Heard, PortError> {
+fn hear(port: &mut Port, limit: Duration) -> Result<Heard, PortError> {
     let mut heard = Heard { bytes: Vec::new(), silent: true };
-    let end = Instant::now() + patience + LATEST;
-    let mut until = Instant::now() + patience;
+    let end = Instant::now() + limit + LATEST;
+    let mut until = Instant::now() + limit;
     while let Some((_, bytes)) = port.next(until)? {
         heard.bytes.extend_from_slice(&bytes);
         let now = Instant::now();

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use vimc4::{Control, Emulator, News, Order, Report, Reports, Sink, Tap, Wants, What};
 use vimc4_catalogue::State;
 use vimc4_debug::{
-    Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way, patiently,
+    Breakpoint, BreakpointId, Debugger, Note, Options, Reason, Stop, Trigger, Unit, Way,
+    uninterrupted,
 };
 use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
 use vimc4_timeline::{Act, History, Moment, Place, Progress};
@@ -457,7 +458,7 @@ impl Live {
         while let Some(report) = self.reports.as_mut().and_then(Reports::take) {
             if is_pause(&report) {
                 let Some(reports) = self.reports.take() else { return Ok(None) };
-                match self.paused(debugger, reports, &report, &mut patiently)? {
+                match self.paused(debugger, reports, &report, &mut uninterrupted)? {
                     None => continue,
                     stop => return Ok(stop),
                 }

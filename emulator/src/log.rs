@@ -206,8 +206,8 @@ mod tests {
         }
         let lines = || std::fs::read_to_string(&path).unwrap().lines().count();
         // It takes a moment, and an age only if lines are missing.
-        let mut patience = 1..5_000;
-        while lines() < 20_000 && patience.next().is_some() {
+        let mut rounds = 1..5_000;
+        while lines() < 20_000 && rounds.next().is_some() {
             log.flush();
         }
         assert_eq!(lines(), 20_000);

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use vimc4::escape;
 use vimc4_catalogue::{Controller, Handling, Machine};
-use vimc4_debug::{Debugger, Source, patiently};
+use vimc4_debug::{Debugger, Source, uninterrupted};
 use vimc4_device::{CommandNumber, Device, Event, Input, Kinds, OwnedInput, Time, TimedInput};
 use vimc4_ncp::job::Job;
 use vimc4_timeline::{Branch, Place};
@@ -236,7 +236,7 @@ const PRESS: Duration = Duration::from_millis(100);
 
 /// Stores lines as a program and presses START; stands there.
 fn store(debugger: &mut Debugger, lines: &[ScriptLine], axes: u8) {
-    let go_on = &mut patiently;
+    let go_on = &mut uninterrupted;
     let set_axes = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
     let mut all: Vec<Vec<u8>> = set_axes.map(|axes| format!("@0{axes}\r").into_bytes()).collect();
     all.push(b"@0i\r".to_vec());

@@ -217,8 +217,8 @@ impl Port {
         if self.interrupted.swap(false, Ordering::Relaxed) {
             return Err(PortError::Interrupted);
         }
-        let patience = until.saturating_duration_since(Instant::now());
-        match self.news.recv_timeout(patience) {
+        let left = until.saturating_duration_since(Instant::now());
+        match self.news.recv_timeout(left) {
             Ok(News::Bytes(at, bytes)) => Ok(Some((at, bytes))),
             Ok(News::Gone(why)) => Err(PortError::Gone(why)),
             Ok(News::Woken) if self.interrupted.swap(false, Ordering::Relaxed) => {

@@ -284,7 +284,7 @@ pub(crate) async fn start(
         if let Some(file) = &arguments.record {
             builder = builder.record(recording(file, several)).recorded_by("serve");
             let log = log.clone();
-            builder = builder.recording_trouble(move |trouble| log.say(trouble));
+            builder = builder.on_recording_error(move |error| log.say(error));
             if let Some(size) = arguments.record_size {
                 builder = builder.record_size(size);
             }

@@ -22,7 +22,7 @@ type Tried = (&'static str, fn() -> Outcome);
 const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
 
 /// Nothing takes so long.
-const PATIENCE: Duration = Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_secs(60);
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -117,7 +117,7 @@ impl Tmux {
             if is_so(&screen) {
                 return screen;
             }
-            assert!(begin.elapsed() < PATIENCE, "{what:?} is not seen:\n{screen}");
+            assert!(begin.elapsed() < LIMIT, "{what:?} is not seen:\n{screen}");
             thread::sleep(Duration::from_millis(20));
         }
     }

@@ -23,7 +23,7 @@ const GROUPS: [(&str, &[&str]); 2] =
 
 /// A program on a model, and what must become of it.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub struct JobCase {
     /// Topic, file and name, and the number of its row if it has several: `arcs/planes/planes/3`.
     pub id: String,
     /// What it shows, in one sentence.
@@ -212,7 +212,7 @@ pub fn folder() -> PathBuf {
 /// # Errors
 ///
 /// The first mistake in a file, with its place.
-pub fn jobs() -> Result<Vec<Job>, String> {
+pub fn jobs() -> Result<Vec<JobCase>, String> {
     let mut jobs = Vec::new();
     for topic in entries(&folder())?.iter().filter(|path| path.is_dir()) {
         let files = entries(topic)?;
@@ -244,9 +244,9 @@ fn stem(path: &Path) -> String {
 }
 
 /// The jobs of a file.
-fn parse(file: &str, text: &str) -> Result<Vec<Job>, String> {
+fn parse(file: &str, text: &str) -> Result<Vec<JobCase>, String> {
     let raw: RawFile = toml::from_str(text).map_err(|error| error.to_string())?;
-    let mut jobs: Vec<Job> = Vec::new();
+    let mut jobs: Vec<JobCase> = Vec::new();
     for table in &raw.job {
         let name = table.get("name").and_then(Value::as_str).unwrap_or_default();
         let error = |message: String| format!("{name:?}: {message}");
@@ -305,7 +305,7 @@ fn filled(value: &Value, names: &[String], values: &[String]) -> Value {
 }
 
 impl RawJob {
-    fn on_its_models(&self, file: &RawFile, id: &str) -> Result<Vec<Job>, String> {
+    fn on_its_models(&self, file: &RawFile, id: &str) -> Result<Vec<JobCase>, String> {
         let models = self.models.as_ref().or(file.models.as_ref());
         let names = match models {
             None => vec!["isel".to_owned()],
@@ -331,7 +331,7 @@ impl RawJob {
         Source::parse(source, evidence)
     }
 
-    fn on(&self, model: &'static str, file: &RawFile, id: &str) -> Result<Job, String> {
+    fn on(&self, model: &'static str, file: &RawFile, id: &str) -> Result<JobCase, String> {
         let on = |texts: &BTreeMap<String, String>| {
             texts
                 .iter()
@@ -351,7 +351,7 @@ impl RawJob {
         let registers = self.wpreg.iter().map(|register| register.parse());
         let machine = self.machine.as_ref().or(file.machine.as_ref());
         let source = self.source(file)?;
-        Ok(Job {
+        Ok(JobCase {
             id: id.to_owned(),
             source,
             title: self.title.clone(),
@@ -452,7 +452,7 @@ fn machine_table(raw: Option<&RawMachine>) -> Result<MachineTable, String> {
     Ok(table)
 }
 
-impl Job {
+impl JobCase {
     /// The model, with what the job says differs.
     ///
     /// # Errors
@@ -482,7 +482,7 @@ impl Job {
     }
 }
 
-impl Job {
+impl JobCase {
     /// What the job has to know of its model and its machine, with the zeros it is given.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use vimc4::Family;
 use vimc4_ncp::language::reference::{self, COMMANDS, CommandInfo, Number, Parameter};
 
 use crate::behaviour::cell;
-use crate::jobs::Job;
+use crate::jobs::JobCase;
 
 /// Where the document is.
 #[must_use]
@@ -55,7 +55,7 @@ const TOPICS: [(&str, &str); 16] = [
 
 /// Makes the document.
 #[must_use]
-pub fn document(jobs: &[Job]) -> String {
+pub fn document(jobs: &[JobCase]) -> String {
     let mut text = HEAD.to_owned();
     text += &reference::markdown();
     text += "\n## Words\n";
@@ -68,8 +68,8 @@ pub fn document(jobs: &[Job]) -> String {
     }
     text += "\n## Behaviour\n";
     let known =
-        |job: &&Job| TOPICS.iter().any(|(topic, _)| job.id.starts_with(&format!("{topic}/")));
-    let others: Vec<&Job> = jobs.iter().filter(|job| !known(job)).collect();
+        |job: &&JobCase| TOPICS.iter().any(|(topic, _)| job.id.starts_with(&format!("{topic}/")));
+    let others: Vec<&JobCase> = jobs.iter().filter(|job| !known(job)).collect();
     for (topic, heading) in TOPICS {
         let of_topic = jobs.iter().filter(|job| job.id.starts_with(&format!("{topic}/")));
         table(&mut text, heading, &of_topic.collect::<Vec<_>>());
@@ -97,7 +97,7 @@ fn words(text: &mut String, commands: &[&CommandInfo]) {
 }
 
 /// A row for each title; what is in several rows of a table, or on several models, is one.
-fn table(text: &mut String, heading: &str, jobs: &[&Job]) {
+fn table(text: &mut String, heading: &str, jobs: &[&JobCase]) {
     if jobs.is_empty() {
         return;
     }
@@ -106,7 +106,7 @@ fn table(text: &mut String, heading: &str, jobs: &[&Job]) {
         "\n### {heading}\n\n| behaviour | evidence | source | models | job |\n|---|---|---|---|---|"
     );
     for (place, job) in jobs.iter().enumerate() {
-        let same = |other: &&&Job| other.title == job.title && stem(other) == stem(job);
+        let same = |other: &&&JobCase| other.title == job.title && stem(other) == stem(job);
         if jobs[..place].iter().any(|other| same(&other)) {
             continue;
         }
@@ -130,7 +130,7 @@ fn table(text: &mut String, heading: &str, jobs: &[&Job]) {
 }
 
 /// The file of a job, and its name in it, without the number of its row.
-fn stem(job: &Job) -> (String, String) {
+fn stem(job: &JobCase) -> (String, String) {
     let mut parts = job.id.split('/');
     let mut next = || parts.next().unwrap_or_default();
     let (topic, file, name) = (next(), next(), next());

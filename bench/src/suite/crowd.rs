@@ -9,7 +9,7 @@ use rustix::buffer::spare_capacity;
 use rustix::event::{Timespec, epoll};
 
 use super::failure::{Doing, Failure, Outcome};
-use super::port::{PATIENCE, Wire};
+use super::port::{LIMIT, Wire};
 
 /// Clients that are waited for together and served one by one.
 pub(crate) struct Crowd {
@@ -52,9 +52,9 @@ impl Crowd {
     ) -> Outcome<()> {
         let mut events = Vec::with_capacity(self.streams.len().max(1));
         let mut buffer = [0; 256];
-        let patience = Timespec { tv_sec: PATIENCE.as_secs() as i64, tv_nsec: 0 };
+        let limit = Timespec { tv_sec: LIMIT.as_secs() as i64, tv_nsec: 0 };
         while Instant::now() < until {
-            let found = epoll::wait(&self.epoll, spare_capacity(&mut events), Some(&patience));
+            let found = epoll::wait(&self.epoll, spare_capacity(&mut events), Some(&limit));
             if found.doing("wait for many clients")? == 0 {
                 return Err(Failure::new("no server answers any of the clients"));
             }

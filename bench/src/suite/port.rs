@@ -12,7 +12,7 @@ use rustix::termios::{OptionalActions, SpecialCodeIndex, tcgetattr, tcsetattr};
 use super::failure::{Doing, Failure, Outcome};
 
 /// How long an answer may take before the measurement is given up.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+pub(crate) const LIMIT: Duration = Duration::from_secs(10);
 
 /// Reads where an isel controller is: the shortest question, 4 bytes, that is asked over and over.
 pub(crate) const QUESTION: &[u8] = b"@0P\r";
@@ -38,7 +38,7 @@ pub(crate) type Wire = Port<TcpStream>;
 /// A pseudo-terminal.
 pub(crate) type Terminal = Port<File>;
 
-/// A line that has somebody at its other end. Reading gives up after [`PATIENCE`].
+/// A line that has somebody at its other end. Reading gives up after [`LIMIT`].
 pub(crate) struct Port<T>(T);
 
 impl Wire {
@@ -47,7 +47,7 @@ impl Wire {
         let connect = || {
             let stream = TcpStream::connect(address)?;
             stream.set_nodelay(true)?;
-            stream.set_read_timeout(Some(PATIENCE))?;
+            stream.set_read_timeout(Some(LIMIT))?;
             io::Result::Ok(stream)
         };
         connect().map(Port).doing(format!("connect to {address}"))
@@ -70,7 +70,7 @@ impl Terminal {
             settings.make_raw();
             // Reading waits for the first byte, in tenths of a second.
             settings.special_codes[SpecialCodeIndex::VMIN] = 0;
-            settings.special_codes[SpecialCodeIndex::VTIME] = (PATIENCE.as_secs() * 10) as u8;
+            settings.special_codes[SpecialCodeIndex::VTIME] = (LIMIT.as_secs() * 10) as u8;
             tcsetattr(&file, OptionalActions::Now, &settings)?;
             io::Result::Ok(file)
         };

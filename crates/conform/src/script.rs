@@ -3,7 +3,7 @@
 use std::fmt;
 
 use vimc4_catalogue::{Effects, Family};
-use vimc4_device::{Deed, Order, Sort, Verb, parse_duration};
+use vimc4_device::{Deed, Order, Sort, Verb, parse_duration, unescape_first};
 
 /// One line of a script.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -278,22 +278,14 @@ fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
     let mut bytes = Vec::new();
     let mut rest = text;
     while let Some(at) = rest.find('\\') {
-        bytes.extend_from_slice(&rest.as_bytes()[..at]);
-        let code = &rest[at + 1..];
-        let (byte, length) = match code.as_bytes() {
-            [b'r', ..] => (b'\r', 1),
-            [b'n', ..] => (b'\n', 1),
-            [b't', ..] => (b'\t', 1),
-            [b'\\', ..] => (b'\\', 1),
-            [b'x', hex, low, ..] if hex.is_ascii_hexdigit() && low.is_ascii_hexdigit() => {
-                (u8::from_str_radix(&code[1..3], 16).unwrap_or_default(), 3)
-            }
-            _ => {
-                let wrong = format!("\"\\{}\" is no escape", code.chars().next().unwrap_or(' '));
-                return Err(ScriptError::new(wrong, "\\r, \\n, \\t, \\\\ and \\xNN are"));
-            }
-        };
-        rest = &code[length..];
+        let (plain, escaped) = rest.split_at(at);
+        bytes.extend_from_slice(plain.as_bytes());
+        let (byte, after) = unescape_first(escaped).ok_or_else(|| {
+            let wrong = escaped.chars().nth(1).unwrap_or(' ');
+            let wrong = format!("\"\\{wrong}\" is no escape");
+            ScriptError::new(wrong, "\\r, \\n, \\t, \\\\ and \\xNN are")
+        })?;
+        rest = after;
         let mut count = 1;
         if let Some(digits) = rest.strip_prefix('*') {
             let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());

@@ -1,7 +1,7 @@
 //! Expressions, values that are set, and the console.
 
 use serde_json::{Value, json};
-use vimc4_debug::{Answer, DebugError, Debugger, Directive, Reason, Variable, Way, patiently};
+use vimc4_debug::{Answer, DebugError, Debugger, Directive, Reason, Variable, Way, uninterrupted};
 use vimc4_device::{Device, Input, parse_duration};
 use vimc4_timeline::Progress;
 
@@ -156,7 +156,7 @@ impl Session {
         let held = self.resting(thread as i64 + 1)?;
         let mut done = DONE;
         // It is a moment that nobody breaks off.
-        held.during(false, true, &mut patiently, &mut |debugger, _| {
+        held.during(false, true, &mut uninterrupted, &mut |debugger, _| {
             done = set(debugger, path, text.trim());
         })?;
         done?;

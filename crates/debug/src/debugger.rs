@@ -359,7 +359,7 @@ impl Debugger {
     }
 }
 
-/// Nobody minds how long it takes.
-pub fn patiently(_: Time) -> ControlFlow<()> {
+/// A [`Progress`](vimc4_timeline::Progress) that never cancels.
+pub fn uninterrupted(_: Time) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use vimc4_device::{
-    CommandNumber, Deed, Device, Input, Order, OwnedInput, Sort, Time, Verb, escape, parse_duration,
+    CommandNumber, Deed, Device, Input, Order, OwnedInput, Sort, Time, Verb, escape,
+    parse_duration, unescape,
 };
 use vimc4_timeline::Progress;
 
@@ -139,7 +140,7 @@ impl Debugger {
             "assert" => self.assert(rest),
             "send" | "sendraw" => {
                 let end = if directive.name == "send" { END } else { "" };
-                let bytes = unescape(&(rest.to_owned() + &escape(end.as_bytes())))?;
+                let bytes = bytes_of(&(rest.to_owned() + &escape(end.as_bytes())))?;
                 self.give(Input::Bytes(&bytes));
                 Ok(Answer::Done)
             }
@@ -558,7 +559,7 @@ impl Debugger {
             "model" => WhatIf::Model(vimc4_catalogue::model(rest).map_err(unknown)?),
             "machine" => WhatIf::Machine(vimc4_catalogue::machine(rest).map_err(unknown)?),
             "send" => {
-                let bytes = unescape(&(rest.to_owned() + &escape(END.as_bytes())))?;
+                let bytes = bytes_of(&(rest.to_owned() + &escape(END.as_bytes())))?;
                 WhatIf::Inputs(vec![OwnedInput::from(Input::Bytes(&bytes))])
             }
             _ => match Order::read(text, self.names()) {
@@ -703,30 +704,9 @@ fn around(mut listing: crate::Listing) -> crate::Listing {
     listing
 }
 
-/// The bytes that [`escape`] writes so.
-fn unescape(text: &str) -> Result<Vec<u8>> {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text;
-    while let Some((before, after)) = rest.split_once('\\') {
-        bytes.extend_from_slice(before.as_bytes());
-        let wrong = || DebugError::new(format!("`\\{after}`: \\r, \\n, \\t, \\\\ or \\xFD"));
-        let mut chars = after.chars();
-        let (byte, length) = match chars.next().ok_or_else(wrong)? {
-            'r' => (b'\r', 1),
-            'n' => (b'\n', 1),
-            't' => (b'\t', 1),
-            '\\' => (b'\\', 1),
-            'x' => {
-                let digits = after.get(1..3).ok_or_else(wrong)?;
-                (u8::from_str_radix(digits, 16).map_err(|_| wrong())?, 3)
-            }
-            _ => return Err(wrong()),
-        };
-        bytes.push(byte);
-        rest = &after[length..];
-    }
-    bytes.extend_from_slice(rest.as_bytes());
-    Ok(bytes)
+fn bytes_of(text: &str) -> Result<Vec<u8>> {
+    unescape(text)
+        .map_err(|wrong| DebugError::new(format!("`{wrong}`: \\r, \\n, \\t, \\\\ or \\xFD")))
 }
 
 /// Carries out several lines, and stops at the first that fails.
@@ -740,7 +720,7 @@ pub fn script(
     mut answered: impl FnMut(&Answer) -> ControlFlow<()>,
 ) -> Result<(), (usize, DebugError)> {
     for (number, line) in (1..).zip(text.lines()) {
-        let answer = debugger.execute(line, &mut crate::patiently);
+        let answer = debugger.execute(line, &mut crate::uninterrupted);
         let answer = answer.map_err(|error| (number, error))?;
         if answer == Answer::Quit || answered(&answer).is_break() {
             break;

@@ -21,7 +21,7 @@ pub struct Stop {
     /// What breakpoints that only log have noted on the way.
     pub notes: Vec<Note>,
     /// Answers that were errors, and warnings, on the way before that: the last of them.
-    pub troubles: Vec<Output>,
+    pub problems: Vec<Output>,
     /// What came out by the act that the walk has ended with.
     pub outputs: Vec<Output>,
     /// The same for people, each in a line.
@@ -117,12 +117,12 @@ impl fmt::Display for Stop {
         for note in &self.notes {
             writeln!(f, "{}  {}: {}", time(note.at), note.by, note.text)?;
         }
-        for trouble in &self.troubles {
-            let at = match trouble {
+        for problem in &self.problems {
+            let at = match problem {
                 Output::Event(stamp, _) => stamp.at,
                 _ => self.at,
             };
-            writeln!(f, "{}  {}", time(at), Said(trouble))?;
+            writeln!(f, "{}  {}", time(at), Said(problem))?;
         }
         write!(f, "{}  {}", time(self.at), self.why)?;
         if let Some(command) = &self.command {

@@ -6,7 +6,7 @@ use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Stamp};
 use vimc4_timeline::{Act, Found, Place, Sought, Stretch};
 
-use crate::debugger::{Debugger, patiently};
+use crate::debugger::{Debugger, uninterrupted};
 use crate::stop::Executing;
 
 /// An event, and where in the history it is.
@@ -89,7 +89,7 @@ impl Debugger {
     ) -> Option<Told> {
         let begin = self.place();
         let mut sought = EventSought::new(kinds, is_it);
-        let found = self.history_mut().seek_last_or_here(&mut sought, &mut patiently);
+        let found = self.history_mut().seek_last_or_here(&mut sought, &mut uninterrupted);
         let place = self.place();
         self.history_mut().go_back_to(begin);
         let (stamp, event, act) = sought.found.filter(|_| found == Found::Here)?;
@@ -100,7 +100,7 @@ impl Debugger {
     pub fn executing(&mut self) -> Option<Executing> {
         let begin = self.place();
         let mut sought = LastCommand::default();
-        let found = self.history_mut().seek_last_or_here(&mut sought, &mut patiently);
+        let found = self.history_mut().seek_last_or_here(&mut sought, &mut uninterrupted);
         self.history_mut().go_back_to(begin);
         sought.found.filter(|_| found == Found::Here)
     }
@@ -116,7 +116,7 @@ impl Debugger {
         let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
         let mut sought = EventSought::new(Kinds::COMMAND, is_command);
         let history = self.history_mut();
-        let mut found = history.seek_last_or_here(&mut sought, &mut patiently);
+        let mut found = history.seek_last_or_here(&mut sought, &mut uninterrupted);
         while found == Found::Here {
             if let Some((stamp, Event::Command { bytes, .. }, _)) = sought.found.take() {
                 present = present.or(stamp.command);
@@ -125,7 +125,7 @@ impl Debugger {
             if seen.len() as u64 > around {
                 break;
             }
-            found = history.seek_last(&mut sought, &mut patiently);
+            found = history.seek_last(&mut sought, &mut uninterrupted);
         }
         history.go_back_to(begin);
         // What comes is shown as far as it is recorded.
@@ -134,7 +134,7 @@ impl Debugger {
         for _ in 0..around {
             let Some(end) = end else { break };
             if history.is_at_end()
-                || history.seek_next(end.at, &mut sought, &mut patiently) != Found::Here
+                || history.seek_next(end.at, &mut sought, &mut uninterrupted) != Found::Here
             {
                 break;
             }

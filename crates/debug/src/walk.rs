@@ -13,7 +13,7 @@ use crate::steps::{Axes, first_step, last_step};
 use crate::{Depth, Source, Unit, Way};
 
 /// So many errors and warnings are told of that came on the way.
-pub(crate) const TROUBLES_MAX: usize = 20;
+pub(crate) const PROBLEMS_MAX: usize = 20;
 
 /// So many notes are kept of one walk.
 const NOTES_MAX: usize = 10_000;
@@ -31,25 +31,25 @@ pub(crate) struct Walk<'w> {
     /// Notes that were too many.
     pub(crate) left_out: u64,
     /// What went wrong on the way, where somebody wants to be told.
-    pub(crate) troubles: Option<Troubles>,
+    pub(crate) problems: Option<Problems>,
 }
 
 /// Answers that are errors, and warnings: the last of them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Troubles {
+pub(crate) struct Problems {
     pub(crate) last: VecDeque<Output>,
 }
 
-impl Troubles {
+impl Problems {
     fn saw(&mut self, outputs: &VecDeque<Output>) {
-        let is_trouble = |output: &&Output| {
+        let is_problem = |output: &&Output| {
             let event = output.event();
             event.is_some_and(|event| {
                 matches!(event, Event::Answer { why: Some(_), .. } | Event::Warning(_))
             })
         };
-        self.last.extend(outputs.iter().filter(is_trouble).cloned());
-        self.last.drain(..self.last.len().saturating_sub(TROUBLES_MAX));
+        self.last.extend(outputs.iter().filter(is_problem).cloned());
+        self.last.drain(..self.last.len().saturating_sub(PROBLEMS_MAX));
     }
 }
 
@@ -84,12 +84,12 @@ impl<'w> Walk<'w> {
     pub(crate) fn new(way: Way) -> Walk<'w> {
         let (met, notes) = (Vec::new(), Vec::new());
         let (waiting, conditions) = (Vec::new(), Vec::new());
-        Walk { way, step: None, waiting, conditions, met, notes, left_out: 0, troubles: None }
+        Walk { way, step: None, waiting, conditions, met, notes, left_out: 0, problems: None }
     }
 
     /// Keeps what goes wrong on the way.
     pub(crate) fn telling(mut self) -> Walk<'w> {
-        self.troubles = (self.way == Way::Forward).then(Troubles::default);
+        self.problems = (self.way == Way::Forward).then(Problems::default);
         self
     }
 
@@ -449,7 +449,7 @@ impl Sought<Controller> for Walk<'_> {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         self.step.as_ref().is_some_and(|step| step.can_be_in(stretch))
             || self.waiting.iter().any(|waiting| waiting.can_be_in(stretch))
-            || (self.troubles.is_some() && stretch.can_have(Kinds::ANSWER.and(Kinds::WARNING)))
+            || (self.problems.is_some() && stretch.can_have(Kinds::ANSWER.and(Kinds::WARNING)))
     }
 
     fn begin(&mut self, device: &Controller) {
@@ -475,8 +475,8 @@ impl Sought<Controller> for Walk<'_> {
     }
 
     fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
-        if let Some(troubles) = &mut self.troubles {
-            troubles.saw(outputs);
+        if let Some(problems) = &mut self.problems {
+            problems.saw(outputs);
         }
         let mut found = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
         for number in 0..self.waiting.len() {

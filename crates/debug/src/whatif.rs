@@ -11,7 +11,7 @@ use vimc4_device::{
 use vimc4_timeline::{BranchId, Found, History, Place, Progress};
 
 use crate::DebugError;
-use crate::debugger::{Debugger, patiently};
+use crate::debugger::{Debugger, uninterrupted};
 use crate::field::differences;
 use crate::stop::time;
 use crate::why::Begun;
@@ -186,7 +186,7 @@ impl Debugger {
         let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
         let command = self.last_event(Kinds::COMMAND, is_command).map(|command| command.place);
         // A button may have begun it.
-        let begun = self.history_mut().seek_last_or_here(&mut Begun::default(), &mut patiently);
+        let begun = self.history_mut().seek_last_or_here(&mut Begun::default(), &mut uninterrupted);
         let begun = (begun == Found::Here).then_some(self.place());
         let later = command.into_iter().chain(begun).max_by_key(|place| place.moment.at);
         self.history_mut().go_back_to(later.unwrap_or(here));
@@ -331,7 +331,7 @@ impl<'i> Future<'i> {
         progress: &mut Progress<'_>,
     ) -> Result<Option<Piece>, Cancelled> {
         /// So many acts are between two questions whether to go on.
-        const PATIENCE: u32 = 1_000;
+        const ACTS_MAX: u32 = 1_000;
         loop {
             if progress(self.history.now()).is_break() {
                 return Err(Cancelled);
@@ -354,7 +354,7 @@ impl<'i> Future<'i> {
                     }
                 }
                 acts += 1;
-                said.is_some() || acts == PATIENCE
+                said.is_some() || acts == ACTS_MAX
             });
             self.causes = self.causes.saturating_add(acts);
             if said.is_some() {

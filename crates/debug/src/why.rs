@@ -12,7 +12,7 @@ use vimc4_device::{
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::debugger::{Debugger, patiently};
+use crate::debugger::{Debugger, uninterrupted};
 use crate::stop::{Executing, Said, time};
 use crate::story::Told;
 use crate::walk::Walk;
@@ -129,14 +129,14 @@ impl Weighed {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     /// The links.
-    pub links: Vec<Link>,
+    pub links: Vec<Explanation>,
 }
 
 /// A link of a chain.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Link {
+pub struct Explanation {
     /// What it is.
-    pub kind: LinkKind,
+    pub kind: ExplanationKind,
     /// When it was.
     pub at: Time,
     /// The moment just after it.
@@ -147,7 +147,7 @@ pub struct Link {
 
 /// What a link of a chain is.
 #[derive(Clone, Debug, PartialEq)]
-pub enum LinkKind {
+pub enum ExplanationKind {
     /// Something that happened in the controller.
     Event(Event),
     /// Something that became so.
@@ -265,7 +265,7 @@ impl Debugger {
         let place = self.place();
         if by_act
             && let Some(input) = self.input_at(place).filter(|input| input.at == place.moment.at)
-            && matches!(input.kind, LinkKind::Input(OwnedInput::Signal(..)))
+            && matches!(input.kind, ExplanationKind::Input(OwnedInput::Signal(..)))
         {
             links.push(input);
             return Some(Chain { links });
@@ -280,7 +280,7 @@ impl Debugger {
 
     /// Goes to where a limit switch has become active last, and says which, and whether that was by an
     /// act.
-    fn limit_met(&mut self) -> Option<(Link, bool)> {
+    fn limit_met(&mut self) -> Option<(Explanation, bool)> {
         let axes = self.device().view(self.now()).axes;
         let ends = axes.iter().flat_map(|axis| [(axis, false), (axis, true)]);
         let limits: Vec<(Condition, String)> = ends
@@ -295,7 +295,7 @@ impl Debugger {
         for limit in &limits {
             self.history_mut().go_back_to(begin);
             let mut begins = Begins::new(&limit.0);
-            let found = self.history_mut().seek_last_or_here(&mut begins, &mut patiently);
+            let found = self.history_mut().seek_last_or_here(&mut begins, &mut uninterrupted);
             let place = self.place();
             let is_later = last.is_none_or(|(last, _)| last.moment.at < place.moment.at);
             if found == Found::Here && is_later {
@@ -306,12 +306,12 @@ impl Debugger {
         self.history_mut().go_back_to(place);
         let by_act = self.history().acted() == place.moment.at;
         let text = format!("the limit switch {name} became active");
-        let kind = LinkKind::State(condition.clone());
-        Some((Link { kind, at: place.moment.at, place, text }, by_act))
+        let kind = ExplanationKind::State(condition.clone());
+        Some((Explanation { kind, at: place.moment.at, place, text }, by_act))
     }
 
     /// Adds what led to an event.
-    fn causes(&mut self, told: &Told, links: &mut Vec<Link>) {
+    fn causes(&mut self, told: &Told, links: &mut Vec<Explanation>) {
         // What a person or a control code does at once is its own cause.
         if let Some(input) = self.outside(told) {
             links.push(input);
@@ -355,10 +355,11 @@ impl Debugger {
             }
             None => {
                 let mut begun = Begun::default();
-                let is_outside = |link: &Link| matches!(link.kind, LinkKind::Input(_));
+                let is_outside =
+                    |link: &Explanation| matches!(link.kind, ExplanationKind::Input(_));
                 let history = self.history_mut();
                 if !links.iter().any(is_outside)
-                    && history.seek_last_or_here(&mut begun, &mut patiently) == Found::Here
+                    && history.seek_last_or_here(&mut begun, &mut uninterrupted) == Found::Here
                 {
                     let place = self.place();
                     links.extend(self.input_at(place));
@@ -368,7 +369,7 @@ impl Debugger {
     }
 
     /// Adds what has ended a motion before its time: a switch or a person, and where it began to brake.
-    fn ending(&mut self, told: &Told, links: &mut Vec<Link>) {
+    fn ending(&mut self, told: &Told, links: &mut Vec<Explanation>) {
         let of = told.stamp.command;
         let braked = self.last_event(Kinds::MOTION, |stamp, event| {
             let is_of = stamp.command == of && of.is_some();
@@ -394,7 +395,7 @@ impl Debugger {
                 self.history_mut().go_back_to(told.place);
             }
         }
-        let is_outside = |link: &Link| matches!(link.kind, LinkKind::Input(_));
+        let is_outside = |link: &Explanation| matches!(link.kind, ExplanationKind::Input(_));
         if !links.iter().any(is_outside)
             && let Some(signal) = self.last_event(Kinds::SIGNAL, |stamp, _| stamp.at == at)
         {
@@ -410,7 +411,7 @@ impl Debugger {
     }
 
     /// The input by whose own act an event came, if it came so.
-    fn outside(&mut self, told: &Told) -> Option<Link> {
+    fn outside(&mut self, told: &Told) -> Option<Explanation> {
         match told.act {
             Act::Cause => None,
             Act::Byte(byte) if !self.device().is_urgent(byte) => None,
@@ -419,7 +420,7 @@ impl Debugger {
     }
 
     /// The input that leads to a moment.
-    fn input_at(&self, place: Place) -> Option<Link> {
+    fn input_at(&self, place: Place) -> Option<Explanation> {
         let Moment { inputs, bytes, .. } = place.moment;
         let number = if bytes > 0 { inputs } else { inputs.checked_sub(1)? };
         let given = self.history().inputs(place.branch, number).next()?;
@@ -432,7 +433,7 @@ impl Debugger {
             }
             input => (input.clone(), self.describe_input(input)),
         };
-        Some(Link { kind: LinkKind::Input(kind), at: given.at, place, text })
+        Some(Explanation { kind: ExplanationKind::Input(kind), at: given.at, place, text })
     }
 
     /// An input for people.
@@ -463,7 +464,7 @@ impl Debugger {
     }
 
     /// Where the line of a command that begins at the present came over the line.
-    fn received(&self, event: &Event) -> Option<Link> {
+    fn received(&self, event: &Event) -> Option<Explanation> {
         /// So many bytes are gone back over.
         const FAR: usize = 1 << 16;
         let Event::Command { bytes: line, .. } = event else { return None };
@@ -511,9 +512,9 @@ impl Debugger {
                 // What ends the line came behind it.
                 let end = (looked + found).saturating_sub(1).max(waiting);
                 let (byte, place, at) = *come.get(end)?;
-                let kind = LinkKind::Input(OwnedInput::from(Input::Bytes(&[byte])));
+                let kind = ExplanationKind::Input(OwnedInput::from(Input::Bytes(&[byte])));
                 let text = format!("{} came over the line", escape(line));
-                return Some(Link { kind, at, place, text });
+                return Some(Explanation { kind, at, place, text });
             }
         }
         None
@@ -551,7 +552,7 @@ impl Debugger {
         }
     }
 
-    fn link(&self, told: &Told) -> Link {
+    fn link(&self, told: &Told) -> Explanation {
         let Told { stamp, event, place, .. } = told;
         let (kind, text) = match event {
             Event::Command { bytes, .. } => {
@@ -561,7 +562,8 @@ impl Debugger {
                     Some(number) => format!("command #{number} {}: {meaning}", escape(bytes)),
                     None => format!("command {}: {meaning}", escape(bytes)),
                 };
-                let kind = number.map_or(LinkKind::Event(event.clone()), LinkKind::Command);
+                let kind =
+                    number.map_or(ExplanationKind::Event(event.clone()), ExplanationKind::Command);
                 (kind, text)
             }
             Event::Line { line, .. } => {
@@ -572,14 +574,14 @@ impl Debugger {
                 let text = text.map_or(String::new(), |text| {
                     format!(" {text}: {}", self.device().explain(text.as_bytes()))
                 });
-                (LinkKind::Line(*line), format!("line {line} of the program{text}"))
+                (ExplanationKind::Line(*line), format!("line {line} of the program{text}"))
             }
             event => {
                 let output = Output::Event(*stamp, event.clone());
-                (LinkKind::Event(event.clone()), self.say(&output))
+                (ExplanationKind::Event(event.clone()), self.say(&output))
             }
         };
-        Link { kind, at: stamp.at, place: *place, text }
+        Explanation { kind, at: stamp.at, place: *place, text }
     }
 
     /// Goes to where a field was changed last, at the present or before; `None` if it never was, and

@@ -2,39 +2,19 @@
 
 #![expect(clippy::panic, clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use vimc4_debug::{Answer, DebugError, Debugger, Reason, Stop, patiently};
+mod drive;
+
+use vimc4_debug::{DebugError, Debugger, Reason, uninterrupted};
 use vimc4_device::Input;
 
-fn debugger(model: &str, machine: &str) -> Debugger {
-    let (model, machine) =
-        (vimc4_catalogue::model(model).unwrap(), vimc4_catalogue::machine(machine).unwrap());
-    Debugger::new(vimc4_catalogue::bare(&model, &machine, &[]).unwrap())
-}
-
-/// Carries out lines that must succeed, and returns what the last one answers.
-fn run(debugger: &mut Debugger, lines: &[&str]) -> Answer {
-    let mut last = Answer::Done;
-    for line in lines {
-        last = debugger
-            .execute(line, &mut patiently)
-            .unwrap_or_else(|error| panic!("`{line}`: {error}"));
-    }
-    last
-}
+use drive::{debugger, run, stop};
 
 fn said(debugger: &mut Debugger, line: &str) -> String {
     run(debugger, &[line]).to_string()
 }
 
-fn stop(answer: Answer) -> Stop {
-    match answer {
-        Answer::Stopped(stop, _) => stop,
-        other => panic!("no stop: {other:?}"),
-    }
-}
-
 fn wrong(debugger: &mut Debugger, line: &str) -> DebugError {
-    match debugger.execute(line, &mut patiently) {
+    match debugger.execute(line, &mut uninterrupted) {
         Ok(answer) => panic!("`{line}` is carried out: {answer:?}"),
         Err(error) => error,
     }
@@ -225,7 +205,7 @@ fn everything_in_the_table_is_carried_out() {
         if directive.example.starts_with("goto") || directive.example.starts_with("list") {
             continue;
         }
-        let done = debugger.execute(directive.example, &mut patiently);
+        let done = debugger.execute(directive.example, &mut uninterrupted);
         let failed = done.as_ref().err().is_some_and(|error| !error.is_failed_assertion());
         assert!(!failed, "{}: {}", directive.example, done.unwrap_err());
         assert!(said(&mut debugger, "help press").starts_with("press BUTTON"));
@@ -316,7 +296,7 @@ fn what_the_manual_shows_is_what_is_answered() {
         let mut shown = String::new();
         for line in conversation.0.lines().filter_map(|line| line.strip_prefix("> ")) {
             shown += &format!("> {line}\n");
-            let answer = match debugger.execute(line, &mut patiently) {
+            let answer = match debugger.execute(line, &mut uninterrupted) {
                 Ok(answer) => answer.to_string(),
                 Err(error) => error.to_string(),
             };

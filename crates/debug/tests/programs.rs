@@ -2,35 +2,14 @@
 
 #![expect(clippy::panic, clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod drive;
+
 use std::ops::ControlFlow;
 
-use vimc4_debug::{
-    Answer, Debugger, Depth, FrameKind, Reason, Source, Stop, Trigger, Unit, Way, patiently,
-};
+use vimc4_debug::{Debugger, Depth, FrameKind, Reason, Source, Trigger, Unit, Way, uninterrupted};
 use vimc4_device::Input;
 
-fn debugger(model: &str, machine: &str) -> Debugger {
-    let (model, machine) =
-        (vimc4_catalogue::model(model).unwrap(), vimc4_catalogue::machine(machine).unwrap());
-    Debugger::new(vimc4_catalogue::bare(&model, &machine, &[]).unwrap())
-}
-
-fn run(debugger: &mut Debugger, lines: &[&str]) -> Answer {
-    let mut last = Answer::Done;
-    for line in lines {
-        last = debugger
-            .execute(line, &mut patiently)
-            .unwrap_or_else(|error| panic!("`{line}`: {error}"));
-    }
-    last
-}
-
-fn stop(answer: Answer) -> Stop {
-    match answer {
-        Answer::Stopped(stop, _) => stop,
-        other => panic!("no stop: {other:?}"),
-    }
-}
+use drive::{debugger, run, stop};
 
 /// The line of the stored program that is executed, from 1.
 fn line(debugger: &mut Debugger) -> Option<u32> {
@@ -144,7 +123,7 @@ fn the_lines_of_a_file_are_stepped_and_stopped_at() {
 fn an_arc_shows_its_difference_register() {
     let mut debugger = debugger("imc4", "bench");
     debugger.give(Input::Bytes(b"@03\r@0y400,900,-50,100,0,-1,-1\r"));
-    debugger.step(Unit::Segment, Way::Forward, Depth::Into, 1, &mut patiently);
+    debugger.step(Unit::Segment, Way::Forward, Depth::Into, 1, &mut uninterrupted);
     let register = debugger.motion().unwrap().register.unwrap();
     assert_eq!((register.x, register.y, register.d), (100, 0, -50));
     run(&mut debugger, &["step step"]);

@@ -46,7 +46,7 @@ pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
 pub use signal::{Signal, SignalId, SignalKind};
-pub use text::{escape, said};
+pub use text::{escape, said, unescape, unescape_first};
 pub use verb::{
     Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, position_in_words,
 };

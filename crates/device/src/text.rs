@@ -25,6 +25,48 @@ pub fn escape(bytes: &[u8]) -> String {
     text
 }
 
+/// The bytes that [`escape`] writes so; `\'` and `\"` are read as well.
+///
+/// ```
+/// assert_eq!(vimc4_device::unescape(r"@07\r\xFD"), Ok(b"@07\r\xFD".to_vec()));
+/// assert_eq!(vimc4_device::unescape(r"@07\q"), Err(r"\q"));
+/// ```
+///
+/// # Errors
+///
+/// The text from the first backslash that begins no escape.
+pub fn unescape(text: &str) -> Result<Vec<u8>, &str> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('\\') {
+        let (plain, escaped) = rest.split_at(at);
+        let (byte, after) = unescape_first(escaped).ok_or(escaped)?;
+        bytes.extend_from_slice(plain.as_bytes());
+        bytes.push(byte);
+        rest = after;
+    }
+    bytes.extend_from_slice(rest.as_bytes());
+    Ok(bytes)
+}
+
+/// The byte of the escape at the beginning of a text, and the text behind it.
+#[must_use]
+pub fn unescape_first(text: &str) -> Option<(u8, &str)> {
+    let code = text.strip_prefix('\\')?;
+    let byte = match code.as_bytes().first()? {
+        b'r' => b'\r',
+        b'n' => b'\n',
+        b't' => b'\t',
+        literal @ (b'\\' | b'\'' | b'"') => *literal,
+        b'x' => {
+            let digits = code.get(1..3).filter(|hex| hex.bytes().all(|c| c.is_ascii_hexdigit()))?;
+            return Some((u8::from_str_radix(digits, 16).ok()?, &code[3..]));
+        }
+        _ => return None,
+    };
+    Some((byte, &code[1..]))
+}
+
 /// So many characters are shown of what a controller says.
 const SHOWN: usize = 120;
 

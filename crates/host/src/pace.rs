@@ -7,7 +7,7 @@ use vimc4_device::Time;
 use crate::clock::{Clock, Ticking};
 
 /// How long the computer may be behind a clock that runs by itself before the clock gives way.
-const PATIENCE: Duration = Duration::from_millis(250);
+const LAG_LIMIT: Duration = Duration::from_millis(250);
 
 /// A clock, where it stands, and whether the device keeps up with it.
 #[derive(Debug)]
@@ -62,7 +62,7 @@ impl Pace {
     /// The device is at `at` only. If the computer is too slow for it at this speed, the clock gives
     /// way, because a line that nobody reads would be worse.
     pub(crate) fn fell_behind(&mut self, at: Time) {
-        if self.behind.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
+        if self.behind.get_or_insert_with(Instant::now).elapsed() > LAG_LIMIT {
             self.start(at);
             self.behind = None;
         }

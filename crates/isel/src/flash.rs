@@ -18,6 +18,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use vimc4_device::unescape;
 use vimc4_isel_wire::{AxisSet, PortTest, Text32};
 use vimc4_plant::Machine;
 
@@ -110,7 +111,10 @@ impl Flash {
                 };
                 match word {
                     "line" => {
-                        let text = unescape(rest)?;
+                        let wrong = |at: &str| {
+                            format!("has a bad escape {}", at.chars().take(4).collect::<String>())
+                        };
+                        let text = unescape(rest).map_err(wrong)?;
                         let (command, size) = read_stored(&text, program, model)?;
                         program.push(StoredLine { command, text }, size);
                     }
@@ -280,29 +284,6 @@ fn hex_text(text: &str) -> Result<Text32, String> {
     let bytes: Result<Vec<u8>, _> =
         (0..text.len()).step_by(2).map(|i| u8::from_str_radix(&text[i..i + 2], 16)).collect();
     Text32::new(&bytes.map_err(|_| fault())?).ok_or_else(fault)
-}
-
-fn unescape(text: &str) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes().iter().copied();
-    while let Some(byte) = rest.next() {
-        bytes.push(match byte {
-            b'\\' => match rest.next() {
-                Some(b'x') => {
-                    let hex = [rest.next().unwrap_or(b'?'), rest.next().unwrap_or(b'?')];
-                    let hex = std::str::from_utf8(&hex).unwrap_or("?");
-                    u8::from_str_radix(hex, 16).map_err(|_| format!("has a bad escape \\x{hex}"))?
-                }
-                Some(b't') => b'\t',
-                Some(b'r') => b'\r',
-                Some(b'n') => b'\n',
-                Some(literal @ (b'\\' | b'\'' | b'"')) => literal,
-                _ => return Err("has a bad escape".into()),
-            },
-            plain => plain,
-        });
-    }
-    Ok(bytes)
 }
 
 #[cfg(test)]

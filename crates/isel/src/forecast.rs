@@ -1,6 +1,7 @@
 //! When something will be so, computed from the running segment.
 
 use vimc4_device::{Fact, SignalId, Time};
+use vimc4_motion::Running;
 use vimc4_plant::{End, PlantSignal, Slide};
 
 use crate::axes::wrap;
@@ -29,7 +30,7 @@ impl Firmware {
                 let laps = done / COUNTER;
                 let turns = [-2, -1, 0, 1, 2].map(|turn| (laps + turn) * COUNTER);
                 let offsets = ways.into_iter().flat_map(|way| turns.map(|turn| way + turn));
-                self.first_offset(axis, from, within, offsets)
+                Running::first_time_of(self.state.running(), axis, from, within, offsets)
             }
             Fact::Limit { axis, positive, active } => {
                 let axis = usize::from(axis);
@@ -80,20 +81,5 @@ impl Firmware {
     fn first_slide(&self, axis: usize, from: Time, is_so: impl Fn(&Slide) -> bool) -> Option<Time> {
         let (state, signs) = (&self.state, self.state.carriage_signs());
         state.plant.first_time(axis, state.running(), &signs, from, is_so)
-    }
-
-    /// The first instant at which the offset of an axis from the start of the running segment
-    /// fulfils a predicate, which can begin to hold at the `candidates` only.
-    fn first_offset(
-        &self,
-        axis: usize,
-        from: Time,
-        holds: impl Fn(i64) -> bool,
-        candidates: impl IntoIterator<Item = i64>,
-    ) -> Option<Time> {
-        match self.state.running() {
-            Some(running) => running.first_time(axis, from, holds, candidates),
-            None => holds(0).then_some(from),
-        }
     }
 }

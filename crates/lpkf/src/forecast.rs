@@ -1,6 +1,7 @@
 //! When something will be so, computed from the running segment.
 
 use vimc4_device::{Fact, Time};
+use vimc4_motion::Running;
 use vimc4_plant::{End, Slide};
 
 use crate::language::Axis;
@@ -17,7 +18,7 @@ impl State {
                 // No counter gets further than this.
                 let (least, most) = (i64::from(i32::MIN), i64::from(i32::MAX));
                 let ways = [low, high].map(|place| place.clamp(least, most) - here);
-                self.first_offset(axis, from, within, ways)
+                Running::first_time_of(self.running(), axis, from, within, ways)
             }
             Fact::Limit { axis, positive, active } => {
                 let axis = self.fitted_index(axis)?;
@@ -39,20 +40,5 @@ impl State {
     fn fitted_index(&self, axis: u8) -> Option<usize> {
         let axis = Axis::from_index(usize::from(axis));
         axis.filter(|axis| self.is_fitted(*axis)).map(Axis::index)
-    }
-
-    /// The first instant at which the offset of an axis from the start of the running segment
-    /// fulfils a predicate, which can begin to hold at the `candidates` only.
-    fn first_offset(
-        &self,
-        axis: usize,
-        from: Time,
-        holds: impl Fn(i64) -> bool,
-        candidates: impl IntoIterator<Item = i64>,
-    ) -> Option<Time> {
-        match self.running() {
-            Some(running) => running.first_time(axis, from, holds, candidates),
-            None => holds(0).then_some(from),
-        }
     }
 }

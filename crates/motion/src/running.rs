@@ -51,6 +51,21 @@ impl Running<'_> {
         (last < profile.steps()).then(|| self.began.after_nanos(profile.time_of(last)))
     }
 
+    /// [`first_time`](Running::first_time) of what may be at rest, where every offset is 0.
+    #[must_use]
+    pub fn first_time_of(
+        running: Option<Running<'_>>,
+        axis: usize,
+        now: Time,
+        holds: impl Fn(i64) -> bool,
+        candidates: impl IntoIterator<Item = i64>,
+    ) -> Option<Time> {
+        match running {
+            Some(running) => running.first_time(axis, now, holds, candidates),
+            None => holds(0).then_some(now),
+        }
+    }
+
     /// The first instant from `now` on at which the offset of an axis fulfils a predicate that
     /// can begin to hold at the `candidates` only; `None` if the segment ends before.
     #[must_use]

@@ -5,7 +5,7 @@ use std::collections::{VecDeque, vec_deque};
 use serde::{Deserialize, Serialize};
 use vimc4_device::{Device, Input, Kinds, Output, Time, TimedInput};
 
-use crate::search::{ByAct, PATIENCE};
+use crate::search::{ACTS_BETWEEN, ByAct};
 use crate::snapshots::{Kept, Snapshots};
 use crate::tape::Tape;
 use crate::{Act, BranchId, Found, Moment, Place, Progress, Sought, Stretch, Which};
@@ -321,7 +321,7 @@ impl<D: Device> History<D> {
         let mut looked_up = None;
         let mut acts = 0_u64;
         loop {
-            if acts.is_multiple_of(PATIENCE) && progress(self.now()).is_break() {
+            if acts.is_multiple_of(ACTS_BETWEEN) && progress(self.now()).is_break() {
                 return Found::GivenUp;
             }
             acts += 1;
@@ -447,7 +447,7 @@ impl<D: Device> History<D> {
                 sought.begin(&self.device);
                 let mut last = None;
                 loop {
-                    if acts.is_multiple_of(PATIENCE) && progress(self.now()).is_break() {
+                    if acts.is_multiple_of(ACTS_BETWEEN) && progress(self.now()).is_break() {
                         self.heading = heading;
                         self.go_to_place(begin);
                         return Found::GivenUp;
@@ -477,7 +477,7 @@ impl<D: Device> History<D> {
                     break Some(Place { branch: place.branch, moment });
                 }
             } else {
-                acts += PATIENCE / 16;
+                acts += ACTS_BETWEEN / 16;
             }
             (place.moment, itself) = (from, true);
         };

@@ -66,7 +66,7 @@ pub enum Found {
 pub type Progress<'p> = dyn FnMut(Time) -> ControlFlow<()> + 'p;
 
 /// So many acts are between two questions whether to go on: far less than 50 ms.
-pub(crate) const PATIENCE: u64 = 256;
+pub(crate) const ACTS_BETWEEN: u64 = 256;
 
 /// The instants at which a condition begins to hold, and the happenings in it.
 #[derive(Clone, Debug)]

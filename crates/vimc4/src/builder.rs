@@ -23,7 +23,7 @@ use crate::emulator::{Emulator, Kept, Places};
 use crate::error::Error;
 use crate::profiles;
 use crate::record::Record;
-use crate::recording::{About, Order, Recorder, RecordingFile, Trouble};
+use crate::recording::{About, OnError, Order, Recorder, RecordingFile};
 
 /// Sets an [`Emulator`] up; see there.
 #[must_use = "an emulator runs when it is started"]
@@ -107,7 +107,7 @@ struct Recording {
     /// Empty for the library.
     from: String,
     failed_only: bool,
-    tell: Option<Trouble>,
+    tell: Option<OnError>,
 }
 
 impl From<bool> for Terminal {
@@ -291,15 +291,15 @@ impl Builder {
         self
     }
 
-    /// Who records, as the recording says it; `library` if nothing is said.
+    /// What the recording names as its maker; `library` unless it is set.
     pub fn recorded_by(mut self, who: impl Into<String>) -> Builder {
         self.recording().from = who.into();
         self
     }
 
-    /// Who is told, in a sentence, when the recording cannot be written any more. It is standard
-    /// error if nothing is said.
-    pub fn recording_trouble(mut self, tell: impl FnMut(&str) + Send + 'static) -> Builder {
+    /// Calls `tell` with a sentence for people when the recording can no longer be written. Unless
+    /// it is set, the sentence goes to standard error.
+    pub fn on_recording_error(mut self, tell: impl FnMut(&str) + Send + 'static) -> Builder {
         self.recording().tell = Some(Box::new(tell));
         self
     }
@@ -474,9 +474,8 @@ impl Builder {
             let (clock, paced) = (self.time.to_string(), self.line_pacing);
             let about = About { model, machine: &machine, clock, paced, controller: name };
             let from = if from.is_empty() { "library".to_owned() } else { from };
-            let tell = tell.unwrap_or_else(|| {
-                Box::new(|trouble: &str| drop(writeln!(io::stderr(), "{trouble}")))
-            });
+            let tell = tell
+                .unwrap_or_else(|| Box::new(|error: &str| drop(writeln!(io::stderr(), "{error}"))));
             let names = Names::of(runner.device());
             let file = RecordingFile::begin(Order { path, size, from, tell }, &about, names)?;
             runner.watch(Box::new(Recorder(file.clone())));

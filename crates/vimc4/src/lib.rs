@@ -60,7 +60,7 @@ pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::HostCommand;
 pub use recording::{
-    RecordingError, RecordingFile, Trouble, pack, recording_head, unpack, unpacking,
+    OnError, RecordingError, RecordingFile, pack, recording_head, unpack, unpacking,
 };
 #[cfg(feature = "lpkf")]
 pub use vimc4_catalogue::lpkf;

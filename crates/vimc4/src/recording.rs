@@ -38,8 +38,8 @@ pub struct RecordingError {
     pub help: &'static str,
 }
 
-/// Who is told, in a sentence, when a recording cannot be written any more.
-pub type Trouble = Box<dyn FnMut(&str) + Send>;
+/// Is called with a sentence for people when a recording can no longer be written.
+pub type OnError = Box<dyn FnMut(&str) + Send>;
 
 /// How a file is compressed, by the end of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +76,7 @@ struct Sheet {
     led: bool,
     /// The controller has told its end.
     ends: bool,
-    tell: Trouble,
+    tell: OnError,
     packers: Vec<JoinHandle<()>>,
     /// Every file so far, as it is called in the end.
     files: Vec<PathBuf>,
@@ -96,7 +96,7 @@ pub(crate) struct Order {
     pub(crate) path: PathBuf,
     pub(crate) size: Option<u64>,
     pub(crate) from: String,
-    pub(crate) tell: Trouble,
+    pub(crate) tell: OnError,
 }
 
 /// The head of a recording that this program writes.
@@ -147,7 +147,7 @@ impl RecordingFile {
         head: Head,
         size: Option<u64>,
         names: Names,
-        tell: Trouble,
+        tell: OnError,
     ) -> Result<RecordingFile, RecordingError> {
         let mut sheet = Sheet {
             name: path.to_owned(),

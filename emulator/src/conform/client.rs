@@ -137,15 +137,11 @@ impl Client {
         Ok(self.handling.read_position(&answer))
     }
 
-    /// Sends lines that must each be carried out within `patience`; says whether they were.
-    pub(super) fn obeys(
-        &mut self,
-        lines: &[&str],
-        patience: Duration,
-    ) -> Result<bool, ClientError> {
+    /// Sends lines that must each be carried out within `limit`; says whether they were.
+    pub(super) fn obeys(&mut self, lines: &[&str], limit: Duration) -> Result<bool, ClientError> {
         for line in lines {
             self.send(format!("{line}\r").as_bytes())?;
-            if self.answer(patience)? != self.handling.done {
+            if self.answer(limit)? != self.handling.done {
                 return Ok(false);
             }
         }
@@ -153,9 +149,9 @@ impl Client {
     }
 
     /// Ends whatever still moves, as far as the line can.
-    pub(super) fn abandon(&mut self, patience: Duration) -> Result<(), ClientError> {
+    pub(super) fn abandon(&mut self, limit: Duration) -> Result<(), ClientError> {
         self.send(self.handling.abandon)?;
-        self.answer(patience).map(drop)
+        self.answer(limit).map(drop)
     }
 
     /// Halts whatever moves, as the last thing that is done. What cannot be sent cannot be.
@@ -168,9 +164,9 @@ impl Client {
         let lines = self.handling.moving(by, speed);
         let longest = by.iter().map(|way| way.unsigned_abs()).max().unwrap_or_default();
         // The partial moves follow one another, and each has its ramp.
-        let patience = Duration::from_millis(4 * 1_000 * longest / speed.max(1)) + DEAF;
+        let limit = Duration::from_millis(4 * 1_000 * longest / speed.max(1)) + DEAF;
         let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
-        self.obeys(&lines, patience)
+        self.obeys(&lines, limit)
     }
 
     /// Plays a row.
@@ -200,9 +196,9 @@ impl Client {
     }
 
     /// What comes, up to the first pause.
-    fn answer(&mut self, patience: Duration) -> Result<Vec<u8>, ClientError> {
+    fn answer(&mut self, limit: Duration) -> Result<Vec<u8>, ClientError> {
         let mut answer = Vec::new();
-        let mut until = Instant::now() + patience;
+        let mut until = Instant::now() + limit;
         let end = until + NOISE;
         while let Some((_, bytes)) = self.next(until)? {
             answer.extend_from_slice(&bytes);

@@ -67,7 +67,7 @@ impl<'a> Conductor<'a> {
         choices: &[Choice<'_>],
         report: &mut ConformReport,
     ) -> Result<(), (ClientError, Option<String>)> {
-        let other = self.client.find().map_err(|trouble| (trouble, None))?;
+        let other = self.client.find().map_err(|error| (error, None))?;
         if let Some(speed) = other {
             report.note(&format!("it answers at {speed} baud; going on at that speed"));
         }
@@ -75,7 +75,7 @@ impl<'a> Conductor<'a> {
             match plan {
                 Ok(plan) => {
                     let outcome = self.session(plan);
-                    let outcome = outcome.map_err(|trouble| (trouble, Some(session.id.clone())))?;
+                    let outcome = outcome.map_err(|error| (error, Some(session.id.clone())))?;
                     report.played(session, plan, &outcome);
                 }
                 Err(reason) => {
@@ -84,7 +84,7 @@ impl<'a> Conductor<'a> {
                 }
             }
         }
-        self.leave().map_err(|trouble| (trouble, Some("the last reset".to_owned())))
+        self.leave().map_err(|error| (error, Some("the last reset".to_owned())))
     }
 
     fn session(&mut self, plan: &Plan) -> Result<Outcome, ClientError> {

@@ -136,13 +136,13 @@ fn talk(device: &Controller, Told { stamp, event, .. }: &Told) -> Option<Talk> {
         Event::Command { bytes, .. } => (Side::Host, escape(bytes), device.explain(bytes)),
         Event::Ignored { bytes, why } => (Side::Host, escape(bytes), format!("ignored: {why}")),
         Event::Answer { bytes, why: Some(why), .. } => {
-            (Side::Trouble, escape(bytes.trim_ascii_end()), why.to_string())
+            (Side::Problem, escape(bytes.trim_ascii_end()), why.to_string())
         }
         Event::Answer { bytes, .. } => {
             (Side::Controller, escape(bytes.trim_ascii_end()), String::new())
         }
         Event::CutShort { mnemonic, why } => {
-            (Side::Trouble, mnemonic.to_string(), format!("is cut short: {why}"))
+            (Side::Problem, mnemonic.to_string(), format!("is cut short: {why}"))
         }
         Event::Line { line, mnemonic } => {
             (Side::World, format!("line {line}"), mnemonic.to_string())
@@ -162,7 +162,7 @@ fn talk(device: &Controller, Told { stamp, event, .. }: &Told) -> Option<Talk> {
             let value = position.cloned().unwrap_or_else(|| value.to_string());
             (Side::World, format!("{} {value}", signal.name), String::new())
         }
-        Event::Warning(warning) => (Side::Trouble, "warning".to_owned(), warning.to_string()),
+        Event::Warning(warning) => (Side::Problem, "warning".to_owned(), warning.to_string()),
         _ => return None,
     };
     Some(Talk { at: stamp.at, side, text, meaning })

@@ -14,4 +14,4 @@ mod svg;
 pub(crate) use face::{Leaving, check, leave, run};
 pub(crate) use look::as_svg;
 pub(crate) use path::Stroke;
-pub(crate) use picture::{Picture, Reply, ReplyKind, Side, Talk, TimeLine};
+pub(crate) use picture::{Picture, SaidKind, SaidLine, Side, Talk, TimeLine};

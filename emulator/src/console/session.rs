@@ -8,12 +8,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use vimc4::{Control, Emulator, Report, Reports};
 use vimc4_catalogue::{Details, Machine};
 use vimc4_debug::{
-    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, patiently,
+    Answer, Candidate, Completion, DebugError, Debugger, Directive, Stop, Watched, uninterrupted,
 };
 use vimc4_device::{Device, Time, View, parse_duration};
 use vimc4_timeline::Progress;
 
-use super::screen::{Reply, ReplyKind};
+use super::screen::{SaidKind, SaidLine};
 use crate::live::{self, Live, Until};
 use crate::text::shown;
 
@@ -133,7 +133,7 @@ pub(crate) struct Session {
     /// The line that was carried out last, which an empty one repeats.
     last: String,
     /// What was typed and answered last.
-    pub(crate) said: VecDeque<Reply>,
+    pub(crate) said: VecDeque<SaidLine>,
 }
 
 /// So much of what was said is remembered.
@@ -203,12 +203,12 @@ impl Session {
         let outcome = self.carry_out_unheard(line);
         match &outcome {
             Ok(Outcome::Said(said)) if !line.is_empty() && !line.starts_with('#') => {
-                self.say(line, ReplyKind::Typed);
-                self.say(said, ReplyKind::Answer);
+                self.say(line, SaidKind::Typed);
+                self.say(said, SaidKind::Answer);
             }
             Err(Wrong(wrong)) => {
-                self.say(line, ReplyKind::Typed);
-                self.say(wrong, ReplyKind::Wrong);
+                self.say(line, SaidKind::Typed);
+                self.say(wrong, SaidKind::Wrong);
             }
             Ok(_) => {}
         }
@@ -216,9 +216,9 @@ impl Session {
     }
 
     /// Remembers what the screen shows of what was typed and answered.
-    pub(crate) fn say(&mut self, text: &str, kind: ReplyKind) {
+    pub(crate) fn say(&mut self, text: &str, kind: SaidKind) {
         if !text.is_empty() {
-            self.said.push_back(Reply { text: text.to_owned(), kind });
+            self.said.push_back(SaidLine { text: text.to_owned(), kind });
         }
         if self.said.len() > REMEMBERED {
             self.said.pop_front();
@@ -423,8 +423,8 @@ impl Session {
         pause: &Report,
     ) -> Result<Option<String>, Wrong> {
         let Some(live) = &mut self.live else { return Err(Wrong::new("nothing runs here")) };
-        let patience = &mut patiently;
-        let stop = live.paused(&mut self.debugger, reports, pause, patience)?;
+        let progress = &mut uninterrupted;
+        let stop = live.paused(&mut self.debugger, reports, pause, progress)?;
         let Some(stop) = stop else { return Ok(None) };
         self.cancel.set_running(None);
         Ok(Some(self.stopped(stop)))

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Handling, Model};
 use vimc4_dap::{Configuration, Open, Opened, Refusal};
-use vimc4_debug::{Debugger, Feed, Piece, Source, Unit, Way, patiently};
+use vimc4_debug::{Debugger, Feed, Piece, Source, Unit, Way, uninterrupted};
 use vimc4_device::{
     CommandNumber, Condition, Device, Event, Input, Kinds, Names, OwnedInput, TimedInput,
 };
@@ -129,7 +129,7 @@ fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refu
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Refusal::new)?;
     let mut debugger = Debugger::new(controller);
     // A machine that homes by itself does so before anything is sent.
-    debugger.go(Way::Forward, None, &mut patiently);
+    debugger.go(Way::Forward, None, &mut uninterrupted);
     let name = format!("{} on {}", model.name(), machine.name);
     let whole = if takes_jobs(&model) && file::is_job(&bytes) {
         file::decoded(&bytes)
@@ -226,7 +226,7 @@ fn program(
     let mut debugger = debugger;
     for line in &all {
         debugger.give(Input::Bytes(&line.whole()));
-        let stop = debugger.go(Way::Forward, None, &mut patiently);
+        let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
         let why = stop.outputs.iter().find_map(|output| match output.event()? {
             Event::Answer { why: Some(why), bytes, .. } => Some((why.clone(), bytes.clone())),
             _ => None,

@@ -13,7 +13,7 @@ use vimc4_catalogue::{Controller, Machine, Model};
 use vimc4_device::{Device, Line, Names, Time};
 use vimc4_timeline::recording::{Entry, Given, Player, What};
 
-use super::controller::{Device_, WALL};
+use super::controller::{PlayedDevice, WALL};
 use crate::failure::Failure;
 
 /// So many pieces wait for a client that does not read, before it loses what comes.
@@ -59,7 +59,7 @@ pub(super) struct Tape {
 /// The virtual controller to which everything is given as well, for the states with which the files
 /// of a recording begin: a real one tells none.
 struct Twin {
-    player: Player<Device_>,
+    player: Player<PlayedDevice>,
     /// How many bytes a file has at most, about.
     size: u64,
     /// How many bytes it has said, and how many the real one has.
@@ -105,9 +105,9 @@ impl Tap {
 
     /// The line belongs to this client, which gets what the device says, until it is
     /// [released](Tap::release); but not if another one holds it and does not leave in time.
-    pub(super) fn hold(&self, place: &Place, patience: Duration) -> Option<Receiver<Bytes>> {
+    pub(super) fn hold(&self, place: &Place, limit: Duration) -> Option<Receiver<Bytes>> {
         let client = lock(&self.client);
-        let waited = self.free.wait_timeout_while(client, patience, |client| client.is_some());
+        let waited = self.free.wait_timeout_while(client, limit, |client| client.is_some());
         let (mut client, _) = waited.unwrap_or_else(PoisonError::into_inner);
         let (transport, name) = (Arc::clone(&place.transport), place.client.to_string());
         if let Some(holder) = &*client {
@@ -190,7 +190,7 @@ impl Tape {
         machine: &Arc<Machine>,
     ) -> Result<Tape, Failure> {
         let head = recording_head(model, machine, WALL, &format!("record {device}"));
-        let tell = |trouble: &str| drop(writeln!(io::stderr(), "{trouble}"));
+        let tell = |error: &str| drop(writeln!(io::stderr(), "{error}"));
         let file = RecordingFile::create(path, head, size, Names::default(), Box::new(tell));
         let file = file.map_err(Failure::usage)?;
         // What state it is really in nobody knows: it counts as just switched on.

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 pub(super) const WALL: &str = "wall";
 
 /// A controller at its line.
-pub(super) type Device_ = Line<Controller>;
+pub(super) type PlayedDevice = Line<Controller>;
 
 /// Another controller than the recorded one.
 #[derive(clap::Args)]
@@ -149,7 +149,7 @@ impl Site {
     }
 
     /// A controller into which the recording is played.
-    pub(super) fn player(&self) -> Result<Player<Device_>, Failure> {
+    pub(super) fn player(&self) -> Result<Player<PlayedDevice>, Failure> {
         Ok(Player::new(self.device(&self.model, &self.machine, b"").map_err(Failure::midway)?))
     }
 
@@ -158,7 +158,7 @@ impl Site {
         model: &Model,
         machine: &Arc<Machine>,
         flash: &[u8],
-    ) -> Result<Device_, String> {
+    ) -> Result<PlayedDevice, String> {
         let controller = Controller::new(model, Arc::clone(machine), flash);
         let controller = controller.map_err(|error| error.to_string())?;
         Ok(match self.line {

@@ -22,8 +22,8 @@ use crate::values::size;
 
 /// How often a device that is gone is looked for.
 const LOOK: Duration = Duration::from_millis(300);
-/// How long nothing is awaited from a device before it is awaited anew.
-const PATIENCE: Duration = Duration::from_secs(3_600);
+/// How long one wait for a byte of the device lasts.
+const LISTEN: Duration = Duration::from_secs(3_600);
 
 #[derive(clap::Args)]
 #[command(
@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 /// Passes on what the device says, also when it has been gone.
 fn listen(tap: &Tap, mut port: Port, name: &str, baud: u32) {
     loop {
-        match port.next(Instant::now() + PATIENCE) {
+        match port.next(Instant::now() + LISTEN) {
             Ok(Some((at, bytes))) => tap.device_says(at, bytes.into()),
             Ok(None) | Err(PortError::Interrupted) => {}
             Err(PortError::Gone(why)) => {

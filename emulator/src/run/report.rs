@@ -549,8 +549,8 @@ struct Progress {
 impl Progress {
     /// So many calls lie between two looks at the clock.
     const CALLS: u32 = 1_024;
-    /// What is over as soon as this shows nothing.
-    const PATIENCE: Duration = Duration::from_millis(500);
+    /// A run that is over sooner shows no progress.
+    const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
     fn new(wanted: bool) -> Progress {
         let wanted = wanted && io::stderr().is_terminal();
@@ -561,7 +561,7 @@ impl Progress {
         self.calls = self.calls.wrapping_add(1);
         if self.wanted
             && self.calls.is_multiple_of(Self::CALLS)
-            && self.began.elapsed() > Self::PATIENCE
+            && self.began.elapsed() > Self::SHOWN_AFTER
         {
             let bar = self.bar.get_or_insert_with(ProgressBar::new_spinner);
             bar.set_message(text());

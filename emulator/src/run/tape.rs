@@ -22,7 +22,7 @@ impl Tape {
     /// Begins a recording in a file, which must not be there yet.
     pub(crate) fn new(path: &Path, model: &Model, machine: &Machine) -> Result<Tape, Failure> {
         let head = vimc4::recording_head(model, machine, "instant", "run");
-        let tell = |trouble: &str| drop(writeln!(io::stderr(), "{trouble}"));
+        let tell = |error: &str| drop(writeln!(io::stderr(), "{error}"));
         let file = RecordingFile::create(path, head, None, Names::default(), Box::new(tell));
         Ok(Tape { file: file.map_err(Failure::usage)?, by: Arc::from("run") })
     }

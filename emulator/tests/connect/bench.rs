@@ -51,7 +51,7 @@ impl Way {
 }
 
 /// How long a program may take, all in all.
-const PATIENCE: Duration = Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_secs(60);
 
 /// How long something may take that happens at once.
 const MOMENT: Duration = Duration::from_secs(20);
@@ -178,7 +178,7 @@ impl Bench {
         let status = loop {
             match program.0.try_wait()? {
                 Some(status) => break status,
-                None if began.elapsed() > PATIENCE => {
+                None if began.elapsed() > LIMIT => {
                     let (printed, said) = (heard(&printed), heard(&said));
                     return Err(format!("{command:?} does not end:\n{printed}\n{said}").into());
                 }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, bare, machine, model, models};
-use vimc4_debug::{Debugger, Depth, Reason, Stop, Unit, Way, patiently};
+use vimc4_debug::{Debugger, Depth, Reason, Stop, Unit, Way, uninterrupted};
 use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, SignalId, Time, TimedInput};
 use vimc4_timeline::{
     Act, Begins, BranchId, Found, History, Limits, Place, Sought, Stretch, Which,
@@ -128,7 +128,7 @@ impl Walker {
     }
 
     fn step(&mut self, unit: Unit, way: Way) -> Stop {
-        self.debugger.step(unit, way, Depth::Into, 1, &mut patiently)
+        self.debugger.step(unit, way, Depth::Into, 1, &mut uninterrupted)
     }
 
     /// Somewhere on some branch.
@@ -187,7 +187,7 @@ impl Walker {
             let mut forward = Vec::new();
             let mut begins = Begins::new(&condition);
             while forward.len() < FOUND_MAX
-                && history.seek_next(end, &mut begins, &mut patiently) == Found::Here
+                && history.seek_next(end, &mut begins, &mut uninterrupted) == Found::Here
             {
                 forward.push(history.present());
             }
@@ -195,7 +195,7 @@ impl Walker {
             let mut all = Vec::new();
             let mut plain = Plain(Begins::new(&condition));
             while all.len() < FOUND_MAX
-                && history.seek_next(end, &mut plain, &mut patiently) == Found::Here
+                && history.seek_next(end, &mut plain, &mut uninterrupted) == Found::Here
             {
                 all.push(history.present());
             }
@@ -207,10 +207,10 @@ impl Walker {
             history.go_to_end(heading);
             let mut back = Vec::new();
             let mut begins = Begins::new(&condition);
-            let mut found = history.seek_last_or_here(&mut begins, &mut patiently);
+            let mut found = history.seek_last_or_here(&mut begins, &mut uninterrupted);
             while found == Found::Here && back.len() <= FOUND_MAX {
                 back.push(history.present());
-                found = history.seek_last(&mut begins, &mut patiently);
+                found = history.seek_last(&mut begins, &mut uninterrupted);
             }
             back.reverse();
             assert_eq!(back, forward, "{condition} from both sides");
@@ -291,7 +291,7 @@ pub fn console(data: &[u8]) {
     /// So many lines count.
     const LINES_MAX: usize = 12;
     /// A search is given up when it was asked so often.
-    const PATIENCE: u32 = 20;
+    const ASKED_MAX: u32 = 20;
     let Some((which, text)) = data.split_first() else { return };
     let names = models();
     let name = names[usize::from(*which) % names.len()];
@@ -306,7 +306,7 @@ pub fn console(data: &[u8]) {
         let mut asked = 0;
         let mut give_up = |_: Time| {
             asked += 1;
-            if asked > PATIENCE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if asked > ASKED_MAX { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let shown = match debugger.execute(line, &mut give_up) {
             Ok(answer) => answer.to_string(),

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use vimc4::{Machine, Model};
 use vimc4_ncp::job::{self, InputTest, Order, Question, Step, Target};
 use vimc4_ncp::{Diagnostic, Severity, language};
-use vimc4_tests::jobs::Job;
+use vimc4_tests::jobs::JobCase;
 
 use crate::circle::Course;
 use crate::expect::{fits, same};
 use crate::player::Player;
 
 /// Holds everything that a job says against what becomes of it.
-pub(crate) fn check(job: &Job) -> Result<(), String> {
+pub(crate) fn check(job: &JobCase) -> Result<(), String> {
     let bench = Bench::new(job)?;
     let mut said = Said::default();
     job::check(&bench.text, &bench.target, job.options, &mut |problem| said.hear(&bench, &problem));
@@ -31,7 +31,7 @@ pub(crate) fn check(job: &Job) -> Result<(), String> {
 
 /// A job with the controller and the machine that it is run on.
 struct Bench<'j> {
-    job: &'j Job,
+    job: &'j JobCase,
     model: Model,
     machine: Arc<Machine>,
     target: Target,
@@ -70,7 +70,7 @@ impl Said {
 }
 
 impl<'j> Bench<'j> {
-    fn new(job: &'j Job) -> Result<Bench<'j>, String> {
+    fn new(job: &'j JobCase) -> Result<Bench<'j>, String> {
         let (model, machine) = (job.model()?, job.machine()?);
         let target = job.target(&model, &machine)?;
         Ok(Bench { job, model, machine, target, text: language::decode(&job.program) })

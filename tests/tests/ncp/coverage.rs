@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use libtest_mimic::Trial;
 use vimc4_ncp::language::{self, reference};
-use vimc4_tests::jobs::Job;
+use vimc4_tests::jobs::JobCase;
 
 /// Where each kind of problem has its name.
 const PROBLEMS: [&str; 2] = [
@@ -15,7 +15,7 @@ const PROBLEMS: [&str; 2] = [
 /// What no job can have: it is said of what the operator types. `emulator/tests/job.rs` types it.
 const TYPED: &str = "for-files";
 
-pub(crate) fn trials(jobs: &[Job]) -> Vec<Trial> {
+pub(crate) fn trials(jobs: &[JobCase]) -> Vec<Trial> {
     let commands = missing_commands(jobs);
     let problems = missing_problems(jobs);
     let test = |name: &str, missing: Vec<String>| {
@@ -27,7 +27,7 @@ pub(crate) fn trials(jobs: &[Job]) -> Vec<Trial> {
     vec![test("every command is in a job", commands), test("every problem is in a job", problems)]
 }
 
-fn missing_commands(jobs: &[Job]) -> Vec<String> {
+fn missing_commands(jobs: &[JobCase]) -> Vec<String> {
     let mut seen = BTreeSet::new();
     for job in jobs.iter().filter(|job| job.commands.is_some()) {
         let text = language::decode(&job.program);
@@ -47,7 +47,7 @@ fn missing_commands(jobs: &[Job]) -> Vec<String> {
     names.filter(|name| !known(name)).map(str::to_owned).collect()
 }
 
-fn missing_problems(jobs: &[Job]) -> Vec<String> {
+fn missing_problems(jobs: &[JobCase]) -> Vec<String> {
     let said = jobs
         .iter()
         .flat_map(|job| job.diagnostics.iter().chain(job.field_diagnostics.iter().flatten()));

@@ -14,7 +14,7 @@ mod player;
 use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use vimc4_tests::jobs::{self, Job};
+use vimc4_tests::jobs::{self, JobCase};
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
-fn trial(job: Job) -> Trial {
+fn trial(job: JobCase) -> Trial {
     Trial::test(format!("{}::{}", job.id, job.model), move || {
         bench::check(&job).map_err(|error| {
             let program = String::from_utf8_lossy(&job.program);

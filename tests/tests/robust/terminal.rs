@@ -16,7 +16,7 @@ use rustix::termios::{
 };
 use vimc4::{Clock, Emulator};
 
-use crate::tools::{Counts, PATIENCE, Terminal, ask, at, in_role, wait_until};
+use crate::tools::{Counts, LIMIT, Terminal, ask, at, in_role, wait_until};
 
 pub(crate) const TESTS: &[(&str, fn())] = &[
     ("terminal: a thousand clients one after the other read nothing stale", a_thousand_clients),
@@ -85,7 +85,7 @@ fn a_thousand_clients() {
             _ => {
                 // It asks and leaves without listening.
                 client.write_all(b"@0P\r").unwrap();
-                assert!(client.hears(PATIENCE));
+                assert!(client.hears(LIMIT));
                 leave(client);
                 let mut next = Terminal::open(&path);
                 assert!(!next.hears(Duration::ZERO), "opening {n} hears its predecessor");

@@ -14,7 +14,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use vimc4::{Emulator, Kinds, News, Report, Sink, Wants};
 
 /// How long is waited for what must come. Only a failing test waits as long.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+pub(crate) const LIMIT: Duration = Duration::from_secs(10);
 
 /// Names the role in which this program starts itself.
 pub(crate) const ROLE: &str = "VIMC4_ROBUST_ROLE";
@@ -34,7 +34,7 @@ pub(crate) fn has(program: &str, arguments: &[&str]) -> bool {
 
 pub(crate) fn connect(emulator: &Emulator) -> TcpStream {
     let stream = TcpStream::connect(emulator.tcp_addr().unwrap()).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
     stream
 }
 
@@ -45,7 +45,7 @@ impl Terminal {
     /// Opens it. A terminal that its last user had for itself is free a moment after that one
     /// has gone, so being told that it is busy is no reason to give up at once.
     pub(crate) fn open(path: &Path) -> Terminal {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + LIMIT;
         loop {
             match OpenOptions::new().read(true).write(true).open(path) {
                 Ok(file) => return Terminal(file),
@@ -67,7 +67,7 @@ impl Terminal {
 
 impl Read for Terminal {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        assert!(self.hears(PATIENCE), "the controller does not answer");
+        assert!(self.hears(LIMIT), "the controller does not answer");
         self.0.read(buffer)
     }
 }
@@ -96,7 +96,7 @@ pub(crate) fn at(x: usize) -> String {
 }
 
 pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + LIMIT;
     while !holds() {
         assert!(Instant::now() < deadline, "{what} never came");
         thread::sleep(Duration::from_millis(1));

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use vimc4_debug::{Debugger, Depth, Reason, Unit, Way, patiently};
+use vimc4_debug::{Debugger, Depth, Reason, Unit, Way, uninterrupted};
 use vimc4_device::{Input, Time};
 
 use crate::suite::Bench;
@@ -38,7 +38,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
             debugger.go_to(end).doing("go to the end")?;
             let condition = debugger.names().read(line).doing("read a condition")?;
             let began = Instant::now();
-            let stop = debugger.seek(&condition, Way::Back, &mut patiently);
+            let stop = debugger.seek(&condition, Way::Back, &mut uninterrupted);
             sample.add(began.elapsed().as_nanos() as f64);
             if stop.why != *reason {
                 return Err(Failure::new(format!("{line}: {}", stop.why)));
@@ -65,10 +65,10 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     for _ in 0..PLACES {
         let at = Time::from_nanos(random(end.moment.at.as_nanos()));
         let began = Instant::now();
-        debugger.go_to_time(at, &mut patiently);
+        debugger.go_to_time(at, &mut uninterrupted);
         scrubs.add(began.elapsed().as_nanos() as f64);
         let began = Instant::now();
-        let stop = debugger.step(Unit::Command, Way::Back, Depth::Into, 1, &mut patiently);
+        let stop = debugger.step(Unit::Command, Way::Back, Depth::Into, 1, &mut uninterrupted);
         backs.add(began.elapsed().as_nanos() as f64);
         if !matches!(stop.why, Reason::Step(_) | Reason::Beginning) {
             return Err(Failure::new(format!("a step back at {at:?}: {}", stop.why)));

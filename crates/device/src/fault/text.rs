@@ -11,7 +11,7 @@ use super::{
     Awaited, BadByte, Chance, Damage, Fault, FaultNumber, Faulting, Garbling, LineFault, Way, When,
 };
 use crate::condition::{excerpt, without_names};
-use crate::{Condition, Names, escape, parse_duration, show_nanos};
+use crate::{Condition, Names, escape, parse_duration, show_nanos, unescape};
 
 /// The kinds of faults of the line, as they are typed, and what each does.
 const KINDS: [(&str, &str); 12] = [
@@ -562,31 +562,12 @@ impl<'t> Words<'t> {
             Some(quoted) => quoted.split_once('"').ok_or_else(|| self.wrong(right))?,
             None => self.rest.split_at(self.peek().len()),
         };
-        let bytes = unescape(written).filter(|bytes| !bytes.is_empty());
+        let is_plain = !written.is_empty() && written.bytes().all(|c| matches!(c, b' '..=b'~'));
+        let bytes = is_plain.then(|| unescape(written).ok()).flatten();
         let bytes = bytes.ok_or_else(|| self.wrong(right))?;
         self.rest = rest.trim_start();
         Ok(bytes.into())
     }
-}
-
-/// The bytes that [`escape`] has written so.
-fn unescape(text: &str) -> Option<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let (byte, length) = match rest.as_bytes() {
-            [b'\\', b'r', ..] => (b'\r', 2),
-            [b'\\', b'n', ..] => (b'\n', 2),
-            [b'\\', b't', ..] => (b'\t', 2),
-            [b'\\', b'\\', ..] => (b'\\', 2),
-            [b'\\', b'x', ..] => (u8::from_str_radix(rest.get(2..4)?, 16).ok()?, 4),
-            [byte @ b' '..=b'~', ..] if first != '\\' => (*byte, 1),
-            _ => return None,
-        };
-        bytes.push(byte);
-        rest = rest.get(length..)?;
-    }
-    Some(bytes)
 }
 
 /// A text up to the word `then` outside of quotation marks, and what follows that.

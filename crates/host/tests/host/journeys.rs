@@ -122,7 +122,7 @@ fn what_happens_in_a_pause_is_heeded() {
 }
 
 /// A way that takes longer than anybody waits for what is asked on it.
-const PATIENT: Duration = Duration::from_secs(120);
+const LIMIT: Duration = Duration::from_secs(120);
 
 #[test]
 fn a_way_without_an_end_leaves_nobody_unheard() {
@@ -133,8 +133,8 @@ fn a_way_without_an_end_leaves_nobody_unheard() {
         let way = handle.advance(FAR);
         let (second, third) = (handle.advance(Duration::from_secs(1)), handle.advance(FAR));
         // A control and the line are heard, at a time on the way.
-        assert!(handle.press("start").wait_within(PATIENT).is_ok());
-        let now = handle.now().wait_within(PATIENT).unwrap();
+        assert!(handle.press("start").wait_within(LIMIT).is_ok());
+        let now = handle.now().wait_within(LIMIT).unwrap();
         assert!(now > Time::ZERO && way.progress().to.is_some_and(|to| to > now));
         port.write_all(b"ehere\r").unwrap();
         let mut answer = [0; 5];
@@ -142,15 +142,15 @@ fn a_way_without_an_end_leaves_nobody_unheard() {
         assert_eq!(answer, *b"0here");
         // What waits to begin can be given up before, and what waits behind it begins later.
         third.cancel();
-        let end = third.wait_within(PATIENT);
+        let end = third.wait_within(LIMIT);
         assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
         // What does not need anything from outside goes on.
         handle.cancel_all_unless_by_itself();
         way.cancel();
-        let Err(ControlError::Cancelled { at }) = way.wait_within(PATIENT) else {
+        let Err(ControlError::Cancelled { at }) = way.wait_within(LIMIT) else {
             panic!("it was given up");
         };
-        let next = second.wait_within(PATIENT).unwrap();
+        let next = second.wait_within(LIMIT).unwrap();
         assert!(next >= at + Duration::from_secs(1));
         running.end().unwrap();
     }
@@ -163,10 +163,10 @@ fn what_arrives_while_a_condition_is_forecast_changes_what_it_will_be() {
     port.write_all(b"l\r").unwrap();
     // Time stands still as long as it is not known where it goes.
     let journey = handle.run_until(at(3_000));
-    handle.press("start").wait_within(PATIENT).unwrap();
+    handle.press("start").wait_within(LIMIT).unwrap();
     port.write_all(b"w5000\r").unwrap();
     // On a computer that is so fast that all was in vain before, it was not too late.
-    match journey.wait_within(PATIENT) {
+    match journey.wait_within(LIMIT) {
         Ok(at) => assert_eq!(at, Time::from_secs(3)),
         Err(never) => assert_eq!(never, ControlError::Never),
     }
@@ -206,7 +206,7 @@ fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not
     let (running, mut port) = Running::in_memory(Fake::new(b""), Clock::Real);
     let until = |text: &str| running.handle.run_until(text.parse().unwrap());
     let given_up = |journey: Journey| {
-        let end = journey.wait_within(PATIENT);
+        let end = journey.wait_within(LIMIT);
         assert!(matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
     };
     let outside = until("command e9");
@@ -218,8 +218,8 @@ fn what_takes_something_from_outside_is_given_up_and_what_comes_by_itself_is_not
     let (never, later) = (until("command e2"), until("command e1 and axis0 = 300"));
     running.handle.cancel_all_unless_by_itself();
     given_up(never);
-    let at = comes.wait_within(PATIENT).unwrap();
-    assert_eq!((idle.wait_within(PATIENT), later.wait_within(PATIENT)), (Ok(at), Ok(at)));
+    let at = comes.wait_within(LIMIT).unwrap();
+    assert_eq!((idle.wait_within(LIMIT), later.wait_within(LIMIT)), (Ok(at), Ok(at)));
 
     // An endless program may go on for ever; what it has not done in 10,000 causes is given up.
     port.write_all(b"l\r").unwrap();
@@ -238,7 +238,7 @@ fn what_would_have_come_by_itself_is_given_up_when_it_cannot_come_any_more() {
     let comes = running.handle.run_until("command e1".parse().unwrap());
     running.handle.cancel_all_unless_by_itself();
     running.handle.restore(rest).wait().unwrap();
-    assert_eq!(comes.wait_within(PATIENT), Err(ControlError::Never));
+    assert_eq!(comes.wait_within(LIMIT), Err(ControlError::Never));
     running.end().unwrap();
 }
 
@@ -252,11 +252,11 @@ fn all_that_was_asked_for_is_given_up_and_nothing_that_is_asked_for_later() {
         let journeys = [handle.run_until(at(3_600_001)), handle.run_until(at(3_000_000))];
         handle.cancel_all();
         for journey in journeys {
-            let end = journey.wait_within(PATIENT);
+            let end = journey.wait_within(LIMIT);
             let never = end == Err(ControlError::Never);
             assert!(never || matches!(end, Err(ControlError::Cancelled { .. })), "{end:?}");
         }
-        assert!(handle.run_until(at(5)).wait_within(PATIENT).is_ok());
+        assert!(handle.run_until(at(5)).wait_within(LIMIT).is_ok());
         running.end().unwrap();
     }
 }

@@ -30,7 +30,7 @@ use crate::state::{Lines, Peer};
 
 /// How long what a program has started may go on after it before somebody is told. Wine's server
 /// stays for three seconds by itself.
-const PATIENCE: Duration = Duration::from_secs(5);
+const LINGER_LIMIT: Duration = Duration::from_secs(5);
 
 /// Signals that are meant for the program, whoever gets them.
 const PASSED_ON: [i32; 9] = [
@@ -233,7 +233,7 @@ impl Running {
         let mut ending = None;
         let mut said = false;
         while self.take_children(&mut ending) {
-            let limit = (ending.is_some() && !said).then_some(PATIENCE);
+            let limit = (ending.is_some() && !said).then_some(LINGER_LIMIT);
             match (self.signals.wait(limit).map_err(LaunchError::System)?, ending) {
                 (Some(told), None) => self.pass_on(told),
                 (Some(told), Some(ending)) if self.asks_for_an_end(told.signal) => {

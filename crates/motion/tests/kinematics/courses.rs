@@ -227,7 +227,7 @@ fn what_is_written_is_read_again() {
 }
 
 /// Holds all forms of a profile against each other, at every step.
-fn all_forms_agree(profile: &Profile) {
+pub(crate) fn all_forms_agree(profile: &Profile) {
     let (mut previous, mut count) = (0, 0);
     for (k, time) in (1..).zip(profile.times()) {
         assert_eq!(profile.time_of(k), time, "step {k}");

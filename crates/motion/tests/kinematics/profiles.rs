@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use vimc4_motion::{Profile, Ramp};
 
 use crate::cases;
+use crate::courses::all_forms_agree;
 
 const MILLISECOND: u64 = 1_000_000;
 
@@ -185,21 +186,6 @@ fn what_is_too_large_is_cut_or_never() {
             }
         }
     }
-}
-
-/// Holds all forms of a profile against each other, at every step.
-fn all_forms_agree(profile: &Profile) {
-    let mut previous = 0;
-    let mut count = 0;
-    for (k, time) in (1..).zip(profile.times()) {
-        assert_eq!(profile.time_of(k), time, "step {k}");
-        assert!(time > previous, "step {k}");
-        assert_eq!(profile.steps_at(time), k);
-        assert_eq!(profile.steps_at(time - 1), k - 1);
-        (previous, count) = (time, k);
-    }
-    assert_eq!((profile.steps(), profile.duration()), (count, previous));
-    assert_eq!(profile.speed_at(previous), 0);
 }
 
 /// Speeds and ramps of every magnitude, the usual ones often.

@@ -45,7 +45,7 @@ struct Version {
 /// A line as it is written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Line {
+struct WrittenLine {
     at: Time,
     #[serde(default, rename = "in")]
     given: Option<String>,
@@ -270,7 +270,8 @@ fn read_head(line: &[u8]) -> Result<Head, ReadError> {
 }
 
 fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
-    let read: Line = serde_json::from_slice(text).map_err(|error| wrong(&error, line, "a line"))?;
+    let read: WrittenLine =
+        serde_json::from_slice(text).map_err(|error| wrong(&error, line, "a line"))?;
     let error =
         |message: String, help: &str| ReadError { line, column: 0, message, help: help.to_owned() };
     let bytes = |written: &str, key: &str| {
@@ -285,8 +286,10 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         by: by.unwrap_or_else(|| Arc::from("")),
         given,
     };
-    let Line { at, given: input, out, signal, value, power, fault, wait, state, stands, .. } = read;
-    let Line { causes, news, mark, end, by, .. } = read;
+    let WrittenLine {
+        at, given: input, out, signal, value, power, fault, wait, state, stands, ..
+    } = read;
+    let WrittenLine { causes, news, mark, end, by, .. } = read;
     let by_nobody = by.is_none();
     // Each field is one thing that a line can say.
     let mut said = Vec::new();

@@ -9,7 +9,7 @@ use super::brush::{Brush, fitted, seconds};
 use super::ink::{Ink, Inks};
 use super::keys;
 use super::path::Path;
-use super::picture::{Picture, ReplyKind, Side, Talk};
+use super::picture::{Picture, SaidKind, Side, Talk};
 use crate::console::camera;
 
 /// No terminal may be smaller.
@@ -178,7 +178,7 @@ fn talk(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
     const INDENT: usize = 15;
     let width = brush.width().saturating_sub(INDENT);
     let rest = |talk: &Talk| -> Vec<String> {
-        if talk.side != Side::Trouble || width == 0 {
+        if talk.side != Side::Problem || width == 0 {
             return Vec::new();
         }
         broken(&format!("{}  {}", talk.text, talk.meaning), width).split_off(1)
@@ -195,7 +195,7 @@ fn talk(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
         let (arrow, ink) = match talk.side {
             Side::Host => ("→", Ink::Sent),
             Side::Controller => ("←", Ink::Plain),
-            Side::Trouble => ("←", Ink::Alarm),
+            Side::Problem => ("←", Ink::Alarm),
             Side::World => ("·", Ink::Well),
         };
         let time = seconds(talk.at.as_nanos());
@@ -342,7 +342,7 @@ fn time_line(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
 fn said(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
     let watches = picture.watches.join("   ");
     let mut brush = Brush::titled(buffer, area, inks, "answers", &watches);
-    let lines: Vec<(&str, ReplyKind)> = picture
+    let lines: Vec<(&str, SaidKind)> = picture
         .said
         .iter()
         .flat_map(|reply| reply.text.lines().map(|line| (line, reply.kind)))
@@ -350,9 +350,9 @@ fn said(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
     let first = lines.len().saturating_sub(brush.room());
     for (line, kind) in &lines[first..] {
         let (head, ink) = match kind {
-            ReplyKind::Typed => ("> ", Ink::Sent),
-            ReplyKind::Answer => ("  ", Ink::Plain),
-            ReplyKind::Wrong => ("! ", Ink::Alarm),
+            SaidKind::Typed => ("> ", Ink::Sent),
+            SaidKind::Answer => ("  ", Ink::Plain),
+            SaidKind::Wrong => ("! ", Ink::Alarm),
         };
         let width = brush.width();
         brush.line(&[(fitted(&format!("{head}{line}"), width), ink)]);
@@ -415,7 +415,7 @@ mod tests {
             session.carry_out(line).unwrap();
         }
         let mut look = Look::new(Inks { colour: true });
-        session.say("a\x1B[2Jb\n", ReplyKind::Wrong);
+        session.say("a\x1B[2Jb\n", SaidKind::Wrong);
         look.picture(&mut session)
     }
 
@@ -487,7 +487,7 @@ mod tests {
         let mut picture = picture();
         picture.talk.push(Talk {
             at: vimc4_device::Time::from_nanos(1),
-            side: Side::Trouble,
+            side: Side::Problem,
             text: "2".to_owned(),
             meaning: "limit switch X+ at step 12,345 of the last move".to_owned(),
         });

@@ -23,7 +23,7 @@ use super::draw::draw;
 use super::keys::{self, Act};
 use super::look::{Look, UNITS, inks};
 use super::path::Gaze;
-use super::picture::{Prompt, ReplyKind};
+use super::picture::{Prompt, SaidKind};
 use vimc4::{Report, Reports};
 
 use crate::console::camera;
@@ -150,14 +150,14 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
             }
             Happening::Paused(reports, report) => {
                 match session.paused(reports, &report) {
-                    Ok(Some(said)) => session.say(&said, ReplyKind::Answer),
+                    Ok(Some(said)) => session.say(&said, SaidKind::Answer),
                     Ok(None) => ears.follow(session),
-                    Err(Wrong(wrong)) => session.say(&wrong, ReplyKind::Wrong),
+                    Err(Wrong(wrong)) => session.say(&wrong, SaidKind::Wrong),
                 }
                 Next::GoOn
             }
             Happening::Ended => {
-                session.say("the controller has ended", ReplyKind::Wrong);
+                session.say("the controller has ended", SaidKind::Wrong);
                 Next::GoOn
             }
         };
@@ -165,8 +165,8 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
             Next::GoOn => {}
             Next::LetGo(until) => match session.let_go(until) {
                 Ok(None) => ears.follow(session),
-                Ok(Some(said)) => session.say(&said, ReplyKind::Answer),
-                Err(Wrong(wrong)) => session.say(&wrong, ReplyKind::Wrong),
+                Ok(Some(said)) => session.say(&said, SaidKind::Answer),
+                Err(Wrong(wrong)) => session.say(&wrong, SaidKind::Wrong),
             },
             Next::Leave(leaving) => break leaving,
             Next::Redraw => stage.0.clear().map_err(failed)?,
@@ -328,7 +328,7 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
                 return Next::GoOn;
             }
             Act::Line(_) | Act::Scrub(_) | Act::Type | Act::Again | Act::Breakpoint => {
-                session.say("it runs: Space pauses it first", ReplyKind::Wrong);
+                session.say("it runs: Space pauses it first", SaidKind::Wrong);
                 return Next::GoOn;
             }
             Act::NextBranch | Act::Picture => return Next::GoOn,
@@ -377,25 +377,25 @@ fn handle(look: &mut Look, session: &mut Session, key: KeyEvent) -> Next {
 fn carry_out(session: &mut Session, line: &str) -> Next {
     match session.goes_on(line) {
         Some(Ok(until)) => {
-            session.say(line, ReplyKind::Typed);
+            session.say(line, SaidKind::Typed);
             return Next::LetGo(until);
         }
         Some(Err(Wrong(wrong))) => {
-            session.say(&wrong, ReplyKind::Wrong);
+            session.say(&wrong, SaidKind::Wrong);
             return Next::GoOn;
         }
         None => {}
     }
     match script::carry_out_once(session, line) {
         Ok(Outcome::Said(text)) if line.starts_with("picture ") => {
-            session.say(&text, ReplyKind::Answer);
+            session.say(&text, SaidKind::Answer);
         }
-        Err(Wrong(wrong)) if line.starts_with("picture ") => session.say(&wrong, ReplyKind::Wrong),
+        Err(Wrong(wrong)) if line.starts_with("picture ") => session.say(&wrong, SaidKind::Wrong),
         Ok(Outcome::Said(_) | Outcome::Screen | Outcome::Picture(..)) | Err(_) => {}
         Ok(Outcome::Quit) => return Next::Leave(Leaving::Quits),
         Ok(Outcome::Source(file)) => match script::called(session, &file, 0) {
             Ok(_) => {}
-            Err(failure) => session.say(&failure.to_string(), ReplyKind::Wrong),
+            Err(failure) => session.say(&failure.to_string(), SaidKind::Wrong),
         },
     }
     Next::GoOn
@@ -406,7 +406,7 @@ fn panel(session: &mut Session, name: &str) -> Next {
     let view = session.view();
     let signals = vimc4_device::Device::signals(session.debugger.device());
     let Some(signal) = signals.iter().find(|signal| signal.name == name) else {
-        session.say(&format!("this controller has no {name}"), ReplyKind::Wrong);
+        session.say(&format!("this controller has no {name}"), SaidKind::Wrong);
         return Next::GoOn;
     };
     let is_on = view.signal(name).unwrap_or(0) != 0;
@@ -419,8 +419,8 @@ fn panel(session: &mut Session, name: &str) -> Next {
     if let Some(live) = session.live.as_ref().filter(|live| live.is_running()) {
         let ordered = live.order(&line);
         match ordered {
-            Ok(()) => session.say(&line, ReplyKind::Typed),
-            Err(wrong) => session.say(&wrong, ReplyKind::Wrong),
+            Ok(()) => session.say(&line, SaidKind::Typed),
+            Err(wrong) => session.say(&wrong, SaidKind::Wrong),
         }
         return Next::GoOn;
     }
@@ -431,7 +431,7 @@ fn panel(session: &mut Session, name: &str) -> Next {
 fn breakpoint(session: &mut Session) -> Next {
     let listing = camera::listing(&mut session.debugger);
     let Some(line) = listing.lines.iter().find(|line| line.is_present) else {
-        session.say("no line is the present one", ReplyKind::Wrong);
+        session.say("no line is the present one", SaidKind::Wrong);
         return Next::GoOn;
     };
     let line = match line.breakpoint {
@@ -451,7 +451,7 @@ fn next_branch(session: &mut Session) -> Next {
     match next.filter(|next| next.id != heading).map(|next| next.name.clone()) {
         Some(name) => carry_out(session, &format!("goto {name}")),
         None => {
-            session.say("there is one branch only", ReplyKind::Wrong);
+            session.say("there is one branch only", SaidKind::Wrong);
             Next::GoOn
         }
     }

@@ -27,7 +27,7 @@ pub(crate) struct Picture {
     /// What is watched: expressions and their values.
     pub(crate) watches: Vec<String>,
     /// What was answered last, oldest first.
-    pub(crate) said: Vec<Reply>,
+    pub(crate) said: Vec<SaidLine>,
     pub(crate) prompt: Prompt,
     /// What the arrow keys go by.
     pub(crate) unit: String,
@@ -55,20 +55,20 @@ pub(crate) enum Side {
     /// The controller.
     Controller,
     /// The controller, and it is an error.
-    Trouble,
+    Problem,
     /// The world around it.
     World,
 }
 
 /// A line that was typed, and what was answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Reply {
+pub(crate) struct SaidLine {
     pub(crate) text: String,
-    pub(crate) kind: ReplyKind,
+    pub(crate) kind: SaidKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ReplyKind {
+pub(crate) enum SaidKind {
     Typed,
     Answer,
     Wrong,

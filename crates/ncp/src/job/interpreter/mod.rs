@@ -26,7 +26,7 @@ use crate::language::{Instruction, JobLine, Placed, PortBit};
 
 pub use approach::Standing;
 use arcs::ArcWords;
-use sink::{Report, Sink};
+use sink::{Reporter, Sink};
 pub(super) use state::Interpreter;
 pub use state::Options;
 use state::{Mark, Pace, Refusal, State, Told};
@@ -39,7 +39,7 @@ impl Interpreter<'_> {
         line: &JobLine<'_>,
         number: u32,
         actions: &mut Vec<Action>,
-        report: Report<'_>,
+        report: Reporter<'_>,
     ) -> bool {
         let Some(Placed { value: command, span }) = line.command else { return true };
         if self.state.ended {

@@ -5,14 +5,14 @@ use crate::job::problem::Problem;
 use crate::language::{Span, Value, Word};
 
 /// Takes what is to be said about a part of the line.
-pub(super) type Report<'r> = &'r mut dyn FnMut(Span, Problem);
+pub(super) type Reporter<'r> = &'r mut dyn FnMut(Span, Problem);
 
 /// Where everything goes that comes of a line.
 pub(super) struct Sink<'s> {
     /// Where its command stands.
     pub(super) span: Span,
     pub(super) actions: &'s mut Vec<Action>,
-    pub(super) report: Report<'s>,
+    pub(super) report: Reporter<'s>,
 }
 
 impl Sink<'_> {

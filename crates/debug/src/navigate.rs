@@ -7,9 +7,9 @@ use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::debugger::{Debugger, patiently};
+use crate::debugger::{Debugger, uninterrupted};
 use crate::stop::{Reason, Stop};
-use crate::walk::{TROUBLES_MAX, Walk};
+use crate::walk::{PROBLEMS_MAX, Walk};
 use crate::{DebugError, Depth, Unit, Way};
 
 impl Debugger {
@@ -67,7 +67,7 @@ impl Debugger {
     /// beginning.
     pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
         let mut notes = Vec::new();
-        let mut troubles = VecDeque::new();
+        let mut problems = VecDeque::new();
         loop {
             self.host_goes_on(way);
             // Whoever fills a buffer looks for room whenever a command leaves it.
@@ -86,7 +86,7 @@ impl Debugger {
             };
             let mut met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
-            troubles.extend(walk.troubles.take().into_iter().flat_map(|troubles| troubles.last));
+            problems.extend(walk.problems.take().into_iter().flat_map(|problems| problems.last));
             if fills {
                 self.breakpoints.pop();
                 met.retain(|id| *id != NOBODYS);
@@ -114,9 +114,9 @@ impl Debugger {
             };
             let mut stop = self.stopped(why, notes);
             // What came out last is told of there.
-            troubles.retain(|trouble| !stop.outputs.contains(trouble));
-            troubles.drain(..troubles.len().saturating_sub(TROUBLES_MAX));
-            stop.troubles = troubles.into();
+            problems.retain(|problem| !stop.outputs.contains(problem));
+            problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
+            stop.problems = problems.into();
             return stop;
         }
     }
@@ -158,7 +158,7 @@ impl Debugger {
             found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
             if found == Found::Here {
                 let mut begins = Begins::new(condition);
-                return self.history.seek_next(Time::NEVER, &mut begins, &mut patiently);
+                return self.history.seek_next(Time::NEVER, &mut begins, &mut uninterrupted);
             }
         }
         self.back_unless_here(found, begin)
@@ -214,7 +214,7 @@ impl Debugger {
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut begins, progress);
             if found == Found::Here {
-                found = self.history.seek_next(Time::NEVER, &mut begins, &mut patiently);
+                found = self.history.seek_next(Time::NEVER, &mut begins, &mut uninterrupted);
             }
         }
         if found == Found::Here {
@@ -297,8 +297,8 @@ impl Debugger {
         let outputs: Vec<Output> = self.history.drain().take(OUTPUTS_MAX).collect();
         let said = outputs.iter().map(|output| self.say(output)).collect();
         let (place, at) = (self.place(), self.now());
-        let (command, troubles) = (self.executing(), Vec::new());
-        Stop { why, place, at, command, notes, troubles, outputs, said }
+        let (command, problems) = (self.executing(), Vec::new());
+        Stop { why, place, at, command, notes, problems, outputs, said }
     }
 }
 
