@@ -80,6 +80,6 @@ impl Firmware {
     /// The first instant at which something holds for an axis that depends on its limit switches only.
     fn first_slide(&self, axis: usize, from: Time, is_so: impl Fn(&Slide) -> bool) -> Option<Time> {
         let (state, signs) = (&self.state, self.state.carriage_signs());
-        state.plant.first_time(axis, state.running(), &signs, from, is_so)
+        state.plant.when_first(axis, state.running(), &signs, from, is_so)
     }
 }

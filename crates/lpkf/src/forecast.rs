@@ -25,7 +25,7 @@ impl State {
                 let end = if positive { End::Positive } else { End::Negative };
                 let (plant, signs) = (&self.plant, self.carriage_signs());
                 let is_so = |slide: &Slide| plant.pressed(axis, end, slide) == active;
-                plant.first_time(axis, self.running(), &signs, from, is_so)
+                plant.when_first(axis, self.running(), &signs, from, is_so)
             }
             // Nothing that moves by itself changes an input.
             Fact::PortBit { port, bit, level } => {

@@ -46,7 +46,7 @@ use std::sync::Arc as Shared;
 
 use serde::{Deserialize, Serialize};
 
-use crate::demand::{Phase, Trend};
+use crate::phase::{Phase, Trend};
 use crate::wide;
 use crate::wide::saturated;
 use crate::{AXES, Path, Point, StraightLine};

@@ -4,7 +4,8 @@
 //! acceleration is always the same. So of a motor that pulls less the faster it turns, the first
 //! step that it does not make is found with one search in each phase.
 
-use crate::{Path, Segment};
+use crate::Segment;
+use crate::phase::{Share, Trend};
 
 /// µHz in a Hz.
 const MICRO: u128 = 1_000_000;
@@ -39,49 +40,6 @@ impl Pull<'_> {
             // It falls from a pull that is enough to one that is not.
             low + (high - low) * (pull - need) / (pull - less).max(1)
         }))
-    }
-}
-
-/// A part of a motion in which the frequency goes one way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Phase {
-    /// The last clock step of it.
-    pub(crate) to: u64,
-    /// Hz/s, of the clock.
-    pub(crate) acceleration: u128,
-    pub(crate) trend: Trend,
-}
-
-/// Which way a frequency goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Trend {
-    Rises,
-    Stays,
-    Falls,
-}
-
-/// How many of the clock steps of a part of a path an axis makes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Share {
-    /// The last clock step of the part.
-    pub(crate) to: u64,
-    /// So many of `of`.
-    pub(crate) steps: u64,
-    pub(crate) of: u64,
-}
-
-impl Path {
-    /// The parts in which the share of an axis stays the same. On a circle it does not; there an axis
-    /// has places at which it makes every step, and that counts.
-    pub(crate) fn shares(&self, axis: usize) -> Vec<Share> {
-        let to = self.length();
-        let whole = |(steps, of)| vec![Share { to, steps, of }];
-        match self {
-            Path::Line(line) => whole(line.share(axis)),
-            Path::Arc(arc) => whole((u64::from(arc.moves(axis)), 1)),
-            Path::Helix(helix) => whole(helix.share(axis)),
-            Path::Chain(chain) => chain.shares(axis),
-        }
     }
 }
 

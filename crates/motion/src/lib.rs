@@ -28,6 +28,7 @@ mod fit;
 mod helix;
 mod line;
 mod path;
+mod phase;
 mod point;
 mod profile;
 mod ramps;

@@ -6,9 +6,9 @@ use std::sync::Arc as Shared;
 use serde::{Deserialize, Serialize};
 
 use crate::arc::ArcWalk;
-use crate::demand::Share;
 use crate::helix::HelixWalk;
 use crate::line::LineWalk;
+use crate::phase::Share;
 use crate::runs::{Run, place};
 use crate::{AXES, Arc, Helix, Point, StraightLine};
 
@@ -98,6 +98,41 @@ impl Path {
             Path::Arc(arc) => arc.travel(k),
             Path::Helix(helix) => helix.travel(k),
             Path::Chain(chain) => chain.travel(k),
+        }
+    }
+
+    /// Gives `visit` the runs of an axis up to clock step `k`, one after the other, until it breaks
+    /// off, and with them the `state` that it has left. Turns of a circle that begin with the state
+    /// with which the one before them began are left out: they would go like it.
+    pub fn runs<S: Clone + PartialEq, B>(
+        &self,
+        axis: usize,
+        k: u64,
+        state: &mut S,
+        visit: &mut impl FnMut(&mut S, Run) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        let k = k.min(self.length());
+        match self {
+            Path::Line(line) => {
+                let way = place(&line.at(k), axis);
+                visit(state, Run { from: 0, to: k, way })
+            }
+            Path::Arc(arc) => arc.runs(axis, k, state, visit),
+            Path::Helix(helix) => helix.runs(axis, k, state, visit),
+            Path::Chain(chain) => chain.runs(axis, k, state, visit),
+        }
+    }
+
+    /// The parts in which the share of an axis stays the same. On a circle it does not; there an axis
+    /// has places at which it makes every step, and that counts.
+    pub(crate) fn shares(&self, axis: usize) -> Vec<Share> {
+        let to = self.length();
+        let whole = |(steps, of)| vec![Share { to, steps, of }];
+        match self {
+            Path::Line(line) => whole(line.share(axis)),
+            Path::Arc(arc) => whole((u64::from(arc.moves(axis)), 1)),
+            Path::Helix(helix) => whole(helix.share(axis)),
+            Path::Chain(chain) => chain.shares(axis),
         }
     }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Ramp;
 use crate::course::{Course, CourseClock, Stretch};
-use crate::demand::Phase;
+use crate::phase::Phase;
 use crate::ramps::{RampClock, Ramped};
 
 /// The times of the steps of one motion, from its start to its halt.

@@ -37,7 +37,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::demand::{Phase, Trend};
+use crate::phase::{Phase, Trend};
 use crate::wide;
 use crate::wide::saturated;
 

@@ -5,9 +5,7 @@
 //! single step. Of a circle there are four an around, and a circle may be gone round a million
 //! times; but what follows it is as it was after a turn or two, and so the others are left out.
 
-use std::ops::ControlFlow;
-
-use crate::{Path, Point};
+use crate::Point;
 
 /// A stretch of a path in which an axis never changes its direction. It may rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,30 +16,6 @@ pub struct Run {
     pub to: u64,
     /// The steps that the axis makes in it, with the sign of their direction.
     pub way: i64,
-}
-
-impl Path {
-    /// Gives `visit` the runs of an axis up to clock step `k`, one after the other, until it breaks
-    /// off, and with them the `state` that it has left. Turns of a circle that begin with the state
-    /// with which the one before them began are left out: they would go like it.
-    pub fn runs<S: Clone + PartialEq, B>(
-        &self,
-        axis: usize,
-        k: u64,
-        state: &mut S,
-        visit: &mut impl FnMut(&mut S, Run) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
-        let k = k.min(self.length());
-        match self {
-            Path::Line(line) => {
-                let way = place(&line.at(k), axis);
-                visit(state, Run { from: 0, to: k, way })
-            }
-            Path::Arc(arc) => arc.runs(axis, k, state, visit),
-            Path::Helix(helix) => helix.runs(axis, k, state, visit),
-            Path::Chain(chain) => chain.runs(axis, k, state, visit),
-        }
-    }
 }
 
 /// What a point has for an axis.

@@ -266,7 +266,7 @@ impl Plant {
     /// The first instant from `from` on at which something of that kind holds while nothing else
     /// happens: on the way of the running segment, or where the axis stands.
     #[must_use]
-    pub fn first_time(
+    pub fn when_first(
         &self,
         axis: usize,
         running: Option<Running<'_>>,
