@@ -195,7 +195,7 @@ impl Plant {
         let (path, steps) = (ends.path.as_ref(), ends.steps);
         if self.under_way.stands[axis].is_none() {
             let (low, high) = match gear.is_bounded() {
-                true => way.span(axis, path.extent(steps)),
+                true => way.between(axis, path.extent(steps)),
                 false => (0, 0),
             };
             if gear.follows(&slide, low, high) {

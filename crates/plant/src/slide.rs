@@ -161,7 +161,7 @@ impl<'a> Way<'a> {
     }
 
     /// The lowest and the highest offset of a carriage, from those of the counters.
-    pub(crate) fn span(&self, axis: usize, (low, high): (Point, Point)) -> (i64, i64) {
+    pub(crate) fn between(&self, axis: usize, (low, high): (Point, Point)) -> (i64, i64) {
         let (a, b) = (self.signs[axis] * low[axis], self.signs[axis] * high[axis]);
         (a.min(b), a.max(b))
     }
