@@ -187,9 +187,8 @@ pub enum Warning {
         steps: i64,
         /// How far that is in µm, without a sign, on an axis that has a length.
         um: Option<u64>,
-        /// The carriage ran on when its motor was halted without a ramp; else it stood at the end
-        /// of the mechanics while the counter went on.
-        overran: bool,
+        /// How that came.
+        how: Loss,
     },
     /// STOP has stood in for a reference switch that is there: the place where the axis was stopped
     /// counts as its reference point, and is none.
@@ -226,6 +225,33 @@ pub enum Warning {
     },
 }
 
+/// How a carriage and its counter come to disagree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Loss {
+    /// The carriage stood at the end of the mechanics while the counter went on.
+    AtEnd,
+    /// It ran on when its motor was halted without a ramp.
+    Overran,
+    /// Its motor was asked for more than it can, and stood until the motion was over.
+    Stalled,
+    /// Something moved it that was not its motor.
+    Pushed,
+}
+
+/// In a few words, for people: what follows "the carriage".
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Loss::AtEnd => "stood at its end while the counter went on",
+            Loss::Overran => "ran on when its motor was halted without a ramp",
+            Loss::Stalled => "stood still, because its motor could not follow",
+            Loss::Pushed => "was moved, and not by its motor",
+        })
+    }
+}
+
 /// In words, for people.
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -241,11 +267,7 @@ impl fmt::Display for Warning {
                 write!(f, "nobody has the line open, {} lost", bytes(*lost))
             }
             Warning::NoEffect { what } => write!(f, "no effect: {what}"),
-            Warning::StepsLost { name, steps, um, overran, .. } => {
-                let how = match overran {
-                    true => "ran on when its motor was halted without a ramp",
-                    false => "stood at its end while the counter went on",
-                };
+            Warning::StepsLost { name, steps, um, how, .. } => {
                 let count = Grouped(steps.saturating_abs());
                 let steps = if count == Grouped(1) { "step" } else { "steps" };
                 write!(f, "the {name} carriage {how}: {count} {steps}")?;

@@ -28,10 +28,11 @@ mod view;
 pub use breakpoint::Breakpoint;
 pub use condition::{Condition, ConditionError, Fact, Named, Names, Vocabulary};
 pub use duration::{NotADuration, parse_duration, show_nanos};
-pub use event::{Event, Kinds, Motion, Warning};
+pub use event::{Event, Kinds, Loss, Motion, Warning};
 pub use fault::{
     Awaited, BadByte, Chance, Damage, Fault, FaultError, FaultNews, FaultNumber, FaultStage,
-    FaultView, Faulting, Garbling, LineFault, Strike, Way, When,
+    FaultView, Faulting, Garbling, LineFault, MachineFault, MachineStrike, Mishap, Strike,
+    SwitchSays, Way, When,
 };
 pub use grouped::Grouped;
 pub use handling::{

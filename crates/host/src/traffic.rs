@@ -649,7 +649,7 @@ mod tests {
             name: name.into(),
             steps: 1,
             um: None,
-            overran: true,
+            how: Loss::Overran,
         };
         let error = || Warning::ProgramError { code: '2', line: 1, why: "limit switch X+".into() };
         let false_one =

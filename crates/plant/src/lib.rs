@@ -16,7 +16,7 @@ mod slide;
 pub use job::{
     Accessory, Analogue, JobPorts, JobRegisters, JobSetup, JobZero, Output, Spindle, Up,
 };
-pub use machine::{Axes, Axis, End, Machine, Measure, Reference, Unit};
+pub use machine::{Axes, Axis, End, Machine, Measure, Motor, Reference, Unit};
 pub use plant::{Panel, Plant};
 pub use profile::{Builtins, ProfileError, parse_profile, profile_text};
 pub use signal::PlantSignal;

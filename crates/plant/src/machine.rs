@@ -1,7 +1,7 @@
 //! What a machine is like.
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{AXES, Warning};
+use vimc4_device::{AXES, Loss, Warning};
 
 use crate::job::JobSetup;
 use crate::profile::ProfileError;
@@ -99,18 +99,39 @@ pub struct Axis {
     /// How many steps further back a limit switch lets go than it was pressed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub hysteresis: u32,
+    /// What its motor can; absent if it follows whatever it is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<Motor>,
+}
+
+/// What a motor can with the mass that it has to move. One that is asked for more stands still until
+/// the motion is over.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Motor {
+    /// The highest step frequency in Hz with which it starts without a ramp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<u32>,
+    /// Up to which acceleration in Hz/ms it follows at a step frequency in Hz, as pairs of these with
+    /// ascending frequencies and descending accelerations: between two pairs on the line from one to
+    /// the other, below the first as there, above the last not at all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pull: Vec<(u32, u32)>,
+    /// What it has to pull besides, such as a cut: the acceleration in Hz/ms that would ask for as
+    /// much.
+    #[serde(skip_serializing_if = "is_default")]
+    pub load: u32,
 }
 
 impl Machine {
-    /// Says that carriage minus counter of an axis has changed by so many steps, because the
-    /// carriage stood or overran.
+    /// Says that carriage minus counter of an axis has changed by so many steps, and how.
     #[must_use]
     pub fn steps_lost(
         &self,
         axis: usize,
         name: &'static str,
         steps: i64,
-        overran: bool,
+        how: Loss,
     ) -> Warning {
         let gear = self.axis(axis);
         let um = gear.lead_um.and_then(|lead| {
@@ -118,7 +139,7 @@ impl Machine {
             let way = u128::from(steps.unsigned_abs()) * u128::from(lead);
             u64::try_from((way + turn / 2) / turn).ok()
         });
-        Warning::StepsLost { axis: axis as u8, name: name.into(), steps, um, overran }
+        Warning::StepsLost { axis: axis as u8, name: name.into(), steps, um, how }
     }
 }
 
@@ -230,6 +251,7 @@ static UNFITTED: Axis = Axis {
     start: 0,
     backlash: 0,
     hysteresis: 0,
+    motor: None,
 };
 
 profiles! { Machine, Machine::check, [
@@ -385,6 +407,18 @@ fn check_axis(text: &str, table: &str, axis: &Axis) -> Result<(), ProfileError> 
             return error("lead_um", "a rotary axis has no lead".into(), "remove lead_um");
         }
         _ => {}
+    }
+    let pull = axis.motor.iter().flat_map(|motor| motor.pull.windows(2));
+    for pair in pull {
+        if let [(slow, much), (fast, less)] = pair
+            && (slow >= fast || much < less)
+        {
+            let help = "the faster a motor turns the less it pulls: [[1000, 400], [10000, 50]]";
+            let message =
+                format!("[{slow}, {much}] and [{fast}, {less}] do not ascend and descend");
+            let table = format!("{table}.motor");
+            return Err(ProfileError::about_key(text, &table, "pull", message, help));
+        }
     }
     if let (Some(low), Some(high)) = (axis.negative_switch, axis.positive_switch)
         && low >= high

@@ -311,7 +311,7 @@ impl Names {
     }
 
     /// The signal with whose name a text begins.
-    fn signal_at(&self, input: &str) -> Option<&Signal> {
+    pub(crate) fn signal_at(&self, input: &str) -> Option<&Signal> {
         let named = |signal: &&Signal| {
             let name = input.get(..signal.name.len());
             let after = input.get(signal.name.len()..).unwrap_or_default();
@@ -393,7 +393,7 @@ impl Names {
     }
 
     /// The names that the axes are shown by, in small letters, in their order.
-    fn shown_axes(&self) -> Vec<String> {
+    pub(crate) fn shown_axes(&self) -> Vec<String> {
         let mut axes: Vec<u8> = self.axes.iter().map(|(axis, _)| *axis).collect();
         axes.dedup();
         axes.into_iter().map(|axis| self.axis_name(axis)).collect()
@@ -470,16 +470,16 @@ impl Names {
 
     // --- writing ---
 
-    fn axis_name(&self, axis: u8) -> String {
+    pub(crate) fn axis_name(&self, axis: u8) -> String {
         let named = self.axes.iter().find(|(index, _)| *index == axis);
         named.map_or_else(|| format!("axis{axis}"), |(_, name)| name.to_lowercase())
     }
 
-    fn signal_named(&self, id: SignalId) -> Option<&Signal> {
+    pub(crate) fn signal_named(&self, id: SignalId) -> Option<&Signal> {
         self.signals.iter().find(|signal| signal.id == id)
     }
 
-    fn signal_name(&self, id: SignalId) -> String {
+    pub(crate) fn signal_name(&self, id: SignalId) -> String {
         self.signal_named(id).map_or_else(|| id.0.to_string(), |signal| signal.name.clone())
     }
 

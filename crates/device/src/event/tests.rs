@@ -10,25 +10,25 @@ use crate::{AXES, CommandNumber, Stamp, Strike, Time, Way};
 #[test]
 fn warnings_say_what_happened_and_what_to_do() {
     let lost =
-        |steps, um, overran| Warning::StepsLost { axis: 0, name: "X".into(), steps, um, overran };
+        |steps, um, how| Warning::StepsLost { axis: 0, name: "X".into(), steps, um, how };
     for (warning, text) in [
         (
-            lost(-1_999, Some(24_988), false),
+            lost(-1_999, Some(24_988), Loss::AtEnd),
             "the X carriage stood at its end while the counter went on: 1,999 steps (24.988 mm) \
              lost; a reference run makes the two agree again",
         ),
         (
-            lost(8, Some(100), true),
+            lost(8, Some(100), Loss::Overran),
             "the X carriage ran on when its motor was halted without a ramp: 8 steps (0.1 mm) \
              lost; a reference run makes the two agree again",
         ),
         (
-            lost(1_234_567, None, true),
+            lost(1_234_567, None, Loss::Overran),
             "the X carriage ran on when its motor was halted without a ramp: 1,234,567 steps \
              lost; a reference run makes the two agree again",
         ),
         (
-            lost(-1, None, false),
+            lost(-1, None, Loss::AtEnd),
             "the X carriage stood at its end while the counter went on: 1 step lost; a \
              reference run makes the two agree again",
         ),
@@ -104,19 +104,28 @@ fn segments() -> impl Strategy<Value = Box<Segment>> {
     })
 }
 
+fn losses() -> impl Strategy<Value = Loss> {
+    prop_oneof![
+        Just(Loss::AtEnd),
+        Just(Loss::Overran),
+        Just(Loss::Stalled),
+        Just(Loss::Pushed)
+    ]
+}
+
 fn warnings() -> impl Strategy<Value = Warning> {
     let axis = || 0..6_u8;
     prop_oneof![
         any::<u64>().prop_map(|lost| Warning::ReceiveOverflow { lost }),
         any::<u64>().prop_map(|lost| Warning::NobodyListens { lost }),
         words().prop_map(|what| Warning::NoEffect { what }),
-        (axis(), words(), any::<i64>(), any::<Option<u64>>(), any::<bool>()).prop_map(
-            |(axis, name, steps, um, overran)| Warning::StepsLost {
+        (axis(), words(), any::<i64>(), any::<Option<u64>>(), losses()).prop_map(
+            |(axis, name, steps, um, how)| Warning::StepsLost {
                 axis,
                 name,
                 steps,
                 um,
-                overran
+                how
             }
         ),
         (axis(), words()).prop_map(|(axis, name)| Warning::FalseReference { axis, name }),

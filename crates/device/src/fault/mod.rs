@@ -15,6 +15,9 @@
 //! KIND   = "drop" | "garble" ["flip" MASK | "into" BYTE] | "duplicate" | "delay" TIME | "insert" BYTES
 //!        | "split" TIME | "merge" TIME | ("parity" | "framing") ["as-is" | "dropped" | "zero" | "marked"]
 //!        | "cut" | "break" TIME | "speed" BAUD
+//!        | "switch" AXIS ("-" | "+") ("pressed" | "released" | "missing" | "late" STEPS)
+//!        | "switch" AXIS "swapped" | "backlash" AXIS STEPS | "load" AXIS HZ_PER_MS | "jam" AXIS
+//!        | "push" AXIS STEPS | "hold" SIGNAL [VALUE] | "bounce" SIGNAL TIMES TIME | "power-off"
 //! WAY    = "to-host" | "to-controller" | "both"
 //! when   = "once" | "always" | NUMBER "times" | "every" NTH | NTH "byte" | NUMBER "%" | "for" TIME
 //!        | "seed" NUMBER | "after" [NTH] CONDITION { "then" [NTH] CONDITION }
@@ -24,6 +27,7 @@
 //! What comes `after` stands last, because a condition has words of its own.
 
 mod line;
+mod machine;
 mod strike;
 mod text;
 mod when;
@@ -33,6 +37,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 pub use line::{BadByte, Damage, Garbling, LineFault, Way};
+pub use machine::{MachineFault, MachineStrike, Mishap, SwitchSays};
 pub use strike::Strike;
 pub use text::FaultError;
 pub use when::{Awaited, Chance, When};
@@ -61,6 +66,8 @@ pub use when::{Awaited, Chance, When};
 pub enum Fault {
     /// Of the serial line.
     Line(LineFault),
+    /// Of the machine.
+    Machine(MachineFault),
 }
 
 impl Fault {
@@ -69,6 +76,7 @@ impl Fault {
     pub fn when(&self) -> &When {
         match self {
             Fault::Line(fault) => &fault.when,
+            Fault::Machine(fault) => &fault.when,
         }
     }
 
@@ -84,6 +92,12 @@ impl Fault {
 impl From<LineFault> for Fault {
     fn from(fault: LineFault) -> Fault {
         Fault::Line(fault)
+    }
+}
+
+impl From<MachineFault> for Fault {
+    fn from(fault: MachineFault) -> Fault {
+        Fault::Machine(fault)
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use super::Way;
+use super::{MachineStrike, Way};
 use crate::{escape, show_nanos};
 
 /// What a fault has done, once.
@@ -24,12 +24,17 @@ pub enum Strike {
         /// How much later than without the fault, in nanoseconds.
         late: u64,
     },
+    /// Something is otherwise with the machine.
+    Machine(MachineStrike),
 }
 
 /// In a few words, for people: what follows "fault 3".
 impl fmt::Display for Strike {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Strike::Line { way, sent, arrives, late } = self;
+        let (way, sent, arrives, late) = match self {
+            Strike::Line { way, sent, arrives, late } => (way, sent, arrives, late),
+            Strike::Machine(strike) => return strike.fmt(f),
+        };
         let whose = match way {
             Way::ToHost => "to the host",
             Way::ToController => "to the controller",

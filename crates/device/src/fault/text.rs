@@ -1,5 +1,7 @@
 //! Faults as people type them.
 
+mod machine;
+
 use std::error::Error;
 use std::fmt::{self, Write};
 use std::str::FromStr;
@@ -99,6 +101,7 @@ impl Names {
         let mut text = String::new();
         match fault {
             Fault::Line(fault) => write_line(&mut text, fault),
+            Fault::Machine(fault) => text = self.write_mishap(&fault.mishap),
         }
         self.write_when(&mut text, fault);
         text
@@ -122,6 +125,9 @@ impl Names {
         match damage(kind, words) {
             Some(damage) => self.line_fault(damage?, words).map(Fault::Line),
             None => {
+                if let Some(mishap) = self.mishap(kind, words) {
+                    return self.machine_fault(mishap?, words).map(Fault::Machine);
+                }
                 let kinds: Vec<&str> = kinds().map(|(kind, _)| kind).collect();
                 Err(words.wrong_at(here, format!("a kind of fault: {}", kinds.join(", "))))
             }
@@ -240,7 +246,10 @@ impl Names {
 
     fn write_when(&self, text: &mut String, fault: &Fault) {
         let When { after, first, every, chance, times, lasts, seed } = fault.when();
-        let state = fault.of_line().is_some_and(|fault| fault.damage.lasts());
+        let state = match fault {
+            Fault::Line(fault) => fault.damage.lasts(),
+            Fault::Machine(_) => true,
+        };
         let many = state || *every != 1 || *chance != Chance::CERTAIN || lasts.is_some();
         let mut say = |words: fmt::Arguments<'_>| {
             // Writing to a string cannot fail.
@@ -281,7 +290,7 @@ impl Names {
 
 /// All kinds of faults.
 fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
-    KINDS.into_iter()
+    KINDS.into_iter().chain(machine::KINDS)
 }
 
 /// What a word and those that belong to it do to the line; `None` if the word is no such kind.

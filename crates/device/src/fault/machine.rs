@@ -1,0 +1,125 @@
+//! What can go wrong with a machine.
+
+use std::fmt;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::When;
+use crate::SignalId;
+
+/// Something that goes wrong with the machine. It strikes when it begins, and what it changes stays
+/// changed until it ends; what chance there is in [`When`] has no say.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MachineFault {
+    /// What goes wrong.
+    pub mishap: Mishap,
+    /// When it strikes.
+    pub when: When,
+}
+
+impl MachineFault {
+    /// A fault that is there at once, until it is ended.
+    #[must_use]
+    pub fn new(mishap: Mishap) -> MachineFault {
+        MachineFault { mishap, when: When::ALWAYS }
+    }
+}
+
+/// What goes wrong with a machine. Axes are numbers, 0 for X.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Mishap {
+    /// A limit switch does not say what is so.
+    Switch {
+        /// The axis.
+        axis: u8,
+        /// Whether it is the switch at the positive end.
+        positive: bool,
+        /// What it says instead.
+        says: SwitchSays,
+    },
+    /// The two limit switches of an axis are plugged in the wrong way round.
+    Swapped(u8),
+    /// An axis has so many steps more of play.
+    Backlash {
+        /// The axis.
+        axis: u8,
+        /// Steps.
+        steps: u32,
+    },
+    /// An axis has so much more to pull.
+    Load {
+        /// The axis.
+        axis: u8,
+        /// The acceleration in Hz/ms that would ask for as much.
+        pull: u32,
+    },
+    /// The motor of an axis cannot turn.
+    Jam(u8),
+    /// Somebody or something moves the carriage of an axis by so many steps, once, and the controller
+    /// knows nothing of it.
+    Push {
+        /// The axis.
+        axis: u8,
+        /// Steps of the machine.
+        steps: i64,
+    },
+    /// A signal has a value, whatever it is set to. When the fault ends it is as it was set last.
+    Hold {
+        /// The signal.
+        signal: SignalId,
+        /// The value.
+        value: i32,
+    },
+    /// A contact bounces when it opens or closes: it opens and closes again so many times.
+    Bounce {
+        /// The signal, a limit switch or an input.
+        signal: SignalId,
+        /// How many times it goes back to what it was.
+        times: u8,
+        /// The time between two changes, 1 ns at least.
+        period: Duration,
+    },
+    /// The mains are off.
+    Power,
+}
+
+/// What a limit switch says that does not say what is so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SwitchSays {
+    /// It is stuck, as if it was always pressed.
+    Pressed,
+    /// It is stuck, as if it was never pressed.
+    Released,
+    /// It is not plugged in: the controller sees no switch.
+    Nothing,
+    /// It lets go so many steps further back than it should.
+    Late(u32),
+}
+
+/// What a fault of the machine has done.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum MachineStrike {
+    /// What it changes has changed.
+    Changed,
+    /// The motor of an axis stands: the axis, and what the controller calls it.
+    Stands(u8, String),
+    /// A contact has opened or closed, and bounces.
+    Bounces,
+}
+
+/// In a few words, for people: what follows "fault 3".
+impl fmt::Display for MachineStrike {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MachineStrike::Changed => f.write_str("has struck"),
+            MachineStrike::Stands(_, name) => write!(f, "makes the motor of {name} stand"),
+            MachineStrike::Bounces => f.write_str("makes a contact bounce"),
+        }
+    }
+}
