@@ -39,7 +39,7 @@ const DEEPEST: u32 = 32;
 const SHOWN: usize = 80;
 
 /// The words that mean something where a text could stand.
-const RESERVED: [&str; 4] = ["and", "or", "then", "error"];
+const RESERVED: [&str; 5] = ["and", "or", "then", "while", "error"];
 
 /// The names that conditions use for the axes and the signals of a device.
 ///

@@ -20,11 +20,11 @@
 //!        | "push" AXIS STEPS | "hold" SIGNAL [VALUE] | "bounce" SIGNAL TIMES TIME | "power-off"
 //! WAY    = "to-host" | "to-controller" | "both"
 //! when   = "once" | "always" | NUMBER "times" | "every" NTH | NTH "byte" | NUMBER "%" | "for" TIME
-//!        | "seed" NUMBER | "after" [NTH] CONDITION { "then" [NTH] CONDITION }
+//!        | "seed" NUMBER | "after" [NTH] CONDITION { "then" [NTH] CONDITION } | "while" CONDITION
 //! change = [NUMBER] fault | "end" NUMBER | "end" "all"
 //! ```
 //!
-//! What comes `after` stands last, because a condition has words of its own.
+//! What comes `after` stands last, because a condition has words of its own, and `while` behind that.
 
 mod line;
 mod machine;
@@ -85,6 +85,7 @@ impl Fault {
     pub fn of_line(&self) -> Option<&LineFault> {
         match self {
             Fault::Line(fault) => Some(fault),
+            Fault::Machine(_) => None,
         }
     }
 }

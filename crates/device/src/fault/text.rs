@@ -174,6 +174,15 @@ impl Names {
         while !words.is_empty() {
             if words.take_if("after") || words.take_if("when") {
                 when.after = self.awaited(words)?;
+            } else if words.take_if("while") {
+                let here = words.rest;
+                let condition = self.waited_for(here, words)?;
+                if condition.has_happenings() {
+                    let right = "a state, which lasts, as in `while x > 1000`";
+                    return Err(words.wrong_at(here, right));
+                }
+                when.during = Some(condition);
+                words.rest = "";
             } else if words.take_if("once") {
                 times = Some(Some(1));
             } else if words.take_if("always") {
@@ -217,22 +226,23 @@ impl Names {
                 }
                 None => 1,
             };
-            let (text, rest) = up_to_then(words.rest);
-            let condition = self.awaited_condition(text.trim());
-            let condition = condition.map_err(|(left, right)| {
-                let text = text.trim_end();
-                let at = text.len() - left.len().min(text.len());
-                words.wrong_at(words.rest.get(at..).unwrap_or_default(), right)
-            })?;
+            let (text, rest) = up_to(words.rest, &["then", "while"]);
+            let condition = self.waited_for(text, words)?;
             awaited.push(Awaited { condition, times });
-            match rest {
-                Some(rest) => words.rest = rest.trim_start(),
-                None => {
-                    words.rest = "";
-                    return Ok(awaited);
-                }
+            words.rest = rest.trim_start();
+            if !words.take_if("then") {
+                return Ok(awaited);
             }
         }
+    }
+
+    /// The condition that is a text with which what is left begins.
+    fn waited_for(&self, text: &str, words: &Words<'_>) -> Result<Condition, FaultError> {
+        self.awaited_condition(text.trim()).map_err(|(left, right)| {
+            let text = text.trim_end();
+            let at = text.len() - left.len().min(text.len());
+            words.wrong_at(words.rest.get(at..).unwrap_or_default(), right)
+        })
     }
 
     /// A condition; the beginning of a command alone says that it is that command.
@@ -245,12 +255,12 @@ impl Names {
     }
 
     fn write_when(&self, text: &mut String, fault: &Fault) {
-        let When { after, first, every, chance, times, lasts, seed } = fault.when();
+        let When { after, first, every, chance, times, lasts, during, seed } = fault.when();
         let state = match fault {
             Fault::Line(fault) => fault.damage.lasts(),
             Fault::Machine(_) => true,
         };
-        let many = state || *every != 1 || *chance != Chance::CERTAIN || lasts.is_some();
+        let many = state || during.is_some() || *every != 1 || *chance != Chance::CERTAIN || lasts.is_some();
         let mut say = |words: fmt::Arguments<'_>| {
             // Writing to a string cannot fail.
             let _ = write!(text, " {words}");
@@ -284,6 +294,9 @@ impl Names {
                 say(format_args!("{}", Nth((*times).into())));
             }
             say(format_args!("{}", self.write(condition)));
+        }
+        if let Some(condition) = during {
+            say(format_args!("while {}", self.write(condition)));
         }
     }
 }
@@ -579,8 +592,8 @@ impl<'t> Words<'t> {
     }
 }
 
-/// A text up to the word `then` outside of quotation marks, and what follows that.
-fn up_to_then(text: &str) -> (&str, Option<&str>) {
+/// A text up to one of some words outside of quotation marks, and what is left from that word on.
+fn up_to<'t>(text: &'t str, ends: &[&str]) -> (&'t str, &'t str) {
     let (mut quoted, mut escaped) = (false, false);
     for (at, c) in text.char_indices() {
         if escaped {
@@ -589,16 +602,14 @@ fn up_to_then(text: &str) -> (&str, Option<&str>) {
             escaped = true;
         } else if c == '"' {
             quoted = !quoted;
-        } else if !quoted
-            && c.is_whitespace()
-            && let Some(rest) =
-                text.get(at..).and_then(|rest| rest.trim_start().strip_prefix("then"))
-            && rest.starts_with(char::is_whitespace)
-        {
-            return (text.get(..at).unwrap_or_default(), Some(rest));
+        } else if !quoted && c.is_whitespace() {
+            let rest = text.get(at..).unwrap_or_default().trim_start();
+            if ends.contains(&rest.split_whitespace().next().unwrap_or_default()) {
+                return (text.get(..at).unwrap_or_default(), rest);
+            }
         }
     }
-    (text, None)
+    (text, "")
 }
 
 #[cfg(test)]

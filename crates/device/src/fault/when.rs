@@ -29,6 +29,9 @@ pub struct When {
     /// It is over so long after what had to come before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lasts: Option<Duration>,
+    /// It strikes as long as this is so, whenever it is; a state. Nothing that happens is ever so.
+    #[serde(default, rename = "while", skip_serializing_if = "Option::is_none")]
+    pub during: Option<Condition>,
     /// What chance begins with; 0 for the number of the fault. Equal seeds strike equally.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub seed: u64,
@@ -57,6 +60,7 @@ impl When {
         chance: Chance::CERTAIN,
         times: None,
         lasts: None,
+        during: None,
         seed: 0,
     };
 
@@ -77,6 +81,12 @@ impl When {
     pub fn after(mut self, condition: Condition) -> When {
         self.after.push(Awaited { condition, times: 1 });
         self
+    }
+
+    /// The same, as long as this is so and whenever it is.
+    #[must_use]
+    pub fn during(self, condition: Condition) -> When {
+        When { during: Some(condition), ..self }
     }
 }
 

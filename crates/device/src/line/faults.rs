@@ -192,8 +192,13 @@ impl Faults {
     pub(super) fn due<D: Device>(&self, device: &D) -> Option<Time> {
         let due = |begun: &Begun| match &begun.stage {
             Stage::Waits { breakpoint, .. } => breakpoint.next(device),
-            Stage::Strikes { since } if !begun.is_of_line() => begun.ends(*since),
-            Stage::Strikes { .. } | Stage::Over => None,
+            Stage::Strikes { since } => {
+                let ends = begun.ends(*since).filter(|_| !begun.is_of_line());
+                let leaves = begun.fault.when().during.as_ref();
+                let leaves = leaves.and_then(|during| device.leaving(during));
+                ends.into_iter().chain(leaves).min()
+            }
+            Stage::Over => None,
         };
         self.list.iter().filter_map(due).min()
     }
@@ -217,7 +222,9 @@ impl Faults {
                     *met += 1;
                     let wanted = begun.fault.when().after.get(*step).map_or(1, |next| next.times);
                     let next = *step + 1;
-                    if *met >= wanted && begun.wait_for(next, device) {
+                    // What ends the state in which it strikes would have it strike for ever.
+                    let again = begun.until == Some(now) && begun.fault.when().during.is_some();
+                    if *met >= wanted && !again && begun.wait_for(next, device) {
                         tell(news, now, begun.number, FaultNews::Armed);
                         let arms = ForDevice::Begin(begun.number, begun.fault.clone());
                         given.extend((!begun.is_of_line()).then_some(arms));
@@ -229,6 +236,16 @@ impl Faults {
                     if !begun.is_of_line() && begun.ends(since).is_some_and(|ends| ends <= now) {
                         begun.stage = Stage::Over;
                         given.push(ForDevice::End(begun.number));
+                    } else if let Some(during) = begun.fault.when().during.clone()
+                        && !device.holds(&during, [].iter())
+                    {
+                        let step = begun.fault.when().after.len();
+                        let breakpoint = Breakpoint::new(device, during);
+                        begun.stage = Stage::Waits { step, met: 0, breakpoint };
+                        if !begun.is_of_line() {
+                            begun.until = Some(now);
+                            given.push(ForDevice::End(begun.number));
+                        }
                     }
                 }
                 Stage::Over => {}
@@ -324,6 +341,15 @@ impl Begun {
                 self.stage = Stage::Waits { step, met: 0, breakpoint };
                 return false;
             }
+        }
+        if let Some(during) = self.fault.when().during.clone()
+            && step <= self.fault.when().after.len()
+            && !device.holds(&during, [].iter())
+        {
+            let breakpoint = Breakpoint::new(device, during);
+            let step = self.fault.when().after.len();
+            self.stage = Stage::Waits { step, met: 0, breakpoint };
+            return false;
         }
         self.stage = Stage::Strikes { since: device.now() };
         true

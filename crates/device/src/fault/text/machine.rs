@@ -37,6 +37,10 @@ impl Names {
             "push" => self
                 .axis_and(words, "steps of the machine, as in `push x -40`")
                 .map(|(axis, steps)| Mishap::Push { axis, steps }),
+            "brown-out" => match self.signals().iter().find(|signal| signal.name == "power-ok") {
+                Some(signal) => Ok(Mishap::Hold { signal: signal.id, value: 0 }),
+                None => Err(words.wrong("another kind: nothing here tells of the motor supply")),
+            },
             "hold" => self.a_signal(words).map(|signal| {
                 let known = self.signal_named(signal);
                 let value = match known {
@@ -62,9 +66,14 @@ impl Names {
     ) -> Result<MachineFault, FaultError> {
         let here = words.rest;
         let when = self.read_when(None, words)?;
-        let plain = When { after: when.after.clone(), lasts: when.lasts, ..When::ALWAYS };
+        let plain = When {
+            after: when.after.clone(),
+            lasts: when.lasts,
+            during: when.during.clone(),
+            ..When::ALWAYS
+        };
         if when != plain {
-            let right = "`for 200ms` or `after` and a condition: what is wrong with a machine is so \
+            let right = "`for 200ms`, or `after` or `while` and a condition: what is wrong with a machine is so \
                          from when it begins until it ends";
             return Err(words.wrong_at(here, right));
         }

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Signal, SignalId, Time};
+use crate::{MachineFault, Mishap, Signal, SignalId, SwitchSays, Time};
 
 fn names() -> Names {
     let stop = Signal::button(SignalId(3), "stop", "");
@@ -10,6 +10,10 @@ fn names() -> Names {
 
 fn line(damage: Damage, way: Way, when: When) -> Fault {
     LineFault::new(damage, way, when).into()
+}
+
+fn machine(mishap: Mishap) -> Fault {
+    MachineFault::new(mishap).into()
 }
 
 #[test]
@@ -82,11 +86,43 @@ fn every_kind_is_understood() {
                 },
             ),
         ),
+        (
+            "cut while x > 5",
+            line(Damage::Cut, Way::Both, When::ALWAYS.during(names().read("x > 5").unwrap())),
+        ),
+        (
+            "switch x- closed",
+            machine(Mishap::Switch { axis: 0, positive: false, says: SwitchSays::Pressed }),
+        ),
+        (
+            "switch z+ late 30",
+            machine(Mishap::Switch { axis: 2, positive: true, says: SwitchSays::Late(30) }),
+        ),
+        ("switch x swapped", machine(Mishap::Swapped(0))),
+        ("backlash x 12", machine(Mishap::Backlash { axis: 0, steps: 12 })),
+        ("load z 50", machine(Mishap::Load { axis: 2, pull: 50 })),
+        ("jam x", machine(Mishap::Jam(0))),
+        ("push x -40", machine(Mishap::Push { axis: 0, steps: -40 })),
+        ("hold stop", machine(Mishap::Hold { signal: SignalId(3), value: 1 })),
+        (
+            "hold stop 0 after x > 5 while z < 0",
+            MachineFault {
+                when: When { times: None, ..after("x > 5") }.during(names().read("z < 0").unwrap()),
+                ..MachineFault::new(Mishap::Hold { signal: SignalId(3), value: 0 })
+            }
+            .into(),
+        ),
+        (
+            "bounce stop 5 2ms",
+            machine(Mishap::Bounce { signal: SignalId(3), times: 5, period: ms(2) }),
+        ),
+        ("power-off", machine(Mishap::Power)),
     ] {
         assert_eq!(names().read_fault(text), Ok(fault), "{text}");
     }
     for (kind, _) in kinds() {
-        assert!(!matches!(names().read_fault(kind), Err(error) if error.rest() == kind), "{kind}");
+        let error = names().read_fault(kind).err();
+        assert!(error.is_none_or(|error| !error.right().contains("a kind of fault")), "{kind}");
     }
 }
 
@@ -114,7 +150,21 @@ fn a_wrong_fault_says_where_and_what_would_be_right() {
         ("drop to-host after", "", "a condition"),
         ("drop to-host after x > far", "far", "a position in steps"),
         ("drop to-host after x > far then idle", "far then idle", "a position in steps"),
-        ("drop to-host after x > 5 then", "then", "nothing more"),
+        ("drop to-host after x > 5 then", "", "a condition"),
+        ("drop to-host while", "", "a condition"),
+        ("drop to-host while answered", "answered", "a state, which lasts"),
+        ("drop to-host while x > far", "far", "a position in steps"),
+        ("switch y- pressed", "y- pressed", "a limit switch or an axis"),
+        ("switch x pressed", "pressed", "swapped"),
+        ("switch x- broken", "broken", "pressed, released, missing or late"),
+        ("switch x- late", "", "as in `switch x- late 30`"),
+        ("backlash x", "", "as in `backlash x 12`"),
+        ("jam", "", "an axis: x, z"),
+        ("hold stopp", "stopp", "the name of a signal"),
+        ("bounce stop 0 2ms", "0 2ms", "up to 255"),
+        ("bounce stop 5", "", "a time"),
+        ("bounce stop 5 0ms", "5 0ms", "a time apart"),
+        ("jam x once", "once", "until it ends"),
     ] {
         let error = names().read_fault(text).unwrap_err();
         assert!(error.right().contains(right), "{text}: {error}");
@@ -161,14 +211,17 @@ fn whens() -> impl Strategy<Value = When> {
         (conditions(), 1..4_u32).prop_map(|(condition, times)| Awaited { condition, times });
     let numbers = (1..200_u64, 1..200_u64, 0..=1_000_000_u32);
     let others = (prop::option::of(1..9_u64), prop::option::of(0..u64::MAX / 2), any::<u64>());
-    (prop::collection::vec(awaited, 0..3), numbers, others).prop_map(
-        |(after, (first, every, chance), (times, lasts, seed))| When {
+    let states = conditions().prop_filter("it lasts", |condition| !condition.has_happenings());
+    let during = prop::option::of(states);
+    (prop::collection::vec(awaited, 0..3), numbers, others, during).prop_map(
+        |(after, (first, every, chance), (times, lasts, seed), during)| When {
             after,
             first,
             every,
             chance: Chance::millionths(chance),
             times,
             lasts: lasts.map(Duration::from_nanos),
+            during,
             seed,
         },
     )
@@ -203,10 +256,44 @@ pub(crate) fn line_faults() -> impl Strategy<Value = LineFault> {
     })
 }
 
+fn machine_faults() -> impl Strategy<Value = MachineFault> {
+    let axis = || prop_oneof![Just(0_u8), Just(2_u8)];
+    let signal = || Just(SignalId(3));
+    let says = prop_oneof![
+        Just(SwitchSays::Pressed),
+        Just(SwitchSays::Released),
+        Just(SwitchSays::Nothing),
+        any::<u32>().prop_map(SwitchSays::Late),
+    ];
+    let spans = (1..u64::MAX / 2).prop_map(Duration::from_nanos);
+    let mishaps = prop_oneof![
+        (axis(), any::<bool>(), says)
+            .prop_map(|(axis, positive, says)| Mishap::Switch { axis, positive, says }),
+        axis().prop_map(Mishap::Swapped),
+        (axis(), any::<u32>()).prop_map(|(axis, steps)| Mishap::Backlash { axis, steps }),
+        (axis(), any::<u32>()).prop_map(|(axis, pull)| Mishap::Load { axis, pull }),
+        axis().prop_map(Mishap::Jam),
+        (axis(), any::<i64>()).prop_map(|(axis, steps)| Mishap::Push { axis, steps }),
+        (signal(), 0..2).prop_map(|(signal, value)| Mishap::Hold { signal, value }),
+        (signal(), 1..=u8::MAX, spans)
+            .prop_map(|(signal, times, period)| Mishap::Bounce { signal, times, period }),
+        Just(Mishap::Power),
+    ];
+    (mishaps, whens()).prop_map(|(mishap, when)| MachineFault {
+        mishap,
+        when: When { after: when.after, lasts: when.lasts, during: when.during, ..When::ALWAYS },
+    })
+}
+
 proptest! {
     #[test]
-    fn what_is_written_is_read(fault in line_faults(), number in any::<u32>()) {
-        let fault = Fault::from(fault);
+    fn what_is_written_is_read(
+        fault in prop_oneof![
+            line_faults().prop_map(Fault::from),
+            machine_faults().prop_map(Fault::from),
+        ],
+        number in any::<u32>(),
+    ) {
         for names in [&names(), without_names()] {
             let text = names.write_fault(&fault);
             prop_assert_eq!(names.read_fault(&text), Ok(fault.clone()), "{}", text);
@@ -219,7 +306,7 @@ proptest! {
     }
 
     #[test]
-    fn no_text_is_too_strange(text in "(drop|garble|insert|after|then|to-host|2nd|every|5%|\"|\\\\x|for|x > 5| |.){0,12}") {
+    fn no_text_is_too_strange(text in "(drop|garble|insert|switch|x-|jam|hold|stop|after|then|while|to-host|2nd|every|5%|\"|\\\\x|for|x > 5| |.){0,12}") {
         if let Ok(fault) = names().read_fault(&text) {
             let written = names().write_fault(&fault);
             prop_assert_eq!(names().read_fault(&written), Ok(fault), "{}", written);
