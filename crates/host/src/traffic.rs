@@ -649,7 +649,7 @@ mod tests {
             name: name.into(),
             steps: 1,
             um: None,
-            how: Loss::Overran,
+            how: vimc4_device::Loss::Overran,
         };
         let error = || Warning::ProgramError { code: '2', line: 1, why: "limit switch X+".into() };
         let false_one =

@@ -52,6 +52,11 @@ impl Device for Controller {
             self.0.take_waiting();
             return true;
         }
+        if let Some(due) = self.0.state.contact_due_by(at) {
+            self.0.state.now = due;
+            self.0.contact();
+            return true;
+        }
         let Some(due) = self.0.state.due_by(at) else { return false };
         self.0.state.now = due;
         self.0.activity_ended();
@@ -68,7 +73,8 @@ impl Device for Controller {
                 }
             }
             Input::Power(on) => self.0.power(on),
-            Input::Fault(_) | Input::Wake => {}
+            Input::Fault(faulting) => self.0.fault(faulting),
+            Input::Wake => {}
         }
     }
 

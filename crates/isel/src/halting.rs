@@ -94,10 +94,15 @@ impl Firmware {
         if let Some(profile) = moving.segment.profile.brake(nanos) {
             moving.segment.profile = profile;
             moving.ending = ending;
+            let made = moving.segment.profile.steps_at(nanos);
+            let otherwise = self.state.plant.goes_on(&moving.segment, made);
             let at_once = moving.segment.profile.duration() <= nanos;
             if wanted {
                 let segment = Box::new(moving.segment.clone());
                 self.emit(Event::Motion(Motion::Changes { segment }));
+            }
+            if otherwise {
+                self.look_ahead_again();
             }
             if at_once {
                 return self.segment_ended();
@@ -109,6 +114,17 @@ impl Firmware {
             moving.ending = ending;
         }
         Outcome::Nothing
+    }
+
+    /// A motor follows otherwise than was foreseen: the running motion may run onto another switch.
+    pub(crate) fn look_ahead_again(&mut self) {
+        let Activity::Moving(moving) = &self.state.activity else { return };
+        if !self.state.test_mode {
+            let hit = self.first_hit(&moving.segment.path, moving.steps_at(self.state.now));
+            if let Activity::Moving(moving) = &mut self.state.activity {
+                moving.hit = hit;
+            }
+        }
     }
 
     /// Halts whatever runs at once, without a ramp, and says why.

@@ -34,6 +34,7 @@ mod forecast;
 mod halting;
 mod ignored;
 mod knowledge;
+mod mishaps;
 mod model;
 mod moves;
 mod outcome;

@@ -1,9 +1,9 @@
 //! Moves: from a command to segments, and from segment to segment.
 
-use vimc4_device::{Event, Kinds, Motion, Point, Warning};
+use vimc4_device::{AXES as PLACES, Event, Kinds, Loss, MachineStrike, Motion, Point, Warning};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine};
-use vimc4_plant::{End, Way};
+use vimc4_plant::{End, Followed, Way};
 
 use crate::activity::{Activity, Ending, Moving, Plan, PortCondition, Purpose};
 use crate::axes::{AXES, AXIS_NAMES, along, moving_axes, wrap};
@@ -116,9 +116,10 @@ impl Firmware {
         let Some((path, speed)) = plan.parts.pop_front() else {
             return Outcome::Finished(job, Ok(()));
         };
-        let hit = if self.state.test_mode { None } else { self.first_hit(&path, 0) };
         let profile = Profile::new(path.length(), speed, self.state.ramp);
         let segment = Segment { path, profile };
+        self.state.plant.sets_out(&segment);
+        let hit = if self.state.test_mode { None } else { self.first_hit(&segment.path, 0) };
         self.motion_begins(&segment);
         self.state.activity = Activity::Moving(Box::new(Moving {
             job,
@@ -201,37 +202,54 @@ impl Firmware {
                 self.emit(Event::Warning(Warning::CounterWrapped { axis, name, reads }));
             }
         }
-        let mut lost = self.move_carriages(path, steps);
+        let mut followed = self.move_carriages(path, steps, [false; PLACES]);
         let mut overran = [false; AXES];
         if sudden && self.state.model.quirks.lost_steps {
             let overrun = self.overrun(segment, steps);
             let rest = path.after(steps);
             let slip = rest.at(overrun);
-            let stopped = self.move_carriages(&rest, overrun);
+            let stopped = self.move_carriages(&rest, overrun, followed.stood).lost;
             for axis in 0..AXES {
-                lost[axis] += stopped[axis] - slip[axis];
+                followed.lost[axis] += stopped[axis] - slip[axis];
                 overran[axis] = slip[axis] != stopped[axis];
             }
         }
-        if self.wants(Kinds::WARNING) {
-            for (axis, &steps) in lost.iter().enumerate().filter(|(_, steps)| **steps != 0) {
-                let name = AXIS_NAMES.get(axis).copied().unwrap_or("?");
-                let machine = self.state.plant.machine();
-                let warning = machine.steps_lost(axis, name, -steps, overran[axis]);
-                self.emit(Event::Warning(warning));
-            }
-        }
+        self.warn_of_losses(&followed, overran);
         if self.wants(Kinds::MOTION) {
             self.emit(Event::Motion(Motion::Ends { steps }));
         }
         moving_axes(&low, &high)
     }
 
-    /// The carriages follow the counters for so many steps of a path; returns the steps lost, in the
-    /// direction of the counters.
-    fn move_carriages(&mut self, path: &Path, steps: u64) -> Point {
-        let signs = self.state.carriage_signs();
+    /// The carriages follow the counters for so many steps of a path, but for those that stand.
+    fn move_carriages(&mut self, path: &Path, steps: u64, stand: [bool; PLACES]) -> Followed {
+        let mut signs = self.state.carriage_signs();
+        for (sign, _) in signs.iter_mut().zip(stand).filter(|(_, stands)| *stands) {
+            *sign = 0;
+        }
         self.state.plant.follow(&Way { path, signs: &signs }, steps)
+    }
+
+    /// Says which carriages no longer agree with their counters.
+    pub(crate) fn warn_of_losses(&mut self, followed: &Followed, overran: [bool; AXES]) {
+        for axis in (0..AXES).filter(|axis| followed.lost[*axis] != 0) {
+            let name = AXIS_NAMES.get(axis).copied().unwrap_or("?");
+            let how = match (overran[axis], followed.stood[axis]) {
+                (true, _) => Loss::Overran,
+                (false, true) => Loss::Stalled,
+                (false, false) => Loss::AtEnd,
+            };
+            if how == Loss::Stalled
+                && let Some(number) = self.state.plant.makes_stand(axis)
+            {
+                self.strikes(number, MachineStrike::Stands(axis as u8, name.to_owned()));
+            }
+            if self.wants(Kinds::WARNING) {
+                let machine = self.state.plant.machine();
+                let warning = machine.steps_lost(axis, name, -followed.lost[axis], how);
+                self.emit(Event::Warning(warning));
+            }
+        }
     }
 
     /// How many steps the machine runs on when the motor halts at a step without a ramp.

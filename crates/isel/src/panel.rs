@@ -12,8 +12,15 @@ use crate::why::{By, Off, Opened, Why};
 use crate::wiring::Output;
 
 impl Firmware {
-    /// A signal of the plant takes a level.
+    /// Somebody sets a signal of the plant. One that a fault holds takes no level.
     pub(crate) fn signal(&mut self, signal: PlantSignal, level: bool) {
+        if !self.state.plant.withholds(signal.id(), level.into()) {
+            self.set_signal(signal, level);
+        }
+    }
+
+    /// A signal of the plant takes a level.
+    pub(crate) fn set_signal(&mut self, signal: PlantSignal, level: bool) {
         let driven = self.state.driven();
         if !self.state.plant.set(signal, level) {
             return;
@@ -132,8 +139,15 @@ impl Firmware {
         }
     }
 
-    /// The mains switch.
+    /// Somebody turns the mains switch.
     pub(crate) fn power(&mut self, on: bool) {
+        if !self.state.plant.withholds_power(on) {
+            self.switch_power(on);
+        }
+    }
+
+    /// The power goes, or comes back.
+    pub(crate) fn switch_power(&mut self, on: bool) {
         if on == self.state.powered {
             return;
         }
@@ -159,7 +173,7 @@ impl Firmware {
     }
 
     /// Any input may have changed: what waits for one looks again.
-    fn inputs_changed(&mut self) {
+    pub(crate) fn inputs_changed(&mut self) {
         if let Activity::Moving(moving) = &self.state.activity
             && let Some(condition) = moving.plan.until
             && moving.ending == Ending::Complete

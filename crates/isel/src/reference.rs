@@ -107,6 +107,7 @@ impl Firmware {
         let path = Path::Line(along(axis, steps));
         let profile = Profile::constant(path.length(), speed);
         let segment = Segment { path, profile };
+        self.state.plant.sets_out(&segment);
         let began = self.state.now;
         let mut run =
             Referencing { job, whole, next, axis, phase, segment, began, goal: None, wrong: None };

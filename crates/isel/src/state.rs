@@ -293,13 +293,28 @@ impl State {
     /// Nothing happens by itself.
     pub(crate) fn is_idle(&self) -> bool {
         let rests = matches!(self.activity, Activity::Idle | Activity::Echo);
-        rests && !self.is_running() && !self.has_waiting()
+        rests && !self.is_running() && !self.has_waiting() && !self.plant.bounces()
     }
 
     /// Whether something waits in the receive buffer whose turn it is.
     pub(crate) fn has_waiting(&self) -> bool {
         let takes = || self.is_at_rest() || matches!(self.activity, Activity::Echo);
         !self.receiver.waiting.is_empty() && takes()
+    }
+
+    /// When the next contact changes that bounces.
+    fn contact_due(&self) -> Option<Time> {
+        if !self.plant.has_faults() {
+            return None;
+        }
+        let due = self.plant.next_contact(self.running(), &self.carriage_signs(), self.now)?;
+        Some(due.max(self.now))
+    }
+
+    /// The same, if that is not after `at`, and not after the end of what is under way.
+    pub(crate) fn contact_due_by(&self, at: Time) -> Option<Time> {
+        let due = self.contact_due().filter(|due| *due <= at)?;
+        self.deadline().is_none_or(|end| due <= end).then_some(due)
     }
 
     /// The time of the soonest cause. Only one thing is ever under way, so there is one at
@@ -327,7 +342,10 @@ impl State {
 
     /// When the next cause is due.
     pub(crate) fn wake(&self) -> Option<Time> {
-        if self.has_waiting() { Some(self.now) } else { self.deadline() }
+        if self.has_waiting() {
+            return Some(self.now);
+        }
+        self.deadline().into_iter().chain(self.contact_due()).min()
     }
 
     /// Any new motion drops what is left of an older one.

@@ -19,6 +19,8 @@ pub(crate) enum Cause {
     SpindleSpeed,
     /// The place of the axis that the trackball moves is sent.
     BallReport,
+    /// A contact changes that bounces.
+    Contact,
 }
 
 impl State {
@@ -40,12 +42,21 @@ impl State {
                 next = Some((due, cause));
             }
         }
+        // What is there when something ends comes before that.
+        if self.plant.has_faults()
+            && let Some(due) =
+                self.plant.next_contact(self.running(), &self.carriage_signs(), self.now)
+            && next.is_none_or(|(first, _)| due <= first)
+        {
+            next = Some((due, Cause::Contact));
+        }
         next.filter(|(due, _)| *due != Time::NEVER)
     }
 
     /// Whether it does nothing by itself. The trackball may go on sending where the axis is.
     pub(crate) fn rests(&self) -> bool {
-        self.job.is_none() && self.unit.due.is_none() && !self.entry_turn() && !self.ball_turn()
+        let quiet = self.unit.due.is_none() && !self.plant.bounces();
+        self.job.is_none() && quiet && !self.entry_turn() && !self.ball_turn()
     }
 
     /// Whether an axis is to move as the trackball was turned.

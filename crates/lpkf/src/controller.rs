@@ -20,8 +20,11 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vimc4_device::{CommandNumber, Event, Kinds, Motion, Outbox, SignalId, Stamp, Time, Warning};
-use vimc4_plant::{End, Machine};
+use vimc4_device::{
+    CommandNumber, Event, Kinds, Loss, MachineStrike, Motion, Outbox, SignalId, Stamp, Time,
+    Warning,
+};
+use vimc4_plant::{End, Followed, Machine};
 
 use crate::admission::Admission;
 use crate::buffer::{Buffer, Entry};
@@ -81,6 +84,7 @@ impl Controller {
                 let says = self.state.report_ball();
                 self.send(says);
             }
+            Cause::Contact => self.contact(),
         }
         true
     }
@@ -333,13 +337,24 @@ impl Controller {
     /// The motion of the command that executes ends after so many steps.
     fn commit(&mut self, moving: &Moving, steps: u64) {
         let number = self.job_number();
-        let behind = self.state.commit(&moving.segment, steps);
-        for (axis, &steps) in behind.iter().enumerate().filter(|(_, steps)| **steps != 0) {
+        let followed = self.state.commit(&moving.segment, steps);
+        self.warn_of_losses(&followed);
+        self.emit(number, Kinds::MOTION, || Event::Motion(Motion::Ends { steps }));
+    }
+
+    /// Says which carriages no longer agree with their counters.
+    pub(crate) fn warn_of_losses(&mut self, followed: &Followed) {
+        let number = self.job_number();
+        let lost = followed.lost.iter().zip(followed.stood).enumerate();
+        for (axis, (&steps, stood)) in lost.filter(|(_, (steps, _))| **steps != 0) {
             let name = Axis::from_index(axis).map_or("?", |axis| self.state.axis_name(axis));
-            let warning = self.state.plant.machine().steps_lost(axis, name, -steps, false);
+            let how = if stood { Loss::Stalled } else { Loss::AtEnd };
+            if stood && let Some(fault) = self.state.plant.makes_stand(axis) {
+                self.strikes(fault, MachineStrike::Stands(axis as u8, name.to_owned()));
+            }
+            let warning = self.state.plant.machine().steps_lost(axis, name, -steps, how);
             self.warn(number, warning);
         }
-        self.emit(number, Kinds::MOTION, || Event::Motion(Motion::Ends { steps }));
     }
 
     /// A command has been executed.
@@ -362,8 +377,15 @@ impl Controller {
         }
     }
 
-    /// A signal takes a value.
+    /// Somebody sets a signal. One that a fault holds takes no value.
     pub(crate) fn signal(&mut self, id: SignalId, value: i32) {
+        if !self.state.plant.withholds(id, value) {
+            self.set_signal(id, value);
+        }
+    }
+
+    /// A signal takes a value.
+    pub(crate) fn set_signal(&mut self, id: SignalId, value: i32) {
         if self.out.wants(Kinds::SIGNAL)
             && let Some(value) = self.state.taken(id, value)
         {
@@ -411,7 +433,7 @@ impl Controller {
     }
 
     /// A limit switch was pressed or released by hand.
-    fn switch_changed(&mut self, axis: Axis, end: End, active: bool) {
+    pub(crate) fn switch_changed(&mut self, axis: Axis, end: End, active: bool) {
         self.switch_event(None, axis, end, active);
         match self.state.switch_pressed(axis, end, active) {
             Pressed::Nothing => {}
@@ -425,9 +447,16 @@ impl Controller {
         }
     }
 
-    /// The mains switch. Motors stop where they are and nothing is answered; the carriages know what
-    /// the counters forget.
+    /// Somebody turns the mains switch.
     pub(crate) fn power(&mut self, on: bool) {
+        if !self.state.plant.withholds_power(on) {
+            self.switch_power(on);
+        }
+    }
+
+    /// The power goes, or comes back. Motors stop where they are and nothing is answered; the carriages
+    /// know what the counters forget.
+    pub(crate) fn switch_power(&mut self, on: bool) {
         if on == self.state.powered {
             return;
         }
@@ -602,7 +631,7 @@ impl Controller {
     }
 
     /// An event of a kind, which is made only if somebody wants to see it.
-    fn emit(
+    pub(crate) fn emit(
         &mut self,
         command: Option<CommandNumber>,
         kinds: Kinds,

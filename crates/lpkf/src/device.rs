@@ -24,7 +24,8 @@ impl Device for Controller {
             Input::Bytes(bytes) => self.receive(bytes),
             Input::Signal(id, value) => self.signal(id, value),
             Input::Power(on) => self.power(on),
-            Input::Fault(_) | Input::Wake => {}
+            Input::Fault(faulting) => self.fault(faulting),
+            Input::Wake => {}
         }
     }
 

@@ -7,7 +7,7 @@ use vimc4_plant::End;
 
 use crate::language::{Axis, Command};
 use crate::model::AfterStatus;
-use crate::state::{Activity, Broken, Meeting, Moving, Stage, State, Task};
+use crate::state::{Activity, Broken, Meeting, Moving, Sought, Stage, State, Task};
 use crate::why::{Stop, Why};
 
 /// How a motion has ended.
@@ -107,7 +107,12 @@ impl State {
             None => Interruption::Nothing,
             Some(profile) => {
                 moving.segment.profile = profile;
-                Interruption::Brakes(Box::new(moving.segment.clone()))
+                let segment = moving.segment.clone();
+                let made = moving.steps_at(self.now);
+                if self.plant.goes_on(&segment, made) {
+                    self.look_ahead_again();
+                }
+                Interruption::Brakes(Box::new(segment))
             }
         }
     }
@@ -128,13 +133,9 @@ impl State {
     pub(crate) fn switch_pressed(&mut self, axis: Axis, end: End, active: bool) -> Pressed {
         let Some(mut moving) = self.take_moving() else { return Pressed::Nothing };
         // What an axis looks for ends its way; everything else is in the way.
-        let sought = match self.job.as_ref().and_then(|job| job.stage.as_ref()) {
-            Some(Stage::Onto(axis, end, _)) => Some((*axis, *end, true)),
-            Some(Stage::Off(axis, end, _)) => Some((*axis, *end, false)),
-            _ => None,
-        };
+        let sought = self.job.as_ref().and_then(Task::sought);
         let step = moving.steps_at(self.now);
-        if sought == Some((axis, end, active)) {
+        if sought == Some(Sought { axis, end, onto: active }) {
             return Pressed::Found(moving, step);
         }
         let path = &moving.segment.path;
@@ -144,10 +145,18 @@ impl State {
         }
         // The carriage may still run onto it.
         if !active && !matches!(moving.event, Some((_, Meeting::Edge))) {
-            moving.event = self.limit_ahead(path, step);
+            moving.event = self.meets(None, path, step);
         }
         self.set_activity(Activity::Moving(moving));
         Pressed::Nothing
+    }
+
+    /// What is ahead of the running motion may be something else than was foreseen.
+    pub(crate) fn look_ahead_again(&mut self) {
+        let Some(mut moving) = self.take_moving() else { return };
+        let sought = self.job.as_ref().and_then(Task::sought);
+        moving.event = self.meets(sought, &moving.segment.path, moving.steps_at(self.now));
+        self.set_activity(Activity::Moving(moving));
     }
 
     // --- going on ---

@@ -31,6 +31,7 @@ mod halting;
 mod job;
 mod knowledge;
 pub mod language;
+mod mishaps;
 mod model;
 mod moves;
 mod ports;

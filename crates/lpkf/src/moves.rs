@@ -4,10 +4,10 @@ use vimc4_device::Point;
 use vimc4_motion::{
     Chain, Path, Profile, Segment, StraightLine, Stretch, Sweep, Turn as Sense, chord,
 };
-use vimc4_plant::{End, Slide, Way};
+use vimc4_plant::{End, Followed, Slide, Way};
 
 use crate::language::{Axis, Side, Turn, Vector};
-use crate::state::{ChainLink, Meeting, Moving, State};
+use crate::state::{ChainLink, Meeting, Moving, Sought, State};
 use crate::why::Why;
 
 /// nm in a µm.
@@ -123,7 +123,7 @@ impl State {
     // --- from a stage to a motion ---
 
     /// Straight to a place, unless all axes are there.
-    pub(crate) fn line_to(&self, to: Point) -> Option<Moving> {
+    pub(crate) fn line_to(&mut self, to: Point) -> Option<Moving> {
         let from = self.position;
         if to == from {
             return None;
@@ -134,7 +134,7 @@ impl State {
     }
 
     /// Round a centre (X and Y, absolute, steps) by millionths of a degree.
-    pub(crate) fn arc(&self, centre: [i64; 2], angle: i64) -> Result<Option<Moving>, Why> {
+    pub(crate) fn arc(&mut self, centre: [i64; 2], angle: i64) -> Result<Option<Moving>, Why> {
         let [x, y] = [0, 1].map(|axis| centre[axis] - self.position[axis]);
         let sweep = Sweep::by_angle((0, 1), (x, y), angle.saturating_mul(1_000));
         let link = self.swept(&sweep.ok_or(Why::TooFar)?);
@@ -145,7 +145,7 @@ impl State {
     /// Along vectors: one motion whose speed changes along each of them. It begins and, if the
     /// changes of speed make it so, ends at a standstill.
     pub(crate) fn along_vectors(
-        &self,
+        &mut self,
         axes: [Axis; 2],
         vectors: &[Vector],
     ) -> Result<Option<Moving>, Why> {
@@ -183,7 +183,7 @@ impl State {
 
     /// From standstill to standstill along these links.
     pub(crate) fn along_links(
-        &self,
+        &mut self,
         links: Vec<ChainLink>,
         speed: u64,
         acceleration: u64,
@@ -195,7 +195,7 @@ impl State {
 
     /// Along these links as far as nothing is in the way; nothing if that is no way at all.
     fn motion(
-        &self,
+        &mut self,
         links: Vec<ChainLink>,
         mut profile: Profile,
         pace: (u64, u64),
@@ -215,23 +215,26 @@ impl State {
             profile = Profile::trapezoid(cut(&stretches, 0, steps), pace.0, pace.1);
         }
         let border = border.map(|(_, border)| border);
-        let event = self.limit_ahead(&path, 0);
         let (segment, began) = (Segment { path, profile }, self.now);
+        self.plant.sets_out(&segment);
+        let event = self.meets(None, &segment.path, 0);
         Some(Moving { segment, began, links, pace, event, border, braking: None })
     }
 
     /// A straight way of one axis at a constant number of steps a second, without a ramp, which
     /// meets something or ends at the border of the counter.
     pub(crate) fn creep(
-        &self,
+        &mut self,
         delta: Point,
         speed: u32,
-        event: Option<(u64, Meeting)>,
+        sought: Option<Sought>,
         border: Option<(Axis, Side)>,
     ) -> Moving {
         let path = Path::Line(StraightLine::new(delta));
         let profile = Profile::constant(path.length(), speed);
         let (segment, began) = (Segment { path, profile }, self.now);
+        self.plant.sets_out(&segment);
+        let event = self.meets(sought, &segment.path, 0);
         Moving { segment, began, links: Vec::new(), pace: (0, 0), event, border, braking: None }
     }
 
@@ -267,7 +270,7 @@ impl State {
 
     /// The first step after `from` at which a path, which begins where the carriages stand, runs
     /// onto a limit switch. An axis that stands on one may not go further onto it.
-    pub(crate) fn switch_ahead(&self, path: &Path, from: u64) -> Option<(u64, Axis, End)> {
+    fn switch_ahead(&self, path: &Path, from: u64) -> Option<(u64, Axis, End)> {
         let mut first: Option<(u64, Axis, End)> = None;
         for axis in self.fitted() {
             for end in [End::Negative, End::Positive] {
@@ -280,10 +283,25 @@ impl State {
         first
     }
 
-    /// The same as what the motion meets.
-    pub(crate) fn limit_ahead(&self, path: &Path, from: u64) -> Option<(u64, Meeting)> {
-        let (step, axis, end) = self.switch_ahead(path, from)?;
-        Some((step, Meeting::Limit(axis, end)))
+    /// What a motion meets first from a step on: what it looks for, or a switch in its way. Of two at
+    /// the same step it is what it looks for.
+    pub(crate) fn meets(
+        &self,
+        sought: Option<Sought>,
+        path: &Path,
+        from: u64,
+    ) -> Option<(u64, Meeting)> {
+        let other = self.switch_ahead(path, from);
+        let other = other.filter(|(_, _, met)| sought.is_none_or(|sought| sought.end != *met));
+        let other = other.map(|(step, axis, met)| (step, Meeting::Limit(axis, met)));
+        // Where a switch is held by hand nothing changes it, and the axis goes on and on.
+        let goal = sought.and_then(|Sought { axis, end, onto }| {
+            let (index, signs) = (axis.index(), self.carriage_signs());
+            let is_so = |slide: &Slide| self.plant.pressed(index, end, slide) == onto;
+            self.plant.first(index, &Way { path, signs: &signs }, from, is_so)
+        });
+        let goal = goal.map(|step| (step, Meeting::Edge));
+        goal.into_iter().chain(other).min_by_key(|(step, _)| *step)
     }
 
     /// The first step from `from` on at which a path meets one switch of an axis.
@@ -306,9 +324,8 @@ impl State {
 
     // --- at the end ---
 
-    /// Makes `steps` steps of a segment final: counters and carriages move. Returns by how many
-    /// steps each carriage has fallen behind its counter.
-    pub(crate) fn commit(&mut self, segment: &Segment, steps: u64) -> Point {
+    /// Makes `steps` steps of a segment final: counters and carriages move.
+    pub(crate) fn commit(&mut self, segment: &Segment, steps: u64) -> Followed {
         let offset = segment.path.at(steps);
         for (position, offset) in self.position.iter_mut().zip(offset) {
             *position += offset;

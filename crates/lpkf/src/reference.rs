@@ -2,12 +2,11 @@
 
 use std::collections::VecDeque;
 
-use vimc4_motion::{Path, StraightLine};
-use vimc4_plant::{End, Reference, Slide, Way};
+use vimc4_plant::{End, Reference};
 
 use crate::language::{Axis, Side};
 use crate::moves::along;
-use crate::state::{Meeting, Moving, Stage, State};
+use crate::state::{Moving, Sought, Stage, State};
 use crate::why::Why;
 
 /// So many steps stand for "on and on": they are more than the counters have.
@@ -100,7 +99,7 @@ impl State {
     }
 
     /// `OH`: back to 0.
-    pub(crate) fn back_to_zero(&self, axis: Axis) -> Option<Moving> {
+    pub(crate) fn back_to_zero(&mut self, axis: Axis) -> Option<Moving> {
         let link = self.straight(along(axis, -self.position[axis.index()]));
         self.along_links(vec![link], self.speed_set_last(axis), self.axis_acceleration(axis))
     }
@@ -114,7 +113,7 @@ impl State {
     }
 
     /// Drives onto a limit switch, or off it; nothing if that is so already.
-    pub(crate) fn drive(&self, axis: Axis, end: End, speed: u32, onto: bool) -> Option<Moving> {
+    pub(crate) fn drive(&mut self, axis: Axis, end: End, speed: u32, onto: bool) -> Option<Moving> {
         let index = axis.index();
         let plant = &self.plant;
         if plant.pressed(index, end, &plant.slide(index)) == onto {
@@ -124,29 +123,18 @@ impl State {
         let towards = if (end == End::Positive) == onto { 1 } else { -1 };
         let (way, border) = self.within_counter(axis, sign * towards * ON_AND_ON);
         let delta = along(axis, way);
-        let path = Path::Line(StraightLine::new(delta));
-        // Where the switch is held by hand nothing changes it, and the axis goes on and on.
-        let is_so = |slide: &Slide| plant.pressed(index, end, slide) == onto;
-        let goal =
-            plant.first(index, &Way { path: &path, signs: &self.carriage_signs() }, 0, is_so);
-        let goal = goal.map(|step| (step, Meeting::Edge));
-        // On its way off one switch it can run onto the other.
-        let other = self.switch_ahead(&path, 0).filter(|(_, _, met)| *met != end);
-        let other = other.map(|(step, axis, met)| (step, Meeting::Limit(axis, met)));
-        // Of two at the same step it is the edge.
-        let event = goal.into_iter().chain(other).min_by_key(|(step, _)| *step);
-        Some(self.creep(delta, speed, event, border))
+        let sought = Sought { axis, end, onto };
+        Some(self.creep(delta, speed, Some(sought), border))
     }
 
     /// Goes by some steps.
-    pub(crate) fn free(&self, axis: Axis, way: i64, speed: u32) -> Option<Moving> {
+    pub(crate) fn free(&mut self, axis: Axis, way: i64, speed: u32) -> Option<Moving> {
         if way == 0 {
             return None;
         }
         let (way, border) = self.within_counter(axis, way);
         let delta = along(axis, way);
-        let event = self.limit_ahead(&Path::Line(StraightLine::new(delta)), 0);
-        Some(self.creep(delta, speed, event, border))
+        Some(self.creep(delta, speed, None, border))
     }
 
     /// As much of a way as the counter of an axis allows, which has 32 bits, and at which end of it

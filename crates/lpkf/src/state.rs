@@ -7,7 +7,7 @@ use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::{AXES, CommandNumber, Point, Segment, Time};
 use vimc4_motion::{Path, Running, Stretch};
-use vimc4_plant::{End, Machine, Plant, Unit as AxisUnit, Way};
+use vimc4_plant::{End, Machine, Plant, Slide, Unit as AxisUnit, Way};
 
 use crate::buffer::Buffer;
 use crate::channel::Unit;
@@ -168,7 +168,24 @@ pub(crate) enum Meeting {
     Edge,
 }
 
+/// What an axis drives for: to be on a limit switch, or off it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sought {
+    pub(crate) axis: Axis,
+    pub(crate) end: End,
+    pub(crate) onto: bool,
+}
+
 impl Task {
+    /// What it looks for at present.
+    pub(crate) fn sought(&self) -> Option<Sought> {
+        match self.stage {
+            Some(Stage::Onto(axis, end, _)) => Some(Sought { axis, end, onto: true }),
+            Some(Stage::Off(axis, end, _)) => Some(Sought { axis, end, onto: false }),
+            _ => None,
+        }
+    }
+
     /// A command that is about to do these things, one after the other.
     pub(crate) fn new(
         command: Command,
@@ -326,14 +343,18 @@ impl State {
 
     /// Where the carriage of an axis is at a time, in motion or not.
     pub(crate) fn carriage_at(&self, axis: usize, at: Time) -> i64 {
-        let slide = match self.running() {
+        self.slide_at(axis, at).place()
+    }
+
+    /// An axis at a time, in motion or not.
+    pub(crate) fn slide_at(&self, axis: usize, at: Time) -> Slide {
+        match self.running() {
             None => self.plant.slide(axis),
             Some(running) => {
                 let way = Way { path: &running.segment.path, signs: &self.carriage_signs() };
                 self.plant.slide_after(axis, &way, running.steps_at(at))
             }
-        };
-        slide.place()
+        }
     }
 
     /// Which end of the counter's range an end of the carriage's travel is.

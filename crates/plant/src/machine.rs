@@ -126,13 +126,7 @@ pub struct Motor {
 impl Machine {
     /// Says that carriage minus counter of an axis has changed by so many steps, and how.
     #[must_use]
-    pub fn steps_lost(
-        &self,
-        axis: usize,
-        name: &'static str,
-        steps: i64,
-        how: Loss,
-    ) -> Warning {
+    pub fn steps_lost(&self, axis: usize, name: &'static str, steps: i64, how: Loss) -> Warning {
         let gear = self.axis(axis);
         let um = gear.lead_um.and_then(|lead| {
             let turn = u128::from(gear.steps_per_turn.max(1));

@@ -4,8 +4,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{AXES, Point, Running, Time};
+use vimc4_device::{
+    AXES, FaultNumber, Mishap, Point, Running, Segment, SignalId, SwitchSays, Time,
+};
+use vimc4_motion::Pull;
 
+use crate::faults::Faults;
 use crate::machine::is_default;
 use crate::slide::{Gear, Slide, Way, index};
 use crate::{End, Machine, PlantSignal};
@@ -71,6 +75,29 @@ pub struct Plant {
     kept: u16,
     #[serde(default, skip_serializing_if = "is_default")]
     under_way: UnderWay,
+    #[serde(default, skip_serializing_if = "is_default")]
+    faults: Faults,
+}
+
+/// How carriages have followed the counters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Followed {
+    /// The steps that were lost, in the direction of the counters: how much further each carriage would
+    /// have come.
+    pub lost: Point,
+    /// Whether the motor stood.
+    pub stood: [bool; AXES],
+}
+
+/// What a contact does that bounces.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// It has changed and begins to bounce, because of these faults.
+    Begins(Vec<FaultNumber>),
+    /// A limit switch is another.
+    Limit(usize, End),
+    /// A signal takes a level.
+    Signal(PlantSignal, bool),
 }
 
 /// What is known of the running motion beside its segment.
@@ -96,6 +123,7 @@ impl Plant {
             play: [0; AXES],
             kept: 0,
             under_way: UnderWay::default(),
+            faults: Faults::default(),
         }
     }
 
@@ -298,16 +326,38 @@ impl Plant {
 
     // --- switches ---
 
-    /// Whether there is a limit switch at an end.
+    /// Whether there is a limit switch at an end, as the controller is wired to it.
     #[must_use]
     pub fn has_switch(&self, axis: usize, end: End) -> bool {
+        let end = self.wired(axis, end);
         self.machine.axis(axis).switch(end).is_some()
+            && self.faults.switch_says(axis, end) != Some(SwitchSays::Nothing)
     }
 
-    /// Whether the limit switch of an end is pressed, by the carriage or by hand.
+    /// Whether the limit switch of an end is pressed, as the controller is wired to it: by the carriage
+    /// or by hand.
     #[must_use]
     pub fn pressed(&self, axis: usize, end: End, slide: &Slide) -> bool {
+        let end = self.wired(axis, end);
+        let says = || match self.faults.switch_says(axis, end) {
+            Some(SwitchSays::Pressed) => true,
+            Some(SwitchSays::Released | SwitchSays::Nothing) => false,
+            Some(SwitchSays::Late(_)) | None => self.is_on(axis, end, slide),
+        };
+        match self.faults.is_empty() {
+            true => self.is_on(axis, end, slide),
+            false => says() != self.faults.is_astray(PlantSignal::Limit(axis, end)),
+        }
+    }
+
+    /// Whether a limit switch is pressed, whatever it says.
+    fn is_on(&self, axis: usize, end: End, slide: &Slide) -> bool {
         self.is_held(axis, end) || self.gear(axis).presses(end, slide)
+    }
+
+    /// The switch that the controller is wired to where it expects that of an end.
+    fn wired(&self, axis: usize, end: End) -> End {
+        if !self.faults.is_empty() && self.faults.are_swapped(axis) { end.other() } else { end }
     }
 
     /// The electrical level of a limit switch: 1 is high.
@@ -318,30 +368,59 @@ impl Plant {
 
     // --- motions ---
 
-    /// The carriages have followed the counters for so many steps of a way, which ends there. Returns
-    /// the steps that were lost, in the direction of the counters: how much further each carriage
-    /// would have come.
-    pub fn follow(&mut self, way: &Way<'_>, steps: u64) -> Point {
-        let lost = self.advance(way, steps);
+    /// A motion begins.
+    pub fn sets_out(&mut self, segment: &Segment) {
         self.under_way = UnderWay::default();
-        lost
+        self.goes_on(segment, 0);
     }
 
-    /// The same for a way that goes on.
-    fn advance(&mut self, way: &Way<'_>, steps: u64) -> Point {
+    /// A motion goes on otherwise after so many of its clock steps: it brakes, or something is wrong
+    /// now that was not. Says whether that changes how a motor follows.
+    pub fn goes_on(&mut self, segment: &Segment, made: u64) -> bool {
+        let before = self.under_way.stands;
+        self.under_way.stands = std::array::from_fn(|axis| {
+            let stood = before[axis].filter(|stands| *stands <= made);
+            stood.or_else(|| self.stands(axis, segment, made))
+        });
+        before != self.under_way.stands
+    }
+
+    /// After how many clock steps of a segment, `from` at the least, the motor of an axis stands.
+    fn stands(&self, axis: usize, segment: &Segment, from: u64) -> Option<u64> {
+        if !self.faults.is_empty() && self.faults.is_jammed(axis) {
+            return Some(from);
+        }
+        let motor = self.machine.axis(axis).motor.as_ref()?;
+        let load = motor.load.saturating_add(self.faults.load(axis));
+        segment.exceeds(axis, from, &Pull { curve: &motor.pull, start: motor.start, load })
+    }
+
+    /// The carriages have followed the counters for so many steps of a way, which ends there.
+    pub fn follow(&mut self, way: &Way<'_>, steps: u64) -> Followed {
+        let followed = self.advance(way, steps);
+        self.under_way = UnderWay::default();
+        followed
+    }
+
+    /// The same for a way that goes on, where something is about to be otherwise.
+    pub fn advance(&mut self, way: &Way<'_>, steps: u64) -> Followed {
         let ends = way.rest(self.under_way.walked, steps);
         let (path, made) = (ends.path.as_ref(), ends.steps);
         let offset = path.at(made);
         let mut lost = [0; AXES];
-        for axis in 0..AXES {
+        let mut after = [Slide::default(); AXES];
+        for (axis, after) in after.iter_mut().enumerate() {
             let before = self.slide(axis);
-            let after = self.slide_after(axis, way, steps);
+            *after = self.slide_after(axis, way, steps);
             let gone = after.place - before.place + after.play - before.play;
             lost[axis] = offset[axis] - way.signs[axis] * gone;
+        }
+        let stood = self.under_way.stands.map(|stands| stands.is_some_and(|at| at < steps));
+        for (axis, after) in after.into_iter().enumerate() {
             self.put(axis, after);
         }
         self.under_way.walked = steps;
-        lost
+        Followed { lost, stood }
     }
 
     /// Writes down how an axis stands.
@@ -362,15 +441,152 @@ impl Plant {
     /// What an axis is built of.
     fn gear(&self, axis: usize) -> Gear {
         let profile = self.machine.axis(axis);
-        Gear {
+        let mut gear = Gear {
             backlash: i64::from(profile.backlash),
-            hysteresis: i64::from(profile.hysteresis),
+            hysteresis: [i64::from(profile.hysteresis); 2],
             lowest: profile.lowest,
             highest: profile.highest,
             switches: [profile.negative_switch, profile.positive_switch],
+        };
+        if !self.faults.is_empty() {
+            gear.backlash += self.faults.backlash(axis);
+            for end in [End::Negative, End::Positive] {
+                gear.hysteresis[index(end)] += self.faults.late(axis, end);
+            }
+        }
+        gear
+    }
+
+    // --- faults ---
+
+    /// Something goes wrong. What it takes the place of, it gives back when it ends: the value of a
+    /// signal that it holds, or whether there is power. The carriages have been
+    /// [advanced](Plant::advance) to where they are now.
+    pub fn begin_fault(&mut self, number: FaultNumber, mishap: Mishap, instead: i32) {
+        let instead = match mishap {
+            // It bounces when it changes from what it is.
+            Mishap::Bounce { signal, .. } => PlantSignal::from_id(signal)
+                .is_some_and(|signal| self.contact_is(signal, |axis| self.slide(axis)))
+                .into(),
+            Mishap::Push { axis, steps } => {
+                let axis = usize::from(axis).min(AXES - 1);
+                let mut slide = self.slide(axis);
+                self.gear(axis).carry(&mut slide, steps.clamp(-FURTHEST, FURTHEST));
+                self.put(axis, slide);
+                instead
+            }
+            _ => instead,
+        };
+        self.faults.begin(number, mishap, instead);
+    }
+
+    /// It is no longer wrong. Returns what it was, and what it gives back.
+    pub fn end_fault(&mut self, number: FaultNumber) -> Option<(Mishap, i32)> {
+        let ended = self.faults.end(number)?;
+        // Less play than there was is no more than all of it.
+        for axis in 0..AXES {
+            self.play[axis] = self.play[axis].min(self.gear(axis).backlash);
+        }
+        Some(ended)
+    }
+
+    /// Whether any fault is there.
+    #[must_use]
+    pub fn has_faults(&self) -> bool {
+        !self.faults.is_empty()
+    }
+
+    /// The numbers of the faults that are there.
+    #[must_use]
+    pub fn faults(&self) -> Vec<FaultNumber> {
+        self.faults.numbers()
+    }
+
+    /// The fault that makes the motor of an axis stand, if one does.
+    #[must_use]
+    pub fn makes_stand(&self, axis: usize) -> Option<FaultNumber> {
+        self.faults.makes_stand(axis)
+    }
+
+    /// Whether a fault holds a signal that somebody sets. What it is set to comes when the fault ends.
+    pub fn withholds(&mut self, signal: SignalId, value: i32) -> bool {
+        !self.faults.is_empty() && self.faults.withholds(signal, value)
+    }
+
+    /// Whether a fault keeps the mains off that somebody switches. What they are switched to comes when
+    /// the fault ends.
+    pub fn withholds_power(&mut self, on: bool) -> bool {
+        !self.faults.is_empty() && self.faults.withholds_power(on)
+    }
+
+    // --- contacts that bounce ---
+
+    /// Whether any contact bounces now.
+    #[must_use]
+    pub fn bounces(&self) -> bool {
+        !self.faults.bouncing.is_empty()
+    }
+
+    /// When the next contact changes that bounces, or will from then on, if no input comes: on the way
+    /// of the running segment, or where the axes stand.
+    #[must_use]
+    pub fn next_contact(
+        &self,
+        running: Option<Running<'_>>,
+        signs: &Point,
+        now: Time,
+    ) -> Option<Time> {
+        if self.faults.is_empty() {
+            return None;
+        }
+        let bouncing = self.faults.bouncing.iter().map(|contact| contact.next);
+        let changing = self.faults.bouncers().filter_map(|(signal, was)| match signal {
+            PlantSignal::Limit(axis, end) => {
+                let changed = |slide: &Slide| self.is_on(axis, end, slide) != was;
+                self.when_first(axis, running, signs, now, changed)
+            }
+            signal => (self.level(signal) != was).then_some(now),
+        });
+        bouncing.chain(changing).min()
+    }
+
+    /// What the contact does that is due now; the axes are as they are now.
+    pub fn contact(
+        &mut self,
+        now: Time,
+        slide: impl Fn(&Plant, usize) -> Slide,
+    ) -> Option<Contact> {
+        let here = |axis| slide(self, axis);
+        let bouncers: Vec<(PlantSignal, bool)> = self.faults.bouncers().collect();
+        let changed = bouncers.into_iter().find_map(|(signal, was)| {
+            let is = self.contact_is(signal, here);
+            (is != was).then_some((signal, is))
+        });
+        if let Some((signal, is)) = changed {
+            return Some(Contact::Begins(self.faults.contact(signal, is, now)));
+        }
+        Some(match self.faults.bounce(now)? {
+            PlantSignal::Limit(axis, end) => Contact::Limit(axis, end),
+            signal => Contact::Signal(signal, !self.level(signal)),
+        })
+    }
+
+    /// A signal was set because it bounces: that is no change from which it would bounce anew.
+    pub fn is_bouncing(&mut self, signal: PlantSignal, level: bool) {
+        self.faults.was(signal, level);
+    }
+
+    /// Whether a contact is closed, whatever it says.
+    fn contact_is(&self, signal: PlantSignal, slide: impl Fn(usize) -> Slide) -> bool {
+        match signal {
+            PlantSignal::Limit(axis, end) => self.is_on(axis, end, &slide(axis)),
+            signal => self.level(signal),
         }
     }
 }
+
+/// Nobody pushes a carriage further than this.
+const FURTHEST: i64 = 1 << 40;
 
 /// The bit of a limit switch.
 fn bit(axis: usize, end: End) -> usize {
@@ -397,7 +613,7 @@ mod tests {
         let mut go = |way: i64| {
             let path = Path::Line(StraightLine::new(along_x(way)));
             let lost = plant.follow(&Way { path: &path, signs: &[1; AXES] }, path.length());
-            (plant.carriage()[0], lost)
+            (plant.carriage()[0], lost.lost)
         };
         assert_eq!(go(-(start - lowest) - 100), (lowest, along_x(-100)));
         assert_eq!(go(100), (lowest + 100, along_x(0)));

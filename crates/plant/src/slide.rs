@@ -36,7 +36,8 @@ impl Slide {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Gear {
     pub(crate) backlash: i64,
-    pub(crate) hysteresis: i64,
+    /// By how much the negative and the positive switch let go further back.
+    pub(crate) hysteresis: [i64; 2],
     pub(crate) lowest: Option<i64>,
     pub(crate) highest: Option<i64>,
     /// Where the negative and the positive switch are pressed.
@@ -84,8 +85,8 @@ impl Gear {
     /// Whether a switch that was pressed is still pressed here.
     fn keeps(&self, end: End, place: i64) -> bool {
         match end {
-            End::Negative => self.is_on(end, place - self.hysteresis),
-            End::Positive => self.is_on(end, place + self.hysteresis),
+            End::Negative => self.is_on(end, place - self.hysteresis[0]),
+            End::Positive => self.is_on(end, place + self.hysteresis[1]),
         }
     }
 
@@ -97,9 +98,9 @@ impl Gear {
     /// The places at which a switch can change: where each is pressed, and where it lets go.
     pub(crate) fn edges(&self) -> impl Iterator<Item = i64> + Clone + use<> {
         let [below, above] = self.switches;
-        let further = self.hysteresis + 1;
-        let below = below.map(|at| [at, at + further]);
-        let above = above.map(|at| [at - further, at]);
+        let [further_up, further_down] = self.hysteresis;
+        let below = below.map(|at| [at, at + further_up + 1]);
+        let above = above.map(|at| [at - further_down - 1, at]);
         [below, above].into_iter().flatten().flatten()
     }
 
@@ -129,7 +130,7 @@ impl Gear {
         let (low, high) = (slide.place + low, slide.place + high);
         self.backlash == 0
             && slide.play == 0
-            && self.hysteresis == 0
+            && self.hysteresis == [0; 2]
             && self.reaches(low)
             && self.reaches(high)
     }

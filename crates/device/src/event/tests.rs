@@ -9,8 +9,7 @@ use crate::{AXES, CommandNumber, Stamp, Strike, Time, Way};
 
 #[test]
 fn warnings_say_what_happened_and_what_to_do() {
-    let lost =
-        |steps, um, how| Warning::StepsLost { axis: 0, name: "X".into(), steps, um, how };
+    let lost = |steps, um, how| Warning::StepsLost { axis: 0, name: "X".into(), steps, um, how };
     for (warning, text) in [
         (
             lost(-1_999, Some(24_988), Loss::AtEnd),
@@ -105,12 +104,7 @@ fn segments() -> impl Strategy<Value = Box<Segment>> {
 }
 
 fn losses() -> impl Strategy<Value = Loss> {
-    prop_oneof![
-        Just(Loss::AtEnd),
-        Just(Loss::Overran),
-        Just(Loss::Stalled),
-        Just(Loss::Pushed)
-    ]
+    prop_oneof![Just(Loss::AtEnd), Just(Loss::Overran), Just(Loss::Stalled), Just(Loss::Pushed)]
 }
 
 fn warnings() -> impl Strategy<Value = Warning> {
@@ -120,13 +114,7 @@ fn warnings() -> impl Strategy<Value = Warning> {
         any::<u64>().prop_map(|lost| Warning::NobodyListens { lost }),
         words().prop_map(|what| Warning::NoEffect { what }),
         (axis(), words(), any::<i64>(), any::<Option<u64>>(), losses()).prop_map(
-            |(axis, name, steps, um, how)| Warning::StepsLost {
-                axis,
-                name,
-                steps,
-                um,
-                how
-            }
+            |(axis, name, steps, um, how)| Warning::StepsLost { axis, name, steps, um, how }
         ),
         (axis(), words()).prop_map(|(axis, name)| Warning::FalseReference { axis, name }),
         (axis(), words()).prop_map(|(axis, name)| Warning::EndlessReference { axis, name }),

@@ -181,7 +181,7 @@ impl Names {
                     let right = "a state, which lasts, as in `while x > 1000`";
                     return Err(words.wrong_at(here, right));
                 }
-                when.during = Some(condition);
+                when.during = Some(Box::new(condition));
                 words.rest = "";
             } else if words.take_if("once") {
                 times = Some(Some(1));
@@ -260,7 +260,11 @@ impl Names {
             Fault::Line(fault) => fault.damage.lasts(),
             Fault::Machine(_) => true,
         };
-        let many = state || during.is_some() || *every != 1 || *chance != Chance::CERTAIN || lasts.is_some();
+        let many = state
+            || during.is_some()
+            || *every != 1
+            || *chance != Chance::CERTAIN
+            || lasts.is_some();
         let mut say = |words: fmt::Arguments<'_>| {
             // Writing to a string cannot fail.
             let _ = write!(text, " {words}");

@@ -31,7 +31,7 @@ pub struct When {
     pub lasts: Option<Duration>,
     /// It strikes as long as this is so, whenever it is; a state. Nothing that happens is ever so.
     #[serde(default, rename = "while", skip_serializing_if = "Option::is_none")]
-    pub during: Option<Condition>,
+    pub during: Option<Box<Condition>>,
     /// What chance begins with; 0 for the number of the fault. Equal seeds strike equally.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub seed: u64,
@@ -86,7 +86,7 @@ impl When {
     /// The same, as long as this is so and whenever it is.
     #[must_use]
     pub fn during(self, condition: Condition) -> When {
-        When { during: Some(condition), ..self }
+        When { during: Some(Box::new(condition)), ..self }
     }
 }
 

@@ -240,7 +240,7 @@ impl Faults {
                         && !device.holds(&during, [].iter())
                     {
                         let step = begun.fault.when().after.len();
-                        let breakpoint = Breakpoint::new(device, during);
+                        let breakpoint = Breakpoint::new(device, *during);
                         begun.stage = Stage::Waits { step, met: 0, breakpoint };
                         if !begun.is_of_line() {
                             begun.until = Some(now);
@@ -346,7 +346,7 @@ impl Begun {
             && step <= self.fault.when().after.len()
             && !device.holds(&during, [].iter())
         {
-            let breakpoint = Breakpoint::new(device, during);
+            let breakpoint = Breakpoint::new(device, *during);
             let step = self.fault.when().after.len();
             self.stage = Stage::Waits { step, met: 0, breakpoint };
             return false;

@@ -8,12 +8,18 @@ use crate::{Names, SignalId};
 
 /// The kinds of faults of the machine, as they are typed, and what each does.
 pub(super) const KINDS: [(&str, &str); 8] = [
-    ("switch", "a limit switch fails: `switch x- pressed|released|missing`, `switch x- late 30`, `switch x swapped`"),
+    (
+        "switch",
+        "a limit switch fails: `switch x- pressed|released|missing`, `switch x- late 30`, `switch x swapped`",
+    ),
     ("backlash", "an axis has play, in steps, as in `backlash x 12`"),
     ("load", "an axis has more to pull, in Hz/ms, as in `load z 50`"),
     ("jam", "the motor of an axis cannot turn, as in `jam x`"),
     ("push", "a carriage is moved by hand, as in `push x -40`"),
-    ("hold", "a signal has a value, whatever it is set to, as in `hold overtemperature` or `hold power-ok 0`"),
+    (
+        "hold",
+        "a signal has a value, whatever it is set to, as in `hold overtemperature` or `hold power-ok 0`",
+    ),
     ("bounce", "a contact goes back so many times, so long apart, as in `bounce limit x- 5 2ms`"),
     ("power-off", "the mains are off"),
 ];
@@ -27,9 +33,9 @@ impl Names {
     ) -> Option<Result<Mishap, FaultError>> {
         Some(match kind {
             "switch" => self.switch(words),
-            "backlash" => self.axis_and(words, "steps, as in `backlash x 12`").map(
-                |(axis, steps)| Mishap::Backlash { axis, steps },
-            ),
+            "backlash" => self
+                .axis_and(words, "steps, as in `backlash x 12`")
+                .map(|(axis, steps)| Mishap::Backlash { axis, steps }),
             "load" => self
                 .axis_and(words, "an acceleration in Hz/ms, as in `load z 50`")
                 .map(|(axis, pull)| Mishap::Load { axis, pull }),

@@ -221,7 +221,7 @@ fn whens() -> impl Strategy<Value = When> {
             chance: Chance::millionths(chance),
             times,
             lasts: lasts.map(Duration::from_nanos),
-            during,
+            during: during.map(Box::new),
             seed,
         },
     )
@@ -267,16 +267,22 @@ fn machine_faults() -> impl Strategy<Value = MachineFault> {
     ];
     let spans = (1..u64::MAX / 2).prop_map(Duration::from_nanos);
     let mishaps = prop_oneof![
-        (axis(), any::<bool>(), says)
-            .prop_map(|(axis, positive, says)| Mishap::Switch { axis, positive, says }),
+        (axis(), any::<bool>(), says).prop_map(|(axis, positive, says)| Mishap::Switch {
+            axis,
+            positive,
+            says
+        }),
         axis().prop_map(Mishap::Swapped),
         (axis(), any::<u32>()).prop_map(|(axis, steps)| Mishap::Backlash { axis, steps }),
         (axis(), any::<u32>()).prop_map(|(axis, pull)| Mishap::Load { axis, pull }),
         axis().prop_map(Mishap::Jam),
         (axis(), any::<i64>()).prop_map(|(axis, steps)| Mishap::Push { axis, steps }),
         (signal(), 0..2).prop_map(|(signal, value)| Mishap::Hold { signal, value }),
-        (signal(), 1..=u8::MAX, spans)
-            .prop_map(|(signal, times, period)| Mishap::Bounce { signal, times, period }),
+        (signal(), 1..=u8::MAX, spans).prop_map(|(signal, times, period)| Mishap::Bounce {
+            signal,
+            times,
+            period
+        }),
         Just(Mishap::Power),
     ];
     (mishaps, whens()).prop_map(|(mishap, when)| MachineFault {

@@ -1,0 +1,158 @@
+//! What goes wrong with the machine, and what that leads to.
+
+use vimc4_device::{
+    Event, Fault, FaultNews, FaultNumber, Faulting, Kinds, MachineStrike, Mishap, Strike,
+};
+use vimc4_motion::Running;
+use vimc4_plant::{Contact, End, Plant, PlantSignal, Way};
+
+use crate::activity::Activity;
+use crate::axes::AXES;
+use crate::firmware::Firmware;
+
+/// Which limit switches are active, as the controller sees them: for each axis the negative and the
+/// positive one.
+type Limits = [[bool; 2]; AXES];
+
+impl Firmware {
+    /// A fault begins or ends.
+    pub(crate) fn fault(&mut self, faulting: &Faulting) {
+        match faulting {
+            Faulting::Begin(number, Fault::Machine(fault)) => {
+                self.end_fault(*number);
+                self.begin_fault(*number, &fault.mishap);
+            }
+            Faulting::Begin(..) => {}
+            Faulting::End(number) => self.end_fault(*number),
+            Faulting::EndAll => {
+                for number in self.state.plant.faults() {
+                    self.end_fault(number);
+                }
+            }
+        }
+    }
+
+    fn begin_fault(&mut self, number: FaultNumber, mishap: &Mishap) {
+        let instead = match mishap {
+            Mishap::Hold { signal, .. } => match PlantSignal::from_id(*signal) {
+                Some(signal) => self.state.plant.level(signal).into(),
+                None => return,
+            },
+            Mishap::Power => self.state.powered.into(),
+            _ => 0,
+        };
+        let begun = mishap.clone();
+        self.change_machine(|plant| plant.begin_fault(number, begun, instead));
+        self.strikes(number, MachineStrike::Changed);
+        match mishap {
+            Mishap::Hold { signal, value } => {
+                if let Some(signal) = PlantSignal::from_id(*signal) {
+                    self.set_signal(signal, *value != 0);
+                }
+            }
+            Mishap::Power => self.switch_power(false),
+            _ => {}
+        }
+    }
+
+    fn end_fault(&mut self, number: FaultNumber) {
+        let mut ended = None;
+        self.change_machine(|plant| ended = plant.end_fault(number));
+        match ended {
+            Some((Mishap::Hold { signal, .. }, back)) => {
+                if let Some(signal) = PlantSignal::from_id(signal) {
+                    self.set_signal(signal, back != 0);
+                }
+            }
+            Some((Mishap::Power, back)) => self.switch_power(back != 0),
+            _ => {}
+        }
+    }
+
+    pub(crate) fn strikes(&mut self, number: FaultNumber, strike: MachineStrike) {
+        if self.wants(Kinds::FAULT) {
+            let news = FaultNews::Strikes(Strike::Machine(strike));
+            self.for_no_command(|firmware| firmware.emit(Event::Fault { number, news }));
+        }
+    }
+
+    /// What a contact does that bounces, now.
+    pub(crate) fn contact(&mut self) {
+        let now = self.state.now;
+        let before = self.limits();
+        let slides: [_; AXES] = std::array::from_fn(|axis| self.state.slide_at(axis, now));
+        let slide = |plant: &Plant, axis: usize| {
+            slides.get(axis).copied().unwrap_or_else(|| plant.slide(axis))
+        };
+        match self.state.plant.contact(now, slide) {
+            Some(Contact::Begins(numbers)) => {
+                for number in numbers {
+                    self.strikes(number, MachineStrike::Bounces);
+                }
+            }
+            Some(Contact::Limit(..)) => self.machine_changed(before),
+            Some(Contact::Signal(signal, level)) => {
+                self.state.plant.is_bouncing(signal, level);
+                self.set_signal(signal, level);
+            }
+            None => {}
+        }
+    }
+
+    /// Changes the machine, with the axes where they are now.
+    fn change_machine(&mut self, change: impl FnOnce(&mut Plant)) {
+        let (now, before) = (self.state.now, self.limits());
+        let signs = self.state.carriage_signs();
+        let mut followed = None;
+        if let Some(Running { segment, began }) = self.state.running() {
+            let steps = segment.profile.steps_at(now.nanos_since(began));
+            let segment = segment.clone();
+            let way = Way { path: &segment.path, signs: &signs };
+            followed = Some(self.state.plant.advance(&way, steps));
+            change(&mut self.state.plant);
+            self.state.plant.goes_on(&segment, steps);
+        } else {
+            change(&mut self.state.plant);
+        }
+        if let Some(followed) = followed {
+            self.warn_of_losses(&followed, [false; AXES]);
+        }
+        self.machine_changed(before);
+    }
+
+    fn limits(&self) -> Limits {
+        std::array::from_fn(|axis| {
+            let slide = self.state.slide_at(axis, self.state.now);
+            [End::Negative, End::Positive].map(|end| self.limit_active_at(axis, end, &slide))
+        })
+    }
+
+    /// The limit switches may be others than before.
+    fn machine_changed(&mut self, before: Limits) {
+        let after = self.limits();
+        let mut pressed = false;
+        for (axis, (before, after)) in before.iter().zip(&after).enumerate() {
+            for (end, (before, after)) in before.iter().zip(after).enumerate() {
+                pressed |= after > before;
+                if before != after && self.wants(Kinds::SWITCH) {
+                    let (axis, positive, active) = (axis as u8, end == 1, *after);
+                    let event = Event::Switch { axis, positive, active };
+                    self.for_no_command(|firmware| firmware.emit(event));
+                }
+            }
+        }
+        if !self.state.powered {
+            return;
+        }
+        match &self.state.activity {
+            Activity::Moving(_) if !pressed => self.look_ahead_again(),
+            _ => {
+                let outcome = self.limits_changed();
+                self.follow(outcome);
+            }
+        }
+        if before != after {
+            self.inputs_changed();
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! What is wrong with a machine: the faults that are there, and contacts that bounce.
+
+use serde::{Deserialize, Serialize};
+use vimc4_device::{FaultNumber, Mishap, SignalId, SwitchSays, Time};
+
+use crate::machine::is_default;
+use crate::{End, PlantSignal};
+
+/// The faults that are there.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Faults {
+    /// In the order in which they began.
+    #[serde(default, skip_serializing_if = "is_default")]
+    list: Vec<Present>,
+    /// Contacts that bounce now.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub(crate) bouncing: Vec<Bouncing>,
+}
+
+/// A fault that is there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Present {
+    number: FaultNumber,
+    mishap: Mishap,
+    /// What it has taken the place of: the value to which a signal that it holds was set last, whether
+    /// there was power, what a contact was that bounces when it changes.
+    instead: i32,
+}
+
+/// A contact that bounces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Bouncing {
+    pub(crate) signal: SignalId,
+    /// How many times it will still change.
+    pub(crate) left: u16,
+    pub(crate) next: Time,
+    /// Nanoseconds from one change to the next.
+    pub(crate) period: u64,
+    /// Whether it is not what it should be.
+    pub(crate) astray: bool,
+}
+
+impl Faults {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    pub(crate) fn begin(&mut self, number: FaultNumber, mishap: Mishap, instead: i32) {
+        // What another one holds already is given back as it was before that.
+        let alike = self.list.iter().find(|fault| are_alike(&fault.mishap, &mishap));
+        let instead = alike.map_or(instead, |fault| fault.instead);
+        self.list.push(Present { number, mishap, instead });
+    }
+
+    /// Ends a fault. Returns what it was, and what it gives back: what another one still holds, if there
+    /// is one.
+    pub(crate) fn end(&mut self, number: FaultNumber) -> Option<(Mishap, i32)> {
+        let place = self.list.iter().position(|fault| fault.number == number)?;
+        let Present { mishap, instead, .. } = self.list.remove(place);
+        if let Mishap::Bounce { signal, .. } = mishap {
+            self.bouncing.retain(|contact| contact.signal != signal);
+        }
+        let alike = self.mishaps().filter(|other| are_alike(other, &mishap)).last();
+        let back = match alike {
+            Some(Mishap::Hold { value, .. }) => *value,
+            Some(Mishap::Power) => 0,
+            _ => instead,
+        };
+        Some((mishap, back))
+    }
+
+    pub(crate) fn numbers(&self) -> Vec<FaultNumber> {
+        self.list.iter().map(|fault| fault.number).collect()
+    }
+
+    fn mishaps(&self) -> impl Iterator<Item = &Mishap> {
+        self.list.iter().map(|fault| &fault.mishap)
+    }
+
+    // --- what they change ---
+
+    pub(crate) fn are_swapped(&self, axis: usize) -> bool {
+        self.mishaps()
+            .any(|mishap| matches!(mishap, Mishap::Swapped(of) if usize::from(*of) == axis))
+    }
+
+    /// What a limit switch says instead of what is so: the latest fault counts.
+    pub(crate) fn switch_says(&self, axis: usize, end: End) -> Option<SwitchSays> {
+        let says = self.mishaps().filter_map(|mishap| match mishap {
+            Mishap::Switch { axis: of, positive, says }
+                if usize::from(*of) == axis && *positive == (end == End::Positive) =>
+            {
+                Some(*says)
+            }
+            _ => None,
+        });
+        says.filter(|says| !matches!(says, SwitchSays::Late(_))).last()
+    }
+
+    /// By how much a limit switch lets go later.
+    pub(crate) fn late(&self, axis: usize, end: End) -> i64 {
+        let late = self.mishaps().filter_map(|mishap| match mishap {
+            Mishap::Switch { axis: of, positive, says: SwitchSays::Late(steps) }
+                if usize::from(*of) == axis && *positive == (end == End::Positive) =>
+            {
+                Some(i64::from(*steps))
+            }
+            _ => None,
+        });
+        late.sum()
+    }
+
+    pub(crate) fn backlash(&self, axis: usize) -> i64 {
+        let steps = self.mishaps().filter_map(|mishap| match mishap {
+            Mishap::Backlash { axis: of, steps } if usize::from(*of) == axis => {
+                Some(i64::from(*steps))
+            }
+            _ => None,
+        });
+        steps.sum()
+    }
+
+    /// What an axis has to pull besides, Hz/ms.
+    pub(crate) fn load(&self, axis: usize) -> u32 {
+        self.mishaps().fold(0, |sum, mishap| match mishap {
+            Mishap::Load { axis: of, pull } if usize::from(*of) == axis => pull.saturating_add(sum),
+            _ => sum,
+        })
+    }
+
+    pub(crate) fn is_jammed(&self, axis: usize) -> bool {
+        self.mishaps().any(|mishap| matches!(mishap, Mishap::Jam(of) if usize::from(*of) == axis))
+    }
+
+    /// The fault that makes the motor of an axis stand.
+    pub(crate) fn makes_stand(&self, axis: usize) -> Option<FaultNumber> {
+        let makes = |mishap: &Mishap| match mishap {
+            Mishap::Jam(of) | Mishap::Load { axis: of, .. } => usize::from(*of) == axis,
+            _ => false,
+        };
+        self.list.iter().rev().find(|fault| makes(&fault.mishap)).map(|fault| fault.number)
+    }
+
+    // --- what is held ---
+
+    /// Whether a fault holds a signal: then it is remembered what it was set to.
+    pub(crate) fn withholds(&mut self, signal: SignalId, value: i32) -> bool {
+        self.remember(&Mishap::Hold { signal, value }, value)
+    }
+
+    /// Whether the mains are off because of a fault: then it is remembered what they were switched to.
+    pub(crate) fn withholds_power(&mut self, on: bool) -> bool {
+        self.remember(&Mishap::Power, on.into())
+    }
+
+    fn remember(&mut self, like: &Mishap, value: i32) -> bool {
+        let mut any = false;
+        for fault in self.list.iter_mut().filter(|fault| are_alike(&fault.mishap, like)) {
+            (fault.instead, any) = (value, true);
+        }
+        any
+    }
+
+    // --- what bounces ---
+
+    /// The contacts that bounce when they change, and what each was when it was looked at last.
+    pub(crate) fn bouncers(&self) -> impl Iterator<Item = (PlantSignal, bool)> {
+        self.list.iter().filter_map(|fault| match fault.mishap {
+            Mishap::Bounce { signal, .. } => {
+                Some((PlantSignal::from_id(signal)?, fault.instead != 0))
+            }
+            _ => None,
+        })
+    }
+
+    /// Whether a contact is now not what it should be.
+    pub(crate) fn is_astray(&self, signal: PlantSignal) -> bool {
+        let id = signal.id();
+        self.bouncing.iter().any(|contact| contact.signal == id && contact.astray)
+    }
+
+    /// A contact is what it is by bouncing.
+    pub(crate) fn was(&mut self, signal: PlantSignal, level: bool) {
+        let id = signal.id();
+        for fault in &mut self.list {
+            if matches!(fault.mishap, Mishap::Bounce { signal, .. } if signal == id) {
+                fault.instead = level.into();
+            }
+        }
+    }
+
+    /// A contact has changed, and begins to bounce. Returns the faults because of which.
+    pub(crate) fn contact(&mut self, signal: PlantSignal, is: bool, now: Time) -> Vec<FaultNumber> {
+        let id = signal.id();
+        let mut by = Vec::new();
+        for fault in &mut self.list {
+            let Mishap::Bounce { signal: of, times, period } = fault.mishap else { continue };
+            if of != id || (fault.instead != 0) == is {
+                continue;
+            }
+            fault.instead = is.into();
+            by.push(fault.number);
+            let period = u64::try_from(period.as_nanos()).unwrap_or(u64::MAX).max(1);
+            self.bouncing.retain(|contact| contact.signal != id);
+            self.bouncing.push(Bouncing {
+                signal: id,
+                left: 2 * u16::from(times),
+                next: now.after_nanos(period),
+                period,
+                astray: false,
+            });
+        }
+        by
+    }
+
+    /// The contact whose next change is due now changes. Returns it.
+    pub(crate) fn bounce(&mut self, now: Time) -> Option<PlantSignal> {
+        let due = self.bouncing.iter_mut().find(|contact| contact.next <= now)?;
+        due.astray = !due.astray;
+        due.left -= 1;
+        due.next = due.next.after_nanos(due.period);
+        let signal = PlantSignal::from_id(due.signal);
+        self.bouncing.retain(|contact| contact.left > 0);
+        signal
+    }
+}
+
+/// Whether two faults hold the same thing.
+fn are_alike(one: &Mishap, other: &Mishap) -> bool {
+    match (one, other) {
+        (Mishap::Hold { signal: one, .. }, Mishap::Hold { signal: other, .. }) => one == other,
+        (Mishap::Power, Mishap::Power) => true,
+        _ => false,
+    }
+}
