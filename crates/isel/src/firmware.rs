@@ -1,7 +1,10 @@
 //! What every part of the firmware works on: the state, and what leaves.
 
 use bytes::Bytes;
-use vimc4_device::{Event, FlashChange, Kinds, Outbox, Stamp, Warning};
+use vimc4_device::{
+    Event, FaultNews, FaultNumber, FlashChange, Kinds, MachineStrike, Outbox, Stamp, Strike,
+    Warning,
+};
 
 use crate::activity::Activity;
 use crate::state::State;
@@ -55,6 +58,14 @@ impl Firmware {
     pub(crate) fn warn_no_effect(&mut self, what: &'static str) {
         if self.wants(Kinds::WARNING) {
             self.emit(Event::Warning(Warning::NoEffect { what: what.into() }));
+        }
+    }
+
+    /// Says what a fault has done.
+    pub(crate) fn strikes(&mut self, number: FaultNumber, strike: MachineStrike) {
+        if self.wants(Kinds::FAULT) {
+            let news = FaultNews::Strikes(Strike::Machine(strike));
+            self.for_no_command(|firmware| firmware.emit(Event::Fault { number, news }));
         }
     }
 

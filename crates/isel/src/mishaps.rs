@@ -1,8 +1,6 @@
 //! What goes wrong with the machine, and what that leads to.
 
-use vimc4_device::{
-    Event, Fault, FaultNews, FaultNumber, Faulting, Kinds, MachineStrike, Mishap, Strike,
-};
+use vimc4_device::{Event, Fault, FaultNumber, Faulting, Kinds, MachineStrike, Mishap};
 use vimc4_motion::Running;
 use vimc4_plant::{Contact, End, Plant, PlantSignal, Way};
 
@@ -66,13 +64,6 @@ impl Firmware {
             }
             Some((Mishap::Power, back)) => self.switch_power(back != 0),
             _ => {}
-        }
-    }
-
-    pub(crate) fn strikes(&mut self, number: FaultNumber, strike: MachineStrike) {
-        if self.wants(Kinds::FAULT) {
-            let news = FaultNews::Strikes(Strike::Machine(strike));
-            self.for_no_command(|firmware| firmware.emit(Event::Fault { number, news }));
         }
     }
 

@@ -21,10 +21,10 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vimc4_device::{
-    CommandNumber, Event, Kinds, Loss, MachineStrike, Motion, Outbox, SignalId, Stamp, Time,
-    Warning,
+    CommandNumber, Event, Fault, FaultNews, FaultNumber, Faulting, Kinds, Loss, MachineStrike,
+    Mishap, Motion, Outbox, SignalId, Stamp, Strike, Time, Warning,
 };
-use vimc4_plant::{End, Followed, Machine};
+use vimc4_plant::{Contact, End, Followed, Machine, Plant};
 
 use crate::admission::Admission;
 use crate::buffer::{Buffer, Entry};
@@ -33,6 +33,7 @@ use crate::execute::Effect;
 use crate::halting::{Ending, Interruption, Pressed, Resumed};
 use crate::job::Begun;
 use crate::language::{Axis, Command, Item, Reader, Status, why_ignored};
+use crate::mishaps::Limits;
 use crate::model::{InitReply, Model, StatusDigits};
 use crate::signals::Leads;
 use crate::state::{Activity, Moving, Stage, State, Task};
@@ -343,7 +344,7 @@ impl Controller {
     }
 
     /// Says which carriages no longer agree with their counters.
-    pub(crate) fn warn_of_losses(&mut self, followed: &Followed) {
+    fn warn_of_losses(&mut self, followed: &Followed) {
         let number = self.job_number();
         let lost = followed.lost.iter().zip(followed.stood).enumerate();
         for (axis, (&steps, stood)) in lost.filter(|(_, (steps, _))| **steps != 0) {
@@ -385,7 +386,7 @@ impl Controller {
     }
 
     /// A signal takes a value.
-    pub(crate) fn set_signal(&mut self, id: SignalId, value: i32) {
+    fn set_signal(&mut self, id: SignalId, value: i32) {
         if self.out.wants(Kinds::SIGNAL)
             && let Some(value) = self.state.taken(id, value)
         {
@@ -433,7 +434,7 @@ impl Controller {
     }
 
     /// A limit switch was pressed or released by hand.
-    pub(crate) fn switch_changed(&mut self, axis: Axis, end: End, active: bool) {
+    fn switch_changed(&mut self, axis: Axis, end: End, active: bool) {
         self.switch_event(None, axis, end, active);
         match self.state.switch_pressed(axis, end, active) {
             Pressed::Nothing => {}
@@ -447,6 +448,99 @@ impl Controller {
         }
     }
 
+    // --- what goes wrong with the machine ---
+
+    /// A fault begins or ends.
+    pub(crate) fn fault(&mut self, faulting: &Faulting) {
+        match faulting {
+            Faulting::Begin(number, Fault::Machine(fault)) => {
+                self.end_fault(*number);
+                self.begin_fault(*number, &fault.mishap);
+            }
+            Faulting::Begin(..) => {}
+            Faulting::End(number) => self.end_fault(*number),
+            Faulting::EndAll => {
+                for number in self.state.plant.faults() {
+                    self.end_fault(number);
+                }
+            }
+        }
+    }
+
+    fn begin_fault(&mut self, number: FaultNumber, mishap: &Mishap) {
+        let instead = match mishap {
+            // What acts in the moment it is set cannot be held.
+            Mishap::Hold { signal, .. } => match self.state.signal_value(*signal) {
+                Some(value) => value,
+                None => return,
+            },
+            Mishap::Power => self.state.powered.into(),
+            _ => 0,
+        };
+        let begun = mishap.clone();
+        self.change_machine(|plant| plant.begin_fault(number, begun, instead));
+        self.strikes(number, MachineStrike::Changed);
+        match mishap {
+            Mishap::Hold { signal, value } => self.set_signal(*signal, *value),
+            Mishap::Power => self.switch_power(false),
+            _ => {}
+        }
+    }
+
+    fn end_fault(&mut self, number: FaultNumber) {
+        let mut ended = None;
+        self.change_machine(|plant| ended = plant.end_fault(number));
+        match ended {
+            Some((Mishap::Hold { signal, .. }, back)) => self.set_signal(signal, back),
+            Some((Mishap::Power, back)) => self.switch_power(back != 0),
+            _ => {}
+        }
+    }
+
+    fn strikes(&mut self, number: FaultNumber, strike: MachineStrike) {
+        self.emit(None, Kinds::FAULT, || {
+            let news = FaultNews::Strikes(Strike::Machine(strike));
+            Event::Fault { number, news }
+        });
+    }
+
+    /// What a contact does that bounces, now.
+    fn contact(&mut self) {
+        let before = self.state.pressed_now();
+        match self.state.contact_now() {
+            Some(Contact::Begins(numbers)) => {
+                for number in numbers {
+                    self.strikes(number, MachineStrike::Bounces);
+                }
+            }
+            Some(Contact::Limit(..)) => self.machine_changed(&before),
+            Some(Contact::Signal(signal, level)) => {
+                self.state.plant.is_bouncing(signal, level);
+                self.set_signal(signal.id(), level.into());
+            }
+            None => {}
+        }
+    }
+
+    /// Changes the machine, with the axes where they are now.
+    fn change_machine(&mut self, change: impl FnOnce(&mut Plant)) {
+        let before = self.state.pressed_now();
+        if let Some(followed) = self.state.change_machine(change) {
+            self.warn_of_losses(&followed);
+        }
+        self.machine_changed(&before);
+    }
+
+    /// The limit switches may be others than before.
+    fn machine_changed(&mut self, before: &Limits) {
+        self.state.look_ahead_again();
+        if self.state.powered {
+            for (axis, end, active) in self.state.switches_changed(before) {
+                self.switch_changed(axis, end, active);
+            }
+        }
+    }
+
     /// Somebody turns the mains switch.
     pub(crate) fn power(&mut self, on: bool) {
         if !self.state.plant.withholds_power(on) {
@@ -456,7 +550,7 @@ impl Controller {
 
     /// The power goes, or comes back. Motors stop where they are and nothing is answered; the carriages
     /// know what the counters forget.
-    pub(crate) fn switch_power(&mut self, on: bool) {
+    fn switch_power(&mut self, on: bool) {
         if on == self.state.powered {
             return;
         }
@@ -631,7 +725,7 @@ impl Controller {
     }
 
     /// An event of a kind, which is made only if somebody wants to see it.
-    pub(crate) fn emit(
+    fn emit(
         &mut self,
         command: Option<CommandNumber>,
         kinds: Kinds,
