@@ -2,7 +2,9 @@
 
 mod beginning;
 mod plot;
+mod progress;
 mod rehearsal;
+mod whereabouts;
 mod wire;
 
 use std::io::{self, IsTerminal, Write};
@@ -30,6 +32,7 @@ use crate::run::report::seconds;
 use crate::run::script::{Kind, Script, ScriptLine};
 
 use rehearsal::{Nevertheless, Rehearsal, rehearse};
+use whereabouts::Doubt;
 use wire::{Broken, Halted, Wire};
 
 #[derive(clap::Args)]
@@ -226,6 +229,13 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
             if !unknown.is_empty() {
                 return Err(Failure::usage(unknown_place(line, &unknown, &model)));
             }
+            if job.reading.no_ref && resumption.told && sending.knows_no_axes()? {
+                return Err(Failure::usage(format!(
+                    "the controller knows of no axes: it was switched on or reset since the job has \
+                     referenced them, and does not count from there any more; nothing has moved: \
+                     without --no-ref, --from {line} references them again"
+                )));
+            }
             let told = beginning::describe(&resumption, &model, &machine);
             // Where reference runs come first, they are what brings a machine to its counters.
             let mut here = here;
@@ -390,19 +400,14 @@ struct Sending<'a> {
     found: Option<Zero>,
     /// The line of a WPTEACH behind which the zero was kept.
     kept: Option<u32>,
-    /// Why the counters do not tell where the axes are, if they do not.
-    distrust: Option<Distrust>,
 }
 
-/// Why the counters of a controller do not tell where the axes are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Distrust {
-    /// A reference run was stopped, so that no place counts.
-    FalseReference,
-    /// An emergency stop or a loss of power may have set them to 0.
-    Reset,
-    /// At a limit switch axes halt without a ramp, and one that was there before has no reference.
-    LimitSwitch,
+/// How a job goes on with a line.
+struct Onward {
+    /// The work-piece zero that must be said.
+    zero: Option<Zero>,
+    /// Whether the counters are believed.
+    no_ref: bool,
 }
 
 impl<'a> Sending<'a> {
@@ -429,7 +434,6 @@ impl<'a> Sending<'a> {
             listens: false,
             found: None,
             kept: None,
-            distrust: None,
         };
         sending.identify()?;
         Ok(sending)
@@ -552,6 +556,14 @@ impl<'a> Sending<'a> {
         Ok(point)
     }
 
+    /// Whether the controller says that it was told of no axes since it was switched on or reset.
+    fn knows_no_axes(&mut self) -> Result<bool, Failure> {
+        match self.link.knows_no_axes() {
+            Ok(knows_none) => Ok(knows_none),
+            Err(error) => Err(self.broken(error.into())),
+        }
+    }
+
     fn run(mut self, mut work: Work<'_>, rehearsal: Rehearsal) -> Result<ExitCode, Failure> {
         let bar = (io::stderr().is_terminal() && !self.arguments.verbose).then(|| {
             let bar = ProgressBar::new(rehearsal.link.elapsed().as_millis() as u64);
@@ -561,7 +573,7 @@ impl<'a> Sending<'a> {
         });
         self.operator.bar = bar.clone();
         self.listen()?;
-        self.link.begin(rehearsal.link.times, rehearsal.link.sent, bar);
+        self.link.begin(rehearsal.link.did, bar);
         let name = self.arguments.job.name();
         let began = Instant::now();
         let ending = perform(&mut work, &mut self.link, &mut self.operator);
@@ -617,7 +629,7 @@ impl<'a> Sending<'a> {
                 (format!("line {line} cannot be carried out: {why}{}", self.place()), line)
             }
             Ending::FalseReference { line } => {
-                self.distrust = Some(Distrust::FalseReference);
+                self.link.axes().distrust(Doubt::FalseReference);
                 let failure =
                     format!("{FALSE_REFERENCE}, and where the axes are is not known{REPEATED}");
                 let onward = self.onward(line).map(|onward| format!("; {onward}"));
@@ -646,11 +658,6 @@ impl<'a> Sending<'a> {
                 // What a semicolon parts from it would be the remedy.
                 let refusal = refusal(&self.handling, &sent, &answer).replace("; ", ", ");
                 let sent = shown(&sent);
-                if self.link.has_forgotten(&answer) {
-                    self.distrust.get_or_insert(Distrust::Reset);
-                } else if self.model.family().distrusts_counters(&answer) {
-                    self.distrust.get_or_insert(Distrust::LimitSwitch);
-                }
                 let place = self.place();
                 (format!("the controller answered {refusal} to {sent}{place}"), line)
             }
@@ -664,15 +671,15 @@ impl<'a> Sending<'a> {
     }
 
     /// How to go on with a job that has ended in a line.
-    fn onward(&self, line: u32) -> Option<String> {
+    fn onward(&mut self, line: u32) -> Option<String> {
         let is_job = self.what == What::Job;
-        let no_ref = self.arguments.job.reading.no_ref;
         if !is_job || line == 0 {
             return None;
         }
-        if let Err(why) = self.zero_onward(line) {
-            return Some(why);
-        }
+        let no_ref = match self.way_onward(line) {
+            Ok(Onward { no_ref, .. }) => no_ref,
+            Err(why) => return Some(why),
+        };
         if let Some(Entered { line: at, typed, .. }) = self.lost().find(|lost| lost.changes_frame) {
             let typed = crate::text::shown_in_line(typed);
             return Some(format!(
@@ -702,11 +709,13 @@ impl<'a> Sending<'a> {
         self.operator.entered.iter().filter(move |entered| !is_known(entered))
     }
 
-    /// The work-piece zero with which a job goes on with a line, if one must be said; or why it cannot.
-    fn zero_onward(&self, line: u32) -> Result<Option<Zero>, String> {
+    /// How a job goes on with a line, or why it cannot.
+    fn way_onward(&mut self, line: u32) -> Result<Onward, String> {
         let job = &self.arguments.job;
         let said = self.found.or(job.zeros.zero);
-        let Ok(site) = job.site() else { return Ok(said) };
+        let doubts = self.link.axes().doubt().is_some();
+        let as_it_is = Onward { zero: said, no_ref: job.reading.no_ref && !doubts };
+        let Ok(site) = job.site() else { return Ok(as_it_is) };
         let (options, here) = (job.reading.options(), Point::default());
         let resumed = beginning::resumed(
             self.text,
@@ -716,12 +725,16 @@ impl<'a> Sending<'a> {
             here,
             said.or(Some(Zero::default())),
         );
-        let Ok((_, resumption)) = resumed else { return Ok(said) };
+        let Ok((_, resumption)) = resumed else { return Ok(as_it_is) };
         let untold: Vec<usize> = resumption.unknown.iter().collect();
         let names = |axes: &[usize]| {
             axes.iter().map(|axis| self.model.axis_names()[*axis]).collect::<Vec<_>>().join(", ")
         };
-        if (job.reading.no_ref || !untold.is_empty()) && self.distrust.is_some() {
+        // Where reference runs have told all places, they do so again.
+        let is_told = resumption.told
+            || !resumption.has_begun && beginning::is_reference(self.text, line)
+            || !job.reading.no_ref;
+        if doubts && !(is_told && untold.is_empty()) {
             let axes = if untold.is_empty() { "the axes".to_owned() } else { names(&untold) };
             return Err(format!(
                 "--from {line} cannot go on with that line: it would believe the counters, and where \
@@ -730,9 +743,10 @@ impl<'a> Sending<'a> {
         }
         // Who has gone on before has said where the counters count from.
         if untold.is_empty() || self.arguments.from.is_some() {
-            return Ok(said);
+            return Ok(as_it_is);
         }
-        let began = |axis: &usize| self.link.began().and_then(|began| began.get(*axis).copied());
+        let began = self.link.axes().began().map(<[i64]>::to_vec).unwrap_or_default();
+        let began = |axis: &usize| began.get(*axis).copied();
         if untold.iter().any(|axis| began(axis) != Some(0)) {
             return Err(format!(
                 "--from {line} cannot go on with that line: where {} stood when the job began counted \
@@ -746,15 +760,15 @@ impl<'a> Sending<'a> {
                 place.get_or_insert(Value::ZERO);
             }
         }
-        Ok(Some(zero))
+        Ok(Onward { zero: Some(zero), ..as_it_is })
     }
 
     /// The whole command that goes on, in lines of their own, so that it can be copied.
-    fn tell_onward(&self, line: u32) {
+    fn tell_onward(&mut self, line: u32) {
         if self.onward(line).is_none() {
             return;
         }
-        let Ok(zero) = self.zero_onward(line) else { return };
+        let Ok(Onward { zero, no_ref }) = self.way_onward(line) else { return };
         self.tell_entered(line);
         if self.lost().any(|lost| lost.changes_frame) {
             self.tell_blocks(line);
@@ -783,7 +797,7 @@ impl<'a> Sending<'a> {
             add("--wpreg", &format!("{}={}", register.number, register.zero));
         }
         let flags = [
-            (job.reading.no_ref, "--no-ref"),
+            (no_ref, "--no-ref"),
             (job.reading.lenient, "--lenient"),
             (self.arguments.any_model, "--any-model"),
             (self.arguments.any_time, "--any-time"),
@@ -845,20 +859,20 @@ impl<'a> Sending<'a> {
 
     /// Where the axes are, as far as the controller says.
     fn place(&mut self) -> String {
-        let why = match self.distrust {
+        let places = match self.link.axes().doubt() {
+            None => self.link.places(),
+            Some(_) => None,
+        };
+        let why = match self.link.axes().doubt() {
             None => "",
-            Some(Distrust::FalseReference) => return String::new(),
-            Some(Distrust::Reset) => "the counters may have been reset",
-            Some(Distrust::LimitSwitch) => "steps may have been lost",
+            Some(Doubt::FalseReference) => return String::new(),
+            Some(Doubt::Reset) => "the counters may have been reset",
+            Some(Doubt::LimitSwitch) => "steps may have been lost",
         };
         if !why.is_empty() {
             return format!(", and where the axes are is not known, for {why}");
         }
-        let Some((places, stayed)) = self.link.places() else { return String::new() };
-        if !stayed {
-            self.distrust = Some(Distrust::Reset);
-            return self.place();
-        }
+        let Some(places) = places else { return String::new() };
         // One that tells of configured axes only does not say which they are.
         if !self.handling.names_axes(places.len()) {
             return String::new();
@@ -883,7 +897,7 @@ impl<'a> Sending<'a> {
         // A terminal may stand still; the machine is halted before anything is said.
         if self.link.is_referencing() || matches!(broken, Broken::Early { is_reference: true, .. })
         {
-            self.distrust = Some(Distrust::FalseReference);
+            self.link.axes().distrust(Doubt::FalseReference);
         }
         let halted = match broken {
             Broken::Port(PortError::Interrupted) => Some(self.link.halt()),
@@ -892,18 +906,24 @@ impl<'a> Sending<'a> {
                 None
             }
             Broken::Restless => Some(Halted::NoAnswer),
-            Broken::Silent | Broken::Port(PortError::Gone(_)) => None,
+            Broken::Mute
+            | Broken::Forgotten
+            | Broken::Silent
+            | Broken::Port(PortError::Gone(_)) => None,
         };
         let stop = self.handling.stop.map(|stop| format!("{} was sent", stop.name));
         let and_stop = stop.as_ref().map(|stop| format!(", and {stop}")).unwrap_or_default();
         if stop.is_some() && halted == Some(Halted::NoAnswer) {
-            self.distrust.get_or_insert(Distrust::Reset);
+            self.link.axes().distrust(Doubt::Reset);
         }
         self.clear();
         let line = self.link.line();
         let name = self.arguments.job.name();
         let place = match broken {
-            Broken::Port(PortError::Interrupted) | Broken::Restless => self.place(),
+            Broken::Port(PortError::Interrupted)
+            | Broken::Restless
+            | Broken::Mute
+            | Broken::Forgotten => self.place(),
             _ => String::new(),
         };
         let onward = self.onward(line).map(|onward| format!("; {onward}")).unwrap_or_default();
@@ -917,8 +937,13 @@ impl<'a> Sending<'a> {
                 self.link.name()
             )),
             Broken::Port(PortError::Interrupted) | Broken::Restless => {
-                let after = halted;
+                let rests = halted == Some(Halted::Rests);
                 let halted = match (stop, halted) {
+                    (Some(stop), Some(Halted::Refused(answer))) => {
+                        let sent = self.link.sent();
+                        let refusal = refusal(&self.handling, sent, &answer).replace("; ", ", ");
+                        format!("{stop}, and the controller answered {refusal} to {}", shown(sent))
+                    }
                     (Some(stop), Some(Halted::Rests)) => {
                         format!("{stop}, and the motion has come to rest along its ramp")
                     }
@@ -931,12 +956,14 @@ impl<'a> Sending<'a> {
                     ),
                     (None, _) => self.handling.halting.to_owned(),
                 };
-                let is_false = self.distrust == Some(Distrust::FalseReference);
-                let halted = match (is_false, &after) {
-                    (true, Some(Halted::Rests)) => {
+                let is_false = self.link.axes().doubt() == Some(Doubt::FalseReference);
+                let halted = match (is_false, rests) {
+                    (true, true) => {
                         format!("the reference run has ended, and its reference is false{REPEATED}")
                     }
-                    (true, _) => format!("{halted}; the reference of this run is false{REPEATED}"),
+                    (true, false) => {
+                        format!("{halted}; the reference of this run is false{REPEATED}")
+                    }
                     (false, _) => halted,
                 };
                 let ended = match broken {
@@ -946,6 +973,26 @@ impl<'a> Sending<'a> {
                 let message = format!("{ended}: {halted}{place}; {STILL_ON}{onward}");
                 Failure::at_line(message, &name, self.text, line)
             }
+            Broken::Forgotten => Failure::at_line(
+                format!(
+                    "the controller does not count as it did when the axes came to rest: it has lost \
+                     its power, or met an emergency stop{place}; the job has ended there; \
+                     {STILL_ON}, unless the machine has cut it{onward}"
+                ),
+                &name,
+                self.text,
+                line,
+            ),
+            Broken::Mute => Failure::at_line(
+                format!(
+                    "the controller does not answer any more: it may have lost its power, or its \
+                     line{place}; the job has ended there; {STILL_ON}, unless the machine has cut \
+                     it{onward}"
+                ),
+                &name,
+                self.text,
+                line,
+            ),
             Broken::Strange { sent, said } => {
                 let answered = vimc4_device::said(&said);
                 let answered = match answered.is_empty() {

@@ -1058,8 +1058,18 @@ fn a_data_field_without_its_axes_is_not_stored() {
     assert!(err.contains("`; axes: 7`"), "{err}");
 }
 
+/// What a peer answers to when it is sent 253.
+const STOP: &str = "253";
+
 /// A peer that is no emulator: what it answers to each line; and what it was sent.
 fn peer(
+    answers: impl Fn(&str) -> Vec<u8> + Send + 'static,
+) -> (String, thread::JoinHandle<String>) {
+    stoppable(move |line| if line == STOP { Vec::new() } else { answers(line) })
+}
+
+/// The same with what it answers to 253.
+fn stoppable(
     answers: impl Fn(&str) -> Vec<u8> + Send + 'static,
 ) -> (String, thread::JoinHandle<String>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -1069,6 +1079,10 @@ fn peer(
         let (mut all, mut line, mut byte) = (Vec::new(), Vec::new(), [0]);
         while matches!(client.read(&mut byte), Ok(1)) {
             all.push(byte[0]);
+            if byte[0] == 253 {
+                let _ = client.write_all(&answers(STOP));
+                continue;
+            }
             line.push(byte[0]);
             if byte[0] == b'\r' {
                 let _ = client.write_all(&answers(&text(&line)));
@@ -1980,8 +1994,9 @@ fn where_the_axes_are_is_not_known_after_a_limit_switch() {
             let (_, err) = typist.ends(1);
             assert!(err.contains("answered 2: limit switch"), "{model} {err}");
             assert!(err.contains(unknown) && !err.contains(" at X "), "{model} {err}");
-            assert_eq!(err.contains("--from 5 cannot go on"), no_ref, "{model} {err}");
-            assert_eq!(err.contains("to go on with line 5:"), !no_ref, "{model} {err}");
+            // The job has referenced its axes, and does so again.
+            assert!(err.contains("--from 5 goes on with that line, after ref"), "{model} {err}");
+            assert!(!onward(&err).contains(&"--no-ref".to_owned()), "{model} {err}");
         }
     }
 }
@@ -1999,4 +2014,256 @@ fn a_code_of_two_meanings_is_told_with_both() {
         err.contains("the controller answered 2: limit switch, or no reference point to @0M"),
         "{err}"
     );
+}
+
+/// What makes a controller forget where its axes are: a loss of power, or an emergency stop.
+const EVENTS: [fn(&Emulator); 2] = [
+    |emulator| {
+        emulator.power(false).unwrap();
+        emulator.power(true).unwrap();
+    },
+    |emulator| {
+        emulator.hold(Button::EmergencyStop).unwrap();
+        emulator.release(Button::EmergencyStop).unwrap();
+        emulator.press(Button::On).unwrap();
+    },
+];
+
+const FORGOTTEN: &str = "where the axes are is not known, for the counters may have been reset";
+
+#[test]
+fn a_stopped_motion_does_not_go_on_once_the_controller_has_forgotten_it() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X30000\nMOVEABS Y30000\n");
+    let moves = "@0A3000,500,0,21,0,21,0,21\n@0A0,21,3000,500,0,21,0,21\n";
+    fs::write(folder.join("list.txt"), format!("@07\n@0R7\n{moves}")).unwrap();
+    fs::write(folder.join("stored.cnc"), "; axes: 7 (X+Y+Z)\n0800,1000,0,900,0,900,0,900\n9\n")
+        .unwrap();
+    let cases = [
+        ("imc-s8", "job.ncp", 0),
+        ("imc-s8", "list.txt", 1),
+        ("imc4", "job.ncp", 1),
+        ("imc4", "list.txt", 0),
+    ];
+    for (model, file, event) in cases {
+        let (emulator, port) = listening(model, "mill", Clock::Real);
+        let to = ["--to", &port, "--model", model, "--machine", "mill"];
+        if model == "imc-s8" {
+            ends(&folder, &[&["send", "stored.cnc"], &to[..]].concat(), 0);
+        }
+        let mut typist = Typist::new(&folder, &[&[file], &to[..]].concat());
+        let x = || emulator.position().unwrap()[0];
+        until("it moves", || x() > 100);
+        writeln!(typist.terminal).unwrap();
+        typist.hears("stopped; Enter goes on");
+        until_it_rests(x);
+        // It was asked where that is.
+        thread::sleep(Duration::from_millis(500));
+        EVENTS[event](&emulator);
+        writeln!(typist.terminal).unwrap();
+        let (_, err) = typist.ends(1);
+        let sent = sent(&emulator);
+        assert!(!sent.iter().any(|sent| sent == "@0S"), "{model} {file} {sent:?}");
+        assert_eq!(sent.iter().filter(|sent| sent.starts_with("@0A")).count(), 1, "{sent:?}");
+        assert!(err.contains(FORGOTTEN) && !err.contains(" at X "), "{model} {file} {err}");
+        assert_eq!(err.contains("to go on with line 4:"), file == "job.ncp", "{err}");
+    }
+}
+
+/// What an IMC4 answers that was stopped at the panel where its counters are 0, and that refuses
+/// `n` of no axis so.
+fn stopped_at_zero(line: &str, refusal: &[u8]) -> Vec<u8> {
+    match line {
+        "@0P\r" => [b'0'; 19].to_vec(),
+        "@0n0\r" => refusal.to_vec(),
+        "@0DS0\r" => b"0B0".to_vec(),
+        _ => like_an_imc4(line, 'A', b"F"),
+    }
+}
+
+#[test]
+fn what_counts_as_one_just_switched_on_does_is_asked_for_its_axes() {
+    // Stopped, and at a HALT.
+    for (job, asked) in [
+        ("IMF_PBL\nREF XYZ\nMOVEABS X500000\n", "line 3: stopped"),
+        ("IMF_PBL\nREF XYZ\nHALT\nSETBIT A1.1=1\n", "line 3: HALT"),
+    ] {
+        let folder = Folder::with(job);
+        let send = ["job.ncp", "--machine", "bench", "--any-time", "--to"];
+        for (refusal, knows) in [(b"4", false), (b"3", true), (b"9", false)] {
+            let (port, heard) = peer(|line| stopped_at_zero(line, refusal));
+            let mut typist = Typist::new(&folder, &[&send[..], &[&port]].concat());
+            typist.hears(asked);
+            thread::sleep(Duration::from_millis(500));
+            writeln!(typist.terminal).unwrap();
+            let (_, err) = typist.ends(if knows { 0 } else { 1 });
+            let heard = heard.join().unwrap();
+            let goes_on = heard.contains("@0S\r") || heard.contains("@0B");
+            assert_eq!(goes_on, knows, "{heard} {err}");
+            assert_eq!(err.contains(FORGOTTEN), !knows, "{err}");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_switched_at_a_halt_once_the_controller_has_forgotten() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X1000\nHALT\nSPINDLE CW\n");
+    for event in EVENTS {
+        let (emulator, port) = listening("imc4", "mill", Clock::Instant);
+        let mut typist = Typist::new(&folder, &["job.ncp", "--machine", "mill", "--to", &port]);
+        typist.hears("line 4: HALT");
+        until("it rests", || sent(&emulator).iter().filter(|sent| *sent == "@0P").count() > 1);
+        thread::sleep(Duration::from_millis(300));
+        event(&emulator);
+        writeln!(typist.terminal).unwrap();
+        let (_, err) = typist.ends(1);
+        assert!(err.contains(FORGOTTEN) && err.contains("--from 5 goes on"), "{err}");
+        assert!(!sent(&emulator).iter().any(|sent| sent.starts_with("@0B")), "{err}");
+    }
+}
+
+#[test]
+fn an_error_in_answer_to_ctrl_c_is_one() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X500000\n");
+    fs::write(folder.join("list.txt"), "@07\n@0R7\n@0A5000,500,0,21,0,21,0,21\n").unwrap();
+    fs::write(folder.join("no-ref.ncp"), "IMF_PBL\nVEL 5000\nMOVEABS X500000\n").unwrap();
+    let cases = [
+        (b"2", "answered 2: limit switch", "for steps may have been lost"),
+        (b"9", "answered 9: the plant is not ready", "for the counters may have been reset"),
+    ];
+    for (answer, said, why) in cases {
+        for arguments in [&["job.ncp"][..], &["list.txt"], &["no-ref.ncp", "--no-ref"]] {
+            let (sender, moves) = channel();
+            let (port, _heard) = stoppable(move |line| match line {
+                STOP => answer.to_vec(),
+                _ if line.starts_with("@0A") => {
+                    let _ = sender.send(());
+                    Vec::new()
+                }
+                _ => like_an_imc4(line, '-', b""),
+            });
+            let to = ["--any-time", "--to", &port];
+            let child = sending(&folder, &[arguments, &to].concat());
+            moves.recv_timeout(LIMIT).unwrap();
+            kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+            let output = child.wait_with_output().unwrap();
+            let err = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{err}");
+            assert!(err.contains(said) && err.contains(why), "{arguments:?} {err}");
+            assert!(!err.contains(" at X ") && !err.contains("come to rest"), "{err}");
+            assert_eq!(err.contains("cannot go on"), arguments[0] == "no-ref.ncp", "{err}");
+        }
+    }
+}
+
+#[test]
+fn ctrl_c_in_the_first_motion_behind_a_halt_says_where() {
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X1000\nHALT\nMOVEABS X30000\n");
+    let (emulator, port) = listening("imc4", "mill", Clock::Real);
+    let mut typist = Typist::new(&folder, &["job.ncp", "--machine", "mill", "--to", &port]);
+    typist.hears("line 5: HALT");
+    until("it rests", || sent(&emulator).iter().filter(|sent| *sent == "@0P").count() > 1);
+    thread::sleep(Duration::from_millis(300));
+    writeln!(typist.terminal).unwrap();
+    let x = || emulator.position().unwrap()[0];
+    until("it moves", || x() > 150);
+    kill_process(Pid::from_child(&typist.process.child), Signal::INT).unwrap();
+    let (_, err) = typist.ends(1);
+    let place = format!("come to rest along its ramp, at X {:.3} mm", x() as f64 * 0.0125);
+    assert!(err.contains(&place) && !err.contains("not known"), "{err}");
+}
+
+#[test]
+fn a_job_that_has_referenced_its_axes_does_so_again_where_no_ref_would_believe() {
+    let job = "IMF_PBL\nREF XYZ\nVEL 5000\nMOVEABS X5000\nHALT\nMOVEABS X9000\n";
+    let folder = Folder::with(job);
+    for model in ["imc4", "imc-s8"] {
+        let (emulator, port) = listening(model, "mill", Clock::Instant);
+        let send = ["job.ncp", "--model", model, "--machine", "mill", "--to", &port];
+        let mut typist = Typist::new(&folder, &send);
+        typist.types("line 5: HALT", "q");
+        typist.ends(3);
+        emulator.set_signal("limit x+", 1).unwrap();
+        let no_ref = [&["send"], &send[..], &["--from", "6", "--no-ref"]].concat();
+        let (_, err) = ends(&folder, &no_ref, 1);
+        assert!(err.contains("--from 6 goes on with that line, after reference runs"), "{err}");
+        assert!(!onward(&err).contains(&"--no-ref".to_owned()), "{err}");
+        emulator.set_signal("limit x+", 0).unwrap();
+        let again: Vec<String> = onward(&err);
+        let again: Vec<&str> = again.iter().map(String::as_str).collect();
+        let (_, err) = ends(&folder, &again, 0);
+        assert!(err.contains("reference runs come first: Z, Y, X"), "{err}");
+        assert_eq!(emulator.position().unwrap()[0], 720);
+        // One that was switched on since then counts from elsewhere.
+        for event in EVENTS {
+            event(&emulator);
+            let (_, err) = ends(&folder, &no_ref, 2);
+            assert!(err.contains("it was switched on or reset since") && err.contains("--no-ref"));
+            let last = emulator.commands().unwrap().last().map(|command| text(&command.bytes));
+            assert_eq!(last.as_deref(), Some("@0n0"));
+            ends(&folder, &again, 0);
+        }
+    }
+}
+
+#[test]
+fn a_poll_that_is_lost_is_no_end_of_what_is_asked() {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicUsize;
+    let folder = Folder::with("IMF_PBL\nREF XYZ\nMOVEABS X200000\n");
+    let rest = |x: u32| format!("0{x:06X}000000000000000000").into_bytes();
+    // What `P` answers when the third poll was lost, and what comes of it.
+    for (places, code, said) in [
+        (rest(0), 1, FORGOTTEN),
+        (rest(100), 0, "START at the panel"),
+        (Vec::new(), 1, "does not answer any more"),
+    ] {
+        let (polls, moved) = (Arc::new(AtomicUsize::new(0)), AtomicBool::new(false));
+        let counted = Arc::clone(&polls);
+        let (port, heard) = peer(move |line| match line {
+            "@0DS0\r" => match polls.fetch_add(1, Ordering::SeqCst) {
+                2 => Vec::new(),
+                // START is held some time later.
+                6.. => b"0B2".to_vec(),
+                _ => b"0B0".to_vec(),
+            },
+            "@0P\r" if !moved.load(Ordering::SeqCst) => rest(0),
+            "@0P\r" if polls.load(Ordering::SeqCst) > 2 => places.clone(),
+            "@0P\r" => rest(100),
+            _ => {
+                moved.fetch_or(line.starts_with("@0A"), Ordering::SeqCst);
+                like_an_imc4(line, 'A', b"F")
+            }
+        });
+        let (out, err) = ends(
+            &folder,
+            &["send", "job.ncp", "--machine", "mill", "--any-time", "--to", &port],
+            code,
+        );
+        assert!(err.contains(said), "{out}{err}");
+        let heard = heard.join().unwrap();
+        assert_eq!(heard.contains("@0S\r"), code == 0, "{heard}");
+        assert!(counted.load(Ordering::SeqCst) == if code == 0 { 7 } else { 3 }, "{heard}");
+    }
+}
+
+#[test]
+fn what_a_lenient_reading_leaves_out_is_said() {
+    let lines = "SETBIT A1.3=1 FOO\nVEL 8000 (slowly)\n(whole)\nMOVEABS X1 FAST\n";
+    let folder = Folder::with(format!("IMF_PBL\nREF XYZ\n{lines}"));
+    let check = ["ncp", "check", "job.ncp", "--lenient", "--format"];
+    let (out, _) = ends(&folder, &[&check[..], &["short"]].concat(), 1);
+    let said: Vec<&str> = out.lines().collect();
+    for (said, left_out) in said.iter().zip(["the line", "the comment", "the comment"]) {
+        assert!(said.ends_with(&format!("; {left_out} is left out")), "{said}");
+    }
+    assert!(said[3].contains(":6:") && !said[3].contains("left out"), "{out}");
+    let (out, _) = ends(&folder, &[&check[..], &["full"]].concat(), 1);
+    assert_eq!(out.matches("is left out").count(), 3, "{out}");
+    let (out, _) = ends(&folder, &[&check[..], &["json"]].concat(), 1);
+    let json: Value = serde_json::from_str(&out).unwrap();
+    let left_out = json["diagnostics"].as_array().unwrap().iter().map(|it| it["left_out"].clone());
+    assert_eq!(left_out.collect::<Vec<_>>(), [true, true, true, false]);
+    // Nobody who is not lenient leaves anything out.
+    let (out, _) = ends(&folder, &["ncp", "check", "job.ncp"], 1);
+    assert!(!out.contains("left out"), "{out}");
 }

@@ -35,6 +35,10 @@ pub struct Handling {
     pub running: Duration,
     /// Asks where the axes are; it is never refused at rest and changes nothing.
     pub position: &'static str,
+    /// A controller that knows of no axes refuses this line as such
+    /// ([`Model::has_forgotten`](crate::Model::has_forgotten)), and so tells whether it was switched
+    /// on or reset since it was told of them; any other refuses it otherwise. It changes nothing.
+    pub needs_axes: Option<&'static str>,
     /// These lines ask what it is called and which version it has; a model knows one of them, and
     /// none changes anything.
     pub names: &'static [&'static str],

@@ -227,6 +227,7 @@ impl vimc4_device::Model for Model {
             boot: Duration::from_millis(self.timing.boot_ms),
             running: Duration::ZERO,
             position: "@0P",
+            needs_axes: Some("@0n0"),
             names: &["@0V", "@0?", "@0U"],
             done: b"0",
             speeds: &[19_200, 9_600, 38_400],

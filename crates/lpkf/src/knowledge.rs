@@ -136,6 +136,7 @@ impl vimc4_device::Model for Model {
             boot: Duration::ZERO,
             running: Duration::from_secs(60),
             position: "!ON0",
+            needs_axes: None,
             names: &["OS"],
             done: b"C\r",
             speeds: &[9_600, 4_800, 57_600],

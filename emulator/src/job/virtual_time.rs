@@ -19,10 +19,8 @@ pub(crate) struct Virtual {
     pub(crate) commands: u64,
     /// Characters to and from it.
     pub(crate) characters: u64,
-    /// When each thing was done, in ms, if somebody wants to know.
-    pub(crate) times: Vec<u32>,
-    /// What was sent last for each of them, if somebody wants to know.
-    pub(crate) sent: Vec<Vec<u8>>,
+    /// Each thing that was done, if somebody wants to know.
+    pub(crate) did: Vec<Did>,
     last: Vec<u8>,
     /// Why the last answer is an error, if it is one.
     why: Option<Box<str>>,
@@ -36,6 +34,16 @@ pub(crate) struct Virtual {
     handling: Handling,
     /// Everything that was sent, if somebody wants to know.
     pub(crate) record: Option<Vec<Sent>>,
+}
+
+/// Something that was done.
+pub(crate) struct Did {
+    /// The line of the file that has asked for it.
+    pub(crate) line: u32,
+    /// When it was done, in ms.
+    pub(crate) millis: u32,
+    /// What was sent last for it.
+    pub(crate) sent: Vec<u8>,
 }
 
 /// Something that was sent.
@@ -53,8 +61,7 @@ impl Virtual {
             warnings: Vec::new(),
             commands: 0,
             characters: 0,
-            times: Vec::new(),
-            sent: Vec::new(),
+            did: Vec::new(),
             last: Vec::new(),
             why: None,
             warned: 0,
@@ -181,8 +188,8 @@ impl Channel for Virtual {
     fn done(&mut self) {
         let millis = u32::try_from(self.elapsed().as_millis()).unwrap_or(u32::MAX);
         if self.keeps_times {
-            self.times.push(millis);
-            self.sent.push(std::mem::take(&mut self.last));
+            let sent = std::mem::take(&mut self.last);
+            self.did.push(Did { line: self.line, millis, sent });
         }
     }
 }

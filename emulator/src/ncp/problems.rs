@@ -6,7 +6,7 @@ use std::ops::Range;
 use miette::{LabeledSpan, MietteSpanContents, Report, SourceCode, SourceSpan, SpanContents};
 use serde_json::{Value, json};
 use vimc4_ncp::job::Summary;
-use vimc4_ncp::language::{Lines, lines};
+use vimc4_ncp::language::{self, Lines, lines};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
 use crate::failure::Failure;
@@ -130,14 +130,15 @@ impl<'t> Problems<'t> {
     fn short(&mut self, diagnostic: &Diagnostic, severity: Severity, line: &str) -> io::Result<()> {
         let problem = diagnostic.problem;
         let (number, column) = (diagnostic.line, column(diagnostic, line));
+        let left_out = left_out(diagnostic, severity).map(|what| format!("; {what}"));
         let help = self.help(problem);
         let Problems { out, name, helps, .. } = self;
         let (word, code) = (word(severity), problem.code());
         write!(out, "{name}:{number}:{column}: {word}[{code}]: {problem}")?;
-        match helps.get(help) {
-            Some((_, Some(help))) => writeln!(out, "; {help}"),
-            _ => writeln!(out),
+        if let Some((_, Some(help))) = helps.get(help) {
+            write!(out, "; {help}")?;
         }
+        writeln!(out, "{}", left_out.unwrap_or_default())
     }
 
     /// Where the help for a problem is. A file full of mistakes is full of the same ones, and what
@@ -204,6 +205,16 @@ pub(crate) fn as_json(diagnostic: &Diagnostic, severity: Severity, line: &str) -
         "code": problem.code(),
         "message": problem.to_string(),
         "help": problem.help(),
+        "left_out": left_out(diagnostic, severity).is_some(),
+    })
+}
+
+/// What a reading that finds a problem so severe leaves out for it, for people: a clause.
+fn left_out(diagnostic: &Diagnostic, severity: Severity) -> Option<&'static str> {
+    let is_left_out = diagnostic.left_out && severity < diagnostic.problem.severity();
+    is_left_out.then_some(match diagnostic.problem {
+        Problem::Written(language::Problem::BracketComment) => "the comment is left out",
+        _ => "the line is left out",
     })
 }
 
@@ -264,8 +275,10 @@ impl miette::Diagnostic for Picture {
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        let help = self.diagnostic.problem.help()?;
-        Some(Box::new(help))
+        let help = self.diagnostic.problem.help();
+        let left_out = left_out(&self.diagnostic, self.severity).map(str::to_owned);
+        let said: Vec<String> = help.into_iter().chain(left_out).collect();
+        (!said.is_empty()).then(|| Box::new(said.join("; ")) as Box<dyn std::fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

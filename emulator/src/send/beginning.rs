@@ -27,6 +27,13 @@ pub(super) fn is_taught(text: &str, line: u32) -> bool {
     commands.map(|command| command.value).any(|command| command == Instruction::Teach)
 }
 
+/// Whether a line asks for reference runs.
+pub(super) fn is_reference(text: &str, number: u32) -> bool {
+    let command = lines(text).find(|line| line.number == number);
+    let command = command.and_then(|line| parse(line.text, &mut |_, _| {}).command);
+    command.is_some_and(|command| matches!(command.value, Instruction::Reference(_)))
+}
+
 /// The command that brings back the unit which the file has behind a line, if what was typed there has
 /// changed it.
 pub(super) fn unit_to_restore(text: &str, line: u32, typed: &[&str]) -> Option<&'static str> {

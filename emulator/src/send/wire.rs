@@ -12,10 +12,16 @@ use vimc4_device::{Heard, Identity, Question, Travel, Until};
 
 use crate::job::perform::Channel;
 use crate::job::unit::{RUN_UP, UNIT, passed, passes_later};
+use crate::job::virtual_time::Did;
 use crate::port::{Port, PortError};
+
+use super::progress::Progress;
+use super::whereabouts::{Doubt, Seen, Whereabouts};
 
 /// How long an answer may take while nothing moves, and before anything has.
 const FIRST: Duration = Duration::from_secs(3);
+/// How long a question may take that a controller at rest answers at once.
+const AT_ONCE: Duration = Duration::from_secs(1);
 /// How long a line is waited for to fall silent.
 const NOISE: Duration = Duration::from_secs(3);
 /// How long a line must be silent before an answer of unknown length is over.
@@ -55,24 +61,22 @@ pub(super) struct Wire {
     halt: Arc<AtomicBool>,
     /// Whether a motion was stopped, which START at the panel may let go on.
     paused: bool,
-    /// Where the axes were before the first motion.
-    began: Option<Vec<i64>>,
-    /// Where they rest, if that was asked for since something was sent that may change it.
-    rested: Option<Vec<i64>>,
-    /// Whether it was asked for.
-    noted: bool,
-    /// Whether something has moved.
-    moved: bool,
+    /// What is known of where the axes are.
+    axes: Whereabouts,
+    /// Whether somebody was waited for since something was sent that may move them.
+    waited: bool,
+    /// Whether they were looked at since.
+    looked: bool,
     /// Whether what is under way is a reference run, of which a stop would stand in for the switch.
     referencing: Arc<AtomicBool>,
     /// Whether such a run was stopped here.
     false_reference: Arc<AtomicBool>,
     /// The axes that have made reference runs since it began.
     known: u8,
-    /// When each thing was done in rehearsal, in ms.
-    times: Vec<u32>,
-    /// What was sent for each of them there.
-    rehearsed: Vec<Vec<u8>>,
+    /// How far it is.
+    progress: Progress,
+    /// What was sent last.
+    sent: Vec<u8>,
     /// Whether everything was sent as it was in rehearsal up to now; what somebody enters on the
     /// way makes all that follows another job.
     as_rehearsed: bool,
@@ -84,13 +88,9 @@ pub(super) struct Wire {
     pub(super) says_virtual: bool,
     /// How long motions took in rehearsal whose time is known, and how long here.
     measured: (Duration, Duration),
-    /// How many things were done.
-    done: usize,
     /// Whether it has ever answered.
     answered: bool,
     bar: Option<ProgressBar>,
-    /// The line that is under way.
-    line: u32,
 }
 
 /// Why a controller does not answer any more.
@@ -111,16 +111,22 @@ pub(super) enum Broken {
     },
     /// Nothing tells whether a motion rests.
     Restless,
+    /// It does not answer any more to what it has answered at once.
+    Mute,
+    /// It has forgotten where its axes are, while somebody was waited for.
+    Forgotten,
     Port(PortError),
 }
 
 /// What came of braking.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Halted {
     /// Nothing was under way.
     NothingMoved,
     /// What was under way has ended.
     Rests,
+    /// It has ended with an error.
+    Refused(Vec<u8>),
     /// Nobody knows.
     NoAnswer,
 }
@@ -134,43 +140,34 @@ impl From<PortError> for Broken {
 impl Wire {
     /// The controller at a port.
     pub(super) fn new(port: Port, handling: Handling) -> Wire {
+        let family = handling.model().family();
         Wire {
             port,
             handling,
             moving: Arc::default(),
             halt: Arc::default(),
             paused: false,
-            began: None,
-            rested: None,
-            noted: false,
-            moved: false,
+            axes: Whereabouts::of(family),
+            waited: false,
+            looked: false,
             referencing: Arc::default(),
             false_reference: Arc::default(),
             known: 0,
-            times: Vec::new(),
-            rehearsed: Vec::new(),
+            progress: Progress::default(),
+            sent: Vec::new(),
             as_rehearsed: false,
             referenced: false,
             any_time: false,
             says_virtual: false,
             measured: (Duration::ZERO, Duration::ZERO),
-            done: 0,
             answered: false,
             bar: None,
-            line: 0,
         }
     }
 
-    /// A job begins; `times` say when each thing was done in rehearsal, in ms, and `rehearsed` what
-    /// was sent for it.
-    pub(super) fn begin(
-        &mut self,
-        times: Vec<u32>,
-        rehearsed: Vec<Vec<u8>>,
-        bar: Option<ProgressBar>,
-    ) {
-        (self.times, self.bar, self.done, self.line) = (times, bar, 0, 0);
-        (self.rehearsed, self.as_rehearsed) = (rehearsed, true);
+    /// A job begins that did this in rehearsal.
+    pub(super) fn begin(&mut self, rehearsed: Vec<Did>, bar: Option<ProgressBar>) {
+        (self.progress, self.bar, self.as_rehearsed) = (Progress::new(rehearsed), bar, true);
     }
 
     /// Whether what is behind the port is surely virtual.
@@ -225,7 +222,7 @@ impl Wire {
 
     /// The line that is under way.
     pub(super) fn line(&self) -> u32 {
-        self.line
+        self.progress.line()
     }
 
     /// What shows how far it is.
@@ -259,7 +256,7 @@ impl Wire {
 
     /// Brakes what moves, and awaits the answer to what was under way.
     pub(super) fn halt(&mut self) -> Halted {
-        let moved = self.moving.swap(false, Ordering::Relaxed);
+        let was_moving = self.moving.swap(false, Ordering::Relaxed);
         if self.paused {
             return self.halt_paused();
         }
@@ -267,14 +264,14 @@ impl Wire {
             Some(stop) if self.is_referencing() => self.port.send(stop.reference),
             _ => self.port.send(self.handling.halt),
         };
-        if !moved {
+        if !was_moving {
             return Halted::NothingMoved;
         }
         let begun = Instant::now();
         let mut remarked = false;
         while sent.is_ok() && begun.elapsed() < HALTING {
             match self.port.next(Instant::now() + REMARK) {
-                Ok(Some((_, bytes))) if self.is_code(&bytes) => return Halted::Rests,
+                Ok(Some((_, bytes))) if self.is_code(&bytes) => return self.halted(bytes),
                 Err(PortError::Gone(_)) => break,
                 Ok(_) | Err(PortError::Interrupted) => {}
             }
@@ -283,6 +280,17 @@ impl Wire {
             }
         }
         Halted::NoAnswer
+    }
+
+    /// What came of braking, from what was under way has answered.
+    fn halted(&mut self, answer: Vec<u8>) -> Halted {
+        self.axes.hear(Travel::Unknown, &answer);
+        match answer.first() {
+            Some(b'0' | b'F') => Halted::Rests,
+            // Each way of ending a reference run makes it one of none.
+            _ if self.is_referencing() => Halted::Rests,
+            _ => Halted::Refused(answer),
+        }
     }
 
     /// Whether that is all that a motion answers when it ends or is stopped.
@@ -295,7 +303,7 @@ impl Wire {
         loop {
             match self.settled() {
                 Ok(said) if said.is_empty() => return Halted::NothingMoved,
-                Ok(said) if self.is_code(&said) => return Halted::Rests,
+                Ok(said) if self.is_code(&said) => return self.halted(said),
                 Err(Broken::Port(PortError::Interrupted)) => {}
                 Ok(_) | Err(_) => return Halted::NoAnswer,
             }
@@ -323,7 +331,11 @@ impl Wire {
                     silent = Instant::now() + PAUSE;
                     if let (before, Some(places)) = self.without_places(&said) {
                         let before = before.to_vec();
-                        (self.rested, self.noted) = (Some(places), true);
+                        if !before.is_empty() {
+                            self.axes.go();
+                            self.axes.hear(Travel::Unknown, &before);
+                        }
+                        self.see(&places)?;
                         return Ok(before);
                     }
                 }
@@ -351,26 +363,71 @@ impl Wire {
         splits.next().unwrap_or((said, None))
     }
 
-    /// Where the axes are, if the controller tells, and whether that is where they were when they came
-    /// to rest: a controller that has lost its power, or met an emergency stop, counts anew, and tells
-    /// of fewer axes.
-    pub(super) fn places(&mut self) -> Option<(Vec<i64>, bool)> {
-        let answer = self.position().unwrap_or_default();
-        let places = self.handling.read_position(&answer)?;
-        let stayed = self.rested.as_ref().is_none_or(|rested| *rested == places);
-        let told = self.began.as_ref().is_none_or(|began| places.len() >= began.len());
-        Some((places, stayed && told))
+    /// Where the axes are, if the controller tells and is believed.
+    pub(super) fn places(&mut self) -> Option<Vec<i64>> {
+        let places = self.look().ok().flatten();
+        if places.is_none() && self.handling.stop.is_some() {
+            self.axes.hear_nothing();
+        }
+        places.filter(|_| self.axes.doubt().is_none())
     }
 
-    /// Where the axes were before the first motion, if the controller has told.
-    pub(super) fn began(&self) -> Option<&[i64]> {
-        self.began.as_deref()
+    /// Asks where the axes are, and makes of it what can be known. It is answered at rest only.
+    fn look(&mut self) -> Result<Option<Vec<i64>>, PortError> {
+        let said = self.position()?;
+        let places = self.handling.read_position(&said).or_else(|| self.without_places(&said).1);
+        if let Some(places) = &places {
+            self.see(places)?;
+        }
+        Ok(places)
     }
 
-    /// Whether an answer says that the controller has forgotten what it was told.
-    pub(super) fn has_forgotten(&self, answer: &[u8]) -> bool {
-        let family = self.handling.model().family();
-        family.resets_counters(answer) || self.moved && family.has_forgotten(answer)
+    /// The axes rest at these places. One that counts as it would if it were just switched on is asked
+    /// whether it knows its axes.
+    fn see(&mut self, places: &[i64]) -> Result<(), PortError> {
+        (self.waited, self.looked) = (true, true);
+        if self.axes.see(places) == Seen::LikeNew
+            && let Some(answer) = self.ask_for_axes()?
+        {
+            self.axes.hear(Travel::Question, &answer);
+        }
+        Ok(())
+    }
+
+    /// Sends what a controller that knows of no axes refuses as such.
+    fn ask_for_axes(&mut self) -> Result<Option<Vec<u8>>, PortError> {
+        let Some(line) = self.handling.needs_axes else { return Ok(None) };
+        self.port.send(format!("{line}\r").as_bytes())?;
+        self.answer_to(None).map(Some)
+    }
+
+    /// Whether the controller says that it knows of no axes.
+    pub(super) fn knows_no_axes(&mut self) -> Result<bool, PortError> {
+        let answer = self.ask_for_axes()?;
+        Ok(answer.is_some_and(|answer| self.handling.model().family().has_forgotten(&answer)))
+    }
+
+    /// What is known of where the axes are.
+    pub(super) fn axes(&mut self) -> &mut Whereabouts {
+        &mut self.axes
+    }
+
+    /// What was sent last.
+    pub(super) fn sent(&self) -> &[u8] {
+        &self.sent
+    }
+
+    /// Makes sure, before anything goes on, that the controller has not forgotten where its axes are
+    /// while somebody was waited for.
+    fn confirm(&mut self) -> Result<(), Broken> {
+        if !self.looked && self.look()?.is_none() {
+            self.axes.hear_nothing();
+            return Err(Broken::Mute);
+        }
+        match self.axes.doubt() {
+            Some(Doubt::Reset) => Err(Broken::Forgotten),
+            _ => Ok(()),
+        }
     }
 
     /// Says something beside the bar.
@@ -419,20 +476,10 @@ impl Wire {
         Ok(answer)
     }
 
-    /// How long the next thing took in rehearsal, and when it began there.
-    fn expected(&self) -> (Duration, Duration) {
-        let at = |place: usize| {
-            let millis = self.times.get(place).or(self.times.last()).copied().unwrap_or_default();
-            Duration::from_millis(millis.into())
-        };
-        let began = self.done.checked_sub(1).map_or(Duration::ZERO, at);
-        (began, at(self.done).saturating_sub(began))
-    }
-
     /// Moves the bar to where it was in rehearsal after so much of the next thing.
     fn show(&self, within: Duration) {
         let Some(bar) = &self.bar else { return };
-        let (began, takes) = self.expected();
+        let (began, takes) = self.progress.expected();
         let now = (began + within.min(takes)).as_millis() as u64;
         let left = bar.length().unwrap_or_default().saturating_sub(now) / 1_000;
         bar.set_position(now);
@@ -441,15 +488,18 @@ impl Wire {
             left / 3_600,
             left / 60 % 60,
             left % 60,
-            self.line
+            self.progress.line()
         ));
     }
 
     /// Awaits an answer to a line.
     fn answer(&mut self, sent: &[u8]) -> Result<Vec<u8>, Broken> {
-        let (begun, (_, takes)) = (Instant::now(), self.expected());
-        let is_foreseen = self.rehearsed.get(self.done).is_some_and(|then| then == sent);
-        let late = match self.travel_of(sent) {
+        let (begun, (_, takes)) = (Instant::now(), self.progress.expected());
+        let is_foreseen = self.progress.is_foreseen(sent);
+        let travel = self.travel_of(sent);
+        let is_question = travel == Travel::Question && self.answered;
+        let late = match travel {
+            _ if is_question => AT_ONCE,
             Travel::Reference(_) if is_foreseen => takes + LATE_REFERENCE,
             Travel::Relative | Travel::Absolute if is_foreseen => takes + takes / 4 + LATE_MOTION,
             _ => takes * 2 + LATE,
@@ -491,6 +541,9 @@ impl Wire {
             if answer.is_empty() && !self.answered && waited >= FIRST {
                 return Err(Broken::Silent);
             }
+            if answer.is_empty() && is_question && waited >= AT_ONCE {
+                return Err(Broken::Mute);
+            }
             if answer.is_empty() && waited > late && !remarked {
                 remarked = true;
                 let foreseen = match is_foreseen {
@@ -500,12 +553,42 @@ impl Wire {
                 self.tell(&format!(
                     "line {}: no answer for {} s{foreseen}: the controller may have lost its power, \
                      or its line; Ctrl-C ends the job",
-                    self.line,
+                    self.progress.line(),
                     waited.as_secs()
                 ));
             }
-            self.show(waited);
+            if !is_question {
+                self.show(waited);
+            }
         }
+    }
+
+    /// What a question is answered, after which nothing moves. One that was lost is asked again, if the
+    /// controller still knows where its axes are.
+    fn answer_to_question(&mut self, question: &[u8]) -> Result<Vec<u8>, Broken> {
+        let answer = self.answer(question);
+        if !matches!(answer, Err(Broken::Mute)) || self.handling.stop.is_none() {
+            return answer;
+        }
+        let said = self.position()?;
+        // An answer that is only late comes first.
+        let split = (0..said.len()).find_map(|at| {
+            let (late, told) = said.split_at(at);
+            let is_one = late.is_empty()
+                || matches!(self.handling.hear(question, late), Heard::Whole | Heard::Perhaps);
+            self.handling.read_position(told).filter(|_| is_one).map(|places| (late, places))
+        });
+        let Some((late, places)) = split else {
+            self.axes.hear_nothing();
+            return Err(Broken::Mute);
+        };
+        self.see(&places)?;
+        self.confirm()?;
+        if !late.is_empty() {
+            return Ok(late.to_vec());
+        }
+        self.port.send(question)?;
+        self.answer(question)
     }
 
     /// Stops what moves, as what is typed does.
@@ -522,20 +605,24 @@ impl Wire {
 
     /// What a command and its answer tell of the axes.
     fn takes_note(&mut self, travel: Travel, answer: &[u8]) {
-        if travel == Travel::Question || self.handling.stop.is_none() {
+        if self.handling.stop.is_none() {
             return;
         }
-        self.paused = answer.starts_with(b"F");
-        // What is refused has changed nothing, unless an axis has met its limit switch.
-        if matches!(answer.first(), Some(b'0' | b'F' | b'2')) {
-            (self.rested, self.noted) = (None, false);
-            self.moved |= travel != Travel::None;
+        self.axes.hear(travel, answer);
+        if travel != Travel::Question {
+            self.paused = answer.starts_with(b"F");
         }
+    }
+
+    /// From here on the axes may go elsewhere.
+    fn goes(&mut self) {
+        self.axes.go();
+        (self.waited, self.looked) = (false, false);
     }
 
     /// Refuses to believe that a motion is done long before it can be.
     fn believe(&mut self, sent: &[u8], answer: &[u8], took: Duration) -> Result<(), Broken> {
-        let (_, takes) = self.expected();
+        let (_, takes) = self.progress.expected();
         let travel = self.travel_of(sent);
         // Looking on changes nothing, and what was stopped and goes on ends as in rehearsal.
         let goes_on = self.handling.stop.is_some_and(|stop| {
@@ -544,7 +631,7 @@ impl Wire {
         if travel == Travel::Question || goes_on {
             return Ok(());
         }
-        self.as_rehearsed &= self.rehearsed.get(self.done).is_some_and(|then| then == sent);
+        self.as_rehearsed &= self.progress.is_foreseen(sent);
         let (known, axes) = match travel {
             // How long these take is known from their numbers alone.
             Travel::Relative => (true, 0),
@@ -598,20 +685,33 @@ impl Channel for Wire {
             return Err(Broken::Strange { sent: Vec::new(), said });
         }
         let travel = self.travel_of(line);
-        let moves = !matches!(travel, Travel::Question | Travel::None);
-        if moves && self.began.is_none() && self.handling.stop.is_some() {
+        let is_question = travel == Travel::Question;
+        if !is_question && self.waited {
+            self.confirm()?;
+        }
+        if !matches!(travel, Travel::Question | Travel::None)
+            && self.axes.began().is_none()
+            && self.handling.stop.is_some()
+        {
             let answer = self.position()?;
-            self.began = Some(self.handling.read_position(&answer).unwrap_or_default());
+            self.axes.begin(self.handling.read_position(&answer).unwrap_or_default());
+        }
+        if !is_question {
+            self.goes();
         }
         self.referencing.store(matches!(travel, Travel::Reference(_)), Ordering::SeqCst);
-        self.moving.store(travel != Travel::Question, Ordering::SeqCst);
+        self.moving.store(!is_question, Ordering::SeqCst);
         let begun = Instant::now();
+        self.sent = line.to_vec();
         self.port.send(line)?;
         // Who typed before it was known here that something moves is heard all the same.
         if self.moving.load(Ordering::SeqCst) && self.halt.load(Ordering::SeqCst) {
             self.stop()?;
         }
-        let answer = self.answer(line)?;
+        let answer = match is_question {
+            true => self.answer_to_question(line)?,
+            false => self.answer(line)?,
+        };
         self.answered = true;
         self.moving.store(false, Ordering::SeqCst);
         self.referencing.store(false, Ordering::SeqCst);
@@ -678,6 +778,7 @@ impl Channel for Wire {
         }
         let said = said.to_vec();
         if !said.is_empty() {
+            self.goes();
             self.takes_note(Travel::Unknown, &said);
         }
         Ok(said)
@@ -706,20 +807,24 @@ impl Channel for Wire {
     }
 
     fn rests(&mut self) -> Result<bool, Broken> {
-        if self.handling.stop.is_none() || std::mem::replace(&mut self.noted, true) {
+        if self.handling.stop.is_none() {
             return Ok(false);
         }
-        let answer = self.position()?;
-        self.rested = self.handling.read_position(&answer);
-        Ok(true)
+        let is_new = !std::mem::replace(&mut self.waited, true);
+        if is_new {
+            self.look()?;
+        }
+        // What is seen now may be otherwise when somebody has decided.
+        self.looked = false;
+        Ok(is_new)
     }
 
     fn begins(&mut self, line: u32) {
-        self.line = line;
+        self.progress.begins(line);
         self.show(Duration::ZERO);
     }
 
     fn done(&mut self) {
-        self.done += 1;
+        self.progress.done();
     }
 }

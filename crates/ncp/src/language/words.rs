@@ -113,6 +113,19 @@ impl<'t> Reader<'t, '_> {
             self.say(text, Problem::NotANumber(self.excerpt(text)));
             return None;
         }
+        // Digits that are no value here may be part of something else, which only the whole shows.
+        let is_value = |numeral: &str| {
+            let number = token::number(numeral);
+            number.is_none_or(|number| misfit(info.name, number.value, allowed).is_none())
+        };
+        if let Ok((behind, numeral)) = token::numeral(self.rest())
+            && token::code(behind).is_ok_and(|(_, code)| !code.trim().is_empty())
+            && !is_value(numeral)
+        {
+            let text = self.pass_over();
+            self.say(text, Problem::NotANumber(self.excerpt(text)));
+            return None;
+        }
         self.value(info.name, allowed, name)
     }
 

@@ -91,6 +91,7 @@ impl vimc4_device::Model for Model {
             boot: Duration::ZERO,
             running: Duration::from_secs(60),
             position: "p",
+            needs_axes: None,
             names: &[],
             done: b"0",
             speeds: &[9_600],
