@@ -1,6 +1,7 @@
 //! `vimc4 console`: a controller, a program or a job, step by step, forward and back.
 
 mod camera;
+mod reading;
 pub(crate) mod screen;
 mod script;
 pub(crate) mod session;
@@ -229,12 +230,14 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
     };
     if let Some(file) = file {
         let sending = Sending { time: *time, keeps_going: *keep_going, axes: *axes };
-        let Opened { debugger, machine, note } = opened::open(file, setup.clone(), sending)?;
+        let Opened { debugger, machine, note, share } = opened::open(file, setup.clone(), sending)?;
         if let Some(note) = note {
             // Where nobody can be told it is seen in the history.
             let _ = writeln!(io::stderr(), "{}", text::shown(&note));
         }
-        return Ok(Session::new(debugger, machine, cancel));
+        let mut session = Session::new(debugger, machine, cancel);
+        session.share = share;
+        return Ok(session);
     }
     let machine = vimc4::machine(setup.machine())?;
     if ports.are_none() {
@@ -316,6 +319,9 @@ async fn tell(ready: &mpsc::Sender<()>) {
 /// The exit code of a program that was told to end, as shells have it.
 const ENDED: i32 = 143;
 
+/// What stands before what is typed.
+const PROMPT: &str = "(vimc4) ";
+
 /// Somebody is at the terminal.
 fn interactive(
     session: &Rc<RefCell<Session>>,
@@ -329,7 +335,11 @@ fn interactive(
         output::print(&greeting(&session.borrow()))?;
     }
     let mut shell = Shell::new(Rc::clone(session))?;
-    while let Some(line) = shell.line("(vimc4) ")? {
+    loop {
+        if session.borrow().debugger.has_unread() {
+            shell.meanwhile(PROMPT, |is_wanted| session.borrow_mut().read_on(is_wanted))?;
+        }
+        let Some(line) = shell.line(PROMPT)? else { break };
         let outcome = script::carry_out(&mut session.borrow_mut(), &line);
         match outcome {
             Ok(Outcome::Picture(..)) => {}

@@ -18,7 +18,8 @@ use crate::job::operator::Operator;
 use crate::job::perform::{Ending, Piece, Work, perform};
 use crate::job::source::{Reading, Site, takes_jobs};
 use crate::job::virtual_time::{Sent, Virtual};
-use crate::recording::history;
+use crate::recording::file::Share;
+use crate::recording::history::{self, Commands};
 use crate::run::driver::{Driver, Halt};
 use crate::run::meter::Meter;
 use crate::run::script::{Kind, Script, ScriptLine};
@@ -32,6 +33,8 @@ pub(crate) struct Opened {
     pub(crate) machine: Arc<Machine>,
     /// Why not all of the file was sent, if so.
     pub(crate) note: Option<String>,
+    /// How much of a recording has been read.
+    pub(crate) share: Option<Share>,
 }
 
 /// How a file is sent to a controller in virtual time, so that there is a history.
@@ -59,12 +62,13 @@ impl Default for Sending {
 ///
 /// If it cannot be read or is none of these.
 pub(crate) fn open(path: &Path, mut setup: Setup, sending: Sending) -> Result<Opened, Failure> {
+    if history::is_recording(path, &file::beginning(path)) {
+        let history::Opened { debugger, machine, share, .. } =
+            history::open(path, Commands::Unlisted)?;
+        return Ok(Opened { debugger, machine, note: None, share: Some(share) });
+    }
     let bytes = file::read(path, "a recording, a program, a list of commands, a plot or a job")?;
     let name = text::name(path);
-    if history::is_recording(path, &bytes) {
-        let (debugger, machine) = history::open(path)?;
-        return Ok(Opened { debugger, machine, note: None });
-    }
     setup.heed(path, &bytes)?;
     let model = vimc4::model(setup.model())?;
     let machine = vimc4::machine(setup.machine())?;
@@ -104,7 +108,7 @@ pub(crate) fn open(path: &Path, mut setup: Setup, sending: Sending) -> Result<Op
             }
         }
     };
-    Ok(Opened { debugger, machine, note })
+    Ok(Opened { debugger, machine, note, share: None })
 }
 
 fn number(line: &ScriptLine) -> u32 {

@@ -396,6 +396,51 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
     assert_eq!(code, 2, "{errors}");
 }
 
+/// A recording of so many questions after a command that sets the axes.
+fn long(folder: &Path, questions: usize) -> String {
+    fs::write(folder.join("long.txt"), "@01\n".to_owned() + &"@0P\n".repeat(questions)).unwrap();
+    let (code, _, errors) = run(folder, &["run", "long.txt", "--record", "long.jsonl"]);
+    assert_eq!((code, &*errors), (0, ""));
+    fs::read_to_string(folder.join("long.jsonl")).unwrap()
+}
+
+#[test]
+fn a_long_recording_is_there_before_it_is_read_and_told_of_where_it_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = long(folder.path(), 12_000);
+    let mut lines: Vec<&str> = text.lines().collect();
+    let console = |file: &str, commands: &str| {
+        fs::write(folder.path().join("script.txt"), commands).unwrap();
+        run(folder.path(), &["console", file, "--script", "script.txt"])
+    };
+    // Its head and its beginning make the first picture.
+    let (code, out, _) = console("long.jsonl", "usage\ngoto end\nusage\n");
+    assert_eq!(code, 0, "{out}");
+    assert!(out.contains("% of it is read"), "{out}");
+    assert!(out.contains("12001 inputs") && out.trim_end().ends_with("at least"), "{out}");
+
+    // Line 20,000 was edited by hand.
+    lines[19_999] = "{\"at\":0,\"ni\":\"@0P\\r\"}";
+    fs::write(folder.path().join("edited.jsonl"), lines.join("\n") + "\n").unwrap();
+    let commands = "assert x = 0\ngoto command 9000\nback\ncontinue\n";
+    let (code, out, errors) = console("edited.jsonl", commands);
+    assert_eq!(code, 1);
+    assert!(out.contains("#9000 @0P"), "{out}");
+    assert!(errors.contains("edited.jsonl, line 20000: ") && errors.contains("`ni`"), "{errors}");
+    assert!(errors.contains("script.txt, line 4"), "{errors}");
+
+    // One that was torn off ends there, compressed or not.
+    let torn = &text[..text.len() / 2];
+    fs::write(folder.path().join("torn.jsonl"), torn).unwrap();
+    vimc4::pack(&folder.path().join("packed.jsonl.zst"), text.as_bytes()).unwrap();
+    for (file, last) in [("torn.jsonl", "continue\ncontinue\n"), ("packed.jsonl.zst", "goto end\n")]
+    {
+        let (code, out, errors) = console(file, &format!("{last}usage\n"));
+        assert_eq!((code, &*errors), (0, ""), "{file}");
+        assert!(out.trim_end().ends_with("at least"), "{file}: {out}");
+    }
+}
+
 #[test]
 fn a_test_that_fails_leaves_its_recording() {
     let folder = tempfile::tempdir().unwrap();

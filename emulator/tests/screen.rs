@@ -324,6 +324,40 @@ fn a_running_controller_is_seen_and_paused() -> Outcome {
     Ok(())
 }
 
+/// A recording of which only the beginning is read before anything is shown.
+fn a_long_recording_is_read_while_nobody_types() -> Outcome {
+    let tmux = Tmux::start(80, 24);
+    let file = |name: &str| tmux.folder.path().join(name).display().to_string();
+    let (commands, recording) = (file("long.txt"), file("long.jsonl"));
+    fs::write(&commands, "@01\n".to_owned() + &"@0P\n".repeat(12_000))?;
+    let mut run = Command::new(VIMC4);
+    run.args(["run", &commands, "--record", &recording]);
+    assert!(run.output()?.status.success());
+    // Nobody asks for its end, and it is there.
+    tmux.console(&recording);
+    tmux.wait("all of it is read", |screen| {
+        screen.contains("time, by command") && !screen.contains("% read")
+    });
+    tmux.type_("q");
+    tmux.wait_for("ended 0");
+    // What is typed meanwhile is carried out first, and then it is read on.
+    tmux.command(&format!("clear; {VIMC4} console {recording}; echo ended $?"));
+    tmux.command("print 40 + 2");
+    tmux.wait("the answer", |screen| screen.lines().any(|line| line.trim() == "42"));
+    tmux.wait("all of it is read", |_| {
+        tmux.command("usage");
+        thread::sleep(Duration::from_millis(50));
+        tmux.screen().contains("12001 inputs")
+    });
+    let screen = tmux.screen();
+    assert!(screen.contains("(vimc4) usage"), "{screen}");
+    tmux.command("quit");
+    tmux.wait_for("ended 0");
+    tmux.command("echo still $((40 + 2))");
+    tmux.wait_for("still 42");
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let has = |program: &str, option: &str| {
@@ -337,7 +371,7 @@ fn main() -> ExitCode {
     } else {
         None
     };
-    let tests: [Tried; 8] = [
+    let tests: [Tried; 9] = [
         ("a walk through a job", a_walk),
         ("the command line completes and remembers", the_command_line_completes_and_remembers),
         ("another size is drawn at once", another_size_is_drawn_at_once),
@@ -346,6 +380,10 @@ fn main() -> ExitCode {
         ("without colour", without_colour_there_is_none),
         ("while nobody types nothing is done", while_nobody_types_nothing_is_done),
         ("a running controller is seen and paused", a_running_controller_is_seen_and_paused),
+        (
+            "a long recording is read while nobody types",
+            a_long_recording_is_read_while_nobody_types,
+        ),
     ];
     let trials = tests.map(|(name, body)| {
         let name = missing.map_or(name.to_owned(), |why| format!("{name} ({why})"));

@@ -19,6 +19,8 @@ pub(crate) struct Held {
     pub(crate) end: Option<Place>,
     /// Nobody goes on with it.
     pub(crate) is_over: bool,
+    /// How many lines of its source the client knows of.
+    pub(crate) listed: usize,
 }
 
 /// A way through the history.
@@ -53,7 +55,8 @@ pub(crate) struct Placed {
 
 impl Held {
     pub(crate) fn new(opened: Opened) -> Held {
-        Held { opened, stop: None, end: None, is_over: false }
+        let listed = opened.debugger.source().map_or(0, |source| source.lines.len());
+        Held { opened, stop: None, end: None, is_over: false, listed }
     }
 
     pub(crate) fn debugger(&mut self) -> &mut Debugger {

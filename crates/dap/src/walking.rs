@@ -121,6 +121,35 @@ impl Session {
         }
     }
 
+    /// Whether more of a recording can be read while nothing else is to be done.
+    #[must_use]
+    pub fn has_unread(&self) -> bool {
+        self.held.iter().any(|held| held.opened.debugger.has_unread())
+    }
+
+    /// Reads on as long as `progress` says. Where one stands stays.
+    pub fn read_on(&mut self, progress: &mut Progress<'_>) {
+        let unread = self.held.iter().position(|held| held.opened.debugger.has_unread());
+        let Some(thread) = unread else { return };
+        // What cannot be read is told where one comes to it.
+        let _ = self.held[thread].debugger().read_on(usize::MAX, progress);
+        if !self.held[thread].opened.debugger.has_unread() {
+            self.tell_of_new_lines(thread);
+        }
+    }
+
+    /// Says that the lines are more by now that a recording has given.
+    fn tell_of_new_lines(&mut self, thread: usize) {
+        let Some(held) = self.held.get_mut(thread).filter(|held| !held.opened.is_file) else {
+            return;
+        };
+        let lines = held.opened.debugger.source().map_or(0, |source| source.lines.len());
+        if std::mem::replace(&mut held.listed, lines) < lines {
+            let source = self.source(thread, Text::Source);
+            self.tell("loadedSource", json!({ "reason": "changed", "source": source }));
+        }
+    }
+
     /// Sends a controller on its way.
     pub(crate) fn begin(&mut self, thread: usize, walk: Walk) {
         self.frames.forget(thread);
@@ -134,6 +163,7 @@ impl Session {
     pub(crate) fn stopped(&mut self, thread: usize, walk: &Walk, stop: Stop) {
         self.tell_notes(thread, &stop);
         self.tell_of_elsewhere(thread);
+        self.tell_of_new_lines(thread);
         let Some(held) = self.held.get_mut(thread) else { return };
         let is_ahead = walk.way() == Way::Forward;
         let is_live = held.opened.live.is_some();
@@ -166,6 +196,7 @@ impl Session {
             Reason::Time => ("pause", "the time has come".to_owned()),
             Reason::Cancelled => ("pause", "paused".to_owned()),
             Reason::End => ("pause", "the end of what is recorded".to_owned()),
+            Reason::Broken(why) => ("pause", why.clone()),
             Reason::Rest => match asks {
                 Some(asks) => ("pause", asks),
                 None if is_live && is_idle => ("pause", "idle: nothing has come".to_owned()),

@@ -62,8 +62,8 @@ pub enum Answer {
     Marks(Vec<(String, Place)>),
     /// The branches, and on which one is.
     Branches(Vec<Branch>, vimc4_timeline::BranchId),
-    /// What is kept.
-    Usage(Usage),
+    /// What is kept; and how much of a recording has been read, in thousandths, while there is more.
+    Usage(Usage, Option<u32>),
     /// What can follow what was typed.
     Candidates(Vec<Candidate>),
     /// All commands, with what can be done at the panel: how it is typed, and what it does.
@@ -216,14 +216,17 @@ impl fmt::Display for Answer {
                 let from = branches.iter().find(|other| other.id == parted.branch);
                 write!(f, ", from {}", from.map_or("?", |other| other.name.as_str()))
             }),
-            Answer::Usage(usage) => write!(
-                f,
-                "{} inputs, {} kB; {} states, {} kB at least",
-                usage.inputs,
-                usage.input_bytes / 1_024,
-                usage.snapshots,
-                usage.snapshot_bytes / 1_024
-            ),
+            Answer::Usage(usage, share) => {
+                write!(
+                    f,
+                    "{} inputs, {} kB; {} states, {} kB at least",
+                    usage.inputs,
+                    usage.input_bytes / 1_024,
+                    usage.snapshots,
+                    usage.snapshot_bytes / 1_024
+                )?;
+                share.map_or(Ok(()), |share| write!(f, "; {} % of it is read", share / 10))
+            }
             Answer::Help(deeds) => {
                 for (place, group) in Group::ALL.into_iter().enumerate() {
                     let between = if place > 0 { "\n\n" } else { "" };

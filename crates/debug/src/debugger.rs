@@ -5,10 +5,11 @@ use std::ops::ControlFlow;
 
 use serde_json::Value;
 use vimc4_catalogue::Controller;
-use vimc4_device::{Condition, Input, Kinds, Names, Time, TimedInput};
+use vimc4_device::{Condition, Kinds, Names, Time, TimedInput};
 use vimc4_timeline::{History, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
+use crate::reel::Unread;
 use crate::{DebugError, Expression, Feed, Field, Source, Unit, Variable};
 
 /// A controller, its history, and where one stands in it.
@@ -49,10 +50,12 @@ pub struct Debugger {
     names: Names,
     pub(crate) source: Option<Source>,
     pub(crate) feed: Option<Feed>,
+    /// What is still to be read of a recording.
+    pub(crate) unread: Option<Unread>,
     pub(crate) breakpoints: Vec<Breakpoint>,
     /// The number of the breakpoint that was made last.
     last_breakpoint: u32,
-    marks: BTreeMap<String, Place>,
+    pub(crate) marks: BTreeMap<String, Place>,
     watches: Vec<Expression>,
     pub(crate) stays: bool,
     /// What was stepped by last.
@@ -87,6 +90,7 @@ impl Debugger {
             history,
             source: None,
             feed: None,
+            unread: None,
             breakpoints: Vec::new(),
             last_breakpoint: 0,
             marks: BTreeMap::new(),
@@ -170,12 +174,6 @@ impl Debugger {
     }
 
     // --- what is done to the controller ---
-
-    /// Gives the controller an input, now. It takes effect with what is walked next. In the past it
-    /// begins a branch.
-    pub fn give(&mut self, input: Input<'_>) {
-        self.history.give(input);
-    }
 
     /// Goes to the end of the branch and on to the time of an input, and gives that: the history
     /// follows a controller that somebody else runs.

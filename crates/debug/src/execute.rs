@@ -53,11 +53,11 @@ impl Debugger {
             "over" => {
                 let count = if rest.is_empty() { 1 } else { number(rest)? };
                 let stop = self.step(Unit::Line, Way::Forward, Depth::Over, count, progress);
-                Ok(self.told(stop))
+                self.told(stop)
             }
             "out" => {
                 let stop = self.step(Unit::Line, Way::Forward, Depth::Out, 1, progress);
-                Ok(self.told(stop))
+                self.told(stop)
             }
             "continue" => {
                 let until = match rest {
@@ -65,18 +65,18 @@ impl Debugger {
                     span => Some(self.now() + self::span(span)?),
                 };
                 let stop = self.go(Way::Forward, until, progress);
-                Ok(self.told(stop))
+                self.told(stop)
             }
             "reverse" => {
                 let stop = self.go(Way::Back, None, progress);
-                Ok(self.told(stop))
+                self.told(stop)
             }
             "next" | "last" => {
                 let condition = self.names().read(rest);
                 let condition = condition.map_err(|error| DebugError::new(error.to_string()))?;
                 let way = if directive.name == "next" { Way::Forward } else { Way::Back };
                 let stop = self.seek(&condition, way, progress);
-                Ok(self.told(stop))
+                self.told(stop)
             }
             "goto" if rest.is_empty() => Err(missing()),
             "goto" => self.goto(rest, progress),
@@ -182,7 +182,7 @@ impl Debugger {
                 self.history_mut().rename(branch, rest);
                 Ok(Answer::Done)
             }
-            "usage" => Ok(Answer::Usage(self.history().usage())),
+            "usage" => Ok(Answer::Usage(self.history().usage(), self.share_read())),
             "help" => match rest {
                 "" => Ok(self.helped()),
                 name => match Directive::named(name) {
@@ -239,7 +239,7 @@ impl Debugger {
         }
         let unit = unit.unwrap_or(self.unit);
         let stop = self.step(unit, way, depth, count, progress);
-        Ok(self.told(stop))
+        self.told(stop)
     }
 
     fn goto(&mut self, place: &str, progress: &mut Progress<'_>) -> Result {
@@ -253,10 +253,6 @@ impl Debugger {
         let (first, rest) = place.split_once(' ').unwrap_or((place, ""));
         let number = |text: &str| text.trim().parse().ok().and_then(std::num::NonZeroU64::new);
         let stop = match (first, rest) {
-            _ if self.marks().contains_key(place) => {
-                let mark = self.marks().get(place).copied().unwrap_or_default();
-                self.go_to(mark)?
-            }
             ("start", "") => {
                 let first = self.history().branches().next().map(|branch| branch.first);
                 let moment = first.unwrap_or_default();
@@ -264,6 +260,9 @@ impl Debugger {
                 self.go_to(vimc4_timeline::Place { branch, moment })?
             }
             ("end", "") => {
+                if self.goes_on_reading() {
+                    self.read_until(|_| false, progress)?;
+                }
                 let heading = self.history().heading();
                 self.history_mut().go_to_end(heading);
                 self.stopped(Reason::Gone, Vec::new())
@@ -282,7 +281,16 @@ impl Debugger {
                 self.go_to_command(number, progress)?
             }
             (name, _) => {
-                if let Some(end) = self.end_of_branch(place) {
+                let is_known = |own: &Debugger| {
+                    own.marks().contains_key(place) || own.end_of_branch(place).is_some()
+                };
+                let is_time = parse_duration(place.trim_start_matches(['+', '-'])).is_ok();
+                if !is_time {
+                    self.read_until(is_known, progress)?;
+                }
+                if let Some(mark) = self.marks().get(place).copied() {
+                    self.go_to(mark)?
+                } else if let Some(end) = self.end_of_branch(place) {
                     self.history_mut().go_to_end(end.branch);
                     self.stopped(Reason::Gone, Vec::new())
                 } else {
@@ -302,7 +310,7 @@ impl Debugger {
                 }
             }
         };
-        Ok(self.told(stop))
+        self.told(stop)
     }
 
     /// A name must not read as another place.
@@ -324,8 +332,11 @@ impl Debugger {
         Ok(())
     }
 
-    fn told(&self, stop: Stop) -> Answer {
-        Answer::Stopped(stop, self.watched())
+    fn told(&self, stop: Stop) -> Result {
+        match stop.why {
+            Reason::Broken(why) => Err(DebugError::new(why)),
+            _ => Ok(Answer::Stopped(stop, self.watched())),
+        }
     }
 
     fn watched(&self) -> Vec<Watched> {
@@ -393,6 +404,9 @@ impl Debugger {
     /// Every time that something was so, on the way to the end.
     fn trace(&mut self, text: &str, progress: &mut Progress<'_>) -> Result {
         let (trigger, mut options) = self.read_breakpoint(text)?;
+        if self.goes_on_reading() {
+            self.read_until(|_| false, progress)?;
+        }
         options.log.get_or_insert_with(|| "x {x} y {y}".to_owned());
         let mut breakpoint = [crate::Breakpoint {
             id: BreakpointId(0),
@@ -437,7 +451,7 @@ impl Debugger {
             place,
             branch: branch.map_or_else(String::new, |branch| branch.name),
             at: self.now(),
-            is_end: self.history().is_at_end(),
+            is_end: self.history().is_at_end() && !self.goes_on_reading(),
             activity: view.activity,
             waits_for: view.waits_for,
             command,
@@ -600,7 +614,7 @@ impl Debugger {
             Some(Order::Advance(span)) => {
                 let until = self.now() + span;
                 let stop = self.go(Way::Forward, Some(until), progress);
-                Ok(self.told(stop))
+                self.told(stop)
             }
             Some(Order::RunUntil(condition)) => {
                 let is_so = self.device().crossing(&condition) == Some(self.now());
@@ -609,7 +623,7 @@ impl Debugger {
                 } else {
                     self.seek(&condition, Way::Forward, progress)
                 };
-                Ok(self.told(stop))
+                self.told(stop)
             }
             Some(Order::Position) => Ok(self.whereabouts()),
             Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),

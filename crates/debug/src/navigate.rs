@@ -31,13 +31,13 @@ impl Debugger {
         let (mut notes, mut made) = (Vec::new(), 0);
         while made < count {
             self.host_goes_on(way);
+            let end = self.end_of_way();
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).step(unit, depth, history.device(), source);
             if depth != Depth::Into {
                 walk = walk.heeding(&mut self.breakpoints, source);
             }
-            let end = end_of(history, self.stays);
             let found = match way {
                 Way::Forward => history.seek_next(end, &mut walk, progress),
                 Way::Back => history.seek_last(&mut walk, progress),
@@ -51,10 +51,11 @@ impl Debugger {
                 }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
-                Found::Nowhere if self.host_goes_on(way) => continue,
-                Found::Nowhere => match way {
-                    Way::Back => Reason::Beginning,
-                    Way::Forward => self.nothing_more(end),
+                Found::Nowhere if way == Way::Back => Reason::Beginning,
+                Found::Nowhere => match self.goes_on(end, progress) {
+                    Ok(true) => continue,
+                    Ok(false) => self.nothing_more(end),
+                    Err(why) => why,
                 },
             };
             return self.stopped(why, notes);
@@ -76,10 +77,11 @@ impl Debugger {
             if fills {
                 self.breakpoints.push(leaves_the_buffer());
             }
+            let known = self.end_of_way();
+            let end = until.unwrap_or(Time::NEVER).min(known);
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source).telling();
-            let end = until.unwrap_or(Time::NEVER).min(end_of(history, self.stays));
             let found = match way {
                 Way::Forward => history.seek_next(end, &mut walk, progress),
                 Way::Back => history.seek_last(&mut walk, progress),
@@ -103,13 +105,14 @@ impl Debugger {
                     self.history.go_back_to(Place { branch: BranchId(0), moment });
                     Reason::Beginning
                 }
-                Found::Nowhere if self.host_goes_on(way) => continue,
-                Found::Nowhere => match until.filter(|until| *until <= end) {
-                    Some(until) => {
+                Found::Nowhere => match (self.goes_on(end, progress), until) {
+                    (Ok(true), _) => continue,
+                    (Err(why), _) => why,
+                    (Ok(false), Some(until)) if until <= known => {
                         self.history.run_to(until);
                         Reason::Time
                     }
-                    None => self.nothing_more(end),
+                    (Ok(false), _) => self.nothing_more(end),
                 },
             };
             let mut stop = self.stopped(why, notes);
@@ -125,43 +128,58 @@ impl Debugger {
     /// what has been recorded, `Way::Forward` goes on beyond. If there is none the present stays.
     pub fn seek(&mut self, condition: &Condition, way: Way, progress: &mut Progress<'_>) -> Stop {
         let found = match way {
-            Way::Back => self.history.seek_last(&mut Begins::new(condition), progress),
+            Way::Back => Ok(self.history.seek_last(&mut Begins::new(condition), progress)),
             Way::Forward => self.seek_ahead(condition, progress),
         };
         let why = match found {
-            Found::Here => Reason::Found,
-            Found::Nowhere => Reason::Nowhere,
-            Found::GivenUp => Reason::Cancelled,
+            Ok(Found::Here) => Reason::Found,
+            Ok(Found::Nowhere) => Reason::Nowhere,
+            Ok(Found::GivenUp) => Reason::Cancelled,
+            Err(why) => why,
         };
         self.stopped(why, Vec::new())
     }
 
     /// In what is recorded, and then in what will come: that is tried with another controller, so
     /// that nothing has happened here that was only looked for.
-    fn seek_ahead(&mut self, condition: &Condition, progress: &mut Progress<'_>) -> Found {
+    fn seek_ahead(
+        &mut self,
+        condition: &Condition,
+        progress: &mut Progress<'_>,
+    ) -> Result<Found, Reason> {
         let begin = self.place();
-        let heading = self.history.heading();
-        let end = self.history.branches().find(|branch| branch.id == heading);
-        let end = end.map_or(begin.moment.at, |branch| branch.end.at);
         let mut begins = Begins::new(condition);
+        let mut end = end_of(&self.history);
         let mut found = self.history.seek_next(end, &mut begins, progress);
+        while found == Found::Nowhere {
+            match self.read_ahead(progress) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(why) => {
+                    self.history.go_back_to(begin);
+                    return Err(why);
+                }
+            }
+            end = end_of(&self.history);
+            found = self.history.seek_next(end, &mut begins, progress);
+        }
         if found == Found::Nowhere && !self.stays {
             self.history.go_to_time(end);
             while found == Found::Nowhere && self.host_goes_on(Way::Forward) {
                 found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
             if found != Found::Nowhere {
-                return self.back_unless_here(found, begin);
+                return Ok(self.back_unless_here(found, begin));
             }
             let mut future = History::new(self.device().clone());
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
             if found == Found::Here {
                 let mut begins = Begins::new(condition);
-                return self.history.seek_next(Time::NEVER, &mut begins, &mut uninterrupted);
+                return Ok(self.history.seek_next(Time::NEVER, &mut begins, &mut uninterrupted));
             }
         }
-        self.back_unless_here(found, begin)
+        Ok(self.back_unless_here(found, begin))
     }
 
     /// Where nothing was found the present is where it was.
@@ -187,6 +205,11 @@ impl Debugger {
     /// Goes to a time, after everything that happens then; beyond the end, as far as it is known
     /// what happens if nothing comes from outside.
     pub fn go_to_time(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
+        if self.goes_on_reading()
+            && let Err(why) = self.read_until(|own| end_of(&own.history) >= at, progress)
+        {
+            return self.stopped(why, Vec::new());
+        }
         self.history.go_to_time(at);
         if self.now() < at {
             return self.go_plain(at, progress);
@@ -204,6 +227,10 @@ impl Debugger {
         number: CommandNumber,
         progress: &mut Progress<'_>,
     ) -> Result<Stop, DebugError> {
+        if self.goes_on_reading() {
+            let is_read = |own: &Debugger| own.last_read().is_some_and(|last| last >= number);
+            self.read_until(is_read, progress)?;
+        }
         let (begin, heading) = (self.place(), self.history.heading());
         self.history.go_to_end(heading);
         let mut begins = CommandBegins(number);
@@ -232,7 +259,12 @@ impl Debugger {
     /// Goes on to a time without heeding breakpoints.
     fn go_plain(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
         let mut nothing = Walk::new(Way::Forward);
-        let end = at.min(end_of(&self.history, self.stays));
+        if self.goes_on_reading()
+            && let Err(why) = self.read_until(|own| end_of(&own.history) >= at, progress)
+        {
+            return self.stopped(why, Vec::new());
+        }
+        let end = at.min(self.end_of_way());
         loop {
             self.host_goes_on(Way::Forward);
             if self.history.seek_next(end, &mut nothing, progress) == Found::GivenUp {
@@ -281,6 +313,23 @@ impl Debugger {
         feed.is_some_and(|feed| feed.go_on(&mut self.history))
     }
 
+    /// Where nothing more is found up to `end`: the host does something, or more is read, and there
+    /// may be something now.
+    fn goes_on(&mut self, end: Time, progress: &mut Progress<'_>) -> Result<bool, Reason> {
+        if self.host_goes_on(Way::Forward) {
+            return Ok(true);
+        }
+        if end < end_of(&self.history) { Ok(false) } else { self.read_ahead(progress) }
+    }
+
+    /// Up to when a walk may go: where a recording is only looked at, or goes on, to its end.
+    fn end_of_way(&self) -> Time {
+        match self.stays || self.goes_on_reading() {
+            true => end_of(&self.history),
+            false => Time::NEVER,
+        }
+    }
+
     /// Why nothing more is found ahead.
     fn nothing_more(&self, end: Time) -> Reason {
         if end == Time::NEVER { Reason::Rest } else { Reason::End }
@@ -318,11 +367,8 @@ fn leaves_the_buffer() -> Breakpoint {
     }
 }
 
-/// Up to when a walk may go.
-fn end_of(history: &History<Controller>, stays: bool) -> Time {
-    if !stays {
-        return Time::NEVER;
-    }
+/// How far the way is known that the present goes.
+pub(crate) fn end_of(history: &History<Controller>) -> Time {
     let heading = history.heading();
     let branch = history.branches().find(|branch| branch.id == heading);
     branch.map_or(Time::NEVER, |branch| branch.end.at)

@@ -5,7 +5,7 @@ use std::fmt;
 use vimc4_device::{CommandNumber, Output, Stamp, Time, escape, show_nanos};
 use vimc4_timeline::Place;
 
-use crate::{BreakpointId, Note, Unit};
+use crate::{BreakpointId, DebugError, Note, Unit};
 
 /// Where a walk through the history has ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +51,8 @@ pub enum Reason {
     Nowhere,
     /// It was cancelled.
     Cancelled,
+    /// What comes next in the recording cannot be read; and why, in a sentence.
+    Broken(String),
 }
 
 impl Reason {
@@ -68,6 +70,7 @@ impl Reason {
             Reason::Time => "time",
             Reason::Nowhere => "nowhere",
             Reason::Cancelled => "cancelled",
+            Reason::Broken(_) => "broken",
         }
     }
 }
@@ -91,7 +94,18 @@ impl fmt::Display for Reason {
             Reason::Time => f.write_str("the time has come"),
             Reason::Nowhere => f.write_str("not to be found; still here"),
             Reason::Cancelled => f.write_str("cancelled"),
+            Reason::Broken(why) => write!(f, "the recording cannot be read on: {why}"),
         }
+    }
+}
+
+/// A walk that a command needed has ended too early.
+impl From<Reason> for DebugError {
+    fn from(why: Reason) -> DebugError {
+        DebugError::new(match why {
+            Reason::Broken(why) => why,
+            why => why.to_string(),
+        })
     }
 }
 

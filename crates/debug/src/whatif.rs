@@ -111,6 +111,9 @@ impl Debugger {
         what: &WhatIf,
         progress: &mut Progress<'_>,
     ) -> Result<Parting, DebugError> {
+        if self.goes_on_reading() {
+            self.read_until(|_| false, progress)?;
+        }
         let begin = self.place();
         if !matches!(what, WhatIf::Inputs(_)) {
             self.before_what_is_under_way();

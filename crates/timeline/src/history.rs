@@ -532,6 +532,21 @@ impl<D: Device> History<D> {
         end.is_some_and(|moment| self.go_to(Place { branch, moment }))
     }
 
+    /// Does something at the end of a branch, and comes back to the present: more becomes known of
+    /// what comes. A present that goes on with the branch goes on with what it has become then.
+    pub fn at_end<T>(&mut self, branch: BranchId, work: impl FnOnce(&mut Self) -> T) -> T {
+        let (begin, heading, acted) = (self.present, self.heading, self.acted);
+        let outputs = std::mem::take(&mut self.outputs);
+        self.go_to_end(branch);
+        let done = work(self);
+        if heading != branch {
+            self.heading = heading;
+        }
+        self.go_to_place(begin);
+        (self.acted, self.outputs) = (acted, outputs);
+        done
+    }
+
     /// Begins a branch at the present moment with another state of the device, which is put in by
     /// hand. The present is then there.
     pub fn fork(&mut self, name: impl Into<String>, state: D::State) {

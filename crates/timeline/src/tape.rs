@@ -2,27 +2,37 @@
 
 use vimc4_device::{Faulting, Input, SignalId, Time};
 
-/// The inputs of a branch with their times, in order. All bytes lie behind one another, so a
-/// million commands take some 50 MB.
+/// The inputs of a branch with their times, in order. What each has besides lies behind one another,
+/// so a million commands take some 30 MB.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Tape {
-    entries: Vec<(Time, What)>,
+    entries: Vec<Entry>,
     bytes: Vec<u8>,
     faults: Vec<Faulting>,
 }
 
+/// An input. It has the tape's bytes behind those of the one before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum What {
-    /// These of the tape's bytes.
-    Bytes {
-        from: usize,
-        to: usize,
-    },
-    Signal(SignalId, i32),
-    Power(bool),
-    /// This one of the tape's faults.
-    Fault(usize),
-    Wake,
+struct Entry {
+    at: Time,
+    /// Which of the tape's bytes is the first that is not its own, and in the uppermost bits what
+    /// the bytes are.
+    end: u64,
+}
+
+impl Entry {
+    const SORT: u32 = 61;
+    const BYTES: u64 = 0;
+    /// The number of a signal and its value.
+    const SIGNAL: u64 = 1;
+    const POWER: u64 = 2;
+    /// Which one of the tape's faults.
+    const FAULT: u64 = 3;
+    const WAKE: u64 = 4;
+
+    fn end(self) -> usize {
+        (self.end & ((1 << Entry::SORT) - 1)) as usize
+    }
 }
 
 impl Tape {
@@ -33,40 +43,83 @@ impl Tape {
     /// Adds an input behind the others. Bytes that come at the same time as those before them are
     /// another input all the same.
     pub(crate) fn push(&mut self, at: Time, input: Input<'_>) {
-        let what = match input {
+        let sort = match input {
             Input::Bytes(bytes) => {
-                let from = self.bytes.len();
                 self.bytes.extend_from_slice(bytes);
-                What::Bytes { from, to: self.bytes.len() }
+                Entry::BYTES
             }
-            Input::Signal(id, value) => What::Signal(id, value),
-            Input::Power(on) => What::Power(on),
+            Input::Signal(SignalId(id), value) => {
+                self.bytes.extend(id.to_le_bytes());
+                self.bytes.extend(value.to_le_bytes());
+                Entry::SIGNAL
+            }
+            Input::Power(on) => {
+                self.bytes.push(on.into());
+                Entry::POWER
+            }
             Input::Fault(faulting) => {
+                self.bytes.extend(self.faults.len().to_le_bytes());
                 self.faults.push(faulting.clone());
-                What::Fault(self.faults.len() - 1)
+                Entry::FAULT
             }
-            Input::Wake => What::Wake,
+            Input::Wake => Entry::WAKE,
         };
-        self.entries.push((at, what));
+        self.entries.push(Entry { at, end: sort << Entry::SORT | self.bytes.len() as u64 });
     }
 
     /// The input of a number, counted from 0, and its time.
     pub(crate) fn get(&self, number: u64) -> Option<(Time, Input<'_>)> {
-        let (at, what) = *self.entries.get(usize::try_from(number).ok()?)?;
-        let input = match what {
-            What::Bytes { from, to } => Input::Bytes(self.bytes.get(from..to)?),
-            What::Signal(id, value) => Input::Signal(id, value),
-            What::Power(on) => Input::Power(on),
-            What::Fault(number) => Input::Fault(self.faults.get(number)?),
-            What::Wake => Input::Wake,
+        let place = usize::try_from(number).ok()?;
+        let entry = *self.entries.get(place)?;
+        let before = place.checked_sub(1).and_then(|before| self.entries.get(before));
+        let own = self.bytes.get(before.map_or(0, |before| before.end())..entry.end())?;
+        let input = match entry.end >> Entry::SORT {
+            Entry::BYTES => Input::Bytes(own),
+            Entry::SIGNAL => {
+                let (id, value) = own.split_first_chunk()?;
+                let value = i32::from_le_bytes(*value.first_chunk()?);
+                Input::Signal(SignalId(u16::from_le_bytes(*id)), value)
+            }
+            Entry::POWER => Input::Power(own != [0]),
+            Entry::FAULT => {
+                Input::Fault(self.faults.get(usize::from_le_bytes(own.try_into().ok()?))?)
+            }
+            _ => Input::Wake,
         };
-        Some((at, input))
+        Some((entry.at, input))
     }
 
     /// What it takes of the memory, in bytes.
     pub(crate) fn size(&self) -> u64 {
-        let entries = self.entries.capacity() * size_of::<(Time, What)>();
+        let entries = self.entries.capacity() * size_of::<Entry>();
         let faults = self.faults.capacity() * size_of::<Faulting>();
         (entries + self.bytes.capacity() + faults) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inputs_of_every_sort_come_back_by_their_numbers() {
+        let inputs = [
+            Input::Wake,
+            Input::Bytes(b"@07\r"),
+            Input::Signal(SignalId(u16::MAX), i32::MIN),
+            Input::Power(true),
+            Input::Bytes(&[0xFD]),
+            Input::Signal(SignalId(0), -1),
+            Input::Power(false),
+            Input::Wake,
+        ];
+        let mut tape = Tape::default();
+        for (second, input) in (0..).zip(inputs) {
+            tape.push(Time::from_secs(second), input);
+        }
+        for (number, input) in (0..).zip(inputs) {
+            assert_eq!(tape.get(number), Some((Time::from_secs(number), input)));
+        }
+        assert_eq!((tape.get(8), tape.len()), (None, 8));
     }
 }

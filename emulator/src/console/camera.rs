@@ -237,6 +237,7 @@ pub(crate) fn time_line(debugger: &Debugger) -> TimeLine {
         begin,
         now: debugger.now(),
         end,
+        read: debugger.share_read(),
         branch: on.map(|branch| branch.name.clone()).unwrap_or_default(),
         branches: branches.len(),
         snapshots: history.snapshots(heading).map(|moment| moment.at).collect(),

@@ -13,8 +13,10 @@ use vimc4_debug::{
 use vimc4_device::{Device, Time, View, parse_duration};
 use vimc4_timeline::Progress;
 
+use super::reading::Shown;
 use super::screen::{SaidKind, SaidLine};
 use crate::live::{self, Live, Until};
+use crate::recording::file::Share;
 use crate::text::shown;
 
 /// A command of the console's own, beside those of the debugger.
@@ -134,6 +136,8 @@ pub(crate) struct Session {
     last: String,
     /// What was typed and answered last.
     pub(crate) said: VecDeque<SaidLine>,
+    /// How much of a recording has been read.
+    pub(crate) share: Option<Share>,
 }
 
 /// So much of what was said is remembered.
@@ -158,6 +162,7 @@ impl Session {
             others: Vec::new(),
             last: String::new(),
             said: VecDeque::new(),
+            share: None,
         }
     }
 
@@ -255,7 +260,13 @@ impl Session {
             return self.run(until).map(Outcome::Said);
         }
         let branches = self.debugger.history().branches().count();
-        let progress = &mut go_on(&self.cancel);
+        let share = self.share.clone().filter(|_| self.cancel.look.is_none());
+        let mut reading = Shown::new(share.as_ref());
+        let mut go_on = go_on(&self.cancel);
+        let progress = &mut |at| {
+            reading.tell();
+            go_on(at)
+        };
         let answer = match &mut self.live {
             None => self.debugger.execute(line, progress)?,
             Some(live) => {
@@ -318,6 +329,15 @@ impl Session {
             said.push('\n');
         }
         said.push_str(&shown(&elsewhere));
+    }
+
+    /// Reads on in a recording until somebody wants something else. What cannot be read is told where
+    /// one comes to it.
+    pub(crate) fn read_on(&mut self, mut is_wanted: impl FnMut() -> bool) {
+        let _ = self.debugger.read_on(usize::MAX, &mut |_| match is_wanted() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        });
     }
 
     // --- a controller that runs ---

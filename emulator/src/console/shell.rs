@@ -11,7 +11,9 @@ use std::rc::Rc;
 use std::sync::{Mutex, PoisonError};
 
 #[cfg(unix)]
-use rustix::termios::{OptionalActions, Termios, tcgetattr, tcsetattr};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+#[cfg(unix)]
+use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 use rustyline::completion::{Completer, Pair};
 use rustyline::error::ReadlineError;
 use rustyline::highlight::Highlighter;
@@ -44,6 +46,12 @@ pub(crate) fn leave() {
 
 #[cfg(not(unix))]
 pub(crate) fn leave() {}
+
+/// Whether the terminal is one at which lines are read as they are.
+#[cfg(unix)]
+fn is_dumb() -> bool {
+    matches!(env::var("TERM").as_deref(), Ok("dumb" | "") | Err(_))
+}
 
 /// Ends the marks that the editor has the terminal put around what is pasted.
 #[cfg(unix)]
@@ -81,6 +89,44 @@ impl Shell {
             let _ = editor.load_history(file);
         }
         Ok(Shell { editor, file })
+    }
+
+    /// Does something while nobody types. `work` is told by what it is given whether somebody does, and
+    /// ends then.
+    #[cfg(unix)]
+    pub(crate) fn meanwhile(
+        &mut self,
+        prompt: &str,
+        work: impl FnOnce(&mut dyn FnMut() -> bool),
+    ) -> Result<(), Failure> {
+        let stdin = rustix::stdio::stdin();
+        let (Ok(before), false) = (tcgetattr(stdin), is_dumb()) else { return Ok(()) };
+        let mut keys = before.clone();
+        // A key is there when it is pressed, and the editor that reads it shows it.
+        keys.local_modes -= LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG;
+        if tcsetattr(stdin, OptionalActions::Now, &keys).is_err() {
+            return Ok(());
+        }
+        let shown = write!(io::stdout(), "{prompt}").and_then(|()| io::stdout().flush());
+        work(&mut || {
+            let mut fds = [PollFd::new(&stdin, PollFlags::IN)];
+            // Where it cannot be seen whether somebody types, it is looked for by reading.
+            !matches!(poll(&mut fds, Some(&Timespec::default())), Ok(0))
+        });
+        let _ = tcsetattr(stdin, OptionalActions::Now, &before);
+        // The editor writes the prompt again.
+        let shown = shown.and_then(|()| write!(io::stdout(), "\r"));
+        shown.map_err(|error| Failure::usage(format!("cannot use the terminal: {error}")))
+    }
+
+    /// It is read on where somebody comes to the end of what is known.
+    #[cfg(not(unix))]
+    pub(crate) fn meanwhile(
+        &mut self,
+        _: &str,
+        _: impl FnOnce(&mut dyn FnMut() -> bool),
+    ) -> Result<(), Failure> {
+        Ok(())
     }
 
     /// The next line; nothing at the end. Ctrl-C leaves out what was typed.

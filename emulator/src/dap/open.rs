@@ -8,12 +8,9 @@ use std::time::Duration;
 use vimc4_catalogue::{Controller, Handling, Model};
 use vimc4_dap::{Configuration, Open, Opened, Refusal};
 use vimc4_debug::{Debugger, Feed, Piece, Source, Unit, Way, uninterrupted};
-use vimc4_device::{
-    CommandNumber, Condition, Device, Event, Input, Kinds, Names, OwnedInput, TimedInput,
-};
+use vimc4_device::{Condition, Device, Event, Input};
 use vimc4_ncp::Severity;
 use vimc4_ncp::job::{InputTest, Job, Question, Step};
-use vimc4_timeline::recording::{LineSort, Recording, What};
 
 use super::live::{self, Served};
 use crate::failure::Failure;
@@ -21,8 +18,8 @@ use crate::job::file;
 use crate::job::perform::said;
 use crate::job::source::{Reading, Site, takes_jobs};
 use crate::live::Ring;
-use crate::recording::controller::{Site as Recorded, quirky};
-use crate::recording::file as recordings;
+use crate::recording::controller::quirky;
+use crate::recording::history::{self, Commands};
 use crate::run::script::{Kind, Script, ScriptLine};
 use crate::setup::Setup;
 use crate::text;
@@ -325,40 +322,19 @@ fn asking(line: u32, question: Question) -> String {
 
 // --- recordings ---
 
+/// It is read on as somebody comes to its end, and while nothing is asked.
 fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Refusal> {
-    let recording = recordings::read(path).map_err(refused)?;
-    let name = text::name(path);
-    let wrong = |why: String| Refusal(format!("{name}, {why}"));
     let said_otherwise = [&configuration.model, &configuration.machine];
     if said_otherwise.into_iter().any(Option::is_some) || !configuration.quirks.is_empty() {
         return Err(Refusal::new(
             "a recording has its own model, machine and quirks; `vimc4 replay` plays it into others",
         ));
     }
-    if recording.head.line == LineSort::Paced {
-        return Err(wrong(
-            "the head: its characters take their time on the line; record without --line-pacing"
-                .to_owned(),
-        ));
-    }
-    let site = Recorded::recorded(&recording).map_err(wrong)?;
-    let mut debugger = recorded(&recording, &site).map_err(wrong)?;
+    let opened = history::open(path, Commands::Listed).map_err(refused)?;
+    let history::Opened { mut debugger, model, machine, controller, .. } = opened;
     debugger.stay_within(true);
-    let (lines, first) = commands_of(&mut debugger);
-    let source = Source {
-        name: format!("commands of {name}"),
-        of_command: (1..).zip(&lines).map(|(line, _)| line).collect(),
-        lines,
-        first,
-    };
-    let mut debugger = debugger.with_source(source);
-    let begin = debugger.history().branches().next();
-    if let Some(begin) = begin {
-        let place = vimc4_timeline::Place { branch: begin.id, moment: begin.first };
-        debugger.go_to(place).map_err(Refusal::new)?;
-    }
-    let name = match recording.head.controller.as_str() {
-        "" => format!("{} on {}", site.model.name(), site.machine.name),
+    let name = match controller.as_str() {
+        "" => format!("{} on {}", model.name(), machine.name),
         controller => controller.to_owned(),
     };
     // Between the lines of a program there are commands, and the other way round.
@@ -371,65 +347,4 @@ fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Re
         live: None,
         said: String::new(),
     })
-}
-
-/// The history of a recording. What is behind a state that somebody has put in is left out, since
-/// nothing leads there.
-fn recorded(recording: &Recording, site: &Recorded) -> Result<Debugger, String> {
-    let controller = Controller::new(&site.model, Arc::clone(&site.machine), b"");
-    let mut controller = controller.map_err(|error| format!("line 1: {error}"))?;
-    let mut entries = recording.entries.iter();
-    let first = entries.by_ref().find_map(|entry| match &entry.what {
-        What::State { state, .. } => Some((entry.line, state)),
-        _ => None,
-    });
-    let (line, state) = first.ok_or("it has no state to begin with; take it as it was written")?;
-    let state = site.read(state).map_err(|why| format!("line {line}: {why}"))?;
-    controller.restore(state.device);
-    let names = Names::of(&controller);
-    let mut debugger = Debugger::new(controller);
-    let mut end = debugger.now();
-    for entry in entries {
-        let given = match &entry.what {
-            What::State { by: Some(_), .. } => break,
-            What::Given { given, .. } => given,
-            _ => {
-                end = end.max(entry.at);
-                continue;
-            }
-        };
-        end = end.max(entry.at);
-        let input = given.input(|| names.clone());
-        let input = input.map_err(|what| format!("line {}: there is no {what}", entry.line))?;
-        if input == OwnedInput::Wake {
-            continue;
-        }
-        debugger.follow(&TimedInput { at: entry.at, input });
-    }
-    debugger.history_mut().run_to(end);
-    debugger.history_mut().drain();
-    Ok(debugger)
-}
-
-/// All commands of a history, as its lines, and the number of the first.
-fn commands_of(debugger: &mut Debugger) -> (Vec<String>, Option<CommandNumber>) {
-    let mut found = std::collections::BTreeMap::new();
-    // It looks at each and is never content, so it comes by all of them.
-    debugger.last_event(Kinds::COMMAND, |stamp, event| {
-        if let (Event::Command { bytes, .. }, Some(number)) = (event, stamp.command) {
-            found.insert(number, vimc4::escape(bytes).to_string());
-        }
-        false
-    });
-    let first = found.keys().next().copied();
-    // A number that is none of a command has an empty line.
-    let last = found.keys().next_back().map_or(0, |number: &CommandNumber| number.0.get());
-    let mut lines = Vec::new();
-    let begin = first.map_or(1, |first| first.0.get());
-    // A recording that somebody has edited can have gaps of any size.
-    for number in (begin..=last).take(2 * found.len() + 64) {
-        let number = std::num::NonZeroU64::new(number).map(CommandNumber);
-        lines.push(number.and_then(|number| found.remove(&number)).unwrap_or_default());
-    }
-    (lines, first)
 }

@@ -92,6 +92,12 @@ pub(super) fn serve(
         match (client.waiting.pop_front(), session.running()) {
             (Some(message), _) => heed(&mut session, &mut client, message),
             (None, Some(running)) => run(&mut session, &mut client, &running, &mut shown),
+            (None, None) if session.has_unread() => {
+                session.read_on(&mut |_| match client.look() > 0 || client.is_gone {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                });
+            }
             (None, None) => client.wait(),
         }
     }

@@ -31,6 +31,14 @@ pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The first bytes of a file, as far as it can be read: to see what it is before all of it is read.
+pub(crate) fn beginning(path: &Path) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    // Whoever reads all of it says what is wrong with it.
+    let _ = File::open(path).and_then(|file| file.take(64).read_to_end(&mut bytes));
+    bytes
+}
+
 fn too_large(largest: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MiB", largest >> 20))
 }

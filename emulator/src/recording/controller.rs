@@ -5,8 +5,8 @@ use std::sync::Arc;
 use serde_json::Value;
 use vimc4::Clock;
 use vimc4_catalogue::{Controller, Machine, Model, State, profile_text};
-use vimc4_device::{Device, Line, LineState, Names};
-use vimc4_timeline::recording::{Given, LineSort, Player, Recording, What, exchange};
+use vimc4_device::{Device, Line, LineState, Names, OwnedInput};
+use vimc4_timeline::recording::{Given, Head, LineSort, Player, Recording, What, exchange};
 
 use crate::completions;
 use crate::failure::Failure;
@@ -51,8 +51,18 @@ impl Site {
     /// # Errors
     ///
     /// What is wrong with its head, as a sentence.
-    pub(crate) fn recorded(recording: &Recording) -> Result<Site, String> {
-        let head = &recording.head;
+    pub(super) fn recorded(recording: &Recording) -> Result<Site, String> {
+        let site = Site::of_head(&recording.head)?;
+        site.knows_signals(recording)?;
+        Ok(site)
+    }
+
+    /// The controller of a recording whose head was read.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, as a sentence.
+    pub(super) fn of_head(head: &Head) -> Result<Site, String> {
         if head.clock != WALL && head.clock.parse::<Clock>().is_err() {
             return Err(format!(
                 "line 1: `{}` is no clock: it is real, instant, manual, {WALL} or a speed as 8x",
@@ -70,41 +80,16 @@ impl Site {
             ));
         }
         let machine = machine(&profiles[1])?;
-        let site =
-            Site { model, machine, line: head.line, written, recorded: profiles.clone(), profiles };
-        site.knows_signals(recording)?;
-        Ok(site)
+        let recorded = profiles.clone();
+        Ok(Site { model, machine, line: head.line, written, recorded, profiles })
     }
 
-    /// Whether every signal that is given is one of its own, with a value that it can have, and every
-    /// fault one that it knows.
+    /// Whether everything that is given can be given to it.
     fn knows_signals(&self, recording: &Recording) -> Result<(), String> {
-        let device = self.device(&self.model, &self.machine, b"")?;
-        let names = Names::of(&device);
-        let signals = names.signals();
+        let names = Names::of(&self.device(&self.model, &self.machine, b"")?);
         for entry in &recording.entries {
-            if let What::Given { given: Given::Fault(words), .. } = &entry.what {
-                let read = names.read_faulting(words);
-                read.map_err(|error| format!("line {}: fault {error}", entry.line))?;
-            }
-            let What::Given { given: Given::Signal { name, value }, .. } = &entry.what else {
-                continue;
-            };
-            let line = entry.line;
-            let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
-                let known: Vec<&str> = signals.iter().map(|signal| &*signal.name).collect();
-                return Err(format!(
-                    "line {line}: there is no signal `{name}`, there are {}",
-                    known.join(", ")
-                ));
-            };
-            let values = signal.values();
-            if !values.contains(value) {
-                return Err(format!(
-                    "line {line}: {name} cannot be {value}, it is from {} to {}",
-                    values.start(),
-                    values.end()
-                ));
+            if let What::Given { given, .. } = &entry.what {
+                known(&names, given).map_err(|why| format!("line {}: {why}", entry.line))?;
             }
         }
         Ok(())
@@ -216,6 +201,33 @@ impl Site {
             recorded: profiles.clone(),
             profiles,
         })
+    }
+}
+
+/// What is given to a controller with these names: every signal is one of its own, with a value that it
+/// can have, and every fault one that it knows.
+pub(super) fn known(names: &Names, given: &Given) -> Result<OwnedInput, String> {
+    match given {
+        Given::Signal { name, value } => {
+            let signals = names.signals();
+            let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
+                let known: Vec<&str> = signals.iter().map(|signal| &*signal.name).collect();
+                return Err(format!("there is no signal `{name}`, there are {}", known.join(", ")));
+            };
+            let values = signal.values();
+            if !values.contains(value) {
+                let (least, most) = (values.start(), values.end());
+                return Err(format!("{name} cannot be {value}, it is from {least} to {most}"));
+            }
+            Ok(OwnedInput::Signal(signal.id, *value))
+        }
+        Given::Fault(words) => {
+            let faulting = names.read_faulting(words);
+            Ok(OwnedInput::Fault(faulting.map_err(|error| format!("fault {error}"))?))
+        }
+        Given::Bytes(bytes) => Ok(OwnedInput::Bytes(bytes.clone())),
+        Given::Power(on) => Ok(OwnedInput::Power(*on)),
+        Given::Wait => Ok(OwnedInput::Wake),
     }
 }
 

@@ -1,37 +1,65 @@
 //! A recording as a history, to be gone through forward and back.
 
+use std::cell::Cell;
 use std::path::Path;
+use std::rc::Rc;
 use std::sync::Arc;
 
-use vimc4_catalogue::{Controller, Machine};
-use vimc4_debug::Debugger;
-use vimc4_device::{Device, Names, OwnedInput, TimedInput};
-use vimc4_timeline::Place;
+use serde_json::Value;
+use vimc4_catalogue::{Controller, Machine, Model, State};
+use vimc4_debug::{Debugger, Recorded, Reel, uninterrupted};
+use vimc4_device::{Device, Names, OwnedInput, Time};
 use vimc4_timeline::recording::{Entry, Given, LineSort, What};
 
-use super::controller::Site;
-use super::file::{read, unplayable};
+use super::controller::{Site, known};
+use super::file::{Lines, Share};
 use crate::failure::Failure;
 use crate::text;
 
+/// So many lines are read before anything is shown: some tens of milliseconds, and most recordings
+/// as a whole.
+const BEGINNING: usize = 10_000;
+
+/// A recording that was opened.
+pub(crate) struct Opened {
+    /// Stands at the beginning, and reads on as it is gone through.
+    pub(crate) debugger: Debugger,
+    pub(crate) model: Model,
+    pub(crate) machine: Arc<Machine>,
+    /// The name of the controller, if it has one.
+    pub(crate) controller: String,
+    /// How much of it has been read.
+    pub(crate) share: Share,
+}
+
+/// Whether the commands of a recording are the lines that a debugger shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Commands {
+    /// They are.
+    Listed,
+    /// They are not.
+    Unlisted,
+}
+
 /// Whether a file is a recording: plain, or compressed.
-pub(crate) fn is_recording(path: &Path, bytes: &[u8]) -> bool {
+pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
     let compressed = path
         .extension()
         .is_some_and(|end| end.eq_ignore_ascii_case("gz") || end.eq_ignore_ascii_case("zst"));
-    compressed || bytes.starts_with(b"{\"recording\"")
+    compressed || beginning.starts_with(b"{\"recording\"")
 }
 
-/// Gives everything that was recorded to the recorded controller. The debugger stands at the
-/// beginning of it.
+/// Opens a recording, in the state in which it begins.
 ///
 /// # Errors
 ///
-/// If it is no recording, or none of a controller that is at hand here.
-pub(crate) fn open(path: &Path) -> Result<(Debugger, Arc<Machine>), Failure> {
-    let recording = read(path)?;
-    let site = Site::recorded(&recording).map_err(|error| unplayable(path, &recording, error))?;
-    if recording.head.line == LineSort::Paced {
+/// If it is no recording, or none of a controller that is at hand here, or something is wrong at its
+/// beginning. What is wrong further down is said where one comes to it.
+pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
+    let mut lines = Lines::open(path)?;
+    let head = lines.reader().head().clone();
+    let site = Site::of_head(&head).map_err(|error| lines.unplayable(1, error))?;
+    if head.line == LineSort::Paced {
         return Err(Failure::usage(format!(
             "{} was recorded with --line-pacing, where bytes are on their way for a while; record it \
              without, or play it with `vimc4 replay`",
@@ -39,51 +67,94 @@ pub(crate) fn open(path: &Path) -> Result<(Debugger, Arc<Machine>), Failure> {
         )));
     }
     let controller = Controller::new(&site.model, Arc::clone(&site.machine), b"");
-    let mut controller = controller.map_err(|error| unplayable(path, &recording, error))?;
-    let mut entries = recording.entries.iter().peekable();
-    let state = |entry: &Entry, state| {
-        site.read(state)
-            .map(|line| line.device)
-            .map_err(|why| unplayable(path, &recording, format!("line {}: {why}", entry.line)))
-    };
-    while let Some(entry) = entries.next_if(|entry| !matches!(entry.what, What::Given { .. })) {
-        if let What::State { state: written, .. } = &entry.what {
-            controller.restore(state(entry, written)?);
+    let mut controller = controller.map_err(|error| lines.unplayable(1, error))?;
+    let names = Names::of(&controller);
+    let mut first = lines.next()?;
+    // It begins with a state; without one, as a controller that was just switched on.
+    while let Some(entry) = first.take_if(|entry| !matches!(entry.what, What::Given { .. })) {
+        if let What::State { state, .. } = &entry.what {
+            controller.restore(state_of(&lines, &site, &entry, state)?);
             break;
         }
+        first = lines.next()?;
     }
-    let mut debugger = Debugger::new(controller);
-    let begin = debugger.place();
-    for entry in entries {
-        match &entry.what {
-            What::Given { given, .. } => {
-                debugger.history_mut().run_to(entry.at);
-                if let Some(input) = input(&debugger, given) {
-                    debugger.follow(&TimedInput { at: entry.at, input });
-                }
-            }
-            What::State { by: Some(by), state: written } => {
-                let state = state(entry, written)?;
-                debugger.history_mut().run_to(entry.at);
-                debugger.history_mut().fork(format!("put by {by}"), state);
-            }
-            What::Mark(name) => {
-                debugger.history_mut().run_to(entry.at);
-                debugger.mark(name.clone());
-            }
-            What::Sent(_) | What::End(_) => debugger.history_mut().run_to(entry.at),
-            _ => {}
-        }
+    let (model, machine) = (site.model.clone(), Arc::clone(&site.machine));
+    let (failure, share) = (Rc::new(Cell::new(None)), lines.share().clone());
+    let tape = Tape { lines, site, names, first, failure: Rc::clone(&failure) };
+    let mut debugger = Debugger::new(controller).with_reel(Box::new(tape));
+    if commands == Commands::Listed {
+        debugger.list_commands(format!("commands of {}", text::name(path)));
     }
-    debugger.history_mut().drain();
-    let at_beginning = debugger.history_mut().go_back_to(Place { ..begin });
-    debug_assert!(at_beginning, "where it began is there");
-    Ok((debugger, site.machine))
+    let _ = debugger.read_on(BEGINNING, &mut uninterrupted);
+    if let Some(failure) = failure.take() {
+        return Err(failure);
+    }
+    Ok(Opened { debugger, model, machine, controller: head.controller, share })
 }
 
-/// What was given, for the controller at hand; nothing if it has no such signal, or if only time has
-/// passed.
-fn input(debugger: &Debugger, given: &Given) -> Option<OwnedInput> {
-    let input = given.input(|| Names::of(debugger.device())).ok()?;
-    (input != OwnedInput::Wake).then_some(input)
+/// The lines of a recording for the controller at hand.
+struct Tape {
+    lines: Lines,
+    site: Site,
+    names: Names,
+    /// What was read to find the beginning.
+    first: Option<Entry>,
+    /// What was wrong, for whoever can show the place.
+    failure: Rc<Cell<Option<Failure>>>,
+}
+
+impl Reel for Tape {
+    fn next(&mut self) -> Result<Option<(Time, Recorded)>, String> {
+        self.following().map_err(|failure| {
+            let why = failure.text();
+            self.failure.set(Some(failure));
+            why
+        })
+    }
+
+    fn share(&self) -> Option<u32> {
+        self.lines.share().thousandths()
+    }
+}
+
+impl Tape {
+    fn following(&mut self) -> Result<Option<(Time, Recorded)>, Failure> {
+        loop {
+            let next = match self.first.take() {
+                Some(first) => Some(first),
+                None => self.lines.next()?,
+            };
+            let Some(entry) = next else { return Ok(None) };
+            let recorded = match &entry.what {
+                What::Given { given, .. } => self.given(&entry, given)?,
+                What::State { by: Some(by), state } => {
+                    let state = state_of(&self.lines, &self.site, &entry, state)?;
+                    Recorded::Put(by.to_string(), Box::new(state))
+                }
+                What::Mark(name) => Recorded::Mark(name.clone()),
+                What::Sent(_) | What::End(_) => Recorded::Passed,
+                What::State { by: None, .. } | What::Stands(_) | What::Goes | What::News(_) => {
+                    continue;
+                }
+            };
+            return Ok(Some((entry.at, recorded)));
+        }
+    }
+
+    fn given(&self, entry: &Entry, given: &Given) -> Result<Recorded, Failure> {
+        match known(&self.names, given) {
+            Ok(OwnedInput::Wake) => Ok(Recorded::Passed),
+            Ok(input) => Ok(Recorded::Given(input)),
+            Err(why) => {
+                let why = format!("line {}: {why}", entry.line);
+                Err(self.lines.unplayable(entry.line, why))
+            }
+        }
+    }
+}
+
+fn state_of(lines: &Lines, site: &Site, entry: &Entry, state: &Value) -> Result<State, Failure> {
+    let number = entry.line;
+    let state = site.read(state).map(|line| line.device);
+    state.map_err(|why| lines.unplayable(number, format!("line {number}: {why}")))
 }

@@ -183,7 +183,11 @@ impl Editor {
     }
 
     pub(crate) fn set_lines(&mut self, file: &str, breakpoints: Value) -> Vec<Value> {
-        let arguments = json!({ "source": { "path": file }, "breakpoints": breakpoints });
+        self.set_lines_of(json!({ "path": file }), breakpoints)
+    }
+
+    pub(crate) fn set_lines_of(&mut self, source: Value, breakpoints: Value) -> Vec<Value> {
+        let arguments = json!({ "source": source, "breakpoints": breakpoints });
         self.ask("setBreakpoints", arguments)["breakpoints"].as_array().unwrap().clone()
     }
 

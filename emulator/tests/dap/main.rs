@@ -754,6 +754,35 @@ fn recordings_are_debugged() {
     assert_eq!(editor.line(), 5);
 }
 
+#[test]
+fn a_long_recording_is_read_on_while_nothing_is_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = folder.path().join("long.txt");
+    fs::write(&commands, "@01\n".to_owned() + &"@0P\n".repeat(9_000)).unwrap();
+    let recording = folder.path().join("long.jsonl");
+    let mut run = Command::new(VIMC4);
+    run.arg("run").arg(&commands).arg("--record").arg(&recording);
+    assert!(run.output().unwrap().status.success());
+    let mut editor = Editor::new();
+    editor.ask("attach", json!({ "recording": recording, "stopOnEntry": true }));
+    editor.ask("configurationDone", json!({}));
+    editor.event("stopped");
+    // The rest of its lines is there a moment later.
+    let reference = loop {
+        let source = editor.event("loadedSource");
+        assert_eq!(source["reason"], "changed");
+        let reference = source["source"]["sourceReference"].clone();
+        let content = editor.ask("source", json!({ "sourceReference": reference }));
+        if text(&content["content"]).lines().count() == 9_001 {
+            break reference;
+        }
+    };
+    assert_eq!(editor.line(), 1);
+    editor.set_lines_of(json!({ "sourceReference": reference }), json!([{ "line": 8_888 }]));
+    editor.walk("continue");
+    assert_eq!(editor.line(), 8_888);
+}
+
 // --- breaking off ---
 
 #[test]

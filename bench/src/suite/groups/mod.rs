@@ -11,6 +11,7 @@ mod memory;
 mod motion;
 mod moves;
 mod neighbour;
+mod opening;
 mod pacing;
 mod ping;
 mod recording;
@@ -39,9 +40,10 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 15] = [
+pub(crate) const GROUPS: [Group; 16] = [
     group("ping", "Question and answer", ping::measure),
     group("recording", "Recording", recording::measure),
+    group("opening", "Opening a long recording", opening::measure),
     group("startup", "Start", startup::measure),
     group("memory", "Memory", memory::measure),
     group("idle", "Idling", idle::measure),

@@ -94,8 +94,12 @@ impl Recording {
     pub fn read(text: &[u8]) -> Result<Recording, ReadError> {
         let mut lines = text.split_inclusive(|byte| *byte == b'\n');
         let mut reader = Reader::begin(lines.next().unwrap_or_default())?;
-        lines.try_for_each(|line| reader.line(line))?;
-        Ok(reader.finish())
+        let mut entries = Vec::new();
+        for line in lines {
+            entries.extend(reader.line(line)?);
+        }
+        let torn = reader.torn();
+        Ok(Recording { head: reader.into_head(), entries, torn })
     }
 
     /// Writes it down.
@@ -124,26 +128,29 @@ impl Recording {
     }
 }
 
-/// Reads a recording line by line, so that nothing of what is wrong has to be kept.
+/// Reads a recording line by line, and keeps none of them.
 ///
 /// ```
-/// use vimc4_timeline::recording::{Reader, Recording};
+/// use vimc4_timeline::recording::Reader;
 ///
 /// assert!(Reader::begin(b"y\n").is_err());
 /// # let head = br#"{"recording":1,"program":"a","family":"isel","model":{},"machine":{},"clock":"real","line":"ideal","from":"b"}"#;
 /// let mut reader = Reader::begin(head)?;
-/// reader.line(b"{\"at\":0,\"out\":\"0\"}\n")?;
-/// let recording: Recording = reader.finish();
-/// assert_eq!(recording.entries.len(), 1);
+/// assert!(reader.line(b"{\"at\":0,\"out\":\"0\"}\n")?.is_some());
+/// // What is torn off is left out.
+/// assert!(reader.line(b"{\"at\":9,\"o")?.is_none());
+/// assert_eq!(reader.torn(), Some(3));
 /// # Ok::<(), vimc4_timeline::recording::ReadError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Reader {
-    recording: Recording,
+    head: Head,
     /// The number of the line that was read last.
     line: u32,
     /// What happens has a time that does not go back, but for what came out late.
     last: Time,
+    has_ended: bool,
+    torn: Option<u32>,
 }
 
 impl Reader {
@@ -162,31 +169,31 @@ impl Reader {
         }
         too_long(line, 1)?;
         let head = read_head(line)?;
-        let recording = Recording { head, entries: Vec::new(), torn: None };
-        Ok(Reader { recording, line: 1, last: Time::ZERO })
+        Ok(Reader { head, line: 1, last: Time::ZERO, has_ended: false, torn: None })
     }
 
-    /// Reads the next line, with its end. Only the last one can have none.
+    /// Reads the next line, with its end. Only the last one can have none: it was torn off, and is
+    /// nothing. Neither is an empty line.
     ///
     /// # Errors
     ///
     /// If it is none of a recording.
-    pub fn line(&mut self, text: &[u8]) -> Result<(), ReadError> {
+    pub fn line(&mut self, text: &[u8]) -> Result<Option<Entry>, ReadError> {
         self.line = self.line.saturating_add(1);
         let line = self.line;
         too_long(text, line)?;
         if text.trim_ascii().is_empty() {
-            return Ok(());
+            return Ok(None);
         }
         let entry = match read_entry(text, line) {
             Ok(entry) => entry,
             Err(_) if !text.ends_with(b"\n") => {
-                self.recording.torn = Some(line);
-                return Ok(());
+                self.torn = Some(line);
+                return Ok(None);
             }
             Err(error) => return Err(error),
         };
-        if self.recording.is_whole() {
+        if self.has_ended {
             return Err(ReadError {
                 line,
                 column: 0,
@@ -211,16 +218,34 @@ impl Reader {
                 });
             }
             What::Given { .. } => self.last = entry.at,
+            What::End(_) => self.has_ended = true,
             _ => {}
         }
-        self.recording.entries.push(entry);
-        Ok(())
+        Ok(Some(entry))
     }
 
-    /// There are no more lines.
+    /// The first line.
     #[must_use]
-    pub fn finish(self) -> Recording {
-        self.recording
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// The same, where nothing more is read.
+    #[must_use]
+    pub fn into_head(self) -> Head {
+        self.head
+    }
+
+    /// The number of the last line if it was torn off.
+    #[must_use]
+    pub fn torn(&self) -> Option<u32> {
+        self.torn
+    }
+
+    /// Whether the end has come that was written down.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.has_ended
     }
 }
 

@@ -303,6 +303,8 @@ fn time_line(picture: &Picture, buffer: &mut Buffer, area: Rect, inks: Inks) {
         0 | 1 => "← → ? keys".to_owned(),
         branches => format!("{}, one of {branches} branches", line.branch),
     };
+    let read = line.read.map(|share| format!("{} % read, ", share / 10)).unwrap_or_default();
+    let note = format!("{read}{note}");
     let mut brush = Brush::titled(buffer, area, inks, &title, &note);
     let begin = seconds(line.begin.as_nanos());
     let end = seconds(line.end.as_nanos());

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -43,6 +43,9 @@ pub(crate) enum Leaving {
 
 /// How often a running controller is looked at anew while something moves.
 const BETWEEN: Duration = Duration::from_millis(100);
+
+/// How often what is read of a recording is shown.
+const READING: Duration = Duration::from_millis(250);
 
 /// Whether there is a terminal that the screen can be drawn on.
 ///
@@ -130,7 +133,11 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
         let is_busy =
             picture.view.axes.iter().any(|axis| axis.speed != 0) || !picture.view.timers.is_empty();
         let longest = (session.is_running() && is_busy).then_some(BETWEEN);
-        let Some(happening) = ears.next(longest) else { continue };
+        let happening = match session.debugger.has_unread() {
+            true => ears.while_reading(session),
+            false => ears.next(longest),
+        };
+        let Some(happening) = happening else { continue };
         let next = match happening {
             Happening::Terminal(Ok(Event::Key(key))) if key.kind != KeyEventKind::Release => {
                 handle(&mut look, session, key)
@@ -247,11 +254,22 @@ impl Ears {
             }
         }
         let happening = match longest {
+            Some(Duration::ZERO) => self.happenings.try_recv().ok()?,
             Some(longest) => self.happenings.recv_timeout(longest).ok()?,
             None => self.happenings.recv().ok()?,
         };
         self.is_asked &= !matches!(happening, Happening::Terminal(_));
         Some(happening)
+    }
+
+    /// Reads on in a recording until something comes, or there is something new to be seen.
+    fn while_reading(&mut self, session: &mut Session) -> Option<Happening> {
+        let (begun, mut next) = (Instant::now(), None);
+        session.read_on(|| {
+            next = self.next(Some(Duration::ZERO));
+            next.is_some() || begun.elapsed() >= READING
+        });
+        next
     }
 
     /// Hears what a running controller is given, until it is paused.

@@ -80,6 +80,8 @@ pub(crate) struct TimeLine {
     pub(crate) begin: Time,
     pub(crate) now: Time,
     pub(crate) end: Time,
+    /// How much of a recording is known, in thousandths, while there is more.
+    pub(crate) read: Option<u32>,
     /// The branch that one is on.
     pub(crate) branch: String,
     /// How many there are.

@@ -1,0 +1,199 @@
+//! Reading on in a recording.
+
+use vimc4_catalogue::Controller;
+use vimc4_device::{CommandNumber, Event, Input, Output, Time, escape};
+use vimc4_timeline::{BranchId, History, Place, Progress};
+
+use crate::Source;
+use crate::debugger::{Debugger, uninterrupted};
+use crate::reel::{Read, Recorded, Reel, Unread};
+use crate::stop::Reason;
+
+/// So many things are read at most before somebody is asked whether to go on.
+const PATIENCE: usize = 32;
+
+/// So much is read at once where a walk has come to the end of what is known.
+const PIECE: usize = 16_384;
+
+/// So many commands are listed as lines.
+const LISTED: usize = 1_000_000;
+
+impl Debugger {
+    /// What comes is in a recording, which is read on from here.
+    #[must_use]
+    pub fn with_reel(mut self, reel: Box<dyn Reel>) -> Debugger {
+        let branch = self.history.heading();
+        let lists = false;
+        self.unread = Some(Unread { reel: Some(reel), branch, last: None, failure: None, lists });
+        self
+    }
+
+    /// The commands of the recording are the lines of a [`Source`] of this name, as far as it is
+    /// read; a million of them at most.
+    pub fn list_commands(&mut self, name: impl Into<String>) {
+        if let Some(unread) = &mut self.unread {
+            unread.lists = true;
+            self.source = Some(Source { name: name.into(), ..Source::default() });
+        }
+    }
+
+    /// Whether there is more of a recording than has been read.
+    #[must_use]
+    pub fn has_unread(&self) -> bool {
+        self.unread.as_ref().is_some_and(|unread| unread.reel.is_some())
+    }
+
+    /// How much of a recording has been read, in thousandths, while there is more.
+    #[must_use]
+    pub fn share_read(&self) -> Option<u32> {
+        self.unread.as_ref()?.reel.as_ref()?.share()
+    }
+
+    /// Reads on, so many things at most or as long as `progress` says. The present stays. What goes on
+    /// with the recording goes on with what is read.
+    pub fn read_on(&mut self, most: usize, progress: &mut Progress<'_>) -> Read {
+        let Some(unread) = &mut self.unread else { return Read::All };
+        let Some(mut reel) = unread.reel.take() else {
+            return unread.failure.clone().map_or(Read::All, Read::Broken);
+        };
+        let branch = unread.branch;
+        let mut reading = Reading { commands: Vec::new(), marks: Vec::new() };
+        let (read, knows_more, tip) = self.history.at_end(branch, |history| {
+            for count in 1..=most {
+                let read = match reel.next() {
+                    Ok(Some((at, recorded))) => {
+                        reading.take(history, at, recorded);
+                        None
+                    }
+                    Ok(None) => Some(Read::All),
+                    Err(why) => Some(Read::Broken(why)),
+                };
+                if let Some(read) = read {
+                    return (read, count > 1, history.heading());
+                }
+                if count.is_multiple_of(PATIENCE) && progress(history.now()).is_break() {
+                    return (Read::Cancelled, true, history.heading());
+                }
+            }
+            (Read::More, true, history.heading())
+        });
+        self.keep(reading, tip);
+        if let Some(unread) = &mut self.unread {
+            match &read {
+                Read::More | Read::Cancelled => unread.reel = Some(reel),
+                Read::All => {}
+                Read::Broken(why) => unread.failure = Some(why.clone()),
+            }
+        }
+        match read {
+            // What is wrong is behind what is known now, and is said where that ends.
+            Read::Broken(_) if knows_more => Read::More,
+            read => read,
+        }
+    }
+
+    /// Reads on until something is so, or everything is read.
+    pub(crate) fn read_until(
+        &mut self,
+        is_enough: impl Fn(&Debugger) -> bool,
+        progress: &mut Progress<'_>,
+    ) -> Result<(), Reason> {
+        while !is_enough(self) && self.read_piece(progress)? {}
+        Ok(())
+    }
+
+    /// Reads on where the way that the present goes comes to its end, and says whether there may be
+    /// more now.
+    pub(crate) fn read_ahead(&mut self, progress: &mut Progress<'_>) -> Result<bool, Reason> {
+        if self.goes_on_reading() { self.read_piece(progress) } else { Ok(false) }
+    }
+
+    /// Reads on, and says whether there was something left to be read.
+    fn read_piece(&mut self, progress: &mut Progress<'_>) -> Result<bool, Reason> {
+        let had_more = self.has_unread();
+        match self.read_on(PIECE, progress) {
+            Read::More | Read::All => Ok(had_more),
+            Read::Cancelled => Err(Reason::Cancelled),
+            Read::Broken(why) => Err(Reason::Broken(why)),
+        }
+    }
+
+    /// Whether the way that the present goes goes on with what is still to be read, or with what
+    /// cannot be read.
+    pub(crate) fn goes_on_reading(&self) -> bool {
+        let goes_on = |unread: &Unread| {
+            (unread.reel.is_some() || unread.failure.is_some())
+                && unread.branch == self.history.heading()
+        };
+        self.unread.as_ref().is_some_and(goes_on)
+    }
+
+    /// The last command of the recording that has begun, as far as it is read.
+    pub(crate) fn last_read(&self) -> Option<CommandNumber> {
+        self.unread.as_ref()?.last
+    }
+
+    /// Gives the controller an input, now. It takes effect with what is walked next. In the past it
+    /// begins a branch.
+    pub fn give(&mut self, input: Input<'_>) {
+        if self.history.is_at_end() && self.goes_on_reading() {
+            // Behind the present comes what was recorded, though nobody has read it yet.
+            let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
+        }
+        self.history.give(input);
+    }
+
+    /// Keeps what was found out while it was read.
+    fn keep(&mut self, reading: Reading, tip: BranchId) {
+        self.marks.extend(reading.marks);
+        let Some(unread) = &mut self.unread else { return };
+        unread.branch = tip;
+        unread.last = reading.commands.last().map(|(number, _)| *number).or(unread.last);
+        let Some(source) = self.source.as_mut().filter(|_| unread.lists) else { return };
+        for (number, text) in reading.commands {
+            let first = *source.first.get_or_insert(number);
+            let place = number.0.get().saturating_sub(first.0.get());
+            // A recording that somebody has edited can have gaps of any size.
+            if place < source.lines.len() as u64 || place >= 2 * source.lines.len() as u64 + 64 {
+                continue;
+            }
+            if source.lines.len() >= LISTED {
+                break;
+            }
+            source.lines.resize(place as usize, String::new());
+            source.lines.push(text);
+            let lines = u32::try_from(source.lines.len()).unwrap_or(u32::MAX);
+            source.of_command.extend(source.of_command.len() as u32 + 1..=lines);
+        }
+    }
+}
+
+/// What is found out while a recording is read.
+struct Reading {
+    /// The commands that began, and how they were sent.
+    commands: Vec<(CommandNumber, String)>,
+    marks: Vec<(String, Place)>,
+}
+
+impl Reading {
+    /// Brings the end of a history on to what was recorded.
+    fn take(&mut self, history: &mut History<Controller>, at: Time, recorded: Recorded) {
+        history.run_to(at);
+        match recorded {
+            Recorded::Given(input) => {
+                history.give(input.as_input());
+                history.run_to(at);
+            }
+            Recorded::Put(by, state) => history.fork(format!("put by {by}"), *state),
+            Recorded::Mark(name) => self.marks.push((name, history.present())),
+            Recorded::Passed => {}
+        }
+        for output in history.drain() {
+            if let Output::Event(stamp, Event::Command { bytes, .. }) = output
+                && let Some(number) = stamp.command
+            {
+                self.commands.push((number, escape(&bytes)));
+            }
+        }
+    }
+}
