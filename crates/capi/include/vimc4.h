@@ -188,54 +188,6 @@ void vimc4_snapshot_free(vimc4_snapshot *snapshot);
 // next call that fails.
 const char *vimc4_last_error(void);
 
-// Opens the line from within the process: a serial port without an operating system. To be closed with
-// vimc4_line_close; it may outlive the controller.
-//
-// # Safety
-//
-// `emulator` was started and not stopped yet.
-vimc4_line *vimc4_connect(const vimc4_emulator *emulator);
-
-// Closes a line. NULL is nothing to be closed.
-//
-// # Safety
-//
-// `line` is NULL, or was connected and not closed yet, and no other function is at work with it.
-void vimc4_line_close(vimc4_line *line);
-
-// Reads what the controller has sent, at most `count` bytes, and waits for the first one so many milliseconds
-// of wall time. Returns how many bytes they are; 0 when the time is over or the controller has ended.
-//
-// # Safety
-//
-// `line` was connected and not closed yet; `bytes` has room for `count` bytes.
-ptrdiff_t vimc4_line_read(vimc4_line *line,
-                          uint8_t *bytes,
-                          size_t count,
-                          uint32_t milliseconds);
-
-// Sends bytes to the controller, and waits so many milliseconds of wall time where it takes none. Returns how
-// many were sent: all, or fewer when the time is over.
-//
-// # Safety
-//
-// `line` was connected and not closed yet; `bytes` are `count` bytes.
-ptrdiff_t vimc4_line_write(vimc4_line *line,
-                           const uint8_t *bytes,
-                           size_t count,
-                           uint32_t milliseconds);
-
-// Frees a text that a function has returned to be freed. NULL is nothing to be freed.
-//
-// # Safety
-//
-// `text` is NULL, or was returned to be freed and was not freed yet.
-void vimc4_free(char *text);
-
-// Why the last call of this thread that has failed did so; an empty text if none has. It is good until the
-// next call that fails.
-const char *vimc4_last_error(void);
-
 // Frees a text that a function has returned to be freed. NULL is nothing to be freed.
 //
 // # Safety

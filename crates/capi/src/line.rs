@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use vimc4::MemoryPort;
 
+use crate::emulator::{Emulator, controller};
 use crate::error::{Failure, guarded};
-use crate::{Emulator, controller};
 
 /// A line to a controller, as a serial port that is open.
 #[derive(Debug)]

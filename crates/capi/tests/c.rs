@@ -15,7 +15,7 @@ fn root() -> &'static Path {
 #[test]
 fn the_header_is_that_of_the_sources() -> Outcome {
     let bindings = cbindgen::Builder::new()
-        .with_src(root().join("src/lib.rs"))
+        .with_src(root().join("src/emulator.rs"))
         .with_src(root().join("src/error.rs"))
         .with_src(root().join("src/text.rs"))
         .with_src(root().join("src/line.rs"))
