@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 13] = [
+const PAGES: [(&str, &str); 14] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
@@ -29,6 +29,7 @@ const PAGES: [(&str, &str); 13] = [
     ("docs/ncp.md", include_str!("../../docs/ncp.md")),
     ("docs/performance.md", include_str!("../../docs/performance.md")),
     ("docs/profiles.md", include_str!("../../docs/profiles.md")),
+    ("docs/python.md", include_str!("../../docs/python.md")),
     ("docs/recordings.md", include_str!("../../docs/recordings.md")),
     ("docs/stepping.md", include_str!("../../docs/stepping.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
@@ -43,6 +44,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/library.md", "cc ", "emulator/tests/recipes.rs"),
     ("docs/library.md", "./axis ", "emulator/tests/recipes.rs"),
     ("docs/library.md", "LD_LIBRARY_PATH=", "crates/capi/tests/c.rs"),
+    ("docs/python.md", "pip ", "installs what is being tested; `.ci/run` does"),
     ("README.md", "python3 examples/tour.py", "a test of its own below"),
     ("", "socat ", "emulator/tests/connect"),
     ("docs/connect.md", "printf ", "needs socat; emulator/tests/connect"),

@@ -116,6 +116,22 @@ impl Control {
         })
     }
 
+    /// The same with handshake lines, for a client that is a serial port to somebody: `cts` is told
+    /// whenever a host has to wait and when it may go on, and must not block; what the host does to
+    /// its own lines is told to the [`HostLines`].
+    pub fn connect_with_lines(
+        &self,
+        cts: impl FnMut(bool) + Send + 'static,
+    ) -> Pending<(MemoryPort, HostLines)> {
+        self.handle.with(|runner| {
+            let (memory, port) = vimc4_host::Memory::pair();
+            let (modem, host) = Modem::pair("memory", cts);
+            runner.attach(Box::new(memory));
+            runner.attach(Box::new(modem));
+            Ok((port, host))
+        })
+    }
+
     /// Gives the pseudo-terminal the handshake lines that it lacks, if somebody stands by its
     /// client who can answer for them. `cts` is told whenever a host has to wait and when it may
     /// go on; it must not block. What the host does to its own lines is told to the

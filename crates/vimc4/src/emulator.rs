@@ -381,12 +381,19 @@ impl Emulator {
 
     /// Resolves when it has ended, with the error if it ended by itself.
     pub async fn ended(&self) -> Result<(), Error> {
+        self.end().await
+    }
+
+    /// The same for somebody who may live longer than the emulator.
+    pub fn end(&self) -> impl Future<Output = Result<(), Error>> + Send + use<> {
         let mut ended = self.ended.clone();
-        match ended.wait_for(Option::is_some).await.as_deref() {
-            Ok(Some(Err(error))) => Err(Error::Run(Arc::clone(error))),
-            // Told to end; or it is gone, which only a panic in it can do.
-            Ok(_) => Ok(()),
-            Err(_) => Err(Error::Control(ControlError::Ended)),
+        async move {
+            match ended.wait_for(Option::is_some).await.as_deref() {
+                Ok(Some(Err(error))) => Err(Error::Run(Arc::clone(error))),
+                // Told to end; or it is gone, which only a panic in it can do.
+                Ok(_) => Ok(()),
+                Err(_) => Err(Error::Control(ControlError::Ended)),
+            }
         }
     }
 

@@ -70,8 +70,9 @@ pub use vimc4_catalogue::{
 };
 pub use vimc4_device::{
     AXES, Activity, AxisView, Cause, CommandNumber, Completion, Condition, ConditionError, Deed,
-    DeedError, Event, Fill, Kinds, Motion, Names, Order, OrderError, Point, PortView, Signal,
-    SignalKind, SignalView, Sort, Stamp, Time, TimerView, Verb, WaitsFor, Warning, escape,
+    DeedError, Event, Fill, Kinds, Motion, Names, NotADuration, Order, OrderError, Point, PortView,
+    Signal, SignalKind, SignalView, Sort, Stamp, Time, TimerView, Verb, WaitsFor, Warning, escape,
+    parse_duration,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,

@@ -1,0 +1,65 @@
+//! The errors of the library as exceptions of `vimc4._errors`, with the same words.
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use vimc4::ControlError;
+
+/// An exception of the package by its name.
+pub(crate) fn raise(py: Python<'_>, name: &str, text: String) -> PyErr {
+    raise_with(py, name, (text,))
+}
+
+fn raise_with<'py, A>(py: Python<'py>, name: &str, arguments: A) -> PyErr
+where
+    A: pyo3::call::PyCallArgs<'py>,
+{
+    let made = py.import("vimc4._errors").and_then(|errors| errors.getattr(name));
+    match made.and_then(|class| class.call1(arguments)) {
+        Ok(error) => PyErr::from_value(error),
+        Err(error) => error,
+    }
+}
+
+/// What an emulator does not do, or does not start.
+pub(crate) fn of(py: Python<'_>, error: &vimc4::Error) -> PyErr {
+    use vimc4::Error::{
+        Address, Control, File, Flash, FlashFile, Link, NoPty, Profile, Pty, Recording, Run,
+        Serial, Start, Tcp, Unknown,
+    };
+    let name = match error {
+        Control(error) => return of_control(py, error),
+        Unknown { .. } | File { .. } | Profile(_) => "ProfileError",
+        Address { .. } | Tcp(_) | Serial(_) | Pty(_) | Link(_) | NoPty => "PortError",
+        FlashFile(_) | Flash { .. } => "FlashError",
+        Recording(_) => "RecordingError",
+        Run(_) | Start(_) => "Error",
+        _ => "Error",
+    };
+    raise(py, name, error.to_string())
+}
+
+/// What a running emulator does not do.
+pub(crate) fn of_control(py: Python<'_>, error: &ControlError) -> PyErr {
+    let name = match error {
+        ControlError::Ended => "Ended",
+        ControlError::Deed(_) => "DeedError",
+        ControlError::Never => "Never",
+        ControlError::Late(_) => "Late",
+        ControlError::Cancelled { at } => {
+            return raise_with(py, "Cancelled", (error.to_string(), at.as_nanos()));
+        }
+        _ => "ControlError",
+    };
+    raise(py, name, error.to_string())
+}
+
+/// What was waited for was not there in time.
+pub(crate) fn late(py: Python<'_>, seconds: f64) -> PyErr {
+    let text = format!("nothing within {seconds} s; it may come later, or never");
+    raise(py, "Late", text)
+}
+
+/// Something that cannot be: a mistake in this package.
+pub(crate) fn broken(text: &str) -> PyErr {
+    PyRuntimeError::new_err(text.to_owned())
+}

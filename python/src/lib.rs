@@ -1,0 +1,50 @@
+//! The Python package `vimc4`, as far as it is Rust: the emulator in the process of a Python program.
+//!
+//! What Python programmers see is `vimc4/__init__.py` and its neighbours; this crate, which they see
+//! as `vimc4._vimc4`, is the library `vimc4` put into words that Python understands. Two rules hold
+//! everywhere:
+//!
+//! * Whatever waits lets go of Python's lock, and hears Ctrl-C: [`waiting`].
+//! * No thread of an emulator ever enters Python. So no emulator waits for Python's lock, and none
+//!   is in its way when the interpreter ends.
+#![deny(unsafe_code)]
+
+#[cfg(unix)]
+mod bell;
+mod convert;
+mod emulator;
+mod error;
+mod harness;
+mod pending;
+mod port;
+mod profiles;
+mod reports;
+mod waiting;
+
+use pyo3::prelude::*;
+
+/// The emulator itself. Use the package `vimc4`, which makes it pleasant.
+#[pymodule]
+mod _vimc4 {
+    #[cfg(unix)]
+    #[pymodule_export]
+    use super::bell::Bell;
+    #[pymodule_export]
+    use super::emulator::{Core, Recording, Sink, Snapshot, Worker};
+    #[pymodule_export]
+    use super::harness::Harness;
+    #[pymodule_export]
+    use super::pending::{Journey, Pending};
+    #[pymodule_export]
+    use super::port::Port;
+    #[pymodule_export]
+    use super::profiles::{Machine, Model, machine_profile, machines, model_profile, models};
+    #[pymodule_export]
+    use super::reports::Reports;
+    use super::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,293 @@
+//! The line from within the process: a serial port that no operating system knows.
+
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll, Waker};
+use std::time::Instant;
+
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use vimc4::{Control, HostLines, MemoryPort};
+
+use crate::error;
+use crate::pending::Pending;
+use crate::waiting::{deadline, lock, wait};
+
+/// A serial port that leads to an emulator in this process. It is read and written by as many
+/// threads as like to.
+#[pyclass(frozen, module = "vimc4._vimc4")]
+pub(crate) struct Port {
+    line: Arc<Mutex<Line>>,
+    clear: Arc<Clear>,
+    lines: Mutex<Option<HostLines>>,
+    control: Control,
+}
+
+struct Line {
+    /// `None` once it is closed.
+    port: Option<MemoryPort>,
+    /// What has come and nobody has read.
+    kept: Vec<u8>,
+    /// The emulator has ended.
+    ended: bool,
+    /// Somebody has given up the reading, or the writing, that is waited for.
+    no_reading: bool,
+    no_writing: bool,
+    /// Who waits: only one of them is known to the port.
+    waiting: Vec<Waker>,
+}
+
+/// CTS, and who waits for it.
+#[derive(Default)]
+pub(crate) struct Clear {
+    held: AtomicBool,
+    waiting: Mutex<Vec<Waker>>,
+}
+
+impl Clear {
+    pub(crate) fn set(&self, cts: bool) {
+        self.held.store(!cts, Ordering::Release);
+        lock(&self.waiting).drain(..).for_each(Waker::wake);
+    }
+}
+
+impl Line {
+    /// Takes in what has come.
+    fn fill(&mut self, cx: &mut Context<'_>) {
+        let mut room = [0; 4096];
+        while let Some(port) = &mut self.port {
+            let mut buffer = ReadBuf::new(&mut room);
+            match Pin::new(port).poll_read(cx, &mut buffer) {
+                Poll::Ready(Ok(())) if !buffer.filled().is_empty() => {
+                    self.kept.extend_from_slice(buffer.filled());
+                }
+                Poll::Ready(_) => {
+                    self.ended = true;
+                    break;
+                }
+                Poll::Pending => break,
+            }
+        }
+    }
+
+    fn take(&mut self, size: usize) -> Vec<u8> {
+        let rest = self.kept.split_off(size.min(self.kept.len()));
+        std::mem::replace(&mut self.kept, rest)
+    }
+
+    /// Waits for `size` bytes, or that nothing more will come.
+    fn poll_read(&mut self, size: usize, cx: &mut Context<'_>) -> Poll<()> {
+        self.fill(cx);
+        let given_up = std::mem::take(&mut self.no_reading);
+        if self.kept.len() >= size || self.ended || self.port.is_none() || given_up {
+            self.waiting.drain(..).for_each(Waker::wake);
+            return Poll::Ready(());
+        }
+        self.waiting.push(cx.waker().clone());
+        Poll::Pending
+    }
+
+    /// Writes what there is room for, and says how much that was.
+    fn poll_write(&mut self, bytes: &[u8], cx: &mut Context<'_>) -> Poll<Option<usize>> {
+        let Some(port) = &mut self.port else { return Poll::Ready(None) };
+        if std::mem::take(&mut self.no_writing) {
+            return Poll::Ready(Some(0));
+        }
+        match Pin::new(port).poll_write(cx, bytes) {
+            Poll::Ready(Ok(written)) => Poll::Ready(Some(written)),
+            Poll::Ready(Err(_)) => {
+                self.ended = true;
+                Poll::Ready(None)
+            }
+            Poll::Pending => {
+                self.waiting.push(cx.waker().clone());
+                Poll::Pending
+            }
+        }
+    }
+
+    fn wake(&mut self) {
+        self.waiting.drain(..).for_each(Waker::wake);
+    }
+}
+
+impl Port {
+    pub(crate) fn new(
+        port: MemoryPort,
+        lines: HostLines,
+        clear: Arc<Clear>,
+        control: Control,
+    ) -> Port {
+        let line = Line {
+            port: Some(port),
+            kept: Vec::new(),
+            ended: false,
+            no_reading: false,
+            no_writing: false,
+            waiting: Vec::new(),
+        };
+        Port { line: Arc::new(Mutex::new(line)), clear, lines: Mutex::new(Some(lines)), control }
+    }
+
+    fn is_open(&self) -> PyResult<()> {
+        match lock(&self.line).port {
+            Some(_) => Ok(()),
+            None => Err(PyOSError::new_err("the port is closed; open another one")),
+        }
+    }
+
+    /// Waits until a host that heeds CTS may send, with all that was sent so far taken in.
+    fn wait_for_cts(&self, py: Python<'_>, until: Option<Instant>) -> PyResult<bool> {
+        loop {
+            let asked = self.control.takes_more();
+            let more = py.detach(|| asked.wait()).map_err(|e| error::of_control(py, &e))?;
+            if more {
+                return Ok(true);
+            }
+            let changed = wait(py, until, |cx| {
+                lock(&self.clear.waiting).push(cx.waker().clone());
+                match self.clear.held.load(Ordering::Acquire) {
+                    true => Poll::Pending,
+                    false => Poll::Ready(()),
+                }
+            })?;
+            if changed.is_none() {
+                return Ok(false);
+            }
+        }
+    }
+}
+
+#[pymethods]
+impl Port {
+    /// Reads `size` bytes; fewer if they do not come within so many seconds, or reading is given up, or
+    /// the emulator has ended.
+    #[pyo3(signature = (size=1, timeout=None))]
+    fn read<'py>(
+        &self,
+        py: Python<'py>,
+        size: usize,
+        timeout: Option<f64>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        self.is_open()?;
+        wait(py, deadline(timeout), |cx| lock(&self.line).poll_read(size, cx))?;
+        Ok(PyBytes::new(py, &lock(&self.line).take(size)))
+    }
+
+    /// Writes, and says how many bytes the line has taken within so many seconds: all of them, unless a
+    /// megabyte waits there, or CTS, if it is heeded, holds them back.
+    #[pyo3(signature = (data, timeout=None, heeds_cts=false))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        data: &[u8],
+        timeout: Option<f64>,
+        heeds_cts: bool,
+    ) -> PyResult<usize> {
+        self.is_open()?;
+        lock(&self.line).no_writing = false;
+        let until = deadline(timeout);
+        let mut written = 0;
+        while written < data.len() {
+            if heeds_cts && !self.wait_for_cts(py, until)? {
+                break;
+            }
+            let end = if heeds_cts { written + 1 } else { data.len() };
+            let part = &data[written..end];
+            match wait(py, until, |cx| lock(&self.line).poll_write(part, cx))? {
+                Some(Some(0)) | None => break,
+                Some(Some(count)) => written += count,
+                Some(None) => {
+                    self.is_open()?;
+                    return Err(error::raise(py, "Ended", "the emulator has ended".to_owned()));
+                }
+            }
+        }
+        Ok(written)
+    }
+
+    /// What has come, at least a byte, to be awaited; nothing when nothing will come any more.
+    fn arrived(&self) -> Pending {
+        let line = Arc::clone(&self.line);
+        let bytes = std::future::poll_fn(move |cx| {
+            let mut line = lock(&line);
+            line.poll_read(1, cx).map(|()| line.take(usize::MAX))
+        });
+        Pending::new(bytes, |py, bytes| Ok(PyBytes::new(py, &bytes).into_any().unbind()))
+    }
+
+    /// How many bytes have come and are not read.
+    #[getter]
+    fn in_waiting(&self) -> PyResult<usize> {
+        self.is_open()?;
+        let mut line = lock(&self.line);
+        // Who waits is known to the port; it is told that it may look again.
+        line.fill(&mut Context::from_waker(Waker::noop()));
+        line.wake();
+        Ok(line.kept.len())
+    }
+
+    /// Whether the emulator has ended, and everything that it has sent is read.
+    #[getter]
+    fn ended(&self) -> bool {
+        let line = lock(&self.line);
+        line.ended && line.kept.is_empty()
+    }
+
+    /// Forgets what has come.
+    fn reset_input_buffer(&self) -> PyResult<()> {
+        self.in_waiting()?;
+        lock(&self.line).kept.clear();
+        Ok(())
+    }
+
+    /// Whoever waits in `read` gets what has come so far.
+    fn cancel_read(&self) {
+        let mut line = lock(&self.line);
+        line.no_reading = true;
+        line.wake();
+    }
+
+    /// Whoever waits in `write` goes on.
+    fn cancel_write(&self) {
+        let mut line = lock(&self.line);
+        line.no_writing = true;
+        line.wake();
+    }
+
+    /// Whether a host may send now, with all that it has sent so far taken in.
+    #[getter]
+    fn cts(&self, py: Python<'_>) -> PyResult<bool> {
+        let asked = self.control.takes_more();
+        py.detach(|| asked.wait()).map_err(|error| error::of_control(py, &error))
+    }
+
+    /// Switches one of the host's lines, `DTR` or `RTS`, or begins or ends a `BREAK`.
+    fn switch(&self, line: &str, on: bool) {
+        let Some(line) = ["DTR", "RTS", "BREAK"].into_iter().find(|name| *name == line) else {
+            return;
+        };
+        if let Some(lines) = &*lock(&self.lines) {
+            lines.switched(line, on);
+        }
+    }
+
+    #[getter]
+    fn closed(&self) -> bool {
+        lock(&self.line).port.is_none()
+    }
+
+    /// Closes the line. Whoever waits for it goes on.
+    fn close(&self) {
+        let mut line = lock(&self.line);
+        drop(line.port.take());
+        line.kept.clear();
+        line.wake();
+        drop(line);
+        drop(lock(&self.lines).take());
+        self.clear.set(true);
+    }
+}

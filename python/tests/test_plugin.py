@@ -1,0 +1,236 @@
+"""The plugin of pytest."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+MOVES = '''
+import pytest
+
+MOVE = b"@0A100,900,0,900,0,900,0,900\\r"
+
+@pytest.fixture
+def port(vimc4):
+    with vimc4.serial() as port:
+        port.write(b"@07\\r")
+        assert port.read() == b"0"
+        yield port
+'''
+
+
+def test_a_controller_is_a_fixture(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        def test_without_a_marker(vimc4):
+            view = vimc4.view()
+            assert (view["model"], view["machine"]) == ("imc4", "bench")
+            assert vimc4.advance("1s") == 1_000_000_000
+
+        @pytest.mark.vimc4("imc-s8", "mill", "manual")
+        def test_by_place(vimc4):
+            view = vimc4.view()
+            assert (view["model"], view["machine"]) == ("imc-s8", "mill")
+
+        @pytest.mark.vimc4(model="imc-s8", time="manual")
+        class TestMarkers:
+            @pytest.mark.vimc4(machine="mill")
+            def test_are_of_classes_and_functions(self, vimc4):
+                view = vimc4.view()
+                assert (view["model"], view["machine"]) == ("imc-s8", "mill")
+
+            @pytest.mark.vimc4(model="imc4")
+            @pytest.mark.vimc4(tcp="127.0.0.1:0")
+            def test_and_the_nearest_decides(self, vimc4):
+                assert vimc4.model == "imc4" and vimc4.tcp_addr[1] != 0
+
+        @pytest.mark.vimc4(machine="mill")
+        def test_several(vimc4, vimc4_start):
+            other = vimc4_start("imc-s8")
+            assert other.model == "imc-s8" and other.view()["machine"] == "mill"
+            assert vimc4.name != other.name
+
+        @pytest.mark.vimc4(model="imc-s9")
+        def test_a_wrong_name(vimc4):
+            pass
+        """
+    )
+    result = pytester.runpytest("--strict-markers")
+    result.assert_outcomes(passed=5, errors=1)
+    result.stdout.fnmatch_lines(["*there is no model `imc-s9`; built in are*"])
+
+
+def test_markers_are_explained(pytester):
+    result = pytester.runpytest("--markers")
+    result.stdout.fnmatch_lines(["@pytest.mark.vimc4(model, machine, time, ?*options): which*"])
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["alone", "xdist"])
+def test_who_fails_shows_the_conversation_and_leaves_a_recording(pytester, workers):
+    pytester.makepyfile(
+        MOVES
+        + """
+def test_passes(port):
+    port.write(MOVE)
+    assert port.read() == b"0"
+
+def test_fails(port, vimc4, vimc4_start):
+    vimc4_start("imc-s8").serial().write(b"@01\\r")
+    port.write(MOVE)
+    assert port.read() == b"F"
+"""
+    )
+    base = pytester.path / "kept"
+    result = pytester.runpytest_subprocess("--basetemp", base, *workers)
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*assert b'0' == b'F'*",
+            "*vimc4 *, imc4: conversation*",
+            "*@0A100,900,0,900,0,900,0,900  relative move X +100 steps at 900 Hz*",
+            "*0  after * ms*",
+            "*vimc4 *, imc4: recording*",
+            "vimc4 replay *vimc4.jsonl",
+            "vimc4 console *vimc4.jsonl",
+            "*vimc4 *, imc-s8: conversation*",
+            "*@01  set axes X*",
+            "vimc4 replay *vimc4-2.jsonl",
+        ]
+    )
+    # What passes leaves nothing.
+    files = sorted(base.rglob("*.jsonl"))
+    assert [file.name for file in files] == ["vimc4-2.jsonl", "vimc4.jsonl"]
+    lines = [json.loads(line) for line in files[1].read_text().splitlines()]
+    assert lines[0]["from"] == f"pytest {Path(str(pytester.path)).name}.py::test_fails" or (
+        lines[0]["from"].endswith("::test_fails")
+    )
+    assert "passes" not in result.stdout.str().replace("test_passes", "")
+
+
+def test_who_fails_in_a_fixture_shows_it_too(pytester):
+    pytester.makepyfile(
+        MOVES
+        + """
+@pytest.fixture
+def referenced(port):
+    port.write(b"@0R7\\r")
+    assert port.read() == b"9"
+
+def test_never_comes_here(referenced):
+    pass
+
+@pytest.fixture
+def ends_badly(port):
+    yield
+    port.write(MOVE)
+    assert port.read() == b"F"
+
+def test_comes_here(ends_badly):
+    pass
+"""
+    )
+    result = pytester.runpytest("--basetemp", pytester.path / "kept")
+    result.assert_outcomes(passed=1, errors=2)
+    text = result.stdout.str()
+    assert text.count(": conversation") == 2
+    assert "@0R7" in text and "@0A100" in text
+
+
+@pytest.mark.vimc4(model="imc-s8")
+def test_a_recording_of_ones_own_stays(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.vimc4(recording="own.jsonl")
+        def test_passes(vimc4):
+            pass
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=1)
+    assert (pytester.path / "own.jsonl").exists()
+
+
+def test_a_suite_of_two_hundred(pytester):
+    pytester.makepyfile(
+        MOVES
+        + """
+@pytest.mark.parametrize("number", range(200))
+@pytest.mark.vimc4(pty=True, tcp="127.0.0.1:0")
+def test_it(port, vimc4, number):
+    port.write(MOVE * 3)
+    assert port.read(3) == b"000"
+    assert vimc4.position()[0] == 300
+"""
+    )
+    began = time.monotonic()
+    result = pytester.runpytest_subprocess("-n", "2", "-q", "--durations=3")
+    result.assert_outcomes(passed=200)
+    print(f"200 tests took {time.monotonic() - began:.1f} s")
+
+
+def processes(marker):
+    """The processes that have this in their environment."""
+    found = set()
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if marker.encode() in (folder / "environ").read_bytes():
+                found.add(int(folder.name))
+        except OSError:
+            pass
+    return found
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
+def test_nothing_is_left_of_what_is_killed(pytester):
+    where = pytester.path / "where.json"
+    link = pytester.path / "controller"
+    pytester.makepyfile(
+        f"""
+        import json, os, time, pytest
+
+        @pytest.mark.vimc4(pty={str(link)!r}, tcp="127.0.0.1:0")
+        def test_hangs(vimc4):
+            with open({str(where)!r} + "~", "w") as file:
+                json.dump([os.readlink(vimc4.port), *vimc4.tcp_addr], file)
+            os.rename({str(where)!r} + "~", {str(where)!r})
+            time.sleep(600)
+        """
+    )
+    marker = f"VIMC4_TEST_OF_KILL={os.getpid()}"
+    key, value = marker.split("=")
+    started = subprocess.Popen(
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"],
+        cwd=pytester.path,
+        env=os.environ | {key: value},
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        while not where.exists():
+            assert started.poll() is None
+            time.sleep(0.01)
+        pty, host, port = json.loads(where.read_text())
+        socket.create_connection((host, port)).close()
+        # A controller is no process of its own.
+        assert processes(marker) == {started.pid}
+    finally:
+        started.send_signal(signal.SIGKILL)
+        started.wait()
+    assert processes(marker) == set()
+    assert not os.path.exists(pty)
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((host, port))
+    # The link that was asked for leads nowhere: nobody can take it for a controller, and the next
+    # one takes its place.
+    assert not link.exists()
+    again = f"import vimc4; vimc4.Emulator(pty={str(link)!r}).close()"
+    subprocess.run([sys.executable, "-c", again], check=True)
+    assert not os.path.lexists(link)

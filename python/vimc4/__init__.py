@@ -1,0 +1,124 @@
+"""Virtual stepper controllers for tests: those of isel, and LPKF's SMCU and MotionSystem.
+
+An `Emulator` behaves like the real controller, byte for byte, in the process of the test: behind a
+port of pyserial, a pseudo-terminal or TCP. Its machine, its operating panel and, if wanted, its time
+are in the hands of the test.
+
+>>> import vimc4
+>>> emulator = vimc4.Emulator(time="instant")
+>>> port = emulator.connect()
+>>> port.write(b"@01\\r@0A100000,200\\r")
+18
+>>> port.read(2)
+b'00'
+>>> emulator.position()
+[100000, 0, 0, 0]
+>>> emulator.close()
+
+With pytest, the fixture ``vimc4`` is an emulator, and ``@pytest.mark.vimc4(model=…, machine=…,
+time=…)`` says which.
+"""
+
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
+from ._emulator import Emulator, Reports
+from ._errors import (
+    Cancelled,
+    ConditionError,
+    ControlError,
+    DeedError,
+    Ended,
+    Endless,
+    Error,
+    FlashError,
+    Late,
+    LineWarning,
+    Never,
+    OrderError,
+    PortError,
+    ProfileError,
+    RecordingError,
+    RecordingWarning,
+)
+from ._port import Port
+from ._types import Breakpoint, Command, Effect, Pause, Progress, Signal
+from ._vimc4 import (
+    Harness,
+    Journey,
+    Machine,
+    Model,
+    Pending,
+    Recording,
+    Snapshot,
+    Worker,
+    __version__,
+    machine_profile,
+    machines,
+    model_profile,
+    models,
+)
+
+__all__ = [
+    "Aio",
+    "Breakpoint",
+    "Cancelled",
+    "Command",
+    "ConditionError",
+    "ControlError",
+    "DeedError",
+    "Effect",
+    "Emulator",
+    "Ended",
+    "Endless",
+    "Error",
+    "FlashError",
+    "Harness",
+    "Journey",
+    "Late",
+    "LineWarning",
+    "Machine",
+    "Model",
+    "Never",
+    "OrderError",
+    "Pause",
+    "Pending",
+    "Port",
+    "PortError",
+    "ProfileError",
+    "Progress",
+    "Recording",
+    "RecordingError",
+    "RecordingWarning",
+    "Reports",
+    "Signal",
+    "Snapshot",
+    "Worker",
+    "__version__",
+    "machine_profile",
+    "machines",
+    "model_profile",
+    "models",
+]
+
+if _TYPE_CHECKING:
+    from ._aio import Aio
+
+
+def __getattr__(name: str) -> object:
+    # asyncio takes longer to import than everything else together.
+    if name == "Aio":
+        from ._aio import Aio
+
+        return Aio
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+try:
+    import serial as _serial
+except ImportError:
+    # Without pyserial there are `Emulator.connect`, pseudo-terminals and TCP.
+    pass
+else:
+    # For `serial.serial_for_url("vimc4://imc-s8?time=instant")`.
+    _serial.protocol_handler_packages.append("vimc4.urlhandler")
+    del _serial

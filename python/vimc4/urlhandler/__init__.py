@@ -1,0 +1,1 @@
+"""How pyserial finds `vimc4://` addresses."""
