@@ -1,11 +1,11 @@
 //! What goes wrong with the machine, and what that leads to.
 
-use vimc4_device::{Event, Fault, FaultNumber, Faulting, Kinds, MachineStrike, Mishap};
+use vimc4_device::{Event, Fault, FaultNumber, Faulting, Kinds, Loss, MachineStrike, Mishap};
 use vimc4_motion::Running;
 use vimc4_plant::{Contact, End, Plant, PlantSignal, Way};
 
 use crate::activity::Activity;
-use crate::axes::AXES;
+use crate::axes::{AXES, AXIS_NAMES};
 use crate::firmware::Firmware;
 
 /// Which limit switches are active, as the controller sees them: for each axis the negative and the
@@ -39,10 +39,19 @@ impl Firmware {
             Mishap::Power => self.state.powered.into(),
             _ => 0,
         };
-        let begun = mishap.clone();
-        self.change_machine(|plant| plant.begin_fault(number, begun, instead));
+        let (begun, mut pushed) = (mishap.clone(), 0);
+        self.change_machine(|plant| pushed = plant.begin_fault(number, begun, instead));
         self.strikes(number, MachineStrike::Changed);
         match mishap {
+            Mishap::Push { axis, .. } => {
+                let axis = usize::from(*axis);
+                let name = AXIS_NAMES.get(axis).copied().unwrap_or("?");
+                if pushed != 0 && self.wants(Kinds::WARNING) {
+                    let machine = self.state.plant.machine();
+                    let warning = machine.steps_lost(axis, name, pushed, Loss::Pushed);
+                    self.for_no_command(|firmware| firmware.emit(Event::Warning(warning)));
+                }
+            }
             Mishap::Hold { signal, value } => {
                 if let Some(signal) = PlantSignal::from_id(*signal) {
                     self.set_signal(signal, *value != 0);

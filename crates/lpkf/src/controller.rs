@@ -477,10 +477,19 @@ impl Controller {
             Mishap::Power => self.state.powered.into(),
             _ => 0,
         };
-        let begun = mishap.clone();
-        self.change_machine(|plant| plant.begin_fault(number, begun, instead));
+        let (begun, mut pushed) = (mishap.clone(), 0);
+        self.change_machine(|plant| pushed = plant.begin_fault(number, begun, instead));
         self.strikes(number, MachineStrike::Changed);
         match mishap {
+            Mishap::Push { axis, .. } => {
+                let axis = usize::from(*axis);
+                let name = Axis::from_index(axis).map_or("?", |axis| self.state.axis_name(axis));
+                if pushed != 0 {
+                    let machine = self.state.plant.machine();
+                    let warning = machine.steps_lost(axis, name, pushed, Loss::Pushed);
+                    self.warn(None, warning);
+                }
+            }
             Mishap::Hold { signal, value } => self.set_signal(*signal, *value),
             Mishap::Power => self.switch_power(false),
             _ => {}

@@ -461,8 +461,9 @@ impl Plant {
 
     /// Something goes wrong. What it takes the place of, it gives back when it ends: the value of a
     /// signal that it holds, or whether there is power. The carriages have been
-    /// [advanced](Plant::advance) to where they are now.
-    pub fn begin_fault(&mut self, number: FaultNumber, mishap: Mishap, instead: i32) {
+    /// [advanced](Plant::advance) to where they are now. Returns by how much a carriage was pushed.
+    pub fn begin_fault(&mut self, number: FaultNumber, mishap: Mishap, instead: i32) -> i64 {
+        let mut pushed = 0;
         let instead = match mishap {
             // It bounces when it changes from what it is.
             Mishap::Bounce { signal, .. } => PlantSignal::from_id(signal)
@@ -471,13 +472,16 @@ impl Plant {
             Mishap::Push { axis, steps } => {
                 let axis = usize::from(axis).min(AXES - 1);
                 let mut slide = self.slide(axis);
+                let stood = slide.place;
                 self.gear(axis).carry(&mut slide, steps.clamp(-FURTHEST, FURTHEST));
                 self.put(axis, slide);
+                pushed = slide.place - stood;
                 instead
             }
             _ => instead,
         };
         self.faults.begin(number, mishap, instead);
+        pushed
     }
 
     /// It is no longer wrong. Returns what it was, and what it gives back.
