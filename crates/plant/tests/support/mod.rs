@@ -3,7 +3,7 @@
 pub(crate) mod walk;
 
 use vimc4_device::{Device, Harness};
-use vimc4_plant::Axis;
+use vimc4_plant::{Axis, Motor};
 
 /// Random numbers that are the same everywhere (splitmix64). A failing case names its seed.
 pub(crate) struct Random(pub(crate) u64);
@@ -74,6 +74,12 @@ pub(crate) fn mechanics(axis: &mut Axis, random: &mut Random) {
     axis.highest = end(axis.positive_switch, random);
     if random.one_in(2) {
         axis.backlash = random.range(0, 40) as u32;
+    }
+    if random.one_in(3) {
+        let (slow, fast) = (random.range(20, 5_000), random.range(5_001, 40_000));
+        let pull = vec![(slow as u32, 500), (fast as u32, random.range(0, 300) as u32)];
+        let start = random.one_in(2).then(|| random.range(1, 1_000) as u32);
+        axis.motor = Some(Motor { start, pull, load: random.range(0, 200) as u32 });
     }
     if random.one_in(2) {
         axis.hysteresis = random.range(0, 30) as u32;

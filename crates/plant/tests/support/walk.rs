@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use vimc4_device::{AXES, Event, Motion, Output, Point, Segment, Stamp, Time};
+use vimc4_motion::Pull;
 use vimc4_plant::{Axis, Machine};
 
 /// What a walk knows.
@@ -104,6 +105,11 @@ impl Walk {
         let mut on_switch = false;
         let mut walked = 0;
         let total = segment.profile.steps();
+        let stands: [Option<u64>; AXES] = std::array::from_fn(|axis| {
+            let motor = self.machine.axis(axis).motor.as_ref()?;
+            let pull = Pull { curve: &motor.pull, start: motor.start, load: motor.load };
+            segment.exceeds(axis, 0, &pull)
+        });
         for step in segment.steps() {
             let when = began.after_nanos(step.nanos);
             if walked == steps {
@@ -116,6 +122,9 @@ impl Walk {
             let by: Point =
                 std::array::from_fn(|axis| self.sign(axis) * (step.offset[axis] - offset[axis]));
             for (axis, mechanics) in self.mechanics.iter_mut().enumerate() {
+                if stands[axis].is_some_and(|stands| step.number > stands) {
+                    continue;
+                }
                 mechanics.step(self.machine.axis(axis), by[axis]);
             }
             offset = step.offset;
