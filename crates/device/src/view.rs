@@ -294,6 +294,8 @@ pub enum Cause {
     SpindleSpeed,
     /// The position of the trackball's axis is sent.
     TrackballReport,
+    /// A contact changes that bounces, or is pressed and begins to.
+    Contact,
 }
 
 /// In a few words, for people.
@@ -302,6 +304,7 @@ impl fmt::Display for Cause {
         f.write_str(match self {
             Cause::Activity => "what it is doing ends or goes on",
             Cause::SpindleSpeed => "spindle reaches its speed",
+            Cause::Contact => "a contact that bounces changes",
             Cause::TrackballReport => "position of the trackball's axis",
         })
     }

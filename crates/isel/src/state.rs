@@ -303,7 +303,7 @@ impl State {
     }
 
     /// When the next contact changes that bounces.
-    fn contact_due(&self) -> Option<Time> {
+    pub(crate) fn contact_due(&self) -> Option<Time> {
         if !self.plant.has_faults() {
             return None;
         }

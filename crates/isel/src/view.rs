@@ -133,7 +133,11 @@ impl Firmware {
         });
         let ports = state.model.ports.read.keys().map(|&port| (port, true));
         let ports = ports.chain(state.model.ports.write.keys().map(|&port| (port, false)));
-        let timer = self.state.deadline().map(|due| TimerView { cause: Cause::Activity, due });
+        let causes = [(state.deadline(), Cause::Activity), (state.contact_due(), Cause::Contact)];
+        let timers =
+            causes.into_iter().filter_map(|(due, cause)| Some(TimerView { cause, due: due? }));
+        let mut timers: Vec<TimerView> = timers.collect();
+        timers.sort_by_key(|timer| timer.due);
         View {
             at,
             model: state.model.name.clone(),
@@ -158,7 +162,7 @@ impl Firmware {
                     value: if input { self.read_port(port) } else { self.driven_value(port) },
                 })
                 .collect(),
-            timers: timer.into_iter().collect(),
+            timers,
             details: self.own_details(),
         }
     }

@@ -43,14 +43,20 @@ impl State {
             }
         }
         // What is there when something ends comes before that.
-        if self.plant.has_faults()
-            && let Some(due) =
-                self.plant.next_contact(self.running(), &self.carriage_signs(), self.now)
+        if let Some(due) = self.contact_due()
             && next.is_none_or(|(first, _)| due <= first)
         {
             next = Some((due, Cause::Contact));
         }
         next.filter(|(due, _)| *due != Time::NEVER)
+    }
+
+    /// When the next contact changes that bounces.
+    pub(crate) fn contact_due(&self) -> Option<Time> {
+        if !self.plant.has_faults() {
+            return None;
+        }
+        self.plant.next_contact(self.running(), &self.carriage_signs(), self.now)
     }
 
     /// Whether it does nothing by itself. The trackball may go on sending where the axis is.

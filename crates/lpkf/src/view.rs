@@ -142,6 +142,7 @@ impl State {
             (self.job_due(), Cause::Activity),
             (self.unit.due, Cause::SpindleSpeed),
             (self.ball.due, Cause::TrackballReport),
+            (self.contact_due(), Cause::Contact),
         ];
         let mut timers: Vec<TimerView> = causes
             .into_iter()

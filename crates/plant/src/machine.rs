@@ -504,6 +504,11 @@ mod tests {
         let error = Machine::from_toml(&text).unwrap_err();
         assert_eq!(&text[error.span.unwrap()], "velocity = 0");
 
+        let motor = "\n[axes.y.motor]\npull = [[500, 100], [400, 50]]\n";
+        let text = Machine::builtin_toml("mill").unwrap().to_owned() + motor;
+        let error = Machine::from_toml(&text).unwrap_err();
+        assert_eq!(&text[error.span.unwrap()], "pull = [[500, 100], [400, 50]]");
+
         let error = Machine::from_toml("name = \"x\"\ntilt = 3\n").unwrap_err();
         assert!(error.span.is_some(), "{error:?}");
     }
