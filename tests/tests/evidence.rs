@@ -78,6 +78,8 @@ fn passes(session: &Session, model: &str, quirk: &str, value: &str) -> bool {
     let workshop = Workshop::new(&other, model).unwrap();
     if session.line_pacing {
         play(&other, Drive::Smooth, |flash| workshop.build(flash).map(Line::paced)).is_ok()
+    } else if session.has_faults() {
+        play(&other, Drive::Smooth, |flash| workshop.build(flash).map(Line::ideal)).is_ok()
     } else {
         play(&other, Drive::Smooth, |flash| workshop.build(flash)).is_ok()
     }

@@ -34,6 +34,8 @@ fn check(session: &Session, model: &str) -> Result<(), Failed> {
     let workshop = Workshop::new(session, model)?;
     if session.line_pacing {
         check_on(session, model, |flash| workshop.build(flash).map(Line::paced))
+    } else if session.has_faults() {
+        check_on(session, model, |flash| workshop.build(flash).map(Line::ideal))
     } else {
         check_on(session, model, |flash| workshop.build(flash))
     }

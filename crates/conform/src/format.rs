@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::{Spanned, Table};
 use vimc4_catalogue::Family;
+use vimc4_device::Deed;
 
 use crate::script::{self, Action, Needs, Step};
 use crate::source::{Source, with_manual};
@@ -55,6 +56,13 @@ impl Session {
     #[must_use]
     pub fn needs(&self) -> Needs {
         script::needs(self.family, self.steps.iter().map(|step| &step.action))
+    }
+
+    /// Whether something goes wrong in it, so that it needs a controller at a line.
+    #[must_use]
+    pub fn has_faults(&self) -> bool {
+        let is_fault = |step: &Step| matches!(step.action, Action::Do(Deed::Fault(_)));
+        self.steps.iter().any(is_fault)
     }
 
     /// The folder it is in.

@@ -6,7 +6,7 @@ use std::fmt::{self, Write as _};
 
 use vimc4_catalogue::Family;
 use vimc4_device::{
-    Deed, Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Output,
+    Deed, Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Names, Output,
     OwnedInput, Time, View, show_nanos,
 };
 
@@ -408,6 +408,17 @@ impl<D: Device> Player<D> {
 
     fn act(&mut self, deed: &Deed) -> Result<(), Mismatch> {
         let signals = self.harness.device().signals();
+        let deed = &match deed {
+            // What the script has read with the names of all controllers is read with those of this one.
+            Deed::Fault(faulting) => {
+                let words = vimc4_catalogue::all_names().write_faulting(faulting);
+                match Names::of(self.harness.device()).read_faulting(&words) {
+                    Ok(faulting) => Deed::Fault(faulting.into()),
+                    Err(error) => return mismatch(deed.to_string(), error.to_string()),
+                }
+            }
+            deed => deed.clone(),
+        };
         let inputs = match deed.inputs(&signals) {
             Ok(inputs) => inputs,
             Err(error) => return mismatch(deed.to_string(), error.to_string()),

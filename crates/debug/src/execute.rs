@@ -626,6 +626,7 @@ impl Debugger {
                 self.told(stop)
             }
             Some(Order::Position) => Ok(self.whereabouts()),
+            Some(Order::Faults) => Err(DebugError::new(WITHOUT_LINE)),
             Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),
             Some(Order::Help(None)) => Ok(self.helped()),
             Some(Order::Help(Some(verb))) => Ok(Answer::Deeds(typed(verb).collect())),
@@ -643,6 +644,9 @@ impl Debugger {
     }
 
     fn inputs_of(&self, deed: &Deed) -> Result<Vec<OwnedInput>> {
+        if let Deed::Fault(_) = deed {
+            return Err(DebugError::new(WITHOUT_LINE));
+        }
         let inputs = deed.inputs(self.names().signals());
         inputs.map_err(|error| DebugError::new(error.to_string()))
     }
@@ -661,6 +665,10 @@ impl From<&str> for DebugError {
     }
 }
 
+/// Why there are no faults here.
+const WITHOUT_LINE: &str = "what is debugged is the controller without its line, on which nothing goes \
+                            wrong; faults are for `serve`, the library and sessions";
+
 /// The forms that a verb of the panel is typed in, with what each does.
 fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
     verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
@@ -668,7 +676,7 @@ fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
 
 /// Whether a verb is of no use where nothing runs by itself, or is several things one after the other.
 fn is_elsewhere(verb: Verb) -> bool {
-    verb == Order::Cancel.verb() || verb == Verb::Erase
+    matches!(verb, Verb::Cancel | Verb::Erase | Verb::Fault | Verb::Faults)
 }
 
 fn unknown(word: &str) -> DebugError {

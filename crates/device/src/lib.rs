@@ -49,7 +49,8 @@ pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
 pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said, unescape, unescape_first};
 pub use verb::{
-    Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, position_in_words,
+    Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words,
+    position_in_words,
 };
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Path, Point, Running, Segment, Time};

@@ -77,6 +77,7 @@ fn every_kind_does_what_it_says() {
         ("garble into ? to-host after answered m", "p\rm5\rp\r", "0?5", 5),
         ("garble into ? to-host after 2nd answered", "p\rm5\rp\r", "0?5", 5),
         ("garble into ? to-host after command m then answered p", "p\rm5\rp\r", "00?", 5),
+        ("garble into ? to-host after command p then 2nd answered", "p\rm5\rp\r", "0?5", 5),
         ("garble into ? to-host 2nd byte after command m", "p\rm5\rp\r", "00?", 5),
         // And what waits for a place or a time comes just then.
         ("insert ! to-host after x > 2", "m5\r", "!0", 5),
@@ -267,6 +268,7 @@ fn faults() -> impl Strategy<Value = String> {
         Just("parity marked".to_owned()),
         Just("framing".to_owned()),
         Just("cut".to_owned()),
+        (600..90_000_u32).prop_map(|baud| format!("speed {baud}")),
         (0..9_000_u32).prop_map(|micros| format!("break {micros}us")),
     ];
     let ways = prop_oneof![Just("to-host"), Just("to-controller"), Just("both")];

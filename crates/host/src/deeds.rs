@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use vimc4_device::{Device, Input, Kinds, SignalId, Time};
+use vimc4_device::{Device, Faulting, Input, Kinds, SignalId, Time};
 
 use crate::drive::Drive;
 use crate::report::{Deed, Effect, News, Source};
@@ -64,6 +64,8 @@ fn why_without_effect<D: Device>(
     let already = "it was so already";
     match inputs {
         [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
+        [Input::Fault(Faulting::End(_))] => Some("there is no such fault"),
+        [Input::Fault(Faulting::EndAll)] => Some("nothing is wrong"),
         // Of several things each may have undone the one before: the first reason that there is.
         _ => inputs
             .iter()

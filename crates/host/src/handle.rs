@@ -4,7 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
-use vimc4_device::{Condition, Deed, Device, OwnedInput, Signal, Time, View};
+use vimc4_device::{
+    Condition, Deed, Device, Fault, FaultNumber, Faulting, OwnedInput, Signal, Time, View,
+};
 
 use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
@@ -123,6 +125,20 @@ impl<D: Device + Clone + 'static> Handle<D> {
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Pending<Effect> {
         self.act(Deed::Power(on))
+    }
+
+    /// Something goes wrong from now on, with the number that comes back.
+    pub fn fault(&self, fault: Fault) -> Pending<FaultNumber> {
+        let by = self.source();
+        self.with(move |runner| {
+            let faulting = Faulting::Begin(FaultNumber::NEXT, fault);
+            let input = OwnedInput::Fault(faulting.clone());
+            runner.act(&by, Deed::Fault(Box::new(faulting)), &[input.as_input()]);
+            // It has the highest number, for it is the latest.
+            let numbers = runner.device().faults().into_iter().map(|view| view.number);
+            let numbers = numbers.filter(|number| *number != FaultNumber::TERMINAL);
+            Ok(numbers.max().unwrap_or_default())
+        })
     }
 
     /// Does something to the device in the name of whoever has this handle.

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Details, Family, Model, State};
 use vimc4_device::{
-    Condition, Deed, Device, Event, Line, LineState, Names, OwnedInput, Signal, Stamp, Time,
+    Condition, Deed, Device, Event, Fault, FaultNumber, FaultView, Faulting, Line, LineState,
+    Names, OwnedInput, Signal, Stamp, Time,
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
@@ -309,6 +310,26 @@ impl Control {
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Pending<Effect> {
         self.handle.power(on)
+    }
+
+    /// Something goes wrong from now on, with the number that comes back.
+    pub fn fault(&self, fault: impl Into<Fault>) -> Pending<FaultNumber> {
+        self.handle.fault(fault.into())
+    }
+
+    /// The fault of this number ends, if there is one.
+    pub fn end_fault(&self, number: FaultNumber) -> Pending<Effect> {
+        self.act(Deed::Fault(Box::new(Faulting::End(number))))
+    }
+
+    /// All faults end.
+    pub fn end_faults(&self) -> Pending<Effect> {
+        self.act(Deed::Fault(Box::new(Faulting::EndAll)))
+    }
+
+    /// The faults that there are, and how often each has struck.
+    pub fn faults(&self) -> Pending<Vec<FaultView>> {
+        self.handle.with(|runner| Ok(runner.device().faults()))
     }
 
     /// The present state.

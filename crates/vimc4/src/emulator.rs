@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
-use vimc4_device::{Condition, Event, Names, Order, Signal, Stamp, Time};
+use vimc4_device::{Condition, Event, FaultNumber, FaultView, Names, Order, Signal, Stamp, Time};
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
 };
@@ -19,6 +19,7 @@ use vimc4_host::{LinkError, PtyLink};
 
 use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
+use crate::fault::{AnyFault, FaultHandle};
 use crate::record::HostCommand;
 use crate::recording::RecordingFile;
 
@@ -319,6 +320,68 @@ impl Emulator {
     /// Takes the power away or gives it back.
     pub fn power(&self, on: bool) -> Result<(), Error> {
         self.control.power(on).wait()?;
+        Ok(())
+    }
+
+    /// Something goes wrong from now on, and until the handle is dropped.
+    ///
+    /// ```
+    /// use std::io::{Read, Write};
+    /// use vimc4::{Clock, Emulator};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let emu = Emulator::builder().time(Clock::Instant).start()?;
+    /// let mut port = emu.connect()?;
+    /// let fault = emu.fault("garble into ? to-host after command @0P")?;
+    /// port.write_all(b"@07\r@0P\r")?;
+    /// let mut answers = [0; 2];
+    /// port.read_exact(&mut answers)?;
+    /// assert_eq!(&answers, b"0?");
+    /// assert_eq!(fault.struck()?, 1);
+    /// drop(fault);
+    /// assert!(emu.faults()?.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If the words are none for a fault, or the emulator has ended.
+    pub fn fault(&self, fault: impl Into<AnyFault>) -> Result<FaultHandle, Error> {
+        let fault = match fault.into() {
+            AnyFault::Fault(fault) => fault,
+            AnyFault::Words(words) => self.names()?.read_fault(&words)?,
+        };
+        let number = self.control.fault(fault).wait()?;
+        Ok(FaultHandle::new(self.control.clone(), number))
+    }
+
+    /// The faults that there are, and how often each has struck.
+    ///
+    /// # Errors
+    ///
+    /// If the emulator has ended.
+    pub fn faults(&self) -> Result<Vec<FaultView>, Error> {
+        Ok(self.control.faults().wait()?)
+    }
+
+    /// The fault of this number ends, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// If the emulator has ended.
+    pub fn end_fault(&self, number: FaultNumber) -> Result<(), Error> {
+        self.control.end_fault(number).wait()?;
+        Ok(())
+    }
+
+    /// All faults end, whoever has begun them.
+    ///
+    /// # Errors
+    ///
+    /// If the emulator has ended.
+    pub fn end_faults(&self) -> Result<(), Error> {
+        self.control.end_faults().wait()?;
         Ok(())
     }
 

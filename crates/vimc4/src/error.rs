@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 use vimc4_catalogue::{MemoryError, ProfileError, Unknown};
+use vimc4_device::FaultError;
 use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
@@ -43,6 +44,9 @@ pub enum Error {
     /// A file holds no profile.
     #[error(transparent)]
     Profile(#[from] Box<ProfileFileError>),
+    /// Words are none for a fault.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
     /// An address is none.
     #[error(
         "`{address}` is not an address: {source}; write host:port, as in 127.0.0.1:4004 or \

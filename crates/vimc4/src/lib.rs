@@ -38,6 +38,7 @@
 //! | stop a motion at an exact step or time | [`Clock::Manual`], [`Emulator::run_until`], [`Emulator::advance`] |
 //! | be the person at the machine | [`Emulator::press`], [`Emulator::turn`], [`Emulator::input`], [`Emulator::power`] |
 //! | ask what the host did | [`Emulator::commands`], [`Emulator::events`], [`Emulator::position`], [`Emulator::view`] |
+//! | lose, garble, delay bytes, or cut the cable | [`Emulator::fault`] |
 //! | await instead of block | [`Emulator::control`] |
 //! | hold the controller while its host is connected, at breakpoints or by hand, and lead it step by step | [`Emulator::pause`], [`Emulator::break_when`], [`Emulator::step`], [`Control`] |
 //! | try several things from the same point | [`Emulator::snapshot`], [`Emulator::restore`] |
@@ -47,6 +48,7 @@ mod builder;
 mod control;
 mod emulator;
 mod error;
+mod fault;
 mod order;
 mod profiles;
 mod record;
@@ -56,6 +58,7 @@ pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
+pub use fault::{AnyFault, FaultHandle};
 pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile};
 pub use record::HostCommand;
@@ -69,10 +72,11 @@ pub use vimc4_catalogue::{
     bare, isel, machines, models, models_like, quirks,
 };
 pub use vimc4_device::{
-    AXES, Activity, AxisView, Cause, CommandNumber, Completion, Condition, ConditionError, Deed,
-    DeedError, Event, Fill, Kinds, Motion, Names, NotADuration, Order, OrderError, Point, PortView,
-    Signal, SignalKind, SignalView, Sort, Stamp, Time, TimerView, Verb, WaitsFor, Warning, escape,
-    parse_duration,
+    AXES, Activity, Awaited, AxisView, BadByte, Cause, Chance, CommandNumber, Completion,
+    Condition, ConditionError, Damage, Deed, DeedError, Event, Fault, FaultError, FaultNews,
+    FaultNumber, FaultStage, FaultView, Faulting, Fill, Garbling, Kinds, LineFault, Motion, Names,
+    NotADuration, Order, OrderError, Point, PortView, Signal, SignalKind, SignalView, Sort, Stamp,
+    Strike, Time, TimerView, Verb, WaitsFor, Warning, Way, When, escape, parse_duration,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,

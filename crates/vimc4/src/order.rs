@@ -3,7 +3,7 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use vimc4_device::{Condition, Order, position_in_words};
+use vimc4_device::{Condition, Order, faults_in_words, position_in_words};
 use vimc4_host::{ControlError, Effect};
 
 use crate::control::Control;
@@ -63,6 +63,10 @@ impl Control {
                 answer(self.now(), |_| "ok".to_owned())
             }
             Order::Position => answer(self.view(), |view| position_in_words(&view.axes)),
+            Order::Faults => {
+                let (names, faults) = (self.names(), self.faults());
+                Box::pin(async move { Ok(faults_in_words(&faults.await?, &names.await?)) })
+            }
             Order::Signals => answer(self.names(), |names| names.list()),
             Order::Help(None) => answer(self.names(), |names| names.help()),
             Order::Help(Some(verb)) => {

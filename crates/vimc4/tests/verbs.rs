@@ -7,6 +7,7 @@
 )]
 
 use std::fs;
+use std::io::{Read, Write};
 use std::time::Duration;
 
 use vimc4::{Clock, Emulator, Names, Order, Sort, Time, Verb};
@@ -91,6 +92,30 @@ fn each_verb_does_what_it_says() {
                 assert!(!emu.view().unwrap().powered);
                 assert_eq!(give("power on"), "ok");
                 assert!(emu.view().unwrap().powered);
+            }
+            Verb::Fault => {
+                assert_eq!(give("fault drop to-host once"), "ok");
+                assert_eq!(give("fault cut for 20ms after x > 5"), "ok");
+                assert_eq!(give("fault end 1"), "ok");
+                assert_eq!(give("fault end 1"), "ok, without effect: there is no such fault");
+                assert_eq!(emu.faults().unwrap().len(), 1);
+                assert_eq!(give("fault end all"), "ok");
+                assert!(emu.faults().unwrap().is_empty());
+            }
+            Verb::Faults => {
+                assert_eq!(give("faults"), "nothing is wrong");
+                give("fault garble into ? to-host");
+                give("fault cut for 20ms after x > 5");
+                let mut port = emu.connect().unwrap();
+                port.write_all(b"@01\r").unwrap();
+                let mut answer = [0];
+                port.read_exact(&mut answer).unwrap();
+                assert_eq!(&answer, b"?");
+                assert_eq!(
+                    give("faults"),
+                    "1   is over, struck once        garble into \"?\" to-host once\n\
+                     2   waits, struck 0 times       cut both for 20ms after x > 5"
+                );
             }
             Verb::Advance => {
                 assert_eq!(give("advance 250ms"), "now 0.250000000 s");

@@ -40,6 +40,7 @@ pub use line::{BadByte, Damage, Garbling, LineFault, Way};
 pub use machine::{MachineFault, MachineStrike, Mishap, SwitchSays};
 pub use strike::Strike;
 pub use text::FaultError;
+pub(crate) use text::kinds;
 pub use when::{Awaited, Chance, When};
 
 /// Something that goes wrong.
@@ -113,6 +114,9 @@ impl FaultNumber {
     /// Stands for the number that is next: one more than the highest that a fault ever had.
     pub const NEXT: FaultNumber = FaultNumber(0);
 
+    /// The number of the speed that the client of a pseudo-terminal has set, where that counts.
+    pub const TERMINAL: FaultNumber = FaultNumber(u32::MAX);
+
     pub(crate) fn is_next(&self) -> bool {
         *self == FaultNumber::NEXT
     }
@@ -120,7 +124,10 @@ impl FaultNumber {
 
 impl fmt::Display for FaultNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
+        match *self {
+            FaultNumber::TERMINAL => f.write_str("terminal"),
+            FaultNumber(number) => number.fmt(f),
+        }
     }
 }
 

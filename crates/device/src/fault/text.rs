@@ -52,7 +52,6 @@ impl FaultError {
     }
 
     /// What follows the place up to which it was read.
-    #[cfg(test)]
     pub(crate) fn rest(&self) -> &str {
         &self.rest
     }
@@ -303,10 +302,34 @@ impl Names {
             say(format_args!("while {}", self.write(condition)));
         }
     }
+
+    /// The forms of a fault, and what each says.
+    pub(crate) fn help_on_faults() -> Vec<(String, String)> {
+        let kinds = kinds().map(|(kind, about)| (kind.to_owned(), about.to_owned()));
+        let mut forms: Vec<_> = kinds.collect();
+        forms.push((
+            "to-host|to-controller".to_owned(),
+            "which way, or both; `2 bytes` for several in a row".to_owned(),
+        ));
+        forms.push((
+            "once|3 times|always".to_owned(),
+            "how often; once if nothing is said, but what is cut stays cut".to_owned(),
+        ));
+        forms.push(("every 10th, 3rd byte".to_owned(), "which bytes".to_owned()));
+        forms.push(("5%, seed 7".to_owned(), "with a probability; equal seeds".to_owned()));
+        forms.push(("for 200ms".to_owned(), "for how long".to_owned()));
+        forms.push((
+            "after CONDITION".to_owned(),
+            "from when on, as in `after x > 1000` or `after @A then 2nd answered`; it stands last, \
+             and `help run until` has the conditions"
+                .to_owned(),
+        ));
+        forms
+    }
 }
 
-/// All kinds of faults.
-fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
+/// All kinds of faults, and what each does.
+pub(crate) fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
     KINDS.into_iter().chain(machine::KINDS)
 }
 
@@ -431,7 +454,10 @@ impl FromStr for FaultNumber {
     type Err = std::num::ParseIntError;
 
     fn from_str(text: &str) -> Result<FaultNumber, Self::Err> {
-        text.parse().map(FaultNumber)
+        match text {
+            "terminal" => Ok(FaultNumber::TERMINAL),
+            number => number.parse().map(FaultNumber),
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::chance::Dice;
 use super::lane::span_of;
+use super::uart::{Wave, read_early};
 use crate::{
     Breakpoint, Damage, Device, Event, Fault, FaultNews, FaultNumber, FaultStage, FaultView,
     Garbling, Kinds, LineFault, Output, Strike, Time, Way,
@@ -23,6 +24,11 @@ pub(super) struct Faults {
     list: Vec<Begun>,
     pub(super) to_host: Held,
     pub(super) to_controller: Held,
+    /// What is sent at another speed than it is read.
+    #[serde(default)]
+    pub(super) wave_to_host: Wave,
+    #[serde(default)]
+    pub(super) wave_to_controller: Wave,
 }
 
 /// A fault that was begun.
@@ -111,7 +117,71 @@ pub(super) enum ForDevice {
 impl Faults {
     /// Whether there is nothing that could matter any more.
     pub(super) fn is_empty(&self) -> bool {
-        self.list.is_empty() && self.to_host.len() == 0 && self.to_controller.len() == 0
+        self.list.is_empty() && self.leaving() + self.coming() == 0
+    }
+
+    /// How many bytes are on their way to the host.
+    pub(super) fn leaving(&self) -> usize {
+        self.to_host.len() + self.wave_to_host.len()
+    }
+
+    /// How many bytes are on their way to the controller.
+    pub(super) fn coming(&self) -> usize {
+        self.to_controller.len() + self.wave_to_controller.len()
+    }
+
+    /// The speed of the host for what goes this way, if it is not that of the controller.
+    pub(super) fn speed(&self, way: Way, now: Time, baud: u32) -> Option<u32> {
+        let speed = |begun: &Begun| match begun.fault.of_line() {
+            Some(LineFault { damage: Damage::Speed(speed), way: ways, .. })
+                if ways.has(way) && begun.seen_stage(now) == FaultStage::Strikes =>
+            {
+                Some(*speed)
+            }
+            _ => None,
+        };
+        self.list.iter().rev().find_map(speed).filter(|speed| *speed != baud)
+    }
+
+    /// Sends bytes whose bits have to be read at another speed, or that come behind such. Says whether it
+    /// has: else they go as ever.
+    pub(super) fn send(&mut self, way: Way, bytes: &[u8], now: Time, baud: u32) -> bool {
+        let host = self.speed(way, now, baud);
+        let wave = match way {
+            Way::ToHost => &mut self.wave_to_host,
+            Way::ToController | Way::Both => &mut self.wave_to_controller,
+        };
+        if host.is_none() && wave.len() == 0 {
+            return false;
+        }
+        match way {
+            Way::ToHost => wave.push(bytes, now, baud),
+            Way::ToController | Way::Both => wave.push(bytes, now, host.unwrap_or(baud)),
+        }
+        true
+    }
+
+    /// Takes what the receiver of a wave has read.
+    pub(super) fn read(&mut self, way: Way, now: Time, baud: u32, news: &mut Vec<Output>) {
+        let host = self.speed(way, now, baud).unwrap_or(baud);
+        let taken = match way {
+            Way::ToHost => self.wave_to_host.take(host),
+            _ => self.wave_to_controller.take(baud),
+        };
+        let (Some(reading), sent) = taken else { return };
+        let is_speed = |begun: &&mut Begun| {
+            let line = begun.fault.of_line();
+            line.is_some_and(|line| matches!(line.damage, Damage::Speed(_)) && line.way.has(way))
+        };
+        if sent != [reading.byte]
+            && let Some(begun) = self.list.iter_mut().rev().find(is_speed)
+        {
+            begun.struck += 1;
+            let arrives = Bytes::copy_from_slice(&[reading.byte]);
+            let strike = Strike::Line { way, sent: sent.into(), arrives, late: 0 };
+            tell(news, now, begun.number, FaultNews::Strikes(strike));
+        }
+        self.pass(way, reading.byte, now, baud, news);
     }
 
     fn held(&mut self, way: Way) -> &mut Held {
@@ -179,12 +249,12 @@ impl Faults {
 
     // --- what has to come before ---
 
-    /// The kinds of events in which what has to come before is seen.
+    /// The kinds of events in which what has to come before is seen, all of it: several things may
+    /// come in one moment.
     pub(super) fn kinds(&self) -> Kinds {
-        self.list.iter().fold(Kinds::NONE, |kinds, begun| match &begun.stage {
-            Stage::Waits { breakpoint, .. } => kinds.and(breakpoint.condition().kinds()),
-            Stage::Strikes { .. } | Stage::Over => kinds,
-        })
+        let waiting = self.list.iter().filter(|begun| matches!(begun.stage, Stage::Waits { .. }));
+        let awaited = waiting.flat_map(|begun| &begun.fault.when().after);
+        awaited.fold(Kinds::NONE, |kinds, awaited| kinds.and(awaited.condition.kinds()))
     }
 
     /// When the device has to be looked at next: something may have come by then, or is over that the
@@ -215,16 +285,8 @@ impl Faults {
         for place in 0..self.list.len() {
             let Some(begun) = self.list.get_mut(place) else { continue };
             match &mut begun.stage {
-                Stage::Waits { step, met, breakpoint } => {
-                    if !breakpoint.look(device, events.iter()) {
-                        continue;
-                    }
-                    *met += 1;
-                    let wanted = begun.fault.when().after.get(*step).map_or(1, |next| next.times);
-                    let next = *step + 1;
-                    // What ends the state in which it strikes would have it strike for ever.
-                    let again = begun.until == Some(now) && begun.fault.when().during.is_some();
-                    if *met >= wanted && !again && begun.wait_for(next, device) {
+                Stage::Waits { .. } => {
+                    if begun.awaits(events, device) {
                         tell(news, now, begun.number, FaultNews::Armed);
                         let arms = ForDevice::Begin(begun.number, begun.fault.clone());
                         given.extend((!begun.is_of_line()).then_some(arms));
@@ -355,6 +417,33 @@ impl Begun {
         true
     }
 
+    /// Looks at the device right after these events, each of which can be only one of the things that it
+    /// waits for, one after the other. Says whether all of them have come.
+    fn awaits<D: Device>(&mut self, events: &[Event], device: &D) -> bool {
+        let mut rest = events;
+        while let Stage::Waits { step, met, breakpoint } = &mut self.stage {
+            if !breakpoint.look(device, rest.iter()) {
+                return false;
+            }
+            let has_come =
+                |length: &usize| device.holds(breakpoint.condition(), rest.iter().take(*length));
+            let used = (0..=rest.len()).find(has_come).unwrap_or(rest.len());
+            rest = rest.get(used..).unwrap_or_default();
+            *met += 1;
+            let wanted = self.fault.when().after.get(*step).map_or(1, |next| next.times);
+            let next = *step + 1;
+            // What ends the state in which it strikes would have it strike for ever.
+            let again = self.until == Some(device.now()) && self.fault.when().during.is_some();
+            if *met >= wanted && !again && self.wait_for(next, device) {
+                return true;
+            }
+            if again || rest.is_empty() {
+                return false;
+            }
+        }
+        false
+    }
+
     fn is_of_line(&self) -> bool {
         self.fault.of_line().is_some()
     }
@@ -483,7 +572,7 @@ impl Begun {
                 }
                 Damage::Framing(bad) => {
                     let early = self.dice.roll(8) + 1;
-                    let read = |byte: &u8| super::uart::read_early(*byte, early);
+                    let read = |byte: &u8| read_early(*byte, early);
                     let read = sent.iter().flat_map(read);
                     let taken = read.map(|(byte, whole)| match whole {
                         true => Bytes::copy_from_slice(&[byte]),

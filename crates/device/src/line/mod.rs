@@ -70,9 +70,11 @@ enum Next {
     Look,
     HeldLeaves,
     Leaves,
+    WaveLeaves,
     Wakes,
     HeldArrives,
     Arrives,
+    WaveArrives,
 }
 
 impl<D: Device> Line<D> {
@@ -115,7 +117,11 @@ impl<D: Device> Line<D> {
         ];
         let next = line.into_iter().flatten().min();
         let Some(faults) = faults else { return next };
+        let baud = self.device.baud();
+        let host = faults.speed(Way::ToHost, self.device.now(), baud).unwrap_or(baud);
         let others = [
+            of(faults.wave_to_host.due(host), Next::WaveLeaves),
+            of(faults.wave_to_controller.due(baud), Next::WaveArrives),
             of(faults.due(&self.device), Next::Look),
             of(faults.to_host.due(), Next::HeldLeaves),
             of(faults.to_controller.due(), Next::HeldArrives),
@@ -165,6 +171,10 @@ impl<D: Device> Line<D> {
                 match output {
                     Output::Bytes(at, bytes) => {
                         leaving.append(&mut news);
+                        let speed = self.device.baud();
+                        if faults.send(Way::ToHost, &bytes, at, speed) {
+                            continue;
+                        }
                         if self.wires.paced {
                             self.wires.from_device.push(&bytes, at, baud);
                         } else {
@@ -229,7 +239,9 @@ impl<D: Device> Line<D> {
                     FaultNumber::NEXT => FaultNumber(self.wires.numbered.0.saturating_add(1)),
                     number => number,
                 };
-                self.wires.numbered = self.wires.numbered.max(number);
+                if number != FaultNumber::TERMINAL {
+                    self.wires.numbered = self.wires.numbered.max(number);
+                }
                 let faults = self.wires.faults.get_or_insert_default();
                 faults.begin(number, fault.clone(), &self.device, &mut news)
             }
@@ -297,6 +309,15 @@ impl<D: Device> Device for Line<D> {
                     self.crossed(Way::ToHost, byte, first);
                 }
             }
+            Next::WaveLeaves | Next::WaveArrives => {
+                self.device.accept(Input::Wake, first);
+                let way = if next == Next::WaveLeaves { Way::ToHost } else { Way::ToController };
+                let (mut news, speed) = (Vec::new(), self.device.baud());
+                if let Some(faults) = &mut self.wires.faults {
+                    faults.read(way, first, speed, &mut news);
+                }
+                self.leave(news);
+            }
             Next::Wakes => drop(self.device.perform(first)),
             Next::HeldArrives => {
                 let faults = self.wires.faults.as_mut();
@@ -321,8 +342,12 @@ impl<D: Device> Device for Line<D> {
         match input {
             Input::Bytes(bytes) if self.has_lane() => {
                 self.device.accept(Input::Wake, at);
-                let (now, baud) = (self.device.now(), self.pace());
-                self.wires.to_device.push(bytes, now, baud);
+                let (now, baud) = (self.device.now(), self.device.baud());
+                let pace = self.pace();
+                let faults = self.wires.faults.as_mut();
+                if !faults.is_some_and(|faults| faults.send(Way::ToController, bytes, now, baud)) {
+                    self.wires.to_device.push(bytes, now, pace);
+                }
             }
             Input::Power(false) => {
                 // What the transmitter had not sent is gone; what is on its way to the device
@@ -408,8 +433,8 @@ impl<D: Device> Device for Line<D> {
         let Wires { paced, to_device, from_device, faults, .. } = &self.wires;
         let (mut coming, mut leaving) = (to_device.len(), from_device.len());
         if let Some(faults) = faults {
-            coming += faults.to_controller.len();
-            leaving += faults.to_host.len();
+            coming += faults.coming();
+            leaving += faults.leaving();
         } else if !paced {
             return room;
         }
@@ -446,8 +471,7 @@ impl<D: Device> Device for Line<D> {
 
     fn is_idle(&self) -> bool {
         let Wires { to_device, from_device, faults, .. } = &self.wires;
-        let held =
-            faults.as_ref().map_or(0, |faults| faults.to_host.len() + faults.to_controller.len());
+        let held = faults.as_ref().map_or(0, |faults| faults.leaving() + faults.coming());
         self.device.is_idle() && to_device.len() + from_device.len() + held == 0
     }
 

@@ -1,6 +1,7 @@
 //! What can follow a line that has been begun.
 
 use super::table::{Verb, row};
+use crate::fault::kinds;
 use crate::{Names, Signal};
 
 /// A way to go on with a line.
@@ -126,6 +127,12 @@ impl Names {
             Verb::Power => {
                 vec![with(&["off"], "takes the power away"), with(&["on"], "gives the power back")]
             }
+            Verb::Fault => {
+                let ends = [("end ", "a fault ends"), ("end all", "all faults end")];
+                let ends = ends.map(|(end, about)| with(&[end], about));
+                let kinds = kinds().map(|(kind, about)| with(&[&format!("{kind} ")], about));
+                kinds.chain(ends).collect()
+            }
             Verb::RunUntil => {
                 let conditions = self.conditions();
                 let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
@@ -137,6 +144,7 @@ impl Names {
             | Verb::Cancel
             | Verb::Position
             | Verb::Signals
+            | Verb::Faults
             | Verb::Help
             | Verb::Quit => {
                 vec![(vec![verb.name().to_owned()], form.about.to_owned())]

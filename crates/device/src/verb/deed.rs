@@ -6,7 +6,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{OwnedInput, Signal, SignalKind};
+use crate::{Faulting, OwnedInput, Signal, SignalKind};
 
 /// Something that is done to a device and is no command: a byte that acts at once, the panel, the
 /// power. It is all that is needed to do it again.
@@ -54,6 +54,8 @@ pub enum Deed {
     },
     /// The power was taken away or given back.
     Power(bool),
+    /// A fault began or ended.
+    Fault(Box<Faulting>),
     /// The device was put back into an earlier state.
     Restore,
 }
@@ -74,6 +76,7 @@ impl fmt::Display for Deed {
             Deed::Several { what, .. } => f.write_str(what),
             Deed::Power(true) => f.write_str("power on"),
             Deed::Power(false) => f.write_str("power off"),
+            Deed::Fault(faulting) => write!(f, "fault {faulting}"),
             Deed::Restore => f.write_str("restore"),
         }
     }
@@ -140,6 +143,7 @@ impl Deed {
                 each.collect::<Result<_, _>>()?
             }
             Deed::Power(on) => vec![OwnedInput::Power(*on)],
+            Deed::Fault(faulting) => vec![OwnedInput::Fault((**faulting).clone())],
             Deed::Restore => Vec::new(),
         })
     }

@@ -35,6 +35,10 @@ impl Names {
             row(&verb.typed(form), about.as_deref().unwrap_or(form.about))
         });
         let mut lines: Vec<String> = forms.collect();
+        if verb == Verb::Fault {
+            lines.push("FAULT is one of these, and then which way and when:".to_owned());
+            lines.extend(Names::help_on_faults().iter().map(|(form, about)| row(form, about)));
+        }
         if verb == Verb::RunUntil {
             lines.push(
                 "CONDITION is one of these, or several with `and`, `or` and brackets:".to_owned(),

@@ -12,7 +12,7 @@ mod order;
 mod panel;
 mod table;
 
-use crate::AxisView;
+use crate::{AxisView, FaultView, Names};
 
 pub use complete::Completion;
 pub use deed::{Deed, DeedError};
@@ -24,6 +24,25 @@ pub use table::{Form, Sort, Verb};
 pub fn position_in_words(axes: &[AxisView]) -> String {
     let axes: Vec<_> = axes.iter().map(|axis| format!("{} {}", axis.name, axis.position)).collect();
     axes.join(" ")
+}
+
+/// The faults that a device has, a line each, as people read them: number, stage, how often it has
+/// struck, and what it is.
+#[must_use]
+pub fn faults_in_words(faults: &[FaultView], names: &Names) -> String {
+    let line = |view: &FaultView| {
+        let FaultView { number, fault, stage, struck } = view;
+        let struck = match struck {
+            1 => "struck once".to_owned(),
+            times => format!("struck {times} times"),
+        };
+        let stage = format!("{stage}, {struck}");
+        format!("{number:<3} {stage:<26}  {}", names.write_fault(fault))
+    };
+    match faults {
+        [] => "nothing is wrong".to_owned(),
+        faults => faults.iter().map(line).collect::<Vec<_>>().join("\n"),
+    }
 }
 
 #[cfg(test)]
@@ -68,11 +87,13 @@ mod tests {
                 | Verb::Set
                 | Verb::Erase
                 | Verb::Power
+                | Verb::Fault
                 | Verb::Advance
                 | Verb::RunUntil
                 | Verb::Cancel
                 | Verb::Position
                 | Verb::Signals
+                | Verb::Faults
                 | Verb::Help
                 | Verb::Complete
                 | Verb::Quit => {}
@@ -85,6 +106,7 @@ mod tests {
     fn every_order_is_understood() {
         let text = str::to_owned;
         let deed = Order::Do;
+        let fault = |words: &str| Box::new(words.parse().unwrap());
         let at = |axis, position| Order::RunUntil(Condition::AxisAt { axis, position });
         let mut seen = Vec::new();
         for (line, order) in [
@@ -103,6 +125,12 @@ mod tests {
             ("set input 0.2 1", deed(Deed::Set(text("input 0.2"), 1))),
             ("erase", Order::Erase),
             ("power off", deed(Deed::Power(false))),
+            (
+                "fault 3 drop to-host after x > 5",
+                deed(Deed::Fault(fault("3 drop to-host after axis0 > 5"))),
+            ),
+            ("fault end all", deed(Deed::Fault(fault("end all")))),
+            ("faults", Order::Faults),
             ("advance 250ms", Order::Advance(Duration::from_millis(250))),
             ("advance 1.5 s", Order::Advance(Duration::from_millis(1_500))),
             ("advance 0.1h", Order::Advance(Duration::from_secs(360))),
@@ -166,6 +194,11 @@ mod tests {
             ("set limitx- 1", 4, "no signal `limitx-`; did you mean limit x-?"),
             ("set ball x 10", 11, "ball x can be a number from -9 to 9"),
             ("set nothing 1", 4, "no signal `nothing`; `signals` lists those there are"),
+            ("fault", 5, "a kind of fault: drop, garble"),
+            ("fault dorp", 6, "a kind of fault: drop, garble"),
+            ("fault drop to-hots", 11, "to-host, to-controller or both"),
+            ("fault drop to-host after x > far", 29, "a position in steps"),
+            ("fautl drop", 0, "did you mean fault"),
             ("advance 250", 8, "as in `advance 250ms`"),
             ("advance 99999999999h", 8, "as in `advance 250ms`"),
             ("power", 5, "power on or power off"),

@@ -43,6 +43,8 @@ pub enum Order {
     Position,
     /// Say what can be set.
     Signals,
+    /// Say what is wrong.
+    Faults,
     /// Say what can be told; or all that there is to say of one verb.
     Help(Option<Verb>),
     /// Say what can follow this.
@@ -114,6 +116,7 @@ impl Order {
             Order::Do(Deed::Turn(..)) => Verb::Turn,
             Order::Do(Deed::Input { .. }) => Verb::Input,
             Order::Do(Deed::Power(_)) => Verb::Power,
+            Order::Do(Deed::Fault(_)) => Verb::Fault,
             // What is no order of a person can be told by signals, if at all.
             Order::Do(Deed::Set(..) | Deed::Several { .. } | Deed::Byte(_) | Deed::Restore) => {
                 Verb::Set
@@ -124,6 +127,7 @@ impl Order {
             Order::Cancel => Verb::Cancel,
             Order::Position => Verb::Position,
             Order::Signals => Verb::Signals,
+            Order::Faults => Verb::Faults,
             Order::Help(_) => Verb::Help,
             Order::Complete(_) => Verb::Complete,
             Order::Quit => Verb::Quit,
@@ -194,6 +198,12 @@ impl<'t> Typed<'t> {
                 ["off"] => Ok(Order::Do(Deed::Power(false))),
                 _ => Err(self.wrong(place, "power on or power off")),
             },
+            Verb::Fault => {
+                let faulting = names.read_faulting(self.0.get(place..).unwrap_or_default());
+                faulting
+                    .map(|faulting| Order::Do(Deed::Fault(faulting.into())))
+                    .map_err(|error| self.wrong(self.0.len() - error.rest().len(), error.right()))
+            }
             Verb::Advance => {
                 parse_duration(&arguments.concat()).map(Order::Advance).map_err(|_| {
                     self.wrong(place, "a number with a unit, as in `advance 250ms` or `advance 2s`")
@@ -204,6 +214,7 @@ impl<'t> Typed<'t> {
             Verb::Cancel => alone(Order::Cancel),
             Verb::Position => alone(Order::Position),
             Verb::Signals => alone(Order::Signals),
+            Verb::Faults => alone(Order::Faults),
             Verb::Help => match (arguments, Verb::of(arguments)) {
                 ([], _) => Ok(Order::Help(None)),
                 (words, Some((verb, length))) if words.len() == length => {

@@ -21,6 +21,8 @@ pub enum Verb {
     Erase,
     /// The mains switch.
     Power,
+    /// Something goes wrong, or does no more.
+    Fault,
     /// Moves time forward by a span.
     Advance,
     /// Lets time pass until a condition holds.
@@ -31,6 +33,8 @@ pub enum Verb {
     Position,
     /// Says what can be set.
     Signals,
+    /// Says what is wrong.
+    Faults,
     /// Says what can be told.
     Help,
     /// Says what can follow what has been typed.
@@ -83,7 +87,7 @@ const fn typed(arguments: &'static str, about: &'static str) -> Form {
 }
 
 /// In the order of the help.
-pub(super) const TABLE: [Row; 16] = [
+pub(super) const TABLE: [Row; 18] = [
     Row {
         verb: Verb::Press,
         sort: Sort::Deed,
@@ -133,6 +137,20 @@ pub(super) const TABLE: [Row; 16] = [
         forms: &[form("off|on", "power", "the mains switch")],
     },
     Row {
+        verb: Verb::Fault,
+        sort: Sort::Deed,
+        name: "fault",
+        forms: &[
+            form(
+                "FAULT",
+                "fault",
+                "something goes wrong, as in `fault drop to-host once`, `fault cut both for 200ms`; \
+                 `help fault` has all",
+            ),
+            form("end NUMBER|all", "end_fault", "a fault ends, or all do"),
+        ],
+    },
+    Row {
         verb: Verb::Advance,
         sort: Sort::Time,
         name: "advance",
@@ -178,6 +196,12 @@ pub(super) const TABLE: [Row; 16] = [
         sort: Sort::Question,
         name: "signals",
         forms: &[form("", "signals", "what can be pressed, turned and set")],
+    },
+    Row {
+        verb: Verb::Faults,
+        sort: Sort::Question,
+        name: "faults",
+        forms: &[form("", "faults", "the faults there are, and how often each has struck")],
     },
     Row {
         verb: Verb::Help,

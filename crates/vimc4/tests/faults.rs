@@ -1,0 +1,142 @@
+//! Faults of a running emulator: begun and ended by handles, in its states and its recordings.
+
+#![expect(clippy::unwrap_used, reason = "tests end at what they do not expect")]
+
+use std::io::Write;
+use std::time::Duration;
+
+use vimc4::device::{Controller, Device, Line};
+use vimc4::{Clock, Damage, Emulator, Error, FaultNumber, LineFault, MemoryPort, Time, Way, When};
+use vimc4_timeline::recording::{Player, Recording, What};
+
+fn emulator() -> (Emulator, MemoryPort) {
+    let emu = Emulator::builder().machine("bench").time(Clock::Manual).start().unwrap();
+    let port = emu.connect().unwrap();
+    (emu, port)
+}
+
+/// What has come back when nothing more comes.
+fn ask(emu: &Emulator, port: &mut MemoryPort, sent: &str) -> String {
+    port.write_all(sent.as_bytes()).unwrap();
+    emu.run_until_idle().unwrap();
+    vimc4::escape(&port.drain())
+}
+
+#[test]
+fn a_fault_ends_with_its_handle() {
+    let (emu, mut port) = emulator();
+    let cut = emu.fault("cut to-host").unwrap();
+    let typed = LineFault::new(
+        Damage::Duplicate,
+        Way::ToHost,
+        When::once().after(emu.names().unwrap().read("at 1s").unwrap()),
+    );
+    let typed = emu.fault(typed).unwrap();
+    assert_eq!((cut.number(), typed.number()), (FaultNumber(1), FaultNumber(2)));
+    assert_eq!(ask(&emu, &mut port, "@01\r"), "");
+    assert!(cut.struck().unwrap() == 1 && !cut.is_over().unwrap());
+    drop(cut);
+    assert_eq!(emu.advance(Duration::from_secs(1)).unwrap(), Time::from_millis(1_000));
+    assert_eq!(ask(&emu, &mut port, "@01\r@01\r"), "000");
+    assert!(typed.is_over().unwrap());
+    assert_eq!(typed.keep(), FaultNumber(2));
+    assert_eq!(emu.faults().unwrap().len(), 1);
+    let ended = emu.fault("cut").unwrap();
+    emu.end_faults().unwrap();
+    assert!(emu.faults().unwrap().is_empty() && ended.is_over().unwrap());
+    drop(ended);
+    assert_eq!(ask(&emu, &mut port, "@01\r"), "0");
+    let wrong = emu.fault("cut to-hots").unwrap_err();
+    assert!(matches!(wrong, Error::Fault(_)), "{wrong}");
+}
+
+#[test]
+fn a_snapshot_in_the_middle_of_faults_goes_on_as_they_did() {
+    let (emu, mut port) = emulator();
+    let faults = ["garble to-host 50% seed 9", "delay 30ms to-host every 3rd", "drop to-host 5%"];
+    let faults = faults.map(|fault| emu.fault(fault).unwrap());
+    ask(&emu, &mut port, "@01\r@01\r");
+    let snapshot = emu.snapshot().unwrap();
+    let line = "@01\r".repeat(40);
+    let first = ask(&emu, &mut port, &line);
+    assert_ne!(first, "0".repeat(40));
+    emu.restore(&snapshot).unwrap();
+    assert_eq!(ask(&emu, &mut port, &line), first);
+    drop(faults);
+    assert_eq!(ask(&emu, &mut port, "@01\r"), "0");
+}
+
+#[test]
+fn a_recording_plays_its_faults_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("faulty.jsonl");
+    let emu = Emulator::builder().machine("bench").time(Clock::Manual).record(path.as_path());
+    let emu = emu.start().unwrap();
+    let mut port = emu.connect().unwrap();
+    let faults = [
+        "garble to-host 30% seed 4 after x > 50",
+        "drop to-controller every 7th",
+        "cut to-host for 40ms after signal stop changes",
+        "insert ? to-host after at 700ms",
+        "speed 38400 after answer 0 then at 2s",
+    ];
+    let faults = faults.map(|fault| emu.fault(fault).unwrap());
+    for line in ["@01\r", "@0A100,1000\r", "@0P\r", "@01\r@01\r@01\r"] {
+        ask(&emu, &mut port, line);
+    }
+    emu.press("stop").unwrap();
+    ask(&emu, &mut port, &"@01\r".repeat(9));
+    emu.advance(Duration::from_secs(3)).unwrap();
+    ask(&emu, &mut port, &"@01\r".repeat(9));
+    drop(faults);
+    ask(&emu, &mut port, "@01\r");
+    drop(emu);
+
+    let recording = Recording::read(&std::fs::read(&path).unwrap()).unwrap();
+    let fresh =
+        Controller::new(&vimc4::model("imc-s8").unwrap(), vimc4::machine("bench").unwrap(), b"");
+    let mut player = Player::new(Line::ideal(fresh.unwrap()));
+    let mut said = Vec::new();
+    for entry in &recording.entries {
+        let state = &|state: &_| {
+            serde_json::from_value(Clone::clone(state))
+                .map_err(|e: serde_json::Error| e.to_string())
+        };
+        if let What::Sent(bytes) = &entry.what {
+            said.extend(bytes.iter().map(|byte| (entry.at, *byte)));
+        }
+        player.play(entry, state).unwrap();
+        if let What::State { state: written, .. } = &entry.what {
+            let now = serde_json::to_value(player.device().state()).unwrap();
+            assert_eq!(&now, written, "at {}", entry.at);
+        }
+    }
+    assert_eq!(player.unknown(), [""; 0]);
+    let played: Vec<_> = player.said().drain(..).collect();
+    assert_eq!(played, said);
+    assert!(said.iter().any(|(_, byte)| *byte == b'?'), "{said:?}");
+}
+
+/// Every kind of fault is on the page, in its order, and what the page shows is one.
+#[test]
+fn the_page_of_faults_has_all_kinds() {
+    let page = include_str!("../../../docs/faults.md");
+    let (emu, _port) = emulator();
+    let names = emu.names().unwrap();
+    let mut shown = Vec::new();
+    for (heading, way) in [("what arrives", " to-host"), ("what is wrong", "")] {
+        let (_, table) = page.split_once(&format!("| fault | {heading} |\n|---|---|\n")).unwrap();
+        for row in table.lines().take_while(|line| line.starts_with('|')) {
+            let cell = row.split(" | ").next().unwrap_or_default();
+            for fault in cell.split('`').skip(1).step_by(2) {
+                let read = names.read_fault(&format!("{fault}{way}"));
+                read.unwrap_or_else(|error| panic!("{error}"));
+                shown.push(fault.split(' ').next().unwrap_or_default().to_owned());
+            }
+        }
+    }
+    shown.dedup();
+    let wrong = names.read_fault("?").unwrap_err();
+    let kinds = wrong.right().rsplit(": ").next().unwrap().split(", ");
+    assert_eq!(shown, kinds.collect::<Vec<_>>());
+}
