@@ -78,13 +78,14 @@ impl Line {
         std::mem::replace(&mut self.kept, rest)
     }
 
-    /// Waits for `size` bytes, or that nothing more will come.
-    fn poll_read(&mut self, size: usize, cx: &mut Context<'_>) -> Poll<()> {
+    /// Takes `size` bytes, or fewer if nothing more will come. Whoever waits takes them at once, before
+    /// somebody else who waits, too, can.
+    fn poll_read(&mut self, size: usize, cx: &mut Context<'_>) -> Poll<Vec<u8>> {
         self.fill(cx);
         let given_up = std::mem::take(&mut self.no_reading);
         if self.kept.len() >= size || self.ended || self.port.is_none() || given_up {
-            self.waiting.drain(..).for_each(Waker::wake);
-            return Poll::Ready(());
+            self.wake();
+            return Poll::Ready(self.take(size));
         }
         self.waiting.push(cx.waker().clone());
         Poll::Pending
@@ -173,8 +174,9 @@ impl Port {
         timeout: Option<f64>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         self.is_open()?;
-        wait(py, deadline(timeout), |cx| lock(&self.line).poll_read(size, cx))?;
-        Ok(PyBytes::new(py, &lock(&self.line).take(size)))
+        let read = wait(py, deadline(timeout), |cx| lock(&self.line).poll_read(size, cx))?;
+        let read = read.unwrap_or_else(|| lock(&self.line).take(size));
+        Ok(PyBytes::new(py, &read))
     }
 
     /// Writes, and says how many bytes the line has taken within so many seconds: all of them, unless a
@@ -214,7 +216,10 @@ impl Port {
         let line = Arc::clone(&self.line);
         let bytes = std::future::poll_fn(move |cx| {
             let mut line = lock(&line);
-            line.poll_read(1, cx).map(|()| line.take(usize::MAX))
+            line.poll_read(1, cx).map(|mut bytes| {
+                bytes.append(&mut line.take(usize::MAX));
+                bytes
+            })
         });
         Pending::new(bytes, |py, bytes| Ok(PyBytes::new(py, &bytes).into_any().unbind()))
     }
