@@ -205,7 +205,7 @@ fn source_of(debugger: &mut Debugger, sent: &[Sent]) -> Source {
     const PASSED_OVER: usize = 64;
     let mut begun: BTreeMap<CommandNumber, Vec<u8>> = BTreeMap::new();
     // One walk over all of it: it tells of every command and finds none.
-    let _ = debugger.last_event(Kinds::COMMAND, |stamp, event| {
+    let _ = debugger.last_event(Kinds::COMMAND, &mut uninterrupted, |stamp, event| {
         if let (Some(number), Event::Command { bytes, .. }) = (stamp.command, event) {
             begun.entry(number).or_insert_with(|| bytes.to_vec());
         }

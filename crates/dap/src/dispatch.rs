@@ -46,8 +46,8 @@ impl Session {
         }
         let done = match row.ask {
             Ask::Initialize => self.initialize(request.read()?),
-            Ask::Launch => self.open(configuration(request.read()?)?),
-            Ask::Attach => self.attach(configuration(request.read()?)?),
+            Ask::Launch => self.open(configuration(request.read()?)?, progress),
+            Ask::Attach => self.attach(configuration(request.read()?)?, progress),
             Ask::SetBreakpoints => self.set_breakpoints(request.read()?),
             Ask::SetFunctionBreakpoints => self.set_function_breakpoints(request.read()?),
             Ask::SetDataBreakpoints => self.set_data_breakpoints(request.read()?),
@@ -77,7 +77,7 @@ impl Session {
             Ask::Disassemble => self.disassemble(request.read()?),
             Ask::Source => self.source_text(request.read()?),
             Ask::LoadedSources => self.loaded_sources(),
-            Ask::Restart => self.restart(request.read()?),
+            Ask::Restart => self.restart(request.read()?, progress),
             Ask::Cancel => self.cancel(request.read()?),
             Ask::Terminate => self.terminate(),
             Ask::Disconnect => self.disconnect(),

@@ -9,6 +9,7 @@ use crate::open::Configuration;
 use crate::setting::ERRORS;
 use crate::state::{Answered, DONE, Session, Stage, answer};
 use vimc4_debug::Way;
+use vimc4_timeline::Progress;
 
 impl Session {
     pub(crate) fn initialize(&mut self, about: Initialize) -> Answered {
@@ -59,17 +60,25 @@ impl Session {
     }
 
     /// Opens what a configuration says.
-    pub(crate) fn open(&mut self, configuration: Configuration) -> Answered {
+    pub(crate) fn open(
+        &mut self,
+        configuration: Configuration,
+        progress: &mut Progress<'_>,
+    ) -> Answered {
         if self.stage != Stage::Introduced {
             return Err(Refusal::new("something is open already; restart opens it again"));
         }
-        self.put_in(configuration)?;
+        self.put_in(configuration, progress)?;
         self.begin_all();
         DONE
     }
 
     /// The same, of a recording, which is not gone on with, or of controllers that run already.
-    pub(crate) fn attach(&mut self, configuration: Configuration) -> Answered {
+    pub(crate) fn attach(
+        &mut self,
+        configuration: Configuration,
+        progress: &mut Progress<'_>,
+    ) -> Answered {
         let is_opened = |each: &Configuration| each.program.is_some() || each.serve;
         if configuration.each().iter().any(is_opened) {
             return Err(Refusal::new(
@@ -78,10 +87,14 @@ impl Session {
             ));
         }
         self.is_attached = true;
-        self.open(configuration)
+        self.open(configuration, progress)
     }
 
-    fn put_in(&mut self, configuration: Configuration) -> Result<(), Refusal> {
+    fn put_in(
+        &mut self,
+        configuration: Configuration,
+        progress: &mut Progress<'_>,
+    ) -> Result<(), Refusal> {
         let is_of_files = configuration.each().iter().all(|each| each.recording.is_some());
         if self.held.iter().any(|held| held.opened.live.is_some()) {
             // Their ports are free then. What was set of them is set again.
@@ -91,7 +104,7 @@ impl Session {
         }
         let opened = match self.is_attached && !is_of_files {
             true => self.opener.attach(&configuration)?,
-            false => self.opener.open(&configuration)?,
+            false => self.opener.open(&configuration, progress)?,
         };
         self.runs.clear();
         for opened in &opened {
@@ -153,14 +166,14 @@ impl Session {
         }
     }
 
-    pub(crate) fn restart(&mut self, restart: Restart) -> Answered {
+    pub(crate) fn restart(&mut self, restart: Restart, progress: &mut Progress<'_>) -> Answered {
         let configuration = match restart.arguments {
             Some(arguments) if !arguments.is_null() => Some(configuration(arguments)?),
             _ => self.configuration.clone(),
         };
         let configuration = configuration
             .ok_or_else(|| Refusal::new("nothing is open; launch or attach comes first"))?;
-        self.put_in(configuration)?;
+        self.put_in(configuration, progress)?;
         self.is_configured = true;
         self.begin_all();
         DONE

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use vimc4_debug::{Debugger, Unit};
+use vimc4_timeline::Progress;
 
 use crate::live::Live;
 use crate::message::Refusal;
@@ -121,12 +122,17 @@ pub struct Opened {
 
 /// Who opens files.
 pub trait Open {
-    /// Opens what a configuration says: at least one controller.
+    /// Opens what a configuration says: at least one controller. What takes long asks `progress` now and
+    /// then whether to go on.
     ///
     /// # Errors
     ///
-    /// What is wrong with it, and what would be right.
-    fn open(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal>;
+    /// What is wrong with it, and what would be right; or that it was cancelled.
+    fn open(
+        &mut self,
+        configuration: &Configuration,
+        progress: &mut Progress<'_>,
+    ) -> Result<Vec<Opened>, Refusal>;
 
     /// Attaches to the controllers that run already, without being opened, for others: at least one.
     ///

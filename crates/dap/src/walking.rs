@@ -1,9 +1,9 @@
 //! Controllers on their way, and where they stop.
 
 use serde_json::{Value, json};
-use vimc4_debug::{BreakpointId, Depth, Reason, Stop, Unit, Way};
-use vimc4_device::{Device, Event, Kinds, Output};
-use vimc4_timeline::Progress;
+use vimc4_debug::{BreakpointId, Depth, Reason, Stop, Unit, Way, uninterrupted};
+use vimc4_device::{Condition, Device, Event, Output};
+use vimc4_timeline::{Begins, Found, Progress};
 
 use crate::arguments::{Goto, Granularity, Lines, OfFrame, OfThread, Step};
 use crate::held::{Held, Placed, Text, Walk};
@@ -297,9 +297,10 @@ impl Session {
         }
         self.stage = Stage::Ended;
         self.let_go_of_all();
-        let is_error = |event: &Event| matches!(event, Event::Answer { why: Some(_), .. });
+        let error = Condition::Error { code: None };
         let has_failed = self.held.iter_mut().any(|held| {
-            held.debugger().last_event(Kinds::ANSWER, |_, event| is_error(event)).is_some()
+            let history = held.debugger().history_mut();
+            history.seek_last_or_here(&mut Begins::new(&error), &mut uninterrupted) == Found::Here
         });
         if !self.held.is_empty() {
             self.tell("exited", json!({ "exitCode": i32::from(has_failed) }));

@@ -118,7 +118,7 @@ impl Debugger {
             }
             "flash" => Ok(Answer::Flash(self.device().flash_image())),
             "why" => match About::named(rest) {
-                Some(about) => Ok(Answer::Why(self.why(about)?)),
+                Some(about) => Ok(Answer::Why(self.why(about, progress)?)),
                 None => Err(missing()),
             },
             "who" => {

@@ -205,7 +205,7 @@ impl Debugger {
     /// already: a loop or a branch is done at once, and takes its time afterwards.
     pub(crate) fn line_begun(&mut self) -> Option<u32> {
         let is_line = |_: &Stamp, event: &Event| matches!(event, Event::Line { .. });
-        match self.last_event(Kinds::COMMAND, is_line)?.event {
+        match self.last_event(Kinds::COMMAND, &mut crate::uninterrupted, is_line)?.event {
             Event::Line { line, .. } => Some(line),
             _ => None,
         }

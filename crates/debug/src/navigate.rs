@@ -7,7 +7,7 @@ use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
 use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sought, Stretch};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::debugger::{Debugger, uninterrupted};
+use crate::debugger::Debugger;
 use crate::stop::{Reason, Stop};
 use crate::walk::{PROBLEMS_MAX, Walk};
 use crate::{DebugError, Depth, Unit, Way};
@@ -175,8 +175,9 @@ impl Debugger {
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
             if found == Found::Here {
+                // The same way once more, here.
                 let mut begins = Begins::new(condition);
-                return Ok(self.history.seek_next(Time::NEVER, &mut begins, &mut uninterrupted));
+                found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
         }
         Ok(self.back_unless_here(found, begin))
@@ -241,7 +242,7 @@ impl Debugger {
             future.watch(Kinds::ALL);
             found = future.seek_next(Time::NEVER, &mut begins, progress);
             if found == Found::Here {
-                found = self.history.seek_next(Time::NEVER, &mut begins, &mut uninterrupted);
+                found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
         }
         if found == Found::Here {

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Stamp};
-use vimc4_timeline::{Act, Found, Place, Sought, Stretch};
+use vimc4_timeline::{Act, Found, Place, Progress, Sought, Stretch};
 
 use crate::debugger::{Debugger, uninterrupted};
 use crate::stop::Executing;
@@ -81,15 +81,16 @@ impl Sought<Controller> for LastCommand {
 
 impl Debugger {
     /// The last event of one of these kinds at the present or before for which `is_it` says so. The
-    /// present stays.
+    /// present stays. Where it is given up, nothing was found.
     pub fn last_event(
         &mut self,
         kinds: Kinds,
+        progress: &mut Progress<'_>,
         is_it: impl FnMut(&Stamp, &Event) -> bool,
     ) -> Option<Told> {
         let begin = self.place();
         let mut sought = EventSought::new(kinds, is_it);
-        let found = self.history_mut().seek_last_or_here(&mut sought, &mut uninterrupted);
+        let found = self.history_mut().seek_last_or_here(&mut sought, progress);
         let place = self.place();
         self.history_mut().go_back_to(begin);
         let (stamp, event, act) = sought.found.filter(|_| found == Found::Here)?;

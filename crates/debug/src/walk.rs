@@ -15,6 +15,9 @@ use crate::{Depth, Source, Unit, Way};
 /// So many errors and warnings are told of that came on the way.
 pub(crate) const PROBLEMS_MAX: usize = 20;
 
+/// So many instants between two acts are looked at before somebody is asked whether to go on.
+const INSTANTS_MAX: u32 = 256;
+
 /// So many notes are kept of one walk.
 const NOTES_MAX: usize = 10_000;
 
@@ -30,6 +33,8 @@ pub(crate) struct Walk<'w> {
     pub(crate) notes: Vec<Note>,
     /// Notes that were too many.
     pub(crate) left_out: u64,
+    /// Up to when was looked between two acts, if not further.
+    looked_until: Option<Time>,
     /// What went wrong on the way, where somebody wants to be told.
     pub(crate) problems: Option<Problems>,
 }
@@ -84,7 +89,17 @@ impl<'w> Walk<'w> {
     pub(crate) fn new(way: Way) -> Walk<'w> {
         let (met, notes) = (Vec::new(), Vec::new());
         let (waiting, conditions) = (Vec::new(), Vec::new());
-        Walk { way, step: None, waiting, conditions, met, notes, left_out: 0, problems: None }
+        Walk {
+            way,
+            step: None,
+            waiting,
+            conditions,
+            met,
+            notes,
+            left_out: 0,
+            looked_until: None,
+            problems: None,
+        }
     }
 
     /// Keeps what goes wrong on the way.
@@ -344,10 +359,19 @@ impl Walk<'_> {
             next.push(self.advance(number, coming, device, until));
         }
         let mut found = None;
+        let mut instants = 0;
+        let mut last = None;
         loop {
             let times = next.iter().enumerate();
             let first = times.filter_map(|(number, at)| Some((at.as_ref()?, number))).min();
             let Some((at, number)) = first.map(|(at, number)| (*at, number)) else { break };
+            // All that are met at one instant are looked at together.
+            if instants >= INSTANTS_MAX && last.is_some_and(|last| last < at) {
+                self.looked_until = last;
+                break;
+            }
+            instants += 1;
+            last = Some(at);
             if self.meets(number, device, at) {
                 // All that are met at the same instant are told of.
                 if which == Which::First && found.is_some_and(|before| before < at) {
@@ -462,16 +486,22 @@ impl Sought<Controller> for Walk<'_> {
     }
 
     fn between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+        self.looked_until = None;
         let stepped = self.step.as_mut().and_then(|step| step.between(device, until, which));
         if self.waiting.is_empty() {
             return stepped;
         }
         let met = self.met_between(device, until, which);
+        let stepped = stepped.filter(|at| self.looked_until.is_none_or(|until| *at <= until));
         let instants = stepped.into_iter().chain(met);
         match which {
             Which::First => instants.min(),
             Which::Last => instants.max(),
         }
+    }
+
+    fn looked_until(&mut self) -> Option<Time> {
+        self.looked_until.take()
     }
 
     fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {

@@ -11,9 +11,10 @@ use vimc4_device::{
 use vimc4_timeline::{BranchId, Found, History, Place, Progress};
 
 use crate::DebugError;
-use crate::debugger::{Debugger, uninterrupted};
+use crate::debugger::Debugger;
 use crate::field::differences;
 use crate::stop::time;
+use crate::walk::Walk;
 use crate::why::Begun;
 
 /// What is otherwise.
@@ -116,7 +117,7 @@ impl Debugger {
         }
         let begin = self.place();
         if !matches!(what, WhatIf::Inputs(_)) {
-            self.before_what_is_under_way();
+            self.before_what_is_under_way(progress);
         }
         let parting = self.what_if_from_here(what, begin, progress);
         if parting.is_err() {
@@ -159,11 +160,11 @@ impl Debugger {
         given.iter().for_each(|input| history.give(input.as_input()));
         let branch = history.present().branch;
         for TimedInput { at, input } in &inputs {
-            history.run_to(*at);
+            run_to(history, *at, progress)?;
             history.give(input.as_input());
-            history.run_to(*at);
+            run_to(history, *at, progress)?;
         }
-        history.run_to(end);
+        run_to(history, end, progress)?;
         let (until, at) = at;
         match &at {
             Some(apart) => {
@@ -181,15 +182,16 @@ impl Debugger {
     }
 
     /// Goes back to before the command that is executed: what comes of it is known where it begins.
-    fn before_what_is_under_way(&mut self) {
+    fn before_what_is_under_way(&mut self, progress: &mut Progress<'_>) {
         if self.device().is_idle() {
             return;
         }
         let here = self.place();
         let is_command = |_: &Stamp, event: &Event| matches!(event, Event::Command { .. });
-        let command = self.last_event(Kinds::COMMAND, is_command).map(|command| command.place);
+        let command =
+            self.last_event(Kinds::COMMAND, progress, is_command).map(|command| command.place);
         // A button may have begun it.
-        let begun = self.history_mut().seek_last_or_here(&mut Begun::default(), &mut uninterrupted);
+        let begun = self.history_mut().seek_last_or_here(&mut Begun::default(), progress);
         let begun = (begun == Found::Here).then_some(self.place());
         let later = command.into_iter().chain(begun).max_by_key(|place| place.moment.at);
         self.history_mut().go_back_to(later.unwrap_or(here));
@@ -250,6 +252,21 @@ impl Debugger {
         let branch = self.history().branches().find(|branch| branch.id == heading);
         branch.map_or(self.now(), |branch| branch.end.at)
     }
+}
+
+/// Lets time pass up to `at`, unless that is given up.
+fn run_to(
+    history: &mut History<Controller>,
+    at: Time,
+    progress: &mut Progress<'_>,
+) -> Result<(), DebugError> {
+    let found = history.seek_next(at, &mut Walk::new(crate::Way::Forward), progress);
+    if found == Found::GivenUp {
+        return Err(DebugError::new("cancelled"));
+    }
+    history.run_to(at);
+    history.drain();
+    Ok(())
 }
 
 /// The state if something were otherwise.
@@ -334,7 +351,7 @@ impl<'i> Future<'i> {
         progress: &mut Progress<'_>,
     ) -> Result<Option<Piece>, Cancelled> {
         /// So many acts are between two questions whether to go on.
-        const ACTS_MAX: u32 = 1_000;
+        const ACTS_MAX: u32 = 100;
         loop {
             if progress(self.history.now()).is_break() {
                 return Err(Cancelled);

@@ -12,7 +12,7 @@ use vimc4_device::{
 use vimc4_timeline::{Act, Begins, BranchId, Found, Moment, Place, Progress, Sought};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
-use crate::debugger::{Debugger, uninterrupted};
+use crate::debugger::Debugger;
 use crate::stop::{Executing, Said, time};
 use crate::story::Told;
 use crate::walk::Walk;
@@ -235,31 +235,40 @@ impl Debugger {
     /// # Errors
     ///
     /// If there is no such thing.
-    pub fn why(&mut self, about: About) -> Result<Chain, DebugError> {
+    pub fn why(&mut self, about: About, progress: &mut Progress<'_>) -> Result<Chain, DebugError> {
         let begin = self.place();
+        let mut has_had_enough = false;
+        let chain = self.chain(about, &mut |at| {
+            let goes_on = progress(at);
+            has_had_enough |= goes_on.is_break();
+            goes_on
+        });
+        self.history_mut().go_back_to(begin);
+        self.history_mut().drain();
+        if has_had_enough { Err(DebugError::new("cancelled")) } else { chain }
+    }
+
+    /// The same, from wherever one is led to. Where it is given up it is not the whole.
+    fn chain(&mut self, about: About, progress: &mut Progress<'_>) -> Result<Chain, DebugError> {
         if about == About::Switch {
-            let chain = self.why_switch();
-            self.history_mut().go_back_to(begin);
-            self.history_mut().drain();
+            let chain = self.why_switch(progress);
             return chain.ok_or_else(|| DebugError::new("no limit switch has been met until now"));
         }
         let mut last = Weighed::default();
         let is_it = |stamp: &Stamp, event: &Event| {
             about.is_about(event) && (about != About::Anything || last.matters(stamp.at, event))
         };
-        let Some(told) = self.last_event(about.kinds(), is_it) else {
+        let Some(told) = self.last_event(about.kinds(), progress, is_it) else {
             return Err(DebugError::new("nothing of that kind has happened until now"));
         };
         let mut links = vec![self.link(&told)];
-        self.causes(&told, &mut links);
-        self.history_mut().go_back_to(begin);
-        self.history_mut().drain();
+        self.causes(&told, &mut links, progress);
         Ok(Chain { links })
     }
 
     /// What led to the last limit switch that has become active.
-    fn why_switch(&mut self) -> Option<Chain> {
-        let (switch, by_act) = self.limit_met()?;
+    fn why_switch(&mut self, progress: &mut Progress<'_>) -> Option<Chain> {
+        let (switch, by_act) = self.limit_met(progress)?;
         let mut links = vec![switch];
         // By hand, or by a motion.
         let place = self.place();
@@ -272,15 +281,15 @@ impl Debugger {
         }
         let begins =
             |_: &Stamp, event: &Event| matches!(event, Event::Motion(Motion::Begins { .. }));
-        let motion = self.last_event(Kinds::MOTION, begins)?;
+        let motion = self.last_event(Kinds::MOTION, progress, begins)?;
         links.push(self.link(&motion));
-        self.causes(&motion, &mut links);
+        self.causes(&motion, &mut links, progress);
         Some(Chain { links })
     }
 
     /// Goes to where a limit switch has become active last, and says which, and whether that was by an
     /// act.
-    fn limit_met(&mut self) -> Option<(Explanation, bool)> {
+    fn limit_met(&mut self, progress: &mut Progress<'_>) -> Option<(Explanation, bool)> {
         let axes = self.device().view(self.now()).axes;
         let ends = axes.iter().flat_map(|axis| [(axis, false), (axis, true)]);
         let limits: Vec<(Condition, String)> = ends
@@ -295,7 +304,7 @@ impl Debugger {
         for limit in &limits {
             self.history_mut().go_back_to(begin);
             let mut begins = Begins::new(&limit.0);
-            let found = self.history_mut().seek_last_or_here(&mut begins, &mut uninterrupted);
+            let found = self.history_mut().seek_last_or_here(&mut begins, progress);
             let place = self.place();
             let is_later = last.is_none_or(|(last, _)| last.moment.at < place.moment.at);
             if found == Found::Here && is_later {
@@ -311,7 +320,7 @@ impl Debugger {
     }
 
     /// Adds what led to an event.
-    fn causes(&mut self, told: &Told, links: &mut Vec<Explanation>) {
+    fn causes(&mut self, told: &Told, links: &mut Vec<Explanation>, progress: &mut Progress<'_>) {
         // What a person or a control code does at once is its own cause.
         if let Some(input) = self.outside(told) {
             links.push(input);
@@ -329,10 +338,10 @@ impl Debugger {
         );
         let of = told.stamp.command;
         if is_ended {
-            self.ending(told, links);
+            self.ending(told, links, progress);
         }
         self.history_mut().go_back_to(told.place);
-        let line = self.last_event(Kinds::COMMAND, |stamp, event| {
+        let line = self.last_event(Kinds::COMMAND, progress, |stamp, event| {
             stamp.command == of && matches!(event, Event::Line { .. })
         });
         if let Some(line) = line
@@ -346,7 +355,9 @@ impl Debugger {
                 let begins = |stamp: &Stamp, event: &Event| {
                     stamp.command == Some(number) && matches!(event, Event::Command { .. })
                 };
-                let Some(command) = self.last_event(Kinds::COMMAND, begins) else { return };
+                let Some(command) = self.last_event(Kinds::COMMAND, progress, begins) else {
+                    return;
+                };
                 if command.event != told.event {
                     links.push(self.link(&command));
                 }
@@ -359,7 +370,7 @@ impl Debugger {
                     |link: &Explanation| matches!(link.kind, ExplanationKind::Input(_));
                 let history = self.history_mut();
                 if !links.iter().any(is_outside)
-                    && history.seek_last_or_here(&mut begun, &mut uninterrupted) == Found::Here
+                    && history.seek_last_or_here(&mut begun, progress) == Found::Here
                 {
                     let place = self.place();
                     links.extend(self.input_at(place));
@@ -369,9 +380,9 @@ impl Debugger {
     }
 
     /// Adds what has ended a motion before its time: a switch or a person, and where it began to brake.
-    fn ending(&mut self, told: &Told, links: &mut Vec<Explanation>) {
+    fn ending(&mut self, told: &Told, links: &mut Vec<Explanation>, progress: &mut Progress<'_>) {
         let of = told.stamp.command;
-        let braked = self.last_event(Kinds::MOTION, |stamp, event| {
+        let braked = self.last_event(Kinds::MOTION, progress, |stamp, event| {
             let is_of = stamp.command == of && of.is_some();
             is_of && matches!(event, Event::Motion(Motion::Begins { .. } | Motion::Changes { .. }))
         });
@@ -384,20 +395,21 @@ impl Debugger {
             links.extend(self.outside(&braked));
             self.history_mut().go_back_to(braked.place);
         }
-        let switch = self.last_event(Kinds::SWITCH, |stamp, event| {
+        let switch = self.last_event(Kinds::SWITCH, progress, |stamp, event| {
             stamp.at == at && matches!(event, Event::Switch { active: true, .. })
         });
         match switch {
             Some(switch) => links.push(self.link(&switch)),
             None => {
-                let met = self.limit_met().filter(|(link, _)| link.at == at);
+                let met = self.limit_met(progress).filter(|(link, _)| link.at == at);
                 links.extend(met.map(|(link, _)| link));
                 self.history_mut().go_back_to(told.place);
             }
         }
         let is_outside = |link: &Explanation| matches!(link.kind, ExplanationKind::Input(_));
         if !links.iter().any(is_outside)
-            && let Some(signal) = self.last_event(Kinds::SIGNAL, |stamp, _| stamp.at == at)
+            && let Some(signal) =
+                self.last_event(Kinds::SIGNAL, progress, |stamp, _| stamp.at == at)
         {
             links.extend(self.outside(&signal));
         }

@@ -338,6 +338,12 @@ impl<D: Device> History<D> {
                 self.wait_until(at);
                 return Found::Here;
             }
+            if let Some(at) = sought.looked_until() {
+                self.wait_until(at);
+                sought.begin(&self.device);
+                acts = acts.next_multiple_of(ACTS_BETWEEN);
+                continue;
+            }
             if self.turn_off(until) {
                 continue;
             }
@@ -463,6 +469,12 @@ impl<D: Device> History<D> {
                     {
                         last = Some(Moment { at, ..self.present.moment });
                     }
+                    if let Some(at) = sought.looked_until() {
+                        self.wait_until(at);
+                        sought.begin(&self.device);
+                        acts = acts.next_multiple_of(ACTS_BETWEEN);
+                        continue;
+                    }
                     if due.is_none() {
                         break;
                     }
@@ -477,7 +489,7 @@ impl<D: Device> History<D> {
                     break Some(Place { branch: place.branch, moment });
                 }
             } else {
-                acts += ACTS_BETWEEN / 16;
+                acts += 1;
             }
             (place.moment, itself) = (from, true);
         };

@@ -32,6 +32,13 @@ pub trait Sought<D: Device> {
         None
     }
 
+    /// Up to when the last question was looked into, if not as far as it was asked: a motion can have
+    /// millions of instants to be looked at, and somebody may not want to wait for it. It is asked on from
+    /// there.
+    fn looked_until(&mut self) -> Option<Time> {
+        None
+    }
+
     /// Whether it is where the device has come to by an act, with what came out by it.
     fn after(&mut self, device: &D, act: Act, outputs: &VecDeque<Output>) -> bool;
 
@@ -65,8 +72,9 @@ pub enum Found {
 /// Is asked every now and then, with the time that a search has come to, whether to go on.
 pub type Progress<'p> = dyn FnMut(Time) -> ControlFlow<()> + 'p;
 
-/// So many acts are between two questions whether to go on: far less than 50 ms.
-pub(crate) const ACTS_BETWEEN: u64 = 256;
+/// So many acts are between two questions whether to go on: far less than 50 ms, also where much is to
+/// be looked at between any two of them.
+pub(crate) const ACTS_BETWEEN: u64 = 16;
 
 /// The instants at which a condition begins to hold, and the happenings in it.
 #[derive(Clone, Debug)]

@@ -1,16 +1,21 @@
 //! Opening what is to be debugged: files of commands, programs, plots, jobs and recordings.
 
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
 use std::time::Duration;
 
 use vimc4_catalogue::{Controller, Handling, Model};
 use vimc4_dap::{Configuration, Open, Opened, Refusal};
-use vimc4_debug::{Debugger, Feed, Piece, Source, Unit, Way, uninterrupted};
-use vimc4_device::{Condition, Device, Event, Input};
+use vimc4_debug::{Debugger, Feed, Piece, Source, Unit, Way};
+use vimc4_device::{Condition, Device, Event, Input, Time};
 use vimc4_ncp::Severity;
 use vimc4_ncp::job::{InputTest, Job, Question, Step};
+use vimc4_timeline::{History, Progress};
 
 use super::live::{self, Served};
 use crate::failure::Failure;
@@ -38,23 +43,30 @@ pub(super) struct Doors {
     pub(super) ring: Ring,
 }
 
+/// So long is nobody asked whether to go on while something is opened.
+const PATIENCE: Duration = Duration::from_millis(5);
+
 impl Open for Doors {
-    fn open(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
+    fn open(
+        &mut self,
+        configuration: &Configuration,
+        progress: &mut Progress<'_>,
+    ) -> Result<Vec<Opened>, Refusal> {
         let each = configuration.each();
         let several = each.iter().filter(|each| each.serve).count() > 1;
         let mut numbers = 1..;
         let open = |each: &Configuration| {
-            if !each.serve {
-                return open(each);
-            }
-            if each.program.is_some() || each.recording.is_some() {
-                return Err(Refusal::new(
-                    "what is behind ports is sent by host software: `serve` goes without `program` \
-                     and `recording`",
-                ));
-            }
-            let number = numbers.next().filter(|_| several);
-            let mut opened = live::start(each, number, &self.ring)?;
+            let is_of_file = each.program.is_some() || each.recording.is_some();
+            let mut opened = match each.serve {
+                false => open(each, progress)?,
+                true if is_of_file => {
+                    return Err(Refusal::new(
+                        "what is behind ports is sent by host software: `serve` goes without \
+                         `program` and `recording`",
+                    ));
+                }
+                true => live::start(each, numbers.next().filter(|_| several), &self.ring)?,
+            };
             if let Some(name) = &each.name {
                 opened.name.clone_from(name);
             }
@@ -79,28 +91,89 @@ impl Open for Doors {
     }
 }
 
+/// Whether somebody still waits for what is opened.
+struct Wanted(Arc<AtomicBool>);
+
+impl Wanted {
+    /// Says so to what takes long.
+    fn flow(&self) -> ControlFlow<()> {
+        match self.0.load(Ordering::Relaxed) {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        }
+    }
+
+    /// An error, if nobody does.
+    fn check(&self) -> Result<(), Refusal> {
+        if self.flow().is_break() { Err(Refusal::cancelled()) } else { Ok(()) }
+    }
+}
+
 fn refused(failure: Failure) -> Refusal {
     Refusal::new(failure.text())
 }
 
-fn open(configuration: &Configuration) -> Result<Opened, Refusal> {
+fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Opened, Refusal> {
     let path = |name: &str| match &configuration.cwd {
         Some(folder) => Path::new(folder).join(name),
         None => PathBuf::from(name),
     };
-    let mut opened = match (&configuration.program, &configuration.recording) {
-        (Some(program), None) => of_program(configuration, &path(program)),
+    match (&configuration.program, &configuration.recording) {
+        (Some(program), None) => read(configuration, path(program), progress).map(Program::opened),
         (None, Some(recording)) => of_recording(configuration, &path(recording)),
         (Some(_), Some(_)) => Err(Refusal::new("there is a program or a recording, not both")),
         (None, None) => Err(Refusal::new(
             "nothing to debug is named: `program` is a file of commands, a program, a plot or a \
              job, `recording` one that was recorded, `serve` a controller behind ports",
         )),
-    }?;
-    if let Some(name) = &configuration.name {
-        opened.name.clone_from(name);
     }
-    Ok(opened)
+}
+
+/// Reads a program. It can be of any size, and what is read can take its time, so a thread does it. If it
+/// is cancelled nobody waits for that, and it ends where it next looks.
+fn read(
+    configuration: &Configuration,
+    path: PathBuf,
+    progress: &mut Progress<'_>,
+) -> Result<Program, Refusal> {
+    let configuration = configuration.clone();
+    let is_wanted = Arc::new(AtomicBool::new(true));
+    let wanted = Wanted(Arc::clone(&is_wanted));
+    let (sender, opened) = channel();
+    let open = move || drop(sender.send(of_program(&configuration, &path, &wanted)));
+    thread::Builder::new().name("opening".to_owned()).spawn(open).map_err(Refusal::new)?;
+    loop {
+        match opened.recv_timeout(PATIENCE) {
+            Ok(opened) => return opened,
+            Err(RecvTimeoutError::Timeout) if progress(Time::ZERO).is_continue() => {}
+            Err(RecvTimeoutError::Timeout) => {
+                is_wanted.store(false, Ordering::Relaxed);
+                return Err(Refusal::cancelled());
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(Refusal::new("it cannot be opened: the adapter has failed"));
+            }
+        }
+    }
+}
+
+/// A program that was read: a controller that stands before it, and what a host does with it.
+struct Program {
+    name: String,
+    history: History<Controller>,
+    source: Source,
+    pieces: Vec<Piece>,
+    stored: Vec<u32>,
+    statement: Unit,
+}
+
+impl Program {
+    fn opened(self) -> Opened {
+        let Program { name, history, source, pieces, stored, statement } = self;
+        let debugger = Debugger::over(history).with_source(source).with_feed(Feed::new(pieces));
+        let (live, said) = (None, String::new());
+        Opened { name, debugger, stored, is_file: true, statement, live, said }
+    }
 }
 
 /// What a host does with a file, and where the lines of it are.
@@ -112,7 +185,11 @@ struct Host {
     statement: Unit,
 }
 
-fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refusal> {
+fn of_program(
+    configuration: &Configuration,
+    path: &Path,
+    wanted: &Wanted,
+) -> Result<Program, Refusal> {
     let bytes = file::read(path, "a file of commands").map_err(refused)?;
     let Configuration { model, machine, .. } = configuration;
     let mut setup = Setup::said(model.clone(), machine.clone());
@@ -126,7 +203,7 @@ fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refu
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Refusal::new)?;
     let mut debugger = Debugger::new(controller);
     // A machine that homes by itself does so before anything is sent.
-    debugger.go(Way::Forward, None, &mut uninterrupted);
+    debugger.go(Way::Forward, None, &mut |_| wanted.flow());
     let name = format!("{} on {}", model.name(), machine.name);
     let whole = if takes_jobs(&model) && file::is_job(&bytes) {
         file::decoded(&bytes)
@@ -134,7 +211,7 @@ fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refu
         String::from_utf8_lossy(&bytes).into_owned()
     };
     let host = if takes_jobs(&model) && file::is_job(&bytes) {
-        job(path, &whole, &setup, model)?
+        job(path, &whole, &setup, model, wanted)?
     } else {
         let handling = Handling::of(&model);
         let script = Script::of(path, &bytes, &handling).map_err(refused)?;
@@ -142,7 +219,7 @@ fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refu
             Kind::Commands => commands(&script.lines, &handling, &debugger),
             Kind::DataField => {
                 let axes = script.axes.unwrap_or(7);
-                let (stored, host) = program(debugger, &script.lines, axes)?;
+                let (stored, host) = program(debugger, &script.lines, axes, wanted)?;
                 debugger = stored;
                 host
             }
@@ -155,10 +232,9 @@ fn of_program(configuration: &Configuration, path: &Path) -> Result<Opened, Refu
         of_command: host.of_command,
         first: None,
     };
-    let debugger = debugger.with_source(source).with_feed(Feed::new(host.pieces));
-    let (stored, statement) = (host.stored, host.statement);
-    let (live, said) = (None, String::new());
-    Ok(Opened { name, debugger, stored, is_file: true, statement, live, said })
+    let history = debugger.history().clone();
+    let Host { pieces, stored, statement, .. } = host;
+    Ok(Program { name, history, source, pieces, stored, statement })
 }
 
 /// The path of a file as an editor finds it, wherever it was started.
@@ -208,6 +284,7 @@ fn program(
     debugger: Debugger,
     lines: &[ScriptLine],
     axes: u8,
+    wanted: &Wanted,
 ) -> Result<(Debugger, Host), Refusal> {
     let set_axes = [axes & 7, axes & 8].into_iter().filter(|axes| *axes != 0);
     let mut all: Vec<ScriptLine> =
@@ -223,7 +300,8 @@ fn program(
     let mut debugger = debugger;
     for line in &all {
         debugger.give(Input::Bytes(&line.whole()));
-        let stop = debugger.go(Way::Forward, None, &mut uninterrupted);
+        let stop = debugger.go(Way::Forward, None, &mut |_| wanted.flow());
+        wanted.check()?;
         let why = stop.outputs.iter().find_map(|output| match output.event()? {
             Event::Answer { why: Some(why), bytes, .. } => Some((why.clone(), bytes.clone())),
             _ => None,
@@ -248,7 +326,13 @@ fn stream(lines: &[ScriptLine]) -> Host {
 }
 
 /// The commands of a job.
-fn job(path: &Path, whole: &str, setup: &Setup, model: Model) -> Result<Host, Refusal> {
+fn job(
+    path: &Path,
+    whole: &str,
+    setup: &Setup,
+    model: Model,
+    wanted: &Wanted,
+) -> Result<Host, Refusal> {
     let mut site = Site::new(setup.model(), setup.machine()).map_err(refused)?;
     site.model = model;
     let options = Reading::default().options();
@@ -272,6 +356,7 @@ fn job(path: &Path, whole: &str, setup: &Setup, model: Model) -> Result<Host, Re
     };
     let mut job = Job::new(whole, &site.target, options);
     while let Some(order) = job.next(&mut |_| {}) {
+        wanted.check()?;
         if host.pieces.len() >= MOST {
             return Err(Refusal(format!("{} has more than {MOST} commands", text::name(path))));
         }

@@ -126,6 +126,16 @@ impl Editor {
         }
     }
 
+    /// Hears until an event of this name comes, whatever else does.
+    pub(crate) fn heard_of(&mut self, event: &str) {
+        while self.hear()["event"] != event {}
+    }
+
+    /// Hears until a request is answered, whatever else comes.
+    pub(crate) fn heard_answer(&mut self, request: i64) {
+        while self.hear()["request_seq"] != request {}
+    }
+
     pub(crate) fn try_to(&mut self, command: &str, arguments: Value) -> Result<Value, String> {
         let seq = self.send(command, arguments);
         self.answer(seq)

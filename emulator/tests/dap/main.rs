@@ -17,6 +17,7 @@ use std::process::Command;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+mod cancels;
 mod editor;
 #[cfg(unix)]
 mod live;

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use vimc4_dap::framing::{Decoder, Frame, framed};
 use vimc4_dap::{Configuration, Incoming, Open, Opened, Outgoing, Refusal, Session};
 use vimc4_debug::{Debugger, Feed, Piece, Source, Unit};
+use vimc4_timeline::Progress;
 
 /// So many messages are heeded.
 const MOST: usize = 60;
@@ -28,7 +29,11 @@ const LINES: [&str; 9] = [
 struct Memory;
 
 impl Open for Memory {
-    fn open(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal> {
+    fn open(
+        &mut self,
+        configuration: &Configuration,
+        _: &mut Progress<'_>,
+    ) -> Result<Vec<Opened>, Refusal> {
         let each = configuration.each();
         let open = |each: &Configuration| {
             if each.program.as_deref() != Some(FILE) {
