@@ -21,10 +21,15 @@ use process::{Process, VIMC4, ask, connect, root, vimc4};
 
 /// Runs `vimc4 console` in the folder of the project with this on its standard input.
 fn console(arguments: &[&str], typed: &str) -> Output {
+    console_of(arguments, typed.as_bytes())
+}
+
+/// The same with any bytes.
+fn console_of(arguments: &[&str], typed: &[u8]) -> Output {
     let mut command = vimc4(&root(), &[&["console"], arguments].concat());
     let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
     // It may end without having read anything.
-    let _ = child.stdin.take().unwrap().write_all(typed.as_bytes());
+    let _ = child.stdin.take().unwrap().write_all(typed);
     child.wait_with_output().unwrap()
 }
 
@@ -74,6 +79,48 @@ fn a_command_that_is_none_ends_a_pipe_with_its_line() {
     assert_eq!(output.status.code(), Some(1));
     assert!(err.contains("line 2") && err.contains("frobnicate"), "{err}");
     assert!(!text(&output.stdout).contains("print x"));
+}
+
+#[test]
+fn what_is_no_text_ends_a_pipe_with_its_line() {
+    let arguments = ["imc4", "--pty", "none", "--tcp", "none"];
+    let noise: Vec<u8> =
+        (0_u32..4_096).map(|n| (n.wrapping_mul(0x9E37_79B9) >> 24) as u8).collect();
+    let long = vec![b'x'; 1 << 17];
+    for (typed, wanted) in [
+        (&b"where\n\xFF\xFE\nprint x\n"[..], "line 2: this is no text: the byte FF"),
+        (b"where\nsend @07\x1B[2J\n", "line 2: this is no text: it has the control character 1B"),
+        (b"\0\0\0\n", "line 1: this is no text: it has the control character 00"),
+        (&noise, "line 1: this is no text"),
+        (&long, "line 1: a line has 65536 bytes at most"),
+    ] {
+        let output = console_of(&arguments, typed);
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{err}");
+        assert!(err.contains(wanted), "{err}");
+        assert!(!text(&output.stdout).contains("print x"));
+    }
+    // Lines of Windows are lines.
+    assert!(said(&arguments, "print x\r\nprint y\r\n").ends_with("> print y\n0\n"));
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("script.txt");
+    fs::write(&script, "where\nprint \x07x\n").unwrap();
+    let output = console(&[&arguments[..], &["--script", script.to_str().unwrap()]].concat(), "");
+    assert!(text(&output.stderr).contains("line 2: this is no text"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_recording_is_opened_and_not_run() {
+    let output = Command::new(VIMC4)
+        .args(["run", "examples/overlooked.jsonl"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{err}");
+    for wanted in ["overlooked.jsonl is a recording", "vimc4 replay", "vimc4 console"] {
+        assert!(err.contains(wanted), "{err}");
+    }
 }
 
 #[test]
@@ -175,6 +222,24 @@ fn what_follows_an_error_reply_is_sent_if_somebody_wants_it() {
     let output = console(&[list, "--keep-going"], "continue\nprint x\n");
     assert!(text(&output.stderr).contains("1 error reply"), "{}", text(&output.stderr));
     assert!(text(&output.stdout).ends_with("> print x\n500\n"));
+}
+
+#[test]
+fn steps_and_searches_tell_of_every_error_on_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("list.txt");
+    fs::write(&list, "@01\n@0Q\n@0A500,900\n@0W\n@0A700,900\n").unwrap();
+    let list = list.to_str().unwrap();
+    let files = [list, "--keep-going"];
+    for walk in ["step 5 commands", "next x = 700", "continue"] {
+        let out = said(&files, &format!("{walk}\n"));
+        for wrong in ["@0Q: no command begins", "@0W: no command begins"] {
+            assert_eq!(out.matches(wrong).count(), 1, "{walk}: {out}");
+        }
+    }
+    // What is only looked for and not found has no errors on the way.
+    let out = said(&files, "next x = 9999\n");
+    assert!(out.contains("not to be found") && !out.contains("answer to"), "{out}");
 }
 
 // --- host software that is held ---

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vimc4_catalogue::Controller;
 use vimc4_device::{Condition, Device, Event, Input, SignalId};
-use vimc4_timeline::{BranchId, History, Moment};
+use vimc4_timeline::{BranchId, History, Moment, Place};
 
 /// Something that a host does when the controller has done what was asked for before.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +30,8 @@ pub struct Feed {
     pieces: Arc<[Piece]>,
     /// How many pieces were done at these moments, in order, of each branch.
     done: BTreeMap<BranchId, Vec<Done>>,
+    /// At which of these moments it has asked somebody, and by which piece, in order, of each branch.
+    asked: BTreeMap<BranchId, Vec<(Moment, usize)>>,
     /// What it waits for.
     waits: Option<String>,
 }
@@ -47,7 +49,7 @@ impl Feed {
     /// A host that has not done anything.
     #[must_use]
     pub fn new(pieces: Vec<Piece>) -> Feed {
-        Feed { pieces: pieces.into(), done: BTreeMap::new(), waits: None }
+        Feed { pieces: pieces.into(), done: BTreeMap::new(), asked: BTreeMap::new(), waits: None }
     }
 
     /// What it waits for, or asks, if that keeps it from going on.
@@ -116,12 +118,49 @@ impl Feed {
                 Piece::Ask(what) => {
                     self.waits = Some(what.clone());
                     self.keep(history, true, number + 1);
+                    let asked = self.asked.entry(history.present().branch).or_default();
+                    asked.push((history.present().moment, number));
                     return false;
                 }
             }
             number += 1;
         }
         number > first
+    }
+
+    /// The next place after the present at which it has asked somebody, on the way that the present goes.
+    pub(crate) fn asked_ahead(&self, history: &History<Controller>) -> Option<Place> {
+        if self.asked.is_empty() {
+            return None;
+        }
+        let present = history.present();
+        let branches: Vec<_> = history.branches().collect();
+        let mut ahead = None;
+        let (mut branch, mut until) = (history.heading(), None);
+        // From where the way ends back to the present: the last that is found is the next one.
+        loop {
+            let is_here = branch == present.branch;
+            let asked = self.asked.get(&branch).into_iter().flatten().map(|(moment, _)| *moment);
+            let next = asked
+                .filter(|moment| !is_here || *moment > present.moment)
+                .find(|moment| until.is_none_or(|until| *moment <= until));
+            ahead = next.map(|moment| Place { branch, moment }).or(ahead);
+            let own = branches.iter().find(|own| own.id == branch);
+            let Some(parted) = own.and_then(|own| own.parted).filter(|_| !is_here) else {
+                return ahead;
+            };
+            (branch, until) = (parted.branch, Some(parted.moment));
+        }
+    }
+
+    /// It asks there once more.
+    pub(crate) fn ask_again(&mut self, place: Place) {
+        let asked = self.asked.get(&place.branch).map_or(&[][..], Vec::as_slice);
+        let number =
+            asked.iter().rev().find(|(moment, _)| *moment == place.moment).map(|(_, it)| *it);
+        if let Some(Piece::Ask(what)) = number.and_then(|number| self.pieces.get(number)) {
+            self.waits = Some(what.clone());
+        }
     }
 
     fn keep(&mut self, history: &History<Controller>, is_over: bool, next: usize) {

@@ -9,7 +9,7 @@ use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sou
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::Debugger;
 use crate::stop::{Reason, Stop};
-use crate::walk::{PROBLEMS_MAX, Walk};
+use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk};
 use crate::{DebugError, Depth, Unit, Way};
 
 impl Debugger {
@@ -29,28 +29,37 @@ impl Debugger {
             return self.pass(way, nanos.saturating_mul(count), unit, progress);
         }
         let (mut notes, mut made) = (Vec::new(), 0);
+        let mut problems = VecDeque::new();
         while made < count {
             self.host_goes_on(way);
             let end = self.end_of_way();
             let history = &mut self.history;
             let source = self.source.as_ref();
-            let mut walk = Walk::new(way).step(unit, depth, history.device(), source);
+            let mut walk = Walk::new(way).step(unit, depth, history.device(), source).telling();
             if depth != Depth::Into {
                 walk = walk.heeding(&mut self.breakpoints, source);
             }
+            let asked = self.feed.as_ref().filter(|_| way == Way::Forward);
+            let asked = asked.and_then(|feed| feed.asked_ahead(history));
+            let limit = asked.map_or(end, |place| place.moment.at.min(end));
             let found = match way {
-                Way::Forward => history.seek_next(end, &mut walk, progress),
+                Way::Forward => history.seek_next(limit, &mut walk, progress),
                 Way::Back => history.seek_last(&mut walk, progress),
             };
+            let is_beyond = is_beyond(history, asked);
             let met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
+            problems.extend(walk.problems.take().into_iter().flat_map(|problems| problems.last));
+            problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
             let why = match found {
+                Found::Here if is_beyond => self.asks_again(asked),
                 Found::Here if met.is_empty() => {
                     made += 1;
                     continue;
                 }
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
+                Found::Nowhere if asked.is_some() => self.asks_again(asked),
                 Found::Nowhere if way == Way::Back => Reason::Beginning,
                 Found::Nowhere => match self.goes_on(end, progress) {
                     Ok(true) => continue,
@@ -58,9 +67,9 @@ impl Debugger {
                     Err(why) => why,
                 },
             };
-            return self.stopped(why, notes);
+            return self.stopped_after(why, notes, problems);
         }
-        self.stopped(Reason::Step(unit), notes)
+        self.stopped_after(Reason::Step(unit), notes, problems)
     }
 
     /// Goes on, forward or back, to the next breakpoint. Forward: up to a time, or until the
@@ -82,10 +91,15 @@ impl Debugger {
             let history = &mut self.history;
             let source = self.source.as_ref();
             let mut walk = Walk::new(way).heeding(&mut self.breakpoints, source).telling();
+            let asked = self.feed.as_ref().filter(|_| way == Way::Forward);
+            let asked = asked.and_then(|feed| feed.asked_ahead(history));
+            let asked = asked.filter(|place| place.moment.at <= end);
+            let limit = asked.map_or(end, |place| place.moment.at);
             let found = match way {
-                Way::Forward => history.seek_next(end, &mut walk, progress),
+                Way::Forward => history.seek_next(limit, &mut walk, progress),
                 Way::Back => history.seek_last(&mut walk, progress),
             };
+            let is_beyond = is_beyond(history, asked);
             let mut met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
             problems.extend(walk.problems.take().into_iter().flat_map(|problems| problems.last));
@@ -97,6 +111,7 @@ impl Debugger {
                 }
             }
             let why = match found {
+                Found::Here if is_beyond => self.asks_again(asked),
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
                 Found::Nowhere if way == Way::Back => {
@@ -105,6 +120,7 @@ impl Debugger {
                     self.history.go_back_to(Place { branch: BranchId(0), moment });
                     Reason::Beginning
                 }
+                Found::Nowhere if asked.is_some() => self.asks_again(asked),
                 Found::Nowhere => match (self.goes_on(end, progress), until) {
                     (Ok(true), _) => continue,
                     (Err(why), _) => why,
@@ -115,29 +131,29 @@ impl Debugger {
                     (Ok(false), _) => self.nothing_more(end),
                 },
             };
-            let mut stop = self.stopped(why, notes);
-            // What came out last is told of there.
-            problems.retain(|problem| !stop.outputs.contains(problem));
-            problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
-            stop.problems = problems.into();
-            return stop;
+            return self.stopped_after(why, notes, problems);
         }
     }
 
     /// Goes to the next or the last instant at which a condition begins to hold. Where it is not in
     /// what has been recorded, `Way::Forward` goes on beyond. If there is none the present stays.
     pub fn seek(&mut self, condition: &Condition, way: Way, progress: &mut Progress<'_>) -> Stop {
+        let mut problems = Problems::default();
         let found = match way {
             Way::Back => Ok(self.history.seek_last(&mut Begins::new(condition), progress)),
-            Way::Forward => self.seek_ahead(condition, progress),
+            Way::Forward => self.seek_ahead(condition, &mut problems, progress),
         };
+        if found != Ok(Found::Here) {
+            // One is where one was.
+            problems.last.clear();
+        }
         let why = match found {
             Ok(Found::Here) => Reason::Found,
             Ok(Found::Nowhere) => Reason::Nowhere,
             Ok(Found::GivenUp) => Reason::Cancelled,
             Err(why) => why,
         };
-        self.stopped(why, Vec::new())
+        self.stopped_after(why, Vec::new(), problems.last)
     }
 
     /// In what is recorded, and then in what will come: that is tried with another controller, so
@@ -145,10 +161,11 @@ impl Debugger {
     fn seek_ahead(
         &mut self,
         condition: &Condition,
+        problems: &mut Problems,
         progress: &mut Progress<'_>,
     ) -> Result<Found, Reason> {
         let begin = self.place();
-        let mut begins = Begins::new(condition);
+        let mut begins = Telling { sought: Begins::new(condition), problems };
         let mut end = end_of(&self.history);
         let mut found = self.history.seek_next(end, &mut begins, progress);
         while found == Found::Nowhere {
@@ -176,7 +193,7 @@ impl Debugger {
             found = future.seek_next(Time::NEVER, &mut Begins::new(condition), progress);
             if found == Found::Here {
                 // The same way once more, here.
-                let mut begins = Begins::new(condition);
+                begins.sought = Begins::new(condition);
                 found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
         }
@@ -314,6 +331,15 @@ impl Debugger {
         feed.is_some_and(|feed| feed.go_on(&mut self.history))
     }
 
+    /// Goes to where the host has asked somebody, who is asked again whenever one comes by there.
+    fn asks_again(&mut self, place: Option<Place>) -> Reason {
+        if let (Some(place), Some(feed)) = (place, &mut self.feed) {
+            self.history.go_back_to(place);
+            feed.ask_again(place);
+        }
+        Reason::Rest
+    }
+
     /// Where nothing more is found up to `end`: the host does something, or more is read, and there
     /// may be something now.
     fn goes_on(&mut self, end: Time, progress: &mut Progress<'_>) -> Result<bool, Reason> {
@@ -339,6 +365,21 @@ impl Debugger {
     /// Where one stands, as if one had just gone there.
     pub fn here(&mut self) -> Stop {
         self.stopped(Reason::Gone, Vec::new())
+    }
+
+    /// The same, with what went wrong on the way.
+    fn stopped_after(
+        &mut self,
+        why: Reason,
+        notes: Vec<crate::Note>,
+        mut problems: VecDeque<Output>,
+    ) -> Stop {
+        let mut stop = self.stopped(why, notes);
+        // What came out last is told of there.
+        problems.retain(|problem| !stop.outputs.contains(problem));
+        problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
+        stop.problems = problems.into();
+        stop
     }
 
     pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
@@ -373,6 +414,12 @@ pub(crate) fn end_of(history: &History<Controller>) -> Time {
     let heading = history.heading();
     let branch = history.branches().find(|branch| branch.id == heading);
     branch.map_or(Time::NEVER, |branch| branch.end.at)
+}
+
+/// Whether the present is beyond a place, at the same instant as that.
+fn is_beyond(history: &History<Controller>, place: Option<Place>) -> bool {
+    let here = history.present();
+    place.is_some_and(|place| here.branch == place.branch && here.moment > place.moment)
 }
 
 /// The breakpoints that a walk has ended at, in order of their numbers.

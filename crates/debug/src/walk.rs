@@ -46,6 +46,10 @@ pub(crate) struct Problems {
 }
 
 impl Problems {
+    fn can_be_in(stretch: &Stretch) -> bool {
+        stretch.can_meet(&Condition::Error { code: None }) || stretch.can_have(Kinds::WARNING)
+    }
+
     fn saw(&mut self, outputs: &VecDeque<Output>) {
         let is_problem = |output: &&Output| {
             let event = output.event();
@@ -55,6 +59,35 @@ impl Problems {
         };
         self.last.extend(outputs.iter().filter(is_problem).cloned());
         self.last.drain(..self.last.len().saturating_sub(PROBLEMS_MAX));
+    }
+}
+
+/// Looks for something, and keeps what goes wrong on the way to it.
+pub(crate) struct Telling<'s, S> {
+    pub(crate) sought: S,
+    pub(crate) problems: &'s mut Problems,
+}
+
+impl<S: Sought<Controller>> Sought<Controller> for Telling<'_, S> {
+    fn can_be_in(&self, stretch: &Stretch) -> bool {
+        self.sought.can_be_in(stretch) || Problems::can_be_in(stretch)
+    }
+
+    fn begin(&mut self, device: &Controller) {
+        self.sought.begin(device);
+    }
+
+    fn between(&mut self, device: &Controller, until: Time, which: Which) -> Option<Time> {
+        self.sought.between(device, until, which)
+    }
+
+    fn looked_until(&mut self) -> Option<Time> {
+        self.sought.looked_until()
+    }
+
+    fn after(&mut self, device: &Controller, act: Act, outputs: &VecDeque<Output>) -> bool {
+        self.problems.saw(outputs);
+        self.sought.after(device, act, outputs)
     }
 }
 
@@ -473,7 +506,7 @@ impl Sought<Controller> for Walk<'_> {
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         self.step.as_ref().is_some_and(|step| step.can_be_in(stretch))
             || self.waiting.iter().any(|waiting| waiting.can_be_in(stretch))
-            || (self.problems.is_some() && stretch.can_have(Kinds::ANSWER.and(Kinds::WARNING)))
+            || (self.problems.is_some() && Problems::can_be_in(stretch))
     }
 
     fn begin(&mut self, device: &Controller) {

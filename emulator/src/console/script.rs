@@ -1,7 +1,7 @@
 //! Commands that are written down, and files that are written by commands.
 
 use std::fs;
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
 use std::process::ExitCode;
 
 use super::screen;
@@ -52,6 +52,9 @@ pub(crate) fn script(
 ) -> Result<Flow, Failure> {
     for (number, line) in (1_u32..).zip(lines.lines()) {
         let failed = |message: String| Failure::at_line(message, name, lines, number);
+        if let Err(message) = readable(line.as_bytes()) {
+            return Err(failed(format!("{name}, line {number}: {message}")));
+        }
         match carry_out_once(session, line) {
             Ok(Outcome::Said(text)) => say(line, &text)?,
             Ok(Outcome::Picture(..)) => {}
@@ -94,16 +97,32 @@ fn say(line: &str, text: &str) -> Result<(), Failure> {
     output::print(&format!("> {}\n{end}", text::shown(line)))
 }
 
+/// No line of commands is longer, in bytes.
+const LONGEST: u64 = 1 << 16;
+
 /// Carries out what comes through a pipe, each line as it comes.
 pub(crate) fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
     let name = "standard input";
+    let mut input = io::stdin().lock();
     let mut before = String::new();
-    for (number, line) in (1_u32..).zip(io::stdin().lock().lines()) {
-        let line = line.map_err(|error| Failure::midway(format!("cannot read {name}: {error}")))?;
-        before.push_str(&line);
+    for number in 1_u32.. {
+        let mut bytes = Vec::new();
+        let read = input.by_ref().take(LONGEST).read_until(b'\n', &mut bytes);
+        read.map_err(|error| Failure::midway(format!("cannot read {name}: {error}")))?;
+        if bytes.is_empty() {
+            break;
+        }
+        let failed = |message: String, before: &str| {
+            Failure::at_line(format!("{name}, line {number}: {message}"), name, before, number)
+        };
+        let line = match readable(&bytes) {
+            Ok(line) => line,
+            Err(message) => return Err(failed(message, &before)),
+        };
+        before.push_str(line);
         before.push('\n');
-        match carry_out_once(session, &line) {
-            Ok(Outcome::Said(text)) => say(&line, &text)?,
+        match carry_out_once(session, line) {
+            Ok(Outcome::Said(text)) => say(line, &text)?,
             Ok(Outcome::Picture(..)) => {}
             Ok(Outcome::Quit) => break,
             Ok(Outcome::Source(file)) => {
@@ -113,18 +132,33 @@ pub(crate) fn piped(session: &mut Session) -> Result<ExitCode, Failure> {
             }
             Ok(Outcome::Screen) => {
                 let why = "the full screen needs somebody at the terminal";
-                return Err(Failure::at_line(
-                    format!("{name}, line {number}: {why}"),
-                    name,
-                    &before,
-                    number,
-                ));
+                return Err(failed(why.to_owned(), &before));
             }
-            Err(Wrong(message)) => {
-                let message = format!("{name}, line {number}: {message}");
-                return Err(Failure::at_line(message, name, &before, number));
-            }
+            Err(Wrong(message)) => return Err(failed(message, &before)),
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A line as it was read, without its end, if it is text.
+fn readable(bytes: &[u8]) -> Result<&str, String> {
+    if bytes.len() as u64 == LONGEST && !bytes.ends_with(b"\n") {
+        return Err(format!("a line has {LONGEST} bytes at most"));
+    }
+    let line = str::from_utf8(bytes).map_err(|error| {
+        let byte = bytes.get(error.valid_up_to()).copied().unwrap_or_default();
+        format!(
+            "this is no text: the byte {byte:02X} cannot stand there; commands are lines of UTF-8"
+        )
+    })?;
+    let line = line.strip_suffix('\n').unwrap_or(line);
+    let line = line.strip_suffix('\r').unwrap_or(line);
+    match line.chars().find(|c| c.is_control() && *c != '\t') {
+        Some(control) => Err(format!(
+            "this is no text: it has the control character {:02X}; `send` takes it as \\x{:02X}",
+            u32::from(control),
+            u32::from(control)
+        )),
+        None => Ok(line),
+    }
 }

@@ -472,6 +472,28 @@ fn fields_and_switches_are_data_breakpoints() {
     assert_eq!(editor.line(), 4);
 }
 
+/// However many pulses of one motion are looked at, each of them is, once, in both directions.
+#[test]
+fn pulses_are_counted_on_the_whole_of_a_long_motion() {
+    let (_folder, program) = file("@01\r\n@0A100000,2000\r\n");
+    let mut editor = Editor::at_entry(json!({ "program": program }));
+    let set = |editor: &mut Editor, with: Value| {
+        let mut breakpoint = json!({ "dataId": "0:axes.x.position" });
+        breakpoint.as_object_mut().unwrap().extend(with.as_object().unwrap().clone());
+        editor.ask("setDataBreakpoints", json!({ "breakpoints": [breakpoint] }));
+    };
+    set(&mut editor, json!({ "hitCondition": "5000" }));
+    assert_eq!(editor.walk("continue")["reason"], "data breakpoint");
+    assert_eq!(editor.value("x"), "5000");
+    set(&mut editor, json!({ "condition": "x = 90000" }));
+    editor.walk("continue");
+    assert_eq!(editor.value("x"), "90000");
+    editor.walk("continue");
+    set(&mut editor, json!({ "condition": "x = 3000" }));
+    editor.walk("reverseContinue");
+    assert_eq!(editor.value("x"), "3000");
+}
+
 #[test]
 fn error_replies_are_exceptions() {
     let (_folder, program) = file("@07\n@0Q\n@0A100,900,0,21,0,21,0,21\n@0M9,9\n");
@@ -661,6 +683,17 @@ fn jobs_stop_at_their_questions() {
         "setVariable",
         json!({ "variablesReference": signals, "name": "input 0.2", "value": "1" }),
     );
+    // Whoever comes by once more is asked once more, by whatever way, and goes on as before.
+    for step in ["continue", "next"] {
+        editor.walk("reverseContinue");
+        let again = loop {
+            let stop = editor.walk(step);
+            if stop["reason"] == "pause" {
+                break stop;
+            }
+        };
+        assert_eq!((&again["text"], editor.value("x")), (&halt["text"], there.clone()), "{step}");
+    }
     let end = editor.walk("continue");
     assert_eq!(end["description"], "The end: everything is done");
     assert_ne!(editor.value("x"), there);
