@@ -10,6 +10,7 @@ mod breakpoint;
 mod condition;
 mod duration;
 mod event;
+mod facts;
 mod fault;
 mod grouped;
 mod handling;
@@ -26,7 +27,7 @@ mod verb;
 mod view;
 
 pub use breakpoint::Breakpoint;
-pub use condition::{Condition, ConditionError, Fact, Named, Names, Vocabulary};
+pub use condition::{Condition, ConditionError, Fact, LengthUnit, Named, Names, Scale, Vocabulary};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Loss, Motion, Warning};
 pub use fault::{
@@ -34,6 +35,7 @@ pub use fault::{
     FaultView, Faulting, Garbling, LineFault, MachineFault, MachineStrike, Mishap, Strike,
     SwitchSays, Way, When,
 };
+pub use facts::Facts;
 pub use grouped::Grouped;
 pub use handling::{
     Effects, Erasing, Handling, Heard, Identity, Piece, Question, StartButton, Stop, Travel, Turn,

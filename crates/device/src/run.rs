@@ -5,6 +5,7 @@ use std::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::facts::{Facts, first, lapse};
 use crate::{
     AXES, Activity, Condition, Event, Fact, FaultView, Input, Kinds, Output, Point, Running,
     Signal, SignalId, Time, View,
@@ -200,14 +201,14 @@ pub trait Device {
     /// if no input comes: [`now`](Device::now), or between it and the wake-up time, which is not
     /// included.
     fn crossing(&self, condition: &Condition) -> Option<Time> {
-        first(self, condition, self.now())
+        first(&Of(self), condition, self.now())
     }
 
     /// The first instant at which the condition does not hold by what is so, if no input comes:
     /// [`now`](Device::now), or between it and the wake-up time, which is not included. What
     /// only happens holds in no instant that lasts.
     fn leaving(&self, condition: &Condition) -> Option<Time> {
-        first_without(self, condition, self.now())
+        lapse(&Of(self), condition, self.now())
     }
 
     /// Whether the condition holds at [`now`](Device::now), right after a cause or an input with
@@ -327,10 +328,10 @@ impl<D: Device> Iterator for Beginnings<'_, D> {
     fn next(&mut self) -> Option<Time> {
         let within = |at: &Time| *at < self.until;
         if self.holds {
-            self.at = lapse(self.device, self.condition, self.at).filter(within)?;
+            self.at = lapse(&Of(self.device), self.condition, self.at).filter(within)?;
             self.holds = false;
         }
-        self.at = first(self.device, self.condition, self.at).filter(within)?;
+        self.at = first(&Of(self.device), self.condition, self.at).filter(within)?;
         self.holds = true;
         Some(self.at)
     }
@@ -347,197 +348,27 @@ pub enum Foresight {
     Open,
 }
 
-/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
-/// holds by states alone.
-fn first<D: Device + ?Sized>(device: &D, condition: &Condition, from: Time) -> Option<Time> {
-    let wake = device.wake();
-    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
-    let fact = |fact: Fact| device.first_time(&fact, from).filter(within);
-    let axis = |axis: u8, low: i64, high: i64| fact(Fact::Axis { axis, low, high });
-    let below = |of: u8, position: i64| axis(of, i64::MIN, position.checked_sub(1)?);
-    let above = |of: u8, position: i64| axis(of, position.checked_add(1)?, i64::MAX);
-    match *condition {
-        Condition::AxisAt { axis: of, position } => axis(of, position, position),
-        Condition::AxisBelow { axis, position } => below(axis, position),
-        Condition::AxisAbove { axis, position } => above(axis, position),
-        Condition::Outside { ref low, ref high } => (0..)
-            .zip(low.iter().zip(high))
-            .flat_map(|(of, (low, high))| [below(of, *low), above(of, *high)])
-            .flatten()
-            .min(),
-        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level }),
-        Condition::Limit { axis, positive, active } => fact(Fact::Limit { axis, positive, active }),
-        Condition::SignalIs { signal, value } => fact(Fact::Signal { signal, value }),
-        // What is due just now may be the next thing that it does.
-        Condition::Idle => {
-            (device.is_idle() && wake.is_none_or(|wake| wake > device.now())).then_some(from)
-        }
-        Condition::At(time) => Some(time.max(from)).filter(within),
-        Condition::All(ref parts) => first_of_all(device, parts, from),
-        Condition::Any(ref parts) => {
-            parts.iter().filter_map(|part| first(device, part, from)).min()
-        }
-        Condition::Command { .. }
-        | Condition::Answered { .. }
-        | Condition::Answer { .. }
-        | Condition::Error { .. }
-        | Condition::Line { .. }
-        | Condition::SignalChanges { .. } => None,
-    }
-}
+/// What a device can forecast, asked of the device itself.
+struct Of<'a, D: ?Sized>(&'a D);
 
-/// The first instant at which all parts hold. No part holds before its first instant, so nothing is
-/// missed by going on from the latest of these: from one beginning of a span in which a part holds
-/// to the next, and never from step to step.
-fn first_of_all<D: Device + ?Sized>(device: &D, parts: &[Condition], from: Time) -> Option<Time> {
-    first_of_latest(device, parts, from, |mut latest| {
-        for part in parts {
-            latest = first(device, part, latest)?;
-        }
-        Some(latest)
-    })
-}
+impl<D: Device + ?Sized> Facts for Of<'_, D> {
+    fn now(&self) -> Time {
+        self.0.now()
+    }
 
-/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
-/// does not hold by states alone.
-fn lapse<D: Device + ?Sized>(device: &D, condition: &Condition, from: Time) -> Option<Time> {
-    let wake = device.wake();
-    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
-    let fact = |fact: Fact| device.first_time(&fact, from).filter(within);
-    let below = |axis: u8, low: i64| {
-        let high = low.checked_sub(1)?;
-        fact(Fact::Axis { axis, low: i64::MIN, high })
-    };
-    let above = |axis: u8, high: i64| {
-        let low = high.checked_add(1)?;
-        fact(Fact::Axis { axis, low, high: i64::MAX })
-    };
-    let is_combined = matches!(condition, Condition::All(_) | Condition::Any(_));
-    if !is_combined && first(device, condition, from) != Some(from) {
-        return Some(from);
+    fn wake(&self) -> Option<Time> {
+        self.0.wake()
     }
-    match *condition {
-        Condition::AxisAt { axis, position } => {
-            [below(axis, position), above(axis, position)].into_iter().flatten().min()
-        }
-        Condition::AxisBelow { axis, position } => above(axis, position.saturating_sub(1)),
-        Condition::AxisAbove { axis, position } => below(axis, position.saturating_add(1)),
-        Condition::Outside { ref low, ref high } => {
-            first_of_latest(device, &[], from, |mut latest| {
-                for (axis, (low, high)) in (0..).zip(low.iter().zip(high)) {
-                    let (low, high) = (*low, *high);
-                    let anywhere = Fact::Axis { axis, low: i64::MIN, high: i64::MAX };
-                    let is_there = device.first_time(&anywhere, latest).is_some();
-                    if is_there && (low, high) != (i64::MIN, i64::MAX) {
-                        let inside = Fact::Axis { axis, low, high };
-                        latest = device.first_time(&inside, latest).filter(within)?;
-                    }
-                }
-                Some(latest)
-            })
-        }
-        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level: !level }),
-        Condition::Limit { axis, positive, active } => {
-            fact(Fact::Limit { axis, positive, active: !active })
-        }
-        Condition::All(ref parts) => {
-            parts.iter().filter_map(|part| lapse(device, part, from)).min()
-        }
-        Condition::Any(ref parts) => first_of_latest(device, parts, from, |mut latest| {
-            for part in parts {
-                latest = lapse(device, part, latest)?;
-            }
-            Some(latest)
-        }),
-        // What no motion changes stays so for the whole span.
-        _ => None,
-    }
-}
 
-/// The first instant that the latest of several leads to itself: all of them are there. Once all times
-/// that are named in `parts` are over, and the device has come round, there is nothing new to be found.
-fn first_of_latest<D: Device + ?Sized>(
-    device: &D,
-    parts: &[Condition],
-    mut from: Time,
-    mut latest: impl FnMut(Time) -> Option<Time>,
-) -> Option<Time> {
-    let mut round = None;
-    loop {
-        let next = latest(from)?;
-        if next == from {
-            return Some(from);
-        }
-        let named = || parts.iter().filter_map(Condition::latest_time).fold(next, Time::max);
-        let round = round.get_or_insert_with(|| device.comes_round(named()));
-        if round.is_some_and(|round| next > round) {
-            return None;
-        }
-        from = next;
+    fn is_idle(&self) -> bool {
+        self.0.is_idle()
     }
-}
 
-/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
-/// does not hold by states alone.
-fn first_without<D: Device + ?Sized>(
-    device: &D,
-    condition: &Condition,
-    from: Time,
-) -> Option<Time> {
-    let wake = device.wake();
-    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
-    let fact = |fact: Fact| device.first_time(&fact, from).filter(within);
-    let axis = |axis: u8, low: i64, high: i64| fact(Fact::Axis { axis, low, high });
-    if first(device, condition, from) != Some(from) {
-        return Some(from);
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
+        self.0.first_time(fact, from)
     }
-    match *condition {
-        Condition::AxisAt { axis: of, position } => {
-            let below = position.checked_sub(1).and_then(|high| axis(of, i64::MIN, high));
-            let above = position.checked_add(1).and_then(|low| axis(of, low, i64::MAX));
-            below.into_iter().chain(above).min()
-        }
-        Condition::AxisBelow { axis: of, position } => axis(of, position, i64::MAX),
-        Condition::AxisAbove { axis: of, position } => axis(of, i64::MIN, position),
-        // Any axis is outside: until all of them are inside.
-        Condition::Outside { ref low, ref high } => {
-            let beyond = |(of, (low, high)): (u8, (&i64, &i64))| {
-                let axis = of;
-                [
-                    Condition::AxisBelow { axis, position: *low },
-                    Condition::AxisAbove { axis, position: *high },
-                ]
-            };
-            let parts: Vec<_> = (0..).zip(low.iter().zip(high)).flat_map(beyond).collect();
-            first_without_any(device, &parts, from)
-        }
-        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level: !level }),
-        Condition::Limit { axis, positive, active } => {
-            fact(Fact::Limit { axis, positive, active: !active })
-        }
-        Condition::All(ref parts) => {
-            parts.iter().filter_map(|part| first_without(device, part, from)).min()
-        }
-        Condition::Any(ref parts) => first_without_any(device, parts, from),
-        // What has come stays, and what changes with causes only stays until the next.
-        _ => None,
-    }
-}
 
-/// The first instant at which no part holds, found as that at which all do.
-fn first_without_any<D: Device + ?Sized>(
-    device: &D,
-    parts: &[Condition],
-    mut from: Time,
-) -> Option<Time> {
-    loop {
-        let mut latest = from;
-        for part in parts {
-            latest = first_without(device, part, latest)?;
-        }
-        if latest == from {
-            return Some(from);
-        }
-        from = latest;
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        self.0.comes_round(from)
     }
 }

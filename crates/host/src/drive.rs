@@ -96,7 +96,7 @@ impl<D: Device + Clone> Drive<D> {
         if !self.pace.runs() || self.rig.is_paused() {
             return None;
         }
-        self.pace.moment_of(self.rig.next_deadline()?)
+        self.pace.moment_of(self.next_look()?)
     }
 
     // --- how it passes ---
@@ -147,7 +147,10 @@ impl<D: Device + Clone> Drive<D> {
         if self.pace.jumps() && self.journey.is_none() && !self.rig.is_paused() {
             let began = Instant::now();
             for _ in 0..BATCH {
-                let Some(due) = self.rig.next_deadline() else { return };
+                if self.rig.next_deadline().is_none() {
+                    return;
+                }
+                let Some(due) = self.next_look() else { return };
                 self.rig.step(due);
                 if self.rig.has_to_stop() || began.elapsed() >= BATCH_TIME {
                     return;
@@ -161,7 +164,7 @@ impl<D: Device + Clone> Drive<D> {
     fn run_to(&mut self, target: Time, most: u32) -> (u32, bool) {
         let began = Instant::now();
         for causes in 0..most {
-            match self.rig.next_deadline() {
+            match self.next_look() {
                 Some(due) if due <= target => self.rig.step(due),
                 _ => {
                     if self.rig.device.now() < target {
@@ -179,12 +182,18 @@ impl<D: Device + Clone> Drive<D> {
 
     /// Whether something is to be done by then, or the device is behind its clock.
     fn is_due(&self, at: Time) -> bool {
-        self.pace.is_behind() || self.rig.next_deadline().is_some_and(|due| due <= at)
+        self.pace.is_behind() || self.next_look().is_some_and(|due| due <= at)
     }
 
     /// Whether anything will be due at all.
     fn has_deadline(&self) -> bool {
-        self.pace.is_behind() || self.rig.next_deadline().is_some()
+        self.pace.is_behind() || self.next_look().is_some()
+    }
+
+    /// When something is due, or somebody who watches wants to know that time has passed. Time that
+    /// jumps from one thing to the next goes nowhere for the latter alone.
+    fn next_look(&self) -> Option<Time> {
+        self.rig.next_deadline().into_iter().chain(self.rig.sinks.due()).min()
     }
 
     // --- where it is sent ---

@@ -6,7 +6,6 @@
 //! directly; a [`Handle`] controls it from elsewhere.
 #![forbid(unsafe_code)]
 
-mod begun;
 mod bell;
 mod breakpoints;
 mod clients;

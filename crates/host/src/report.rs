@@ -360,6 +360,17 @@ pub trait Sink: Send {
     /// goes in; at its end too. `state` writes the device's present state down, which takes a while.
     fn settled(&mut self, _at: Time, _state: &dyn Fn() -> serde_json::Value) {}
 
+    /// When it wants to be told that [time has passed](Sink::passes), if nothing is told before; asked
+    /// after each report, and when somebody says that this [has changed](crate::Runner::look_again).
+    /// It has no influence on what happens: time that does not pass by itself does not pass for a sink.
+    fn due(&self) -> Option<Time> {
+        None
+    }
+
+    /// Time has passed up to then, and everything that was due has been told. It wants to be told of a
+    /// later time from now on, or of none.
+    fn passes(&mut self, _at: Time) {}
+
     /// Whether it has seen enough; asked after each report. It is let go of then, as if somebody
     /// had [detached](crate::Handle::detach) it.
     fn has_enough(&self) -> bool {

@@ -214,6 +214,7 @@ impl<D: Device> Rig<D> {
     /// Lets time pass up to the next thing that is to be done.
     pub(crate) fn step(&mut self, at: Time) {
         self.pass_time(at);
+        self.tell_time();
         if self.waiters.answer_due(self.device.now()) {
             self.watch_kinds();
         }
@@ -225,6 +226,13 @@ impl<D: Device> Rig<D> {
         let watched = self.waiters.due().into_iter().chain(self.breakpoints.due());
         let due = self.device.wake().into_iter().chain(watched).min();
         due.filter(|at| *at != Time::NEVER)
+    }
+
+    /// Tells the sinks that wanted to know it that time has passed.
+    fn tell_time(&mut self) {
+        if self.sinks.pass(self.device.now()) {
+            self.settle();
+        }
     }
 
     /// Tells those who wait for what cannot come any more: the device rests.

@@ -186,6 +186,11 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.rig.pause(Source::Controls(who.to_owned()));
     }
 
+    /// A sink wants to be told [at another time](Sink::due) that time has passed than it said last.
+    pub fn look_again(&mut self) {
+        self.drive.rig.sinks.look_again();
+    }
+
     /// The device.
     pub fn device(&self) -> &D {
         &self.drive.rig.device

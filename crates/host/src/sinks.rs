@@ -15,6 +15,8 @@ pub(crate) struct Sinks {
     /// The last number that a sink was given.
     last: u64,
     wants: Wants,
+    /// When one of them wants to be told that time has passed.
+    due: Option<Time>,
 }
 
 /// A sink, and what it wants.
@@ -88,11 +90,15 @@ impl Sinks {
         }
         let report = Report { controller: Arc::clone(&self.name), at, what: what() };
         let explain = |command: &[u8]| device.explain(command);
-        let mut enough = false;
-        for Watching { sink, .. } in self.watching.iter_mut().filter(|of| wanted(&of.wants)) {
-            sink.report(&report, &explain);
-            enough |= sink.has_enough();
+        let (mut enough, mut due) = (false, None);
+        for Watching { wants, sink, .. } in &mut self.watching {
+            if wanted(wants) {
+                sink.report(&report, &explain);
+                enough |= sink.has_enough();
+            }
+            due = sooner(due, sink.due());
         }
+        self.due = due;
         if enough {
             self.watching.retain(|of| !of.sink.has_enough());
             self.add_up();
@@ -111,7 +117,38 @@ impl Sinks {
         }
     }
 
+    /// When one of them wants to be told that time has passed.
+    pub(crate) fn due(&self) -> Option<Time> {
+        self.due
+    }
+
+    /// Tells those who wanted to know it that time has passed. Returns whether somebody did.
+    pub(crate) fn pass(&mut self, at: Time) -> bool {
+        if self.due.is_none_or(|due| due > at) {
+            return false;
+        }
+        for Watching { sink, .. } in &mut self.watching {
+            if sink.due().is_some_and(|due| due <= at) {
+                sink.passes(at);
+            }
+        }
+        self.look_again();
+        // Who does not go on from there does not hold up the others.
+        self.due = self.due.filter(|due| *due > at);
+        true
+    }
+
+    /// One of them wants to be told at another time.
+    pub(crate) fn look_again(&mut self) {
+        self.due = self.watching.iter().fold(None, |due, of| sooner(due, of.sink.due()));
+    }
+
     fn add_up(&mut self) {
+        self.look_again();
         self.wants = self.watching.iter().fold(Wants::default(), |all, of| all.and(of.wants));
     }
+}
+
+fn sooner(one: Option<Time>, other: Option<Time>) -> Option<Time> {
+    one.into_iter().chain(other).min()
 }

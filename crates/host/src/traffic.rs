@@ -3,10 +3,10 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use vimc4_device::{CommandNumber, Event, Grouped, Kinds, Time, Warning, escape};
+use vimc4_device::{CommandNumber, Event, Grouped, Kinds, Time, Warning};
+use vimc4_journal::words::{self, Excerpt, Words};
 
-use crate::begun::{Answered, Begun};
-use crate::report::{BreakpointId, Deed, News, Report, Sink, Wants, What};
+use crate::report::{BreakpointId, News, Report, Sink, Wants, What};
 
 /// A sink that writes lines of text:
 ///
@@ -19,7 +19,7 @@ use crate::report::{BreakpointId, Deed, News, Report, Sink, Wants, What};
 pub struct Traffic<F> {
     write: F,
     verbosity: Verbosity,
-    begun: Begun,
+    words: Words,
     /// By kind and transport.
     floods: Vec<Flood>,
     /// On which transport is spoken, as far as that is known.
@@ -70,7 +70,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         Traffic {
             write,
             verbosity,
-            begun: Begun::default(),
+            words: Words::default(),
             floods: Vec::new(),
             speaker: String::new(),
             respite: RESPITE,
@@ -78,9 +78,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
     }
 
     fn line(&mut self, at: Time, text: fmt::Arguments<'_>) {
-        let micros = at.as_nanos() / 1_000;
-        let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
-        (self.write)(format!("{seconds:>6}.{micros:06} s  {text}"));
+        (self.write)(words::line(at, text));
     }
 
     /// Tells a warning, unless one of its kind and about the same transport has just been told:
@@ -159,36 +157,6 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         explain: &dyn Fn(&[u8]) -> String,
     ) {
         match event {
-            Event::Command { bytes, .. } => {
-                if let Some(number) = command {
-                    self.begun.begin(number, bytes, at);
-                }
-                self.line(at, format_args!("{}  {}", escape(bytes), explain(bytes)));
-            }
-            Event::Ignored { bytes, why } => {
-                self.line(at, format_args!("{}  {why}", Excerpt(bytes)));
-            }
-            Event::Line { line, mnemonic } => {
-                self.line(at, format_args!("line {line}: {mnemonic}"));
-            }
-            Event::Answer { bytes, why, .. } => {
-                let Answered { to, took: span } =
-                    command.map_or(Answered::default(), |number| self.begun.answer(number, at));
-                let to = to.map(|command| format!("to {}", Excerpt(command)));
-                let about: Vec<String> = to.into_iter().chain(span.map(took)).collect();
-                let about = about.join(", ");
-                let (colon, why) = match why {
-                    Some(why) if about.is_empty() => ("", &**why),
-                    Some(why) => (": ", &**why),
-                    None => ("", ""),
-                };
-                let blanks = if about.is_empty() && why.is_empty() { "" } else { "  " };
-                self.line(at, format_args!("{}{blanks}{about}{colon}{why}", escape(bytes)));
-            }
-            Event::CutShort { why, .. } => self.line(at, format_args!("        cut short: {why}")),
-            Event::Flash { what } => self.line(at, format_args!("flash: {what}")),
-            Event::Fault { number, news } => self.line(at, format_args!("fault {number} {news}")),
-            Event::Baud { baud } => self.line(at, format_args!("line: {baud} baud")),
             // That nobody listens is part of a conversation, or of its absence: a program that
             // sends characters to nobody would fill the terminal with it.
             Event::Warning(Warning::NobodyListens { .. })
@@ -208,7 +176,11 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                     None => self.line(at, text),
                 }
             }
-            _ => {}
+            event => {
+                if let Some(text) = self.words.event(at, command, event, explain) {
+                    self.line(at, format_args!("{text}"));
+                }
+            }
         }
     }
 
@@ -224,15 +196,10 @@ impl<F: FnMut(String) + Send> Traffic<F> {
         match news {
             News::Deed { .. } | News::NoEffect { .. } | News::Speaks { .. }
                 if self.verbosity == Verbosity::Warnings => {}
-            News::Deed { by, deed: Deed::Byte(byte) } => {
-                self.line(at, format_args!("{by}: {byte}  {}", explain(&[*byte])));
+            News::Deed { by, deed } => {
+                let text = words::deed(by, deed, explain);
+                self.line(at, format_args!("{text}"));
             }
-            News::Deed { by, deed: Deed::Several { what, signals } } => {
-                let signals: Vec<String> =
-                    signals.iter().map(|(signal, value)| format!("{signal} {value}")).collect();
-                self.line(at, format_args!("{by}: {what} ({})", signals.join(", ")));
-            }
-            News::Deed { by, deed } => self.line(at, format_args!("{by}: {deed}")),
             News::NoEffect { why: Some(why), .. } => {
                 self.line(at, format_args!("        no effect: {why}"));
             }
@@ -433,34 +400,6 @@ fn of_bytes(bytes: u64) -> String {
 
 fn count(bytes: u64) -> String {
     if bytes == 1 { "1 byte was".to_owned() } else { format!("{bytes} bytes were") }
-}
-
-/// No more of a line than a person reads.
-struct Excerpt<'a>(&'a [u8]);
-
-impl fmt::Display for Excerpt<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0.get(..100) {
-            Some(beginning) => write!(f, "{}…", escape(beginning)),
-            None => f.write_str(&escape(self.0)),
-        }
-    }
-}
-
-/// `after 5.6 s`, in two digits or as many as the whole part has.
-fn took(span: Duration) -> String {
-    if span.is_zero() {
-        return "at once".to_owned();
-    }
-    let nanos = span.as_nanos();
-    let (unit, name) = match nanos {
-        0..1_000_000 => (1_000, "µs"),
-        1_000_000..1_000_000_000 => (1_000_000, "ms"),
-        _ => (1_000_000_000, "s"),
-    };
-    let value = nanos as f64 / f64::from(unit);
-    let text = if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") };
-    format!("after {} {name}", text.strip_suffix(".0").unwrap_or(&text))
 }
 
 /// What is said of a client that only hears what others are answered.
@@ -718,15 +657,5 @@ mod tests {
                 "tcp: 499 more were left out: commands without effect",
             ]
         );
-    }
-
-    #[test]
-    fn spans_are_short() {
-        let text = |nanos| took(Duration::from_nanos(nanos));
-        assert_eq!(text(0), "at once");
-        assert_eq!(text(520_834), "after 521 µs");
-        assert_eq!(text(1_040_000), "after 1 ms");
-        assert_eq!(text(9_960_000_000), "after 10 s");
-        assert_eq!(text(600_000_000_000), "after 600 s");
     }
 }

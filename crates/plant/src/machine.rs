@@ -1,7 +1,7 @@
 //! What a machine is like.
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{AXES, Loss, Warning};
+use vimc4_device::{AXES, LengthUnit, Loss, Scale, Warning};
 
 use crate::job::JobSetup;
 use crate::profile::ProfileError;
@@ -275,6 +275,19 @@ impl Machine {
                 Some(lead) => Measure { name: "mm", per_step: f64::from(lead) / 1_000.0 / turn },
                 None => Measure { name: "°", per_step: 360.0 / turn },
             }
+        })
+    }
+
+    /// The same for conditions, in which people name places in mm or degrees.
+    #[must_use]
+    pub fn scales(&self) -> [Option<Scale>; AXES] {
+        std::array::from_fn(|axis| {
+            let Axis { steps_per_turn: steps, lead_um, .. } = *self.fitted(axis)?;
+            let (units, unit) = match lead_um {
+                Some(lead) => (lead, LengthUnit::Micrometre),
+                None => (360, LengthUnit::Degree),
+            };
+            Some(Scale { steps, units, unit })
         })
     }
 

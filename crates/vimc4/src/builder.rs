@@ -18,6 +18,8 @@ use vimc4_host::{
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{Pty, PtyLink};
 
+use vimc4_journal::Picture;
+
 use crate::control::Control;
 use crate::emulator::{Emulator, Kept, Places};
 use crate::error::Error;
@@ -355,7 +357,6 @@ impl Builder {
             None => Ok(Vec::new()),
         };
         let addresses = [addresses(&self.tcp)?, addresses(&self.rfc2217)?];
-        let record = self.record.then(Record::default);
         #[cfg(all(unix, feature = "pty"))]
         let (pty, replace) = (self.pty.clone(), self.replace);
 
@@ -363,9 +364,9 @@ impl Builder {
             Some(worker) => worker.clone(),
             None => Worker::start(&format!("vimc4 {}", model.name())).map_err(Error::Start)?,
         };
-        let (made, recording) = {
+        let (made, record, recording) = {
             let _inside = worker.enter();
-            self.assemble(&model, machine, &addresses, record.clone())?
+            self.assemble(&model, Arc::clone(&machine), &addresses)?
         };
         let (runner, handle, places) = made;
         let (over, ended) = watch::channel(None);
@@ -376,7 +377,7 @@ impl Builder {
             // Nobody may be interested.
             let _ = over.send(Some(end.map_err(Arc::new)));
         });
-        let control = Control::new(model, handle, record);
+        let control = Control::new(model, machine, handle, record);
         #[cfg_attr(
             not(all(unix, feature = "pty")),
             expect(unused_mut, reason = "there are no links")
@@ -396,8 +397,7 @@ impl Builder {
         model: &Model,
         machine: Arc<Machine>,
         [tcp, rfc2217]: &[Vec<SocketAddr>; 2],
-        record: Option<Record>,
-    ) -> Result<(Made, Option<Kept>), Error> {
+    ) -> Result<(Made, Option<Record>, Option<Kept>), Error> {
         let mut places = Places::default();
         let tcp = listen(tcp, |address| Tcp::bind(address, self.clients))?;
         places.tcp = tcp.as_ref().map(Tcp::address);
@@ -461,7 +461,8 @@ impl Builder {
             rfc2217.iter().for_each(|address| traces.transport("rfc2217", address));
             runner.watch(Box::new(traces));
         }
-        if let Some(record) = record {
+        let record = self.record.then(|| Record::new(Picture::of(runner.device())));
+        if let Some(record) = &record {
             runner.watch(Box::new(record.recorder()));
         }
         for sink in self.sinks {
@@ -484,7 +485,7 @@ impl Builder {
         if self.paused {
             runner.begin_paused("the library");
         }
-        Ok(((runner, handle, places), kept))
+        Ok(((runner, handle, places), record, kept))
     }
 }
 

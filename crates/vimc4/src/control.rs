@@ -1,8 +1,9 @@
 //! The controls of a running emulator, for programs that must not block.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use vimc4_catalogue::{Controller, Details, Family, Model, State};
+use vimc4_catalogue::{Controller, Details, Family, Machine, Model, State};
 use vimc4_device::{
     Condition, Deed, Device, Event, Fault, FaultNumber, FaultView, Faulting, Line, LineState,
     Names, OwnedInput, Signal, Stamp, Time,
@@ -11,6 +12,8 @@ use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
     Modem, Pause, Pending, Sink, SinkId, Step,
 };
+
+use vimc4_journal::{Journal, Picture};
 
 use crate::record::{HostCommand, Memory, Record};
 
@@ -46,8 +49,9 @@ use crate::record::{HostCommand, Memory, Record};
 #[derive(Clone, Debug)]
 pub struct Control {
     model: Model,
-    handle: Handle<Line<Controller>>,
-    record: Option<Record>,
+    machine: Arc<Machine>,
+    pub(crate) handle: Handle<Line<Controller>>,
+    pub(crate) record: Option<Record>,
 }
 
 /// A picture of a controller: [`Emulator::view`](crate::Emulator::view).
@@ -89,10 +93,11 @@ impl AsRef<str> for Button {
 impl Control {
     pub(crate) fn new(
         model: Model,
+        machine: Arc<Machine>,
         handle: Handle<Line<Controller>>,
         record: Option<Record>,
     ) -> Control {
-        Control { model, handle, record }
+        Control { model, machine, handle, record }
     }
 
     /// The same controls for somebody of this name, who appears in the log and the news; without
@@ -201,17 +206,26 @@ impl Control {
 
     /// What the host sent, decoded, oldest first.
     pub fn commands(&self) -> Pending<Vec<HostCommand>> {
-        self.remembered(|memory| memory.commands())
+        self.remembered(|memory, _| memory.commands())
     }
 
     /// What happened, oldest first.
     pub fn events(&self) -> Pending<Vec<(Stamp, Event)>> {
-        self.remembered(|memory| memory.events.iter().cloned().collect())
+        self.remembered(|memory, _| memory.events())
+    }
+
+    /// Everything that happened, oldest first: commands, answers, motions, ports, what people did, each
+    /// with its time and the number of its command.
+    pub fn journal(&self) -> Pending<Journal> {
+        self.remembered(|memory, device| {
+            memory.pass(device.now());
+            memory.journal.clone()
+        })
     }
 
     /// Forgets the commands and events so far.
     pub fn forget(&self) -> Pending<()> {
-        self.remembered(Memory::forget)
+        self.remembered(|memory, device| memory.forget(Picture::of(device)))
     }
 
     /// The next command of this mnemonic (such as `@A`) that the host sends, counted from the one
@@ -232,10 +246,13 @@ impl Control {
     /// Looks into the record when what was written to the line before has arrived.
     fn remembered<T: Default + Send + 'static>(
         &self,
-        look: impl FnOnce(&mut Memory) -> T + Send + 'static,
+        look: impl FnOnce(&mut Memory, &Line<Controller>) -> T + Send + 'static,
     ) -> Pending<T> {
         let record = self.record.clone();
-        self.handle.with(move |_| Ok(record.map_or_else(T::default, |r| look(&mut r.lock()))))
+        self.handle.with(move |runner| {
+            let device = runner.device();
+            Ok(record.map_or_else(T::default, |record| look(&mut record.lock(), device)))
+        })
     }
 
     /// Lets a sink watch from now on. [`Reports`](crate::Reports) are for those who want to take
@@ -259,8 +276,9 @@ impl Control {
     /// What people call its axes and signals, with which [orders](crate::Order) are read and
     /// completed.
     pub fn names(&self) -> Pending<Names> {
-        let model = self.model.clone();
-        self.handle.with(move |runner| Ok(model.names(runner.device().signals())))
+        let (model, scales) = (self.model.clone(), self.machine.scales());
+        self.handle
+            .with(move |runner| Ok(model.names(runner.device().signals()).with_scales(scales)))
     }
 
     /// Sets a signal to any value it takes: 1 and 0, or the number of a switch's position.

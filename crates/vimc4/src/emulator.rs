@@ -17,8 +17,12 @@ use vimc4_host::{
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyLink};
 
+use vimc4_journal::Journal;
+use vimc4_journal::expect::Expect;
+
 use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
+use crate::expect::Live;
 use crate::fault::{AnyFault, FaultHandle};
 use crate::record::HostCommand;
 use crate::recording::RecordingFile;
@@ -245,6 +249,35 @@ impl Emulator {
     /// What happened, oldest first.
     pub fn events(&self) -> Result<Vec<(Stamp, Event)>, Error> {
         Ok(self.control.events().wait()?)
+    }
+
+    /// Everything that happened, oldest first: commands, answers, motions, ports, what people did, each
+    /// with its time and the number of its command.
+    pub fn journal(&self) -> Result<Journal, Error> {
+        Ok(self.control.journal().wait()?)
+    }
+
+    /// Begins a sentence about what has to happen: from now on, if it ends with
+    /// [`watch`](vimc4_journal::expect::Sentence::watch), or so far, if it ends with
+    /// [`so_far`](vimc4_journal::expect::Sentence::so_far).
+    ///
+    /// ```
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// use std::io::Write;
+    /// use vimc4::{Clock, Emulator};
+    ///
+    /// let emu = Emulator::builder().machine("mill").time(Clock::Manual).start()?;
+    /// let moved = emu.expect().command("@A").answered("0").once().then().command("@P").once().watch()?;
+    /// let inside = emu.expect().never("x > 20mm").watch()?;
+    /// emu.connect()?.write_all(b"@07\r@0A800,900,0,900,0,900,0,900\r@0P\r")?;
+    /// emu.run_until_idle()?;
+    /// moved.check()?;
+    /// inside.check()?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn expect(&self) -> Expect<Live> {
+        Live::expect(&self.control, self.recording())
     }
 
     /// Forgets the commands and events so far.

@@ -11,6 +11,8 @@ use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
 
+use vimc4_journal::expect::{Failure, Mistake};
+
 use crate::recording::RecordingError;
 
 /// Why an emulator does not start, or does not do what it is told.
@@ -94,6 +96,12 @@ pub enum Error {
     /// The recording cannot be begun.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// Something was expected that could never be met.
+    #[error(transparent)]
+    Mistake(#[from] Mistake),
+    /// An expectation was not met.
+    #[error(transparent)]
+    Unmet(#[from] Box<Failure>),
     /// A running controller refused.
     #[error(transparent)]
     Control(#[from] ControlError),

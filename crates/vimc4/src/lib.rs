@@ -37,7 +37,8 @@
 //! | choose model, machine, clock and where to listen | [`Emulator::builder`] |
 //! | stop a motion at an exact step or time | [`Clock::Manual`], [`Emulator::run_until`], [`Emulator::advance`] |
 //! | be the person at the machine | [`Emulator::press`], [`Emulator::turn`], [`Emulator::input`], [`Emulator::power`] |
-//! | ask what the host did | [`Emulator::commands`], [`Emulator::events`], [`Emulator::position`], [`Emulator::view`] |
+//! | ask what the host did | [`Emulator::commands`], [`Emulator::journal`], [`Emulator::position`], [`Emulator::view`] |
+//! | say what it has to do, in which order, how often, never | [`Emulator::expect`] |
 //! | lose, garble, delay bytes, or cut the cable | [`Emulator::fault`] |
 //! | await instead of block | [`Emulator::control`] |
 //! | hold the controller while its host is connected, at breakpoints or by hand, and lead it step by step | [`Emulator::pause`], [`Emulator::break_when`], [`Emulator::step`], [`Control`] |
@@ -48,6 +49,7 @@ mod builder;
 mod control;
 mod emulator;
 mod error;
+mod expect;
 mod fault;
 mod order;
 mod profiles;
@@ -58,6 +60,7 @@ pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
+pub use expect::{Live, Watched};
 pub use fault::{AnyFault, FaultHandle};
 pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile};
@@ -85,6 +88,12 @@ pub use vimc4_host::{
 };
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{LinkError, PtyLink, User, Users};
+
+pub use vimc4_journal::expect::{
+    Clauses, CommandClause, Expect, Expectation, Failure, Following, Mistake, Must, Reason,
+    Sentence, When, Whenever,
+};
+pub use vimc4_journal::{Entry, Journal, Move, Picture, What as Happened};
 
 /// A controller without a thread, a clock or a port: driven input by input, in virtual time.
 /// [`Device`](device::Device) says how.

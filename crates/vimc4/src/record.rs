@@ -1,13 +1,17 @@
-//! What happened, for those who ask afterwards.
+//! What happened, for those who ask afterwards, and for those who expect something.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
 use tokio::sync::oneshot;
-use vimc4_device::{CommandNumber, Event, Kinds, Stamp, Time};
-use vimc4_host::{ControlError, Report, Sink, Wants, What};
+use vimc4_device::{CommandNumber, Deed, Event, Kinds, Names, Stamp, Time};
+use vimc4_host::{ControlError, News, Report, Sink, Wants, What};
+use vimc4_journal::expect::{Failure, Mistake, Watch};
+use vimc4_journal::{Journal, Picture};
 
 /// How many events, and how many commands, are remembered; the oldest are forgotten first.
 const MEMORY: usize = 100_000;
@@ -29,13 +33,25 @@ pub struct HostCommand {
 }
 
 /// A memory of commands and events that is shared with the [`Recorder`] that fills it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Record(Arc<Mutex<Memory>>);
+#[derive(Clone, Debug)]
+pub(crate) struct Record(Arc<Shared>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
+struct Shared {
+    memory: Mutex<Memory>,
+    /// Whether somebody expects something, so that nobody else has to look.
+    watched: AtomicBool,
+}
+
+#[derive(Debug)]
 pub(crate) struct Memory {
-    commands: VecDeque<HostCommand>,
-    pub(crate) events: VecDeque<(Stamp, Event)>,
+    commands: VecDeque<Kept>,
+    pub(crate) journal: Journal,
+    /// How things stand, as long as somebody expects something.
+    present: Picture,
+    pub(crate) watches: Vec<Watching>,
+    /// The number that the next one who expects something gets.
+    next: u64,
     /// How many of the commands at the front nobody will wait for any more.
     passed: usize,
     awaited: Vec<Awaited>,
@@ -43,14 +59,138 @@ pub(crate) struct Memory {
     over: bool,
 }
 
+/// A command, as it is remembered.
+#[derive(Debug)]
+struct Kept {
+    at: Time,
+    number: Option<CommandNumber>,
+    mnemonic: Cow<'static, str>,
+    bytes: Bytes,
+    text: Arc<str>,
+}
+
+impl Kept {
+    fn told(&self) -> HostCommand {
+        HostCommand {
+            at: self.at,
+            number: self.number,
+            mnemonic: self.mnemonic.clone(),
+            bytes: self.bytes.clone(),
+            text: self.text.to_string(),
+        }
+    }
+}
+
+/// Who is told, once, that an expectation is not met.
+pub(crate) type OnFailure = Box<dyn FnOnce(&Failure) + Send>;
+
+/// Somebody who expects something.
+pub(crate) struct Watching {
+    pub(crate) id: u64,
+    pub(crate) watch: Watch,
+    pub(crate) names: Arc<Names>,
+    pub(crate) on_failure: Vec<OnFailure>,
+    pub(crate) failure: Option<Box<Failure>>,
+    /// Those who wait until it is met, or cannot be any more.
+    pub(crate) waiting: Vec<oneshot::Sender<Result<(), ControlError>>>,
+}
+
+impl fmt::Debug for Watching {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Watching").field("watch", &self.watch).finish_non_exhaustive()
+    }
+}
+
+impl Watching {
+    /// Tells whoever wants to know what has become clear.
+    fn tell(&mut self, journal: &Journal) {
+        if self.failure.is_none()
+            && let Some(failure) = self.watch.failure(journal, &self.names)
+        {
+            for tell in self.on_failure.drain(..) {
+                tell(&failure);
+            }
+            self.failure = Some(failure);
+        }
+        if !self.waiting.is_empty() && (self.failure.is_some() || self.watch.is_met()) {
+            for waiting in self.waiting.drain(..) {
+                // Who asked may have stopped waiting.
+                let _ = waiting.send(Ok(()));
+            }
+        }
+    }
+}
+
 /// Somebody who waits for a command, and its mnemonic.
 #[derive(Debug)]
 struct Awaited(String, oneshot::Sender<Result<HostCommand, ControlError>>);
 
 impl Record {
+    /// One that begins with how things stand.
+    pub(crate) fn new(start: Picture) -> Record {
+        let memory = Memory {
+            commands: VecDeque::new(),
+            journal: Journal::new(start, MEMORY),
+            present: Picture::default(),
+            watches: Vec::new(),
+            next: 0,
+            passed: 0,
+            awaited: Vec::new(),
+            over: false,
+        };
+        Record(Arc::new(Shared { memory: Mutex::new(memory), watched: AtomicBool::new(false) }))
+    }
+
+    /// Whether somebody expects something.
+    fn is_watched(&self) -> bool {
+        self.0.watched.load(Ordering::Acquire)
+    }
+
+    /// Somebody expects something from now on. Returns the number of it.
+    pub(crate) fn watch(
+        &self,
+        present: Picture,
+        names: Arc<Names>,
+        begin: impl FnOnce(&Picture, u64) -> Result<Watch, Mistake>,
+    ) -> Result<u64, Mistake> {
+        let mut memory = self.lock();
+        let Memory { journal, watches, next, present: known, .. } = &mut *memory;
+        let watch = begin(&present, journal.last())?;
+        *next += 1;
+        let mut watching = Watching {
+            id: *next,
+            watch,
+            names,
+            on_failure: Vec::new(),
+            failure: None,
+            waiting: Vec::new(),
+        };
+        watching.tell(journal);
+        watches.push(watching);
+        *known = present;
+        self.0.watched.store(true, Ordering::Release);
+        Ok(*next)
+    }
+
+    /// It is expected no more. Returns it, with all time passed up to `now`.
+    pub(crate) fn unwatch(&self, id: u64, now: Option<Time>) -> Option<Ended> {
+        let mut memory = self.lock();
+        if let Some(now) = now {
+            memory.pass(now);
+        }
+        let Memory { journal, watches, .. } = &mut *memory;
+        let place = watches.iter().position(|watching| watching.id == id)?;
+        let watching = watches.remove(place);
+        self.0.watched.store(!watches.is_empty(), Ordering::Release);
+        let at = journal.until();
+        let outcome = || watching.watch.outcome(at, journal, &watching.names);
+        let failure = watching.failure.clone().or_else(outcome);
+        Some(Ended { failure, expected: watching.watch.expected().in_words(&watching.names) })
+    }
+
     /// Every entry is whole at any time, so a panic elsewhere is no reason to stop.
     pub(crate) fn lock(&self) -> MutexGuard<'_, Memory> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The sink that fills it.
@@ -59,15 +199,86 @@ impl Record {
     }
 }
 
+/// How an expectation has come out.
+pub(crate) struct Ended {
+    /// Why it is not met, if it is not.
+    pub(crate) failure: Option<Box<Failure>>,
+    /// What was expected, in words.
+    pub(crate) expected: String,
+}
+
 impl Memory {
     pub(crate) fn commands(&self) -> Vec<HostCommand> {
-        self.commands.iter().cloned().collect()
+        self.commands.iter().map(Kept::told).collect()
     }
 
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn events(&self) -> Vec<(Stamp, Event)> {
+        let events = self.journal.entries().filter_map(|entry| {
+            Some((Stamp { at: entry.at, command: entry.command }, entry.event()?.clone()))
+        });
+        events.collect()
+    }
+
+    pub(crate) fn forget(&mut self, present: Picture) {
         self.commands.clear();
-        self.events.clear();
+        self.journal.forget(present);
         self.passed = 0;
+    }
+
+    /// Time has passed.
+    pub(crate) fn pass(&mut self, at: Time) {
+        let Memory { journal, watches, present, .. } = self;
+        journal.run_to(at);
+        for watching in watches {
+            watching.watch.pass(present, at);
+            watching.tell(journal);
+        }
+    }
+
+    /// Keeps something that has happened, and looks whether it was expected.
+    fn keep(&mut self, stamp: Stamp, event: Event, means: Arc<str>) {
+        self.journal.keep(stamp, event, means);
+        self.look();
+    }
+
+    fn keep_deed(&mut self, at: Time, by: String, deed: Deed, means: String) {
+        self.journal.keep_deed(at, by, deed, means);
+        self.look();
+    }
+
+    /// Looks at the last entry.
+    fn look(&mut self) {
+        let Memory { journal, watches, present, .. } = self;
+        if watches.is_empty() {
+            return;
+        }
+        let Some(entry) = journal.entries().next_back() else { return };
+        for Watching { watch, .. } in watches.iter_mut() {
+            watch.pass(present, entry.at);
+        }
+        present.apply(entry);
+        for watching in watches {
+            watching.watch.see(present, entry);
+            watching.tell(journal);
+        }
+    }
+
+    /// Answers when one that is expected is met, or cannot be any more: at once if it is so.
+    pub(crate) fn wait_for(
+        &mut self,
+        place: usize,
+        answer: oneshot::Sender<Result<(), ControlError>>,
+    ) {
+        let Memory { journal, watches, .. } = self;
+        if let Some(watching) = watches.get_mut(place) {
+            watching.waiting.push(answer);
+            watching.tell(journal);
+        }
+    }
+
+    /// When somebody who expects something has to look next.
+    fn due(&self) -> Option<Time> {
+        self.watches.iter().filter_map(|watching| watching.watch.due()).min()
     }
 
     /// Answers with the first command of this name after the one that was waited for last.
@@ -81,7 +292,7 @@ impl Memory {
             Some((at, command)) => {
                 self.passed = at + 1;
                 // Who asked may have stopped waiting.
-                let _ = answer.send(Ok(command.clone()));
+                let _ = answer.send(Ok(command.told()));
             }
             // A waiting caller learns from the answer that is dropped that there will be none.
             None if self.over => {}
@@ -93,7 +304,7 @@ impl Memory {
         }
     }
 
-    fn add(&mut self, command: HostCommand) {
+    fn add(&mut self, command: Kept) {
         if self.commands.len() == MEMORY {
             self.commands.pop_front();
             self.passed = self.passed.saturating_sub(1);
@@ -101,7 +312,7 @@ impl Memory {
         let waits = |Awaited(name, _): &Awaited| *name == command.mnemonic;
         for Awaited(_, answer) in self.awaited.extract_if(.., |awaited| waits(awaited)) {
             self.passed = self.commands.len() + 1;
-            let _ = answer.send(Ok(command.clone()));
+            let _ = answer.send(Ok(command.told()));
         }
         self.commands.push_back(command);
     }
@@ -125,23 +336,41 @@ impl Sink for Recorder {
     }
 
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String) {
-        let What::Event { command, event } = &report.what else { return };
-        let stamp = Stamp { at: report.at, command: *command };
-        let mut memory = self.0.lock();
-        if let Event::Command { mnemonic, bytes } = event {
-            // Explained at once: what `@0A100,900` means depends on the axes set at the time.
-            let (mnemonic, text) = (mnemonic.clone(), explain(bytes));
-            memory.add(HostCommand {
-                at: stamp.at,
-                number: stamp.command,
-                mnemonic,
-                bytes: bytes.clone(),
-                text,
-            });
+        match &report.what {
+            What::Event { command, event } => {
+                let stamp = Stamp { at: report.at, command: *command };
+                let mut means = Arc::from("");
+                let mut memory = self.0.lock();
+                if let Event::Command { mnemonic, bytes } = event {
+                    // Explained at once: what `@0A100,900` means depends on the axes set at the time.
+                    let text: Arc<str> = explain(bytes).into();
+                    means = Arc::clone(&text);
+                    memory.add(Kept {
+                        at: stamp.at,
+                        number: stamp.command,
+                        mnemonic: mnemonic.clone(),
+                        bytes: bytes.clone(),
+                        text,
+                    });
+                }
+                memory.keep(stamp, event.clone(), means);
+            }
+            What::News(News::Deed { by, deed }) => {
+                let means = match deed {
+                    Deed::Byte(byte) => explain(&[*byte]),
+                    _ => String::new(),
+                };
+                self.0.lock().keep_deed(report.at, by.to_string(), deed.clone(), means);
+            }
+            _ => {}
         }
-        if memory.events.len() == MEMORY {
-            memory.events.pop_front();
-        }
-        memory.events.push_back((stamp, event.clone()));
+    }
+
+    fn due(&self) -> Option<Time> {
+        if self.0.is_watched() { self.0.lock().due() } else { None }
+    }
+
+    fn passes(&mut self, at: Time) {
+        self.0.lock().pass(at);
     }
 }

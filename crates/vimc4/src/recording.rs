@@ -24,6 +24,7 @@ use thiserror::Error;
 use vimc4_catalogue::{Machine, Model};
 use vimc4_device::{Names, Time};
 use vimc4_host::{News, Report, Sink, Source, Wants};
+use vimc4_journal::expect::Failure;
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
 /// A recording cannot be begun.
@@ -76,6 +77,8 @@ struct Sheet {
     led: bool,
     /// The controller has told its end.
     ends: bool,
+    /// It is to end because of this.
+    cut: Option<String>,
     tell: OnError,
     packers: Vec<JoinHandle<()>>,
     /// Every file so far, as it is called in the end.
@@ -163,6 +166,7 @@ impl RecordingFile {
             by: None,
             led: false,
             ends: false,
+            cut: None,
             tell,
             packers: Vec::new(),
             files: Vec::new(),
@@ -196,6 +200,14 @@ impl RecordingFile {
         if sheet.file.is_some() {
             sheet.turn(at, state);
         }
+    }
+
+    /// Ends it because an expectation is not met, when everything has been told that happens at this
+    /// instant: a mark says what was expected.
+    pub(crate) fn cut(&self, failure: &Failure) {
+        let mut sheet = self.sheet();
+        let mark = format!("expected {}, but {}", failure.expected, failure.but);
+        sheet.cut.get_or_insert(mark);
     }
 
     /// Whether lines can still be added.
@@ -383,9 +395,17 @@ impl Sheet {
     }
 
     fn settled(&mut self, at: Time, state: &dyn Fn() -> Value) {
-        if self.ends {
+        let cut = self.cut.take().filter(|_| self.file.is_some());
+        if self.ends || cut.is_some() {
             self.put(at, What::State { by: None, state: state() });
-            self.put(at, What::End("the controller has ended".to_owned()));
+            let why = match cut {
+                Some(mark) => {
+                    self.put(at, What::Mark(mark));
+                    "an expectation was not met"
+                }
+                None => "the controller has ended",
+            };
+            self.put(at, What::End(why.to_owned()));
             self.write();
             self.file = None;
         } else if !self.lines.is_empty() {

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Event, Kinds, Point, SignalId, Time};
 
-pub use text::{ConditionError, Named, Names};
 pub(crate) use text::{excerpt, without_names};
+pub use text::{ConditionError, LengthUnit, Named, Names, Scale};
 pub use vocabulary::Vocabulary;
 
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
@@ -206,7 +206,8 @@ impl Condition {
     }
 
     /// Whether a happening is what an event tells.
-    pub(crate) fn is_seen_in(&self, event: &Event) -> bool {
+    #[must_use]
+    pub fn is_seen_in(&self, event: &Event) -> bool {
         let is = |wanted: &Option<String>, mnemonic: &str| {
             wanted.as_ref().is_none_or(|wanted| vocabulary::is_mnemonic(mnemonic, wanted))
         };

@@ -3,8 +3,8 @@
 //! ```text
 //! condition = all { "or" all }                all = one { "and" one }
 //! one       = "(" condition ")" | state | happening
-//! state     = AXIS ("<" | "<=" | "=" | ">=" | ">") STEPS
-//!           | "outside" AXIS [STEPS] ".." [STEPS] { AXIS [STEPS] ".." [STEPS] }
+//! state     = AXIS ("<" | "<=" | "=" | ">=" | ">") PLACE
+//!           | "outside" AXIS [PLACE] ".." [PLACE] { AXIS [PLACE] ".." [PLACE] }
 //!           | "port" NUMBER "bit" BIT ("on" | "off")
 //!           | "limit" AXIS("+" | "-") ["on" | "off"]
 //!           | "signal" NAME "is" VALUE
@@ -13,6 +13,7 @@
 //!           | "line" [NUMBER] | "signal" NAME "changes" ["to" VALUE]
 //! ```
 //!
+//! A PLACE is in steps, or in `mm` or `°` where the machine is known: `-5000`, `-12.5mm`.
 //! A TEXT with blanks, brackets or comparisons in it, or one of the words above, stands between
 //! quotation marks; and so does one that the device has no use for, where its commands and errors
 //! are known.
@@ -28,6 +29,8 @@ use nom::combinator::verify;
 use nom::error::{ErrorKind, ParseError};
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
+
+use serde::{Deserialize, Serialize};
 
 use super::{Condition, Vocabulary};
 use crate::{AXES, Device, Point, Signal, SignalId, Time, parse_duration};
@@ -68,6 +71,28 @@ pub struct Names {
     can_erase: bool,
     has_any_bit: bool,
     vocabulary: Option<Vocabulary>,
+    scales: [Option<Scale>; AXES],
+}
+
+/// How far a step of an axis goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Scale {
+    /// So many steps …
+    pub steps: u32,
+    /// … go so many units.
+    pub units: u32,
+    /// What is counted.
+    pub unit: LengthUnit,
+}
+
+/// In what the way of an axis is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LengthUnit {
+    /// Micrometres; people write `mm`.
+    Micrometre,
+    /// Degrees, of a turning table; people write `°` or `deg`.
+    Degree,
 }
 
 /// Without names, axes and signals are numbers: `axis0 = 5`, `signal 3 changes`.
@@ -77,6 +102,7 @@ static NUMBERS: Names = Names {
     can_erase: false,
     has_any_bit: false,
     vocabulary: None,
+    scales: [None; AXES],
 };
 
 impl Names {
@@ -129,6 +155,55 @@ impl Names {
         Names { vocabulary, ..self }
     }
 
+    /// The same of a machine whose axes go so far by a step, so that a position can be in `mm` or `°`.
+    #[must_use]
+    pub fn with_scales(self, scales: [Option<Scale>; AXES]) -> Names {
+        Names { scales, ..self }
+    }
+
+    /// How far a step of an axis goes, if that is known.
+    #[must_use]
+    pub fn scale(&self, axis: u8) -> Option<Scale> {
+        *self.scales.get(usize::from(axis))?
+    }
+
+    /// A command that begins so, or has this mnemonic; a letter alone is also that of a command which
+    /// has a sign before it.
+    ///
+    /// # Errors
+    ///
+    /// If the model has no such command, and which it has.
+    pub fn command(&self, like: &str) -> Result<Condition, ConditionError> {
+        let known = |like: &str| self.knows(like, Vocabulary::has_command);
+        let signed = format!("@{like}");
+        let like = match known(like) {
+            true => like,
+            false if known(&signed) => &signed,
+            false => {
+                let known = self.vocabulary.as_ref().map(Vocabulary::commands_in_words);
+                let right = format!("what a command begins with: {}", known.unwrap_or_default());
+                let (text, rest) = (format!("command {like}"), like.to_owned());
+                return Err(ConditionError { text, rest, right });
+            }
+        };
+        Ok(Condition::Command { like: Some(like.to_owned()) })
+    }
+
+    /// An answer that is an error: this one, or any.
+    ///
+    /// # Errors
+    ///
+    /// If the model has no such error, and which it has.
+    pub fn error(&self, code: Option<&str>) -> Result<Condition, ConditionError> {
+        if let Some(code) = code.filter(|code| !self.knows(code, Vocabulary::has_error)) {
+            let known = self.vocabulary.as_ref().map(Vocabulary::errors_in_words);
+            let right = format!("an error of this model: {}", known.unwrap_or_default());
+            let (text, rest) = (format!("answer error {code}"), code.to_owned());
+            return Err(ConditionError { text, rest, right });
+        }
+        Ok(Condition::Error { code: code.map(str::to_owned) })
+    }
+
     /// Reads a condition.
     ///
     /// # Errors
@@ -178,7 +253,7 @@ impl Names {
         }
         let Ok((rest, first)) = word(input) else { return Err(failure(input, FORMS)) };
         if let Some(axis) = self.axis(first) {
-            return comparison(axis, first, rest);
+            return self.comparison(axis, first, rest);
         }
         match first.to_ascii_lowercase().as_str() {
             "idle" => Ok((rest, Condition::Idle)),
@@ -239,11 +314,12 @@ impl Names {
         loop {
             let axis = optional_word(input).and_then(|(rest, name)| Some((rest, self.axis(name)?)));
             let Some((rest, axis)) = axis else { break };
-            let axis = usize::from(axis);
+            let (index, axis) = (axis, usize::from(axis));
             if given.get(axis).is_none_or(|given| *given) {
                 return Err(failure(input, "each axis once"));
             }
-            let (rest, (least, most)) = expected(rest, RIGHT.trim_end(), range)?;
+            let (rest, (least, most)) =
+                expected(rest, RIGHT.trim_end(), |word| self.range(index, word))?;
             if least > most {
                 return Err(failure(input, "limits of which the first is not the larger one"));
             }
@@ -255,6 +331,51 @@ impl Names {
         } else {
             Err(failure(input, RIGHT.trim_end()))
         }
+    }
+
+    /// `-5..5`, `..5`, `-5..`, `0mm..12.5mm` or `..`; the limits belong to it.
+    fn range(&self, axis: u8, word: &str) -> Option<(i64, i64)> {
+        let (low, high) = word.split_once("..")?;
+        let limit = |text: &str, none: i64| match text {
+            "" => Some((none, none)),
+            text => place(text, self.scale(axis)),
+        };
+        Some((limit(low, i64::MIN)?.1, limit(high, i64::MAX)?.0))
+    }
+
+    /// `< 5`, `= 5mm` and the like, or only `5`.
+    fn comparison<'t>(&self, axis: u8, name: &str, input: &'t str) -> Parsed<'t, Condition> {
+        let input = input.trim_start();
+        let mut operator =
+            alt((tag::<_, _, Wrong<'_>>("<="), tag(">="), tag("<"), tag(">"), tag("=")));
+        let (place_of, operator) = operator.parse(input).unwrap_or((input, "="));
+        let name = name.to_lowercase();
+        let right = match self.scale(axis).map(|scale| scale.unit) {
+            None => format!("a position in steps, as in `{name} {operator} -5000`"),
+            Some(unit) => {
+                let unit = if unit == LengthUnit::Micrometre { "mm" } else { "°" };
+                format!(
+                    "a position in steps or {unit}, as in `{name} {operator} -5000` or \
+                     `{name} {operator} -12.5{unit}`"
+                )
+            }
+        };
+        let read = |word: &str| place(word, self.scale(axis));
+        let (rest, (low, high)) = expected(place_of, &right, read)?;
+        let condition = match operator {
+            "<" => Condition::AxisBelow { axis, position: high },
+            ">" => Condition::AxisAbove { axis, position: low },
+            "<=" => Condition::AxisBelow { axis, position: low.saturating_add(1) },
+            ">=" => Condition::AxisAbove { axis, position: high.saturating_sub(1) },
+            _ if low < high => {
+                let right = format!(
+                    "a position at which there is a step: {low} and {high} steps are around it"
+                );
+                return Err(failure(place_of, right));
+            }
+            _ => Condition::AxisAt { axis, position: low },
+        };
+        Ok((rest, condition))
     }
 
     fn limit<'t>(&self, input: &'t str) -> Parsed<'t, Condition> {
@@ -393,8 +514,10 @@ impl Names {
     }
 
     /// The names that the axes are shown by, in small letters, in their order.
-    pub(crate) fn shown_axes(&self) -> Vec<String> {
+    #[must_use]
+    pub fn shown_axes(&self) -> Vec<String> {
         let mut axes: Vec<u8> = self.axes.iter().map(|(axis, _)| *axis).collect();
+        axes.sort_unstable();
         axes.dedup();
         axes.into_iter().map(|axis| self.axis_name(axis)).collect()
     }
@@ -470,7 +593,15 @@ impl Names {
 
     // --- writing ---
 
-    pub(crate) fn axis_name(&self, axis: u8) -> String {
+    /// Whether there is such an axis, 0 for X.
+    #[must_use]
+    pub fn has_axis(&self, axis: u8) -> bool {
+        self.axes.iter().any(|(known, _)| *known == axis)
+    }
+
+    /// What an axis is called, in small letters.
+    #[must_use]
+    pub fn axis_name(&self, axis: u8) -> String {
         let named = self.axes.iter().find(|(index, _)| *index == axis);
         named.map_or_else(|| format!("axis{axis}"), |(_, name)| name.to_lowercase())
     }
@@ -798,34 +929,36 @@ fn level(word: &str) -> Option<bool> {
     }
 }
 
-/// `-5..5`, `..5`, `-5..` or `..`; the limits belong to it.
-fn range(word: &str) -> Option<(i64, i64)> {
-    let (low, high) = word.split_once("..")?;
-    let limit =
-        |text: &str, none: i64| if text.is_empty() { Some(none) } else { text.parse().ok() };
-    Some((limit(low, i64::MIN)?, limit(high, i64::MAX)?))
-}
-
 /// A time with its unit, to the nanosecond.
 fn time(word: &str) -> Option<Time> {
     Some(Time::ZERO + parse_duration(word).ok()?)
 }
 
-/// `< 5`, `= 5` and the like, or only `5`.
-fn comparison<'t>(axis: u8, name: &str, input: &'t str) -> Parsed<'t, Condition> {
-    let input = input.trim_start();
-    let mut operator = alt((tag::<_, _, Wrong<'_>>("<="), tag(">="), tag("<"), tag(">"), tag("=")));
-    let (rest, operator) = operator.parse(input).unwrap_or((input, "="));
-    let right = format!("a position in steps, as in `{} {operator} -5000`", name.to_lowercase());
-    let (rest, position) = expected(rest, &right, |word| word.parse::<i64>().ok())?;
-    let condition = match operator {
-        "<" => Condition::AxisBelow { axis, position },
-        ">" => Condition::AxisAbove { axis, position },
-        "<=" => Condition::AxisBelow { axis, position: position.saturating_add(1) },
-        ">=" => Condition::AxisAbove { axis, position: position.saturating_sub(1) },
-        _ => Condition::AxisAt { axis, position },
+/// The whole numbers around a place: the largest that is not beyond it, and the smallest that is not
+/// before it.
+type Around = (i64, i64);
+
+/// `-5`, `-5mm`, `0.25mm`, `90°`: where that is in steps.
+fn place(word: &str, scale: Option<Scale>) -> Option<Around> {
+    if let Ok(steps) = word.parse::<i64>() {
+        return Some((steps, steps));
+    }
+    let Scale { steps, units, unit } = scale?;
+    let (number, per_unit) = match unit {
+        LengthUnit::Micrometre => (word.strip_suffix("mm")?, 1_000),
+        LengthUnit::Degree => (word.strip_suffix('°').or_else(|| word.strip_suffix("deg"))?, 1),
     };
-    Ok((rest, condition))
+    let (whole, places) = number.split_once('.').unwrap_or((number, ""));
+    // Finer than a nanometre no step is, and a product has its room.
+    if places.len() > 9 || whole.len() > 12 || places.starts_with(['-', '+']) {
+        return None;
+    }
+    let digits: i128 = format!("{whole}{places}").parse().ok()?;
+    let over = i128::from(units).checked_mul(10_i128.pow(places.len() as u32))?;
+    let exact = digits.checked_mul(per_unit)?.checked_mul(i128::from(steps))?;
+    let low = exact.checked_div_euclid(over)?;
+    let high = low + i128::from(exact.rem_euclid(over) != 0);
+    Some((i64::try_from(low).ok()?, i64::try_from(high).ok()?))
 }
 
 /// A word, or anything between quotation marks; nothing before `and`, `or`, a bracket or the end.

@@ -1,0 +1,174 @@
+//! When conditions hold, computed from facts that can be forecast.
+
+use crate::{Condition, Fact, Time};
+
+/// A span of time in which one motion at most is running, and of which it can be computed when facts
+/// hold: what a [device](crate::Device) does until it has something to do, or what was written down of
+/// one.
+pub trait Facts {
+    /// The beginning of the span.
+    fn now(&self) -> Time;
+
+    /// Its end, which is not part of it; `None` if there is none.
+    fn wake(&self) -> Option<Time>;
+
+    /// Whether nothing is done by itself at its beginning.
+    fn is_idle(&self) -> bool;
+
+    /// The first instant from `from` on at which a fact holds; what lies beyond the end is not heeded.
+    fn first_time(&self, fact: &Fact, from: Time) -> Option<Time>;
+
+    /// The instant by which all facts together have been every way that they will be from `from` on;
+    /// `None` if that is at the end.
+    fn comes_round(&self, from: Time) -> Option<Time> {
+        let _ = from;
+        None
+    }
+}
+
+impl Condition {
+    /// The first instant from `from`, which is in the span, at which this holds by what is so. What
+    /// only happens holds in no instant.
+    pub fn begins(&self, facts: &(impl Facts + ?Sized), from: Time) -> Option<Time> {
+        first(facts, self, from)
+    }
+
+    /// The first instant from `from`, which is in the span, at which this does not hold by what is so.
+    pub fn ends(&self, facts: &(impl Facts + ?Sized), from: Time) -> Option<Time> {
+        lapse(facts, self, from)
+    }
+}
+
+/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
+/// holds by states alone.
+pub(crate) fn first<F: Facts + ?Sized>(
+    facts: &F,
+    condition: &Condition,
+    from: Time,
+) -> Option<Time> {
+    let wake = facts.wake();
+    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
+    let fact = |fact: Fact| facts.first_time(&fact, from).filter(within);
+    let axis = |axis: u8, low: i64, high: i64| fact(Fact::Axis { axis, low, high });
+    let below = |of: u8, position: i64| axis(of, i64::MIN, position.checked_sub(1)?);
+    let above = |of: u8, position: i64| axis(of, position.checked_add(1)?, i64::MAX);
+    match *condition {
+        Condition::AxisAt { axis: of, position } => axis(of, position, position),
+        Condition::AxisBelow { axis, position } => below(axis, position),
+        Condition::AxisAbove { axis, position } => above(axis, position),
+        Condition::Outside { ref low, ref high } => (0..)
+            .zip(low.iter().zip(high))
+            .flat_map(|(of, (low, high))| [below(of, *low), above(of, *high)])
+            .flatten()
+            .min(),
+        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level }),
+        Condition::Limit { axis, positive, active } => fact(Fact::Limit { axis, positive, active }),
+        Condition::SignalIs { signal, value } => fact(Fact::Signal { signal, value }),
+        // What is due just now may be the next thing that it does.
+        Condition::Idle => {
+            (facts.is_idle() && wake.is_none_or(|wake| wake > facts.now())).then_some(from)
+        }
+        Condition::At(time) => Some(time.max(from)).filter(within),
+        Condition::All(ref parts) => first_of_all(facts, parts, from),
+        Condition::Any(ref parts) => parts.iter().filter_map(|part| first(facts, part, from)).min(),
+        Condition::Command { .. }
+        | Condition::Answered { .. }
+        | Condition::Answer { .. }
+        | Condition::Error { .. }
+        | Condition::Line { .. }
+        | Condition::SignalChanges { .. } => None,
+    }
+}
+
+/// The first instant at which all parts hold. No part holds before its first instant, so nothing is
+/// missed by going on from the latest of these: from one beginning of a span in which a part holds
+/// to the next, and never from step to step.
+fn first_of_all<F: Facts + ?Sized>(facts: &F, parts: &[Condition], from: Time) -> Option<Time> {
+    first_of_latest(facts, parts, from, |mut latest| {
+        for part in parts {
+            latest = first(facts, part, latest)?;
+        }
+        Some(latest)
+    })
+}
+
+/// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
+/// does not hold by states alone.
+pub(crate) fn lapse<F: Facts + ?Sized>(
+    facts: &F,
+    condition: &Condition,
+    from: Time,
+) -> Option<Time> {
+    let wake = facts.wake();
+    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
+    let fact = |fact: Fact| facts.first_time(&fact, from).filter(within);
+    let below = |axis: u8, low: i64| {
+        let high = low.checked_sub(1)?;
+        fact(Fact::Axis { axis, low: i64::MIN, high })
+    };
+    let above = |axis: u8, high: i64| {
+        let low = high.checked_add(1)?;
+        fact(Fact::Axis { axis, low, high: i64::MAX })
+    };
+    let is_combined = matches!(condition, Condition::All(_) | Condition::Any(_));
+    if !is_combined && first(facts, condition, from) != Some(from) {
+        return Some(from);
+    }
+    match *condition {
+        Condition::AxisAt { axis, position } => {
+            [below(axis, position), above(axis, position)].into_iter().flatten().min()
+        }
+        Condition::AxisBelow { axis, position } => above(axis, position.saturating_sub(1)),
+        Condition::AxisAbove { axis, position } => below(axis, position.saturating_add(1)),
+        Condition::Outside { ref low, ref high } => {
+            first_of_latest(facts, &[], from, |mut latest| {
+                for (axis, (low, high)) in (0..).zip(low.iter().zip(high)) {
+                    let (low, high) = (*low, *high);
+                    let anywhere = Fact::Axis { axis, low: i64::MIN, high: i64::MAX };
+                    let is_there = facts.first_time(&anywhere, latest).is_some();
+                    if is_there && (low, high) != (i64::MIN, i64::MAX) {
+                        let inside = Fact::Axis { axis, low, high };
+                        latest = facts.first_time(&inside, latest).filter(within)?;
+                    }
+                }
+                Some(latest)
+            })
+        }
+        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level: !level }),
+        Condition::Limit { axis, positive, active } => {
+            fact(Fact::Limit { axis, positive, active: !active })
+        }
+        Condition::All(ref parts) => parts.iter().filter_map(|part| lapse(facts, part, from)).min(),
+        Condition::Any(ref parts) => first_of_latest(facts, parts, from, |mut latest| {
+            for part in parts {
+                latest = lapse(facts, part, latest)?;
+            }
+            Some(latest)
+        }),
+        // What no motion changes stays so for the whole span.
+        _ => None,
+    }
+}
+
+/// The first instant that the latest of several leads to itself: all of them are there. Once all times
+/// that are named in `parts` are over, and the device has come round, there is nothing new to be found.
+fn first_of_latest<F: Facts + ?Sized>(
+    facts: &F,
+    parts: &[Condition],
+    mut from: Time,
+    mut latest: impl FnMut(Time) -> Option<Time>,
+) -> Option<Time> {
+    let mut round = None;
+    loop {
+        let next = latest(from)?;
+        if next == from {
+            return Some(from);
+        }
+        let named = || parts.iter().filter_map(Condition::latest_time).fold(next, Time::max);
+        let round = round.get_or_insert_with(|| facts.comes_round(named()));
+        if round.is_some_and(|round| next > round) {
+            return None;
+        }
+        from = next;
+    }
+}
