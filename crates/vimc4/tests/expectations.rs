@@ -247,6 +247,9 @@ fn what_happened_around_it_is_told_as_in_the_log() {
             "       6.134611 s          port 2 is 1",
             "       6.134611 s  0  at once",
             "       6.134611 s  @0X  unknown or malformed command",
+            "       6.134611 s  5  at once: @0X: no command begins like this",
+            "       6.134611 s  @0A400,900,0,900,0,900,0,900  relative move X +400 steps at 900 Hz, Y \
+             0 steps at 900 Hz, Z 0 steps at 900 Hz",
         ]
     );
     // As a test prints it that ends with it.

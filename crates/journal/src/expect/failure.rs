@@ -71,7 +71,7 @@ impl std::error::Error for Failure {}
 
 /// So many lines are shown before and after what it is about.
 const BEFORE: u64 = 8;
-const AFTER: u64 = 3;
+const AFTER: u64 = 5;
 
 impl Failure {
     pub(super) fn of(
