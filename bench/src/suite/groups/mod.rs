@@ -16,6 +16,7 @@ mod pacing;
 mod ping;
 mod recording;
 mod startup;
+mod watching;
 
 use super::Bench;
 use super::failure::Outcome;
@@ -40,10 +41,11 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 16] = [
+pub(crate) const GROUPS: [Group; 17] = [
     group("ping", "Question and answer", ping::measure),
     group("recording", "Recording", recording::measure),
     group("opening", "Opening a long recording", opening::measure),
+    group("watching", "Being watched", watching::measure),
     group("startup", "Start", startup::measure),
     group("memory", "Memory", memory::measure),
     group("idle", "Idling", idle::measure),
