@@ -63,11 +63,6 @@ impl<P: Read + Write> Stepper<P> {
         self.send(&format!("@0A{x},{speed},{y},{speed},{z},{speed},0,{speed}"))
     }
 
-    /// Switches the spindle on or off.
-    pub fn spindle(&mut self, on: bool) -> Result<(), Error> {
-        self.send(&format!("@0B2,{}", u8::from(on)))
-    }
-
     /// Finishes a move that was stopped.
     pub fn resume(&mut self) -> Result<(), Error> {
         self.send("@0S")
@@ -89,6 +84,11 @@ impl<P: Read + Write> Stepper<P> {
             }
         }
         Ok(())
+    }
+
+    /// Switches the spindle on or off.
+    pub fn spindle(&mut self, on: bool) -> Result<(), Error> {
+        self.send(&format!("@0B2,{}", u8::from(on)))
     }
 
     /// Where the axes are, in steps. Waits until the motion has ended.
