@@ -90,8 +90,8 @@ pub use vimc4_host::{
 pub use vimc4_host::{LinkError, PtyLink, User, Users};
 
 pub use vimc4_journal::expect::{
-    Clauses, CommandClause, Expect, Expectation, Failure, Following, Mistake, Must, Reason,
-    Sentence, When, Whenever,
+    Clauses, CommandClause, ConditionLike, Expect, Expectation, Failure, Following, Mistake, Must,
+    Reason, Sentence, Whenever,
 };
 pub use vimc4_journal::{Entry, Journal, Move, Picture, What as Happened};
 

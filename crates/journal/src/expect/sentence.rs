@@ -69,34 +69,34 @@ pub struct Following<C> {
 
 /// A condition in a sentence: as text, in which places may be in mm, or as a value.
 #[derive(Clone, Debug)]
-pub enum When {
+pub enum ConditionLike {
     /// As people type it.
     Text(String),
     /// As a value.
     Value(Condition),
 }
 
-impl From<&str> for When {
-    fn from(text: &str) -> When {
-        When::Text(text.to_owned())
+impl From<&str> for ConditionLike {
+    fn from(text: &str) -> ConditionLike {
+        ConditionLike::Text(text.to_owned())
     }
 }
 
-impl From<String> for When {
-    fn from(text: String) -> When {
-        When::Text(text)
+impl From<String> for ConditionLike {
+    fn from(text: String) -> ConditionLike {
+        ConditionLike::Text(text)
     }
 }
 
-impl From<Condition> for When {
-    fn from(condition: Condition) -> When {
-        When::Value(condition)
+impl From<Condition> for ConditionLike {
+    fn from(condition: Condition) -> ConditionLike {
+        ConditionLike::Value(condition)
     }
 }
 
-impl From<&Condition> for When {
-    fn from(condition: &Condition) -> When {
-        When::Value(condition.clone())
+impl From<&Condition> for ConditionLike {
+    fn from(condition: &Condition) -> ConditionLike {
+        ConditionLike::Value(condition.clone())
     }
 }
 
@@ -163,10 +163,10 @@ impl<C> Draft<C> {
         self.mistake.get_or_insert(mistake);
     }
 
-    fn condition(&mut self, when: impl Into<When>) -> Condition {
+    fn condition(&mut self, when: impl Into<ConditionLike>) -> Condition {
         let condition = match when.into() {
-            When::Text(text) => self.names.read(&text).map_err(Mistake::from),
-            When::Value(condition) => Ok(condition),
+            ConditionLike::Text(text) => self.names.read(&text).map_err(Mistake::from),
+            ConditionLike::Value(condition) => Ok(condition),
         };
         let checked = condition.and_then(|condition| {
             check::condition(&condition, &self.names)?;
@@ -205,18 +205,18 @@ impl<C> Expect<C> {
 
     /// A condition becomes true: `z < -5mm`, `port 2 bit 0 on`, `answer error 2`, `line 12`. A state that
     /// is so at the beginning becomes so then, and counts again when it has not been so in between.
-    pub fn when(mut self, condition: impl Into<When>) -> Clauses<C> {
+    pub fn when(mut self, condition: impl Into<ConditionLike>) -> Clauses<C> {
         let condition = self.0.condition(condition);
         Clauses { draft: self.0, what: Pattern::When(condition) }
     }
 
     /// A condition never becomes true: `z < -5mm and x < 0`.
-    pub fn never(self, condition: impl Into<When>) -> Sentence<C> {
+    pub fn never(self, condition: impl Into<ConditionLike>) -> Sentence<C> {
         self.when(condition).never()
     }
 
     /// Whenever a condition becomes true, something is so.
-    pub fn whenever(mut self, condition: impl Into<When>) -> Whenever<C> {
+    pub fn whenever(mut self, condition: impl Into<ConditionLike>) -> Whenever<C> {
         let whenever = Pattern::When(self.0.condition(condition));
         Whenever { draft: self.0, whenever }
     }
@@ -312,12 +312,12 @@ impl<C> Clauses<C> {
 
 impl<C> Whenever<C> {
     /// This state is so in that moment.
-    pub fn must_be(self, state: impl Into<When>) -> Sentence<C> {
+    pub fn must_be(self, state: impl Into<ConditionLike>) -> Sentence<C> {
         self.must_have_been(state).for_at_least(Duration::ZERO)
     }
 
     /// This state has been so for some time.
-    pub fn must_have_been(mut self, state: impl Into<When>) -> Must<C> {
+    pub fn must_have_been(mut self, state: impl Into<ConditionLike>) -> Must<C> {
         let state = self.draft.condition(state);
         if state.has_happenings() {
             let text = self.draft.names.write(&state).to_string();
@@ -330,7 +330,7 @@ impl<C> Whenever<C> {
     }
 
     /// Something else becomes true, in the same moment or after it.
-    pub fn must_follow(mut self, condition: impl Into<When>) -> Following<C> {
+    pub fn must_follow(mut self, condition: impl Into<ConditionLike>) -> Following<C> {
         let what = Pattern::When(self.draft.condition(condition));
         Following { draft: self.draft, whenever: self.whenever, what }
     }
