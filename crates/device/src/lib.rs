@@ -30,12 +30,12 @@ pub use breakpoint::Breakpoint;
 pub use condition::{Condition, ConditionError, Fact, LengthUnit, Named, Names, Scale, Vocabulary};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Loss, Motion, Warning};
+pub use facts::Facts;
 pub use fault::{
     Awaited, BadByte, Chance, Damage, Fault, FaultError, FaultNews, FaultNumber, FaultStage,
     FaultView, Faulting, Garbling, LineFault, MachineFault, MachineStrike, Mishap, Strike,
     SwitchSays, Way, When,
 };
-pub use facts::Facts;
 pub use grouped::Grouped;
 pub use handling::{
     Effects, Erasing, Handling, Heard, Identity, Piece, Question, StartButton, Stop, Travel, Turn,

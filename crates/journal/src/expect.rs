@@ -53,7 +53,8 @@ pub use check::Mistake;
 pub use failed::Reason;
 pub use failure::{Failure, Unmet};
 pub use sentence::{
-    Clauses, CommandClause, Expect, Follower, Following, Looker, Must, Sentence, Whenever,
+    Clauses, CommandClause, ConditionLike, Expect, Follower, Following, Looker, Must, Sentence,
+    Whenever,
 };
 pub use watch::{Trial, Watch};
 

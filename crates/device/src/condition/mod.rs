@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Event, Kinds, Point, SignalId, Time};
 
-pub(crate) use text::{excerpt, without_names};
 pub use text::{ConditionError, LengthUnit, Named, Names, Scale};
+pub(crate) use text::{excerpt, without_names};
 pub use vocabulary::Vocabulary;
 
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
