@@ -82,6 +82,20 @@ macro_rules! families {
                     $($(#[cfg($cfg)])? State::$name(_) => Family::$name,)+
                 }
             }
+
+            /// The same with the model and the machine of another, if that is of the same family.
+            #[must_use]
+            pub fn with_profiles_of(&self, other: &State) -> Option<State> {
+                match (self, other) {
+                    $(
+                        $(#[cfg($cfg)])?
+                        (State::$name(own), State::$name(other)) => {
+                            Some(State::$name(Box::new(own.with_profiles_of(other))))
+                        }
+                    )+
+                    _ => None,
+                }
+            }
         }
 
         /// What can be seen of a controller that only its family has.

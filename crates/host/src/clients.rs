@@ -35,11 +35,11 @@ impl ClientsOfLine {
     /// Who sends on a transport.
     pub(crate) fn source(&self, label: &str) -> Source {
         let of = |source: &&Source| match source {
-            Source::Client { transport, .. } => transport == label,
+            Source::Client { transport, .. } => **transport == *label,
             Source::Controls(_) => false,
         };
         let known = self.open.iter().rfind(of).cloned();
-        known.unwrap_or_else(|| Source::Client { transport: label.to_owned(), client: None })
+        known.unwrap_or_else(|| Source::Client { transport: label.into(), client: None })
     }
 
     /// Whether it could be another one who speaks now than before.
@@ -55,7 +55,7 @@ impl ClientsOfLine {
         }
         let news = match &source {
             Source::Client { client, .. } => {
-                let client = client.clone().unwrap_or_else(|| "a client".to_owned());
+                let client = client.as_deref().unwrap_or("a client").to_owned();
                 Some(News::Speaks { transport: Arc::clone(label), client })
             }
             Source::Controls(_) => None,
@@ -67,8 +67,8 @@ impl ClientsOfLine {
     /// A client that may send comes or goes, with the half line that it has left.
     pub(crate) fn come_or_go(&mut self, news: &News) -> Option<News> {
         let source = |transport: &Arc<str>, client: &String| Source::Client {
-            transport: transport.as_ref().to_owned(),
-            client: Some(client.clone()),
+            transport: Arc::clone(transport),
+            client: Some(client.as_str().into()),
         };
         let (transport, half) = match news {
             // An observer sends nothing.

@@ -1,5 +1,7 @@
 //! The line that a client has begun and not ended.
 
+use std::sync::Arc;
+
 use std::borrow::Cow;
 
 use bytes::Bytes;
@@ -22,7 +24,7 @@ pub(crate) struct HalfLine {
     /// Who has sent the last of it.
     owner: Option<Source>,
     /// The transport whose client has left last, until it has another.
-    deserted: Option<String>,
+    deserted: Option<Arc<str>>,
     /// Its client had gone when another came or went: the next one to speak has not been told yet.
     left: bool,
 }

@@ -328,7 +328,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
     }
 
     fn source(&self) -> Source {
-        Source::Controls(self.who.as_ref().to_owned())
+        Source::Controls(self.who.as_ref().into())
     }
 
     fn travel(&self, destination: Destination) -> Journey {

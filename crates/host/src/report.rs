@@ -105,12 +105,12 @@ pub enum Source {
     /// A client of the line.
     Client {
         /// The transport, by its label.
-        transport: String,
+        transport: Arc<str>,
         /// Who, as far as that is known.
-        client: Option<String>,
+        client: Option<Arc<str>>,
     },
     /// Somebody at the [`Handle`](crate::Handle), by the name that it was given.
-    Controls(String),
+    Controls(Arc<str>),
 }
 
 impl fmt::Display for Source {

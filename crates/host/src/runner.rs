@@ -183,7 +183,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
     /// Its time is paused from the first moment, by somebody of this name: nothing that clients send is
     /// taken in before it [goes on](crate::Handle::resume).
     pub fn begin_paused(&mut self, who: &str) {
-        self.drive.rig.pause(Source::Controls(who.to_owned()));
+        self.drive.rig.pause(Source::Controls(who.into()));
     }
 
     /// A sink wants to be told [at another time](Sink::due) that time has passed than it said last.

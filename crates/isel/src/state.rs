@@ -101,6 +101,13 @@ pub(crate) struct OpenLoop {
 }
 
 impl State {
+    /// The same with the model and the machine of another.
+    #[must_use]
+    pub fn with_profiles_of(&self, other: &State) -> State {
+        let plant = self.plant.on_machine_of(&other.plant);
+        State { model: Arc::clone(&other.model), plant, ..self.clone() }
+    }
+
     /// A controller that has just been switched on.
     pub(crate) fn new(model: Arc<Model>, machine: Arc<Machine>, flash: Flash) -> State {
         let settings = Settings::factory(&model, &machine);

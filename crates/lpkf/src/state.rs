@@ -216,6 +216,13 @@ impl Moving {
 }
 
 impl State {
+    /// The same with the model and the machine of another.
+    #[must_use]
+    pub fn with_profiles_of(&self, other: &State) -> State {
+        let plant = self.plant.on_machine_of(&other.plant);
+        State { model: Arc::clone(&other.model), plant, ..self.clone() }
+    }
+
     /// A controller that has just been switched on, and has not begun anything yet.
     pub(crate) fn new(model: Arc<Model>, machine: Arc<Machine>) -> State {
         let plant = Plant::new(machine);

@@ -127,6 +127,12 @@ impl Plant {
         }
     }
 
+    /// The same on the machine of another.
+    #[must_use]
+    pub fn on_machine_of(&self, other: &Plant) -> Plant {
+        Plant { machine: Arc::clone(&other.machine), ..self.clone() }
+    }
+
     /// Its profile.
     #[must_use]
     pub fn machine(&self) -> &Machine {

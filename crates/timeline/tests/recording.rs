@@ -13,8 +13,8 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use vimc4_device::{Device, Time};
 use vimc4_timeline::recording::{
-    Entry, Given, Head, LineSort, Player, Recording, Tolerance, What, check, cut, given_apart,
-    minimise, part, rerecord, said_apart,
+    Aside, Entry, Given, Head, LineSort, Player, Recording, Tolerance, What, check, cut,
+    given_apart, minimise, part, rerecord, said_apart, say_otherwise,
 };
 
 fn ms(millis: u64) -> Time {
@@ -58,6 +58,8 @@ fn state(at: u64, device: &Cart) -> Entry {
     let state = serde_json::to_value(device.state()).unwrap();
     Entry::new(ms(at), What::State { by: None, state })
 }
+
+const ASIDE: Aside<'static, Cart> = Aside { values: &[], is_same: &|one, other| one == other };
 
 fn read(state: &Value) -> Result<cart::State, String> {
     serde_json::from_value(state.clone()).map_err(|error| error.to_string())
@@ -153,7 +155,12 @@ fn another_controller_parts_where_it_does_something_else() {
     let other = move |_: &Value| read(&began);
     let players = || (Player::new(Cart::default()), Player::new(Cart::default()));
     let (one, two) = players();
-    let found = part(&drive(), one, two, &[], [&read, &other]).unwrap().difference.unwrap();
+    let found = part(&drive(), one, two, &ASIDE, [&read, &other]).unwrap().difference.unwrap();
+    // What is known to be the same is not compared field by field, and nothing else comes of it.
+    let (one, two) = players();
+    let looked_at = Aside { values: &[], is_same: &|_, _| false };
+    let slowly = part(&drive(), one, two, &looked_at, [&read, &other]).unwrap().difference;
+    assert_eq!(slowly.as_ref(), Some(&found));
     let field = found.field.unwrap();
     assert_eq!((field.field.as_str(), field.at), ("latest", ms(0)));
     // Where it is has been asked in the end: 25 steps, and 28.
@@ -161,7 +168,13 @@ fn another_controller_parts_where_it_does_something_else() {
     assert_eq!((said.before, said.rest), (9, [b"5".to_vec(), b"8".to_vec()]));
     assert!(!found.one.told.is_empty() && !found.other.told.is_empty());
     let (one, two) = players();
-    assert_eq!(part(&drive(), one, two, &[], [&read, &read]).unwrap().difference, None);
+    assert_eq!(part(&drive(), one, two, &ASIDE, [&read, &read]).unwrap().difference, None);
+    // The same, where it is only asked whether they do.
+    for (one_other, is_otherwise) in [(&other as &dyn Fn(&Value) -> _, true), (&read, false)] {
+        let (one, two) = players();
+        let said = say_otherwise(&drive(), one, two, [&read, one_other]).unwrap();
+        assert_eq!(said, is_otherwise);
+    }
 }
 
 #[test]

@@ -22,7 +22,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde_json::Value;
 use thiserror::Error;
 use vimc4_catalogue::{Machine, Model};
-use vimc4_device::{Names, Time};
+use vimc4_device::{Names, OwnedInput, Time};
 use vimc4_host::{News, Report, Sink, Source, Wants};
 use vimc4_journal::expect::Failure;
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
@@ -362,11 +362,20 @@ impl Sheet {
         match &report.what {
             Told::Input { by, input } => {
                 let by = self.by(by);
+                if self.file.is_none() {
+                    return;
+                }
+                // Every command comes by here.
+                if let OwnedInput::Bytes(bytes) = input {
+                    return Entry::put_given_bytes(&mut self.lines, at, bytes, &by);
+                }
                 let given = Given::of(input, || self.names.clone());
                 self.put(at, What::Given { by, given });
             }
             Told::Sent { bytes } => {
-                self.put(at, What::Sent(bytes.clone()));
+                if self.file.is_some() {
+                    Entry::put_sent(&mut self.lines, at, bytes);
+                }
                 // It leaves when this returns.
                 self.write();
             }

@@ -133,6 +133,14 @@ impl Site {
         pairs.filter(|(one, other)| one != other).collect()
     }
 
+    /// Whether two states are the same but for these.
+    pub(super) fn is_same(one: &LineState<State>, other: &LineState<State>) -> bool {
+        let Some(device) = other.device.with_profiles_of(&one.device) else { return false };
+        let mut other = other.clone();
+        other.device = device;
+        *one == other
+    }
+
     /// A controller into which the recording is played.
     pub(super) fn player(&self) -> Result<Player<PlayedDevice>, Failure> {
         Ok(Player::new(self.device(&self.model, &self.machine, b"").map_err(Failure::midway)?))

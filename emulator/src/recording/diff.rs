@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use vimc4_device::escape;
 use vimc4_timeline::recording::{
-    Entry, Given, Recording, What, first_field, given_apart, part, said_apart,
+    Aside, Entry, Given, Recording, What, first_field, given_apart, part, said_apart,
 };
 
 use super::card::{card, led, said_card, seconds};
@@ -102,6 +102,7 @@ fn futures(
         true => there.read(written),
     };
     let players = (here.player()?, there.player()?);
+    let aside = Aside { values: &aside, is_same: &Site::is_same };
     let played = part(same, players.0, players.1, &aside, [&read, &read_other]);
     Ok(played.map_err(|error| file::unplayable(&arguments.one, one, error))?.difference)
 }

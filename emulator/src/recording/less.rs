@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vimc4_catalogue::Handling;
 use vimc4_device::{Event, Time, escape};
-use vimc4_timeline::recording::{self, Recording, part, rerecord};
+use vimc4_timeline::recording::{self, Recording, rerecord, say_otherwise};
 
 use super::card::seconds;
 use super::controller::{Other, Site};
@@ -130,8 +130,7 @@ pub(crate) fn minimise(arguments: &MinimiseArguments) -> Result<(), Failure> {
             let (Ok(one), Ok(two)) = (site.player(), other.player()) else { return false };
             let (here, there) =
                 (|written: &_| site.read(written), |written: &_| other.read(written));
-            let played = part(short, one, two, &other.aside(), [&here, &there]);
-            played.is_ok_and(|played| played.difference.is_some_and(|found| found.said.is_some()))
+            say_otherwise(short, one, two, [&here, &there]).unwrap_or(false)
         };
         if !parts(&recording) {
             return Err(Failure::midway(format!(

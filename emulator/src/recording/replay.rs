@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use serde_json::json;
-use vimc4_timeline::recording::{Divergence, Recording, Tolerance, check, part};
+use vimc4_timeline::recording::{Aside, Divergence, Recording, Tolerance, check, part};
 
 use super::card::{card, seconds};
 use super::controller::{Other, Site, WALL};
@@ -68,7 +68,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     } else {
         let there = |written: &_| other.read(written);
         let players = (site.player()?, other.player()?);
-        part(&recording, players.0, players.1, &other.aside(), [&read, &there])
+        let aside = Aside { values: &other.aside(), is_same: &Site::is_same };
+        part(&recording, players.0, players.1, &aside, [&read, &there])
     };
     let played = played.map_err(unplayable)?;
     let causes = match played.difference.as_ref().is_some_and(|found| found.said.is_some()) {

@@ -117,7 +117,7 @@ fn what_changes_nothing_says_so() {
 
 #[test]
 fn what_was_done_can_be_kept_and_read_again() {
-    let by = Source::Client { transport: "tcp".to_owned(), client: Some("me".to_owned()) };
+    let by = Source::Client { transport: "tcp".into(), client: Some("me".into()) };
     let deeds = [
         Deed::Byte(253),
         Deed::Press("start".to_owned()),
@@ -167,8 +167,10 @@ fn of_several_clients_it_is_said_who_speaks() {
     }
     clients[1].write_all(b"\xFD").unwrap();
     let own = clients.each_ref().map(|client| client.local_addr().unwrap().to_string());
-    let by =
-        Source::Client { transport: format!("tcp {}", places[1]), client: Some(own[1].clone()) };
+    let by = Source::Client {
+        transport: format!("tcp {}", places[1]).into(),
+        client: Some(own[1].as_str().into()),
+    };
     diary.wait_for("the stop", |report| {
         report.news() == Some(&News::Deed { by: by.clone(), deed: Deed::Byte(253) })
     });

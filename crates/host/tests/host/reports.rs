@@ -183,7 +183,7 @@ fn one_that_takes_its_time_is_told_what_it_has_missed() {
     // It goes on from there.
     running.handle.press("start").wait().unwrap();
     let next = reports.take().unwrap();
-    let by = Source::Controls("the library".to_owned());
+    let by = Source::Controls("the library".into());
     assert!(matches!(next.news(), Some(News::Deed { by: who, .. }) if *who == by), "{next:?}");
     // Dropped, it is let go of; what it wanted is not made any more.
     drop(reports);

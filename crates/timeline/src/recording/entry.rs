@@ -194,17 +194,47 @@ impl Entry {
     pub fn put(&self, out: &mut Vec<u8>) {
         put(out, self.at, &self.what);
     }
+
+    /// Adds the line of bytes that were given, without an entry of them.
+    pub fn put_given_bytes(out: &mut Vec<u8>, at: Time, bytes: &[u8], by: &str) {
+        put_bytes(out, at, "in", bytes);
+        put_by(out, by);
+        out.extend(b"}\n");
+    }
+
+    /// Adds the line of bytes that left, without an entry of them.
+    pub fn put_sent(out: &mut Vec<u8>, at: Time, bytes: &[u8]) {
+        put_bytes(out, at, "out", bytes);
+        out.extend(b"}\n");
+    }
+}
+
+fn put_at(out: &mut Vec<u8>, at: Time) {
+    out.extend(b"{\"at\":");
+    put_json(out, &at.as_nanos());
+}
+
+fn put_bytes(out: &mut Vec<u8>, at: Time, key: &str, bytes: &[u8]) {
+    put_at(out, at);
+    put_key(out, key);
+    text::put(out, bytes);
+}
+
+fn put_by(out: &mut Vec<u8>, by: &str) {
+    put_key(out, "by");
+    put_json(out, by);
+}
+
+fn put_key(out: &mut Vec<u8>, key: &str) {
+    out.extend(b",\"");
+    out.extend(key.as_bytes());
+    out.extend(b"\":");
 }
 
 /// Adds a line.
 fn put(out: &mut Vec<u8>, at: Time, what: &What) {
-    out.extend(b"{\"at\":");
-    put_json(out, &at.as_nanos());
-    let key = |out: &mut Vec<u8>, key: &str| {
-        out.extend(b",\"");
-        out.extend(key.as_bytes());
-        out.extend(b"\":");
-    };
+    put_at(out, at);
+    let key = put_key;
     let by = match what {
         What::Given { by, given } => {
             match given {
@@ -274,8 +304,7 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
         }
     };
     if let Some(by) = by {
-        key(out, "by");
-        put_json(out, &**by);
+        put_by(out, by);
     }
     out.extend(b"}\n");
 }
@@ -283,4 +312,29 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
 fn put_json<T: Serialize + ?Sized>(out: &mut Vec<u8>, value: &T) {
     // Strings, numbers and values can always be written, and there is always room.
     let _ = serde_json::to_writer(out, value);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_without_an_entry_are_those_of_one() {
+        let (at, bytes, by) = (Time::from_nanos(7), b"@0\"\r\xFD", "tcp \"1\": 127.0.0.1:4");
+        let [given, sent] = [
+            What::Given { by: by.into(), given: Given::Bytes(Bytes::from_static(bytes)) },
+            What::Sent(Bytes::from_static(bytes)),
+        ]
+        .map(|what| {
+            let mut line = Vec::new();
+            Entry::new(at, what).put(&mut line);
+            line
+        });
+        let mut line = Vec::new();
+        Entry::put_given_bytes(&mut line, at, bytes, by);
+        assert_eq!(line, given);
+        line.clear();
+        Entry::put_sent(&mut line, at, bytes);
+        assert_eq!(line, sent);
+    }
 }

@@ -30,8 +30,8 @@ mod shorten;
 mod text;
 
 pub use compare::{
-    Difference, Divergence, FieldDifference, Said, SaidDifference, Side, Tolerance, alike, check,
-    first_field, given_apart, part, said_apart,
+    Aside, Difference, Divergence, FieldDifference, Said, SaidDifference, Side, Tolerance, alike,
+    check, first_field, given_apart, part, said_apart, say_otherwise,
 };
 pub use entry::{Entry, Given, Head, LineSort, VERSION, What};
 pub use play::{Player, StateError, Told, exchange};

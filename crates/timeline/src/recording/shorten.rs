@@ -101,10 +101,11 @@ pub fn minimise(
     let begins: Vec<Entry> =
         begins.filter(|entry| matches!(entry.what, What::State { .. })).cloned().collect();
     let end = recording.entries.last().cloned();
-    let mut units = units(&recording.entries, ends);
-    let build = |units: &[Vec<Entry>]| {
+    let all = units(&recording.entries, ends);
+    let mut units: Vec<usize> = (0..all.len()).collect();
+    let build = |units: &[usize]| {
         let mut entries = begins.clone();
-        entries.extend(units.iter().flatten().cloned());
+        entries.extend(units.iter().flat_map(|unit| &all[*unit]).cloned());
         if let Some(end) = &end {
             entries.push(Entry::new(end.at, What::End("what is left of it".to_owned())));
         }
@@ -117,7 +118,7 @@ pub fn minimise(
         let mut from = 0;
         while from < units.len() {
             let to = (from + size).min(units.len());
-            let left: Vec<Vec<Entry>> = [&units[..from], &units[to..]].concat();
+            let left: Vec<usize> = [&units[..from], &units[to..]].concat();
             if shows(&build(&left)) {
                 units = left;
                 reduced = true;
