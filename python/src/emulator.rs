@@ -20,7 +20,7 @@ use crate::harness::Harness;
 use crate::pending::{Journey, Pending};
 use crate::port::Port;
 use crate::reports::Reports;
-use crate::waiting::lock;
+use crate::waiting::{answer, lock};
 use crate::{error, profiles};
 
 /// How many lines of the conversation are remembered.
@@ -513,8 +513,7 @@ impl Core {
         if let Some(names) = self.names.get() {
             return Ok(names);
         }
-        let pending = self.control.names();
-        let names = py.detach(|| pending.wait()).map_err(|error| error::of_control(py, &error))?;
+        let names = answer(py, self.control.names())?;
         Ok(self.names.get_or_init(|| names))
     }
 

@@ -14,7 +14,7 @@ use vimc4::{Control, HostLines, MemoryPort};
 
 use crate::error;
 use crate::pending::Pending;
-use crate::waiting::{deadline, lock, wait};
+use crate::waiting::{answer, deadline, lock, wait};
 
 /// A serial port that leads to an emulator in this process. It is read and written by as many
 /// threads as like to.
@@ -143,9 +143,7 @@ impl Port {
     /// Waits until a host that heeds CTS may send, with all that was sent so far taken in.
     fn wait_for_cts(&self, py: Python<'_>, until: Option<Instant>) -> PyResult<bool> {
         loop {
-            let asked = self.control.takes_more();
-            let more = py.detach(|| asked.wait()).map_err(|e| error::of_control(py, &e))?;
-            if more {
+            if answer(py, self.control.takes_more())? {
                 return Ok(true);
             }
             let changed = wait(py, until, |cx| {
@@ -266,8 +264,7 @@ impl Port {
     /// Whether a host may send now, with all that it has sent so far taken in.
     #[getter]
     fn cts(&self, py: Python<'_>) -> PyResult<bool> {
-        let asked = self.control.takes_more();
-        py.detach(|| asked.wait()).map_err(|error| error::of_control(py, &error))
+        answer(py, self.control.takes_more())
     }
 
     /// Switches one of the host's lines, `DTR` or `RTS`, or begins or ends a `BREAK`.

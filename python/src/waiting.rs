@@ -1,11 +1,15 @@
 //! Waiting without being in the way of anybody.
 
+use std::future::Future;
+use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+
+use crate::error;
 
 /// How long the main thread waits until it looks whether there was a signal, such as Ctrl-C. Only it
 /// does: Python tells signals to no other thread.
@@ -61,6 +65,14 @@ pub(crate) fn wait<T: Send>(
         }
         py.check_signals()?;
         hears_signals = is_main_thread(py)?;
+    }
+}
+
+/// Waits for what a controller answers.
+pub(crate) fn answer<T: Send>(py: Python<'_>, mut pending: vimc4::Pending<T>) -> PyResult<T> {
+    match wait(py, None, |cx| Pin::new(&mut pending).poll(cx))? {
+        Some(answer) => answer.map_err(|error| error::of_control(py, &error)),
+        None => Err(error::broken("it waits without a deadline")),
     }
 }
 

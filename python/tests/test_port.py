@@ -132,7 +132,7 @@ def plotter(vimc4):
 
 @pytest.mark.vimc4("smcu", "board-plotter", "manual")
 def test_cts_is_off_while_the_buffer_is_full(plotter):
-    with plotter.serial(rtscts=True, write_timeout=0.2) as port:
+    with plotter.serial(rtscts=True, write_timeout=1) as port:
         assert port.cts
         with pytest.raises(serial.SerialTimeoutException):
             port.write(b"PR10,0;" * 1_000)
