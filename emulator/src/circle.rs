@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         print(&[json(&arguments, &circle, &trace, &commands)])
     } else {
         print(&commands)?;
-        // If nobody reads it, that is no failure.
+        // If nobody reads it, that is not a failure.
         let _ = io::stderr().write_all(comments(&arguments, &circle, &trace).as_bytes());
         Ok(())
     }
@@ -141,7 +141,7 @@ impl Wanted {
         let scale = arguments.steps_per_mm.unwrap_or(1.0);
         if !(scale.is_finite() && scale > 0.0) {
             return Err(Failure::usage(format!(
-                "{scale} is no number of steps per mm; it is the steps of a turn divided by the \
+                "{scale} is not a number of steps per mm; it is the steps of a turn divided by the \
                  lead in mm, as in 400 / 5 = 80"
             )));
         }
@@ -157,7 +157,7 @@ impl Wanted {
         let from = arguments.from;
         let to = arguments.to.unwrap_or(if arguments.cw { from - 360.0 } else { from + 360.0 });
         for angle in [from, to] {
-            // This also says no to what is no number.
+            // This also says no to what is not a number.
             if !(-1e6..=1e6).contains(&angle) {
                 return Err(Failure::usage(format!(
                     "{angle} degrees are not possible; up to 1,000,000 are"

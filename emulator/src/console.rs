@@ -43,14 +43,14 @@ intermediate format. A recording is of a controller; any other file is sent to o
 `vimc4 run` does it. The console stands at the beginning. A stored program is stored, and START is pressed.
 
 Without a file, or with the name of a model, there is a controller behind a pseudo-terminal and a TCP port,
-as `vimc4 serve` has it. While somebody types its time is paused; clients stay connected and notice nothing
-but time. `continue` lets it go on to the next breakpoint or Ctrl-C. Who steps forward leads it there; who
-goes back, or does something there, only looks, until `take` takes it there. With `--pty none --tcp none` nobody is
-there, and time passes as it is stepped through.
+as `vimc4 serve` has it. While you type, its time is paused; clients stay connected and notice only
+the delay. `continue` lets it go on to the next breakpoint or Ctrl-C. Stepping forward moves the controller itself; going
+back, or doing something there, only looks, until `take` takes it there. With `--pty none --tcp none` there are
+no clients, and time passes only as you step.
 
 Every command is a line; `help` lists them, an empty line does the last one again, Tab completes. What
-is done in the past begins a branch, and nothing is lost. The same without anybody at the terminal:
-lines come from a pipe or with --script, and the first that fails ends it.",
+is done in the past begins a branch, and nothing is lost. Without a terminal, lines come from
+a pipe or from --script, and the first that fails ends it.",
     after_long_help = "\
 Examples:
   vimc4 console examples/commands.txt --machine mill
@@ -76,14 +76,14 @@ pub(crate) struct Arguments {
     /// Begin with the full screen
     #[arg(long, conflicts_with = "script")]
     screen: bool,
-    /// Send the rest of a file after an error reply too, as software does that overlooks it
+    /// Go on sending a file after an error reply, as software does that ignores it
     #[arg(long)]
     keep_going: bool,
     /// How much virtual time the sending of a file may take, such as 90s, 5min or 1h
     #[arg(long = "for", value_name = "DURATION", default_value = "1h", value_parser = duration)]
     time: Duration,
-    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; those
-    /// of its comment `; axes: N` if nothing is said, else 7
+    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; by
+    /// default those of its comment `; axes: N`, or 7
     #[arg(long, value_parser = crate::run::axes, add = completions::words(&["1", "3", "7", "8", "9", "11", "15"]))]
     axes: Option<u8>,
 }
@@ -92,13 +92,13 @@ pub(crate) struct Arguments {
 #[derive(clap::Args)]
 #[command(next_help_heading = "A controller behind ports")]
 struct Ports {
-    /// A pseudo-terminal with a link of this name; `none` for none
+    /// A pseudo-terminal and a link to it of this name; `none` for no pseudo-terminal
     #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
     pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
     #[arg(long)]
     replace: bool,
-    /// Listen at this address; `none` for nowhere, port 0 for a free port
+    /// Listen on this address; `none` for no TCP port, port 0 for a free one
     #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
     tcp: String,
     /// A real serial port; once for each controller
@@ -107,7 +107,7 @@ struct Ports {
     /// How time passes while the controller runs: real, a factor such as 8x or 0.5x, or instant
     #[arg(long = "time", value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "8x"]))]
     clock: Clock,
-    /// Keep the flash memory in this file, created if need be
+    /// Keep the flash memory in this file, which is created if it does not exist
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// How many controllers; `controller NUMBER` looks at another one

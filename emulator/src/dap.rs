@@ -20,13 +20,13 @@ use server::End;
     long_about = "\
 Debug programs, jobs and recordings in an editor: a debug adapter on standard input and output
 
-It speaks the Debug Adapter Protocol. What is debugged is said by the editor: a file of commands, a
+It speaks the Debug Adapter Protocol. The editor says what to debug: a file of commands, a
 stored program, a plot, a job, a recording, or a controller behind ports that host software drives, and the
 model and machine it is for. To controllers that run already it attaches with `vimc4 serve --dap`.
 Editors set breakpoints in the lines of the file, step forward and back, look at axes, switches and the whole state of the
 controller, and change them. docs/debugging.md has the settings for editors.
 
-It ends with its client. With --port it waits at a port of this computer instead, and every client
+It ends when its client does. With --port it waits at a port of this computer instead, and every client
 that connects has a session of its own.",
     after_long_help = "\
 Examples:

@@ -18,14 +18,14 @@ use crate::text::{shortened, shown_in_line};
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Say what a program will find at a port, and what to do about what it will not like
+Say what a program will find at a port, and how to fix what is wrong
 
 PORT is the link of a pseudo-terminal (./vimc4.pty), a serial port (/dev/ttyUSB0, COM3) or TCP
 (127.0.0.1:4004, tcp:HOST:PORT). It is opened as a program would open it: where the link leads, who
 may use it, its speed, whether it has modem lines, who else has it open, and whether a controller
 answers, and as which. Nothing is moved, switched or stored: it is asked where its axes are, and for
-its name. While another program has the port open it is not asked, and a data field that somebody has
-left half stored ends with the first question. A controller that moves answers the questions when it
+its name. While another program has the port open it is not asked, and a data field that was left
+half stored ends with the first question. A controller that moves answers the questions when it
 comes to rest, and whichever program has the port open then gets the answers.",
     after_long_help = "\
 Exit codes: 0 a program will find what it needs, 1 something should be mended, 2 it cannot be opened.
@@ -111,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
             None => {
                 output::print(&findings.text)?;
                 return Err(Failure::usage(format!(
-                    "{name} is no serial port and no pseudo-terminal; name one, or a link to one, or \
+                    "{name} is not a serial port and no pseudo-terminal; name one, or a link to one, or \
                      HOST:PORT for TCP"
                 )));
             }
@@ -127,7 +127,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
     };
     if is_tcp {
-        findings.fine("connection", &format!("somebody listens at {name}"));
+        findings.fine("connection", &format!("something listens at {name}"));
     } else {
         modem_lines(&mut port, &mut findings);
     }
@@ -189,8 +189,8 @@ fn before_opening(name: &str, findings: &mut Findings) -> Option<Before> {
         named.push(format!("{} more", others.len() - NAMED));
     }
     match named.as_slice() {
-        [] if users.all_looked_at => findings.fine("open", "nobody else has it open"),
-        [] => findings.fine("open", "nobody else is seen to have it open; root sees more"),
+        [] if users.all_looked_at => findings.fine("open", "no other program has it open"),
+        [] => findings.fine("open", "no other program is seen to have it open; root can see more"),
         [one] => findings.problem(
             "open",
             &format!("{one} has it open"),
@@ -229,7 +229,7 @@ fn permission(path: &Path, file: &std::fs::Metadata, findings: &mut Findings) {
             &format!("you may not read and write it ({rights})"),
             match is_pseudo(path) {
                 true => {
-                    "it belongs to whoever started the emulator: start that, or this, as the same user"
+                    "it belongs to the user who started the emulator: run both as the same user"
                 }
                 false => {
                     "join the group that may, `dialout` on most systems (`sudo usermod -aG dialout \
@@ -346,7 +346,7 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         findings.problem(
             "line",
             &format!("it speaks without being asked: `{}`", excerpt(&unasked)),
-            "a program runs that sends something, the speed is wrong, or it is no controller",
+            "a program runs that sends something, the speed is wrong, or it is not a controller",
         );
     }
     if !silent {

@@ -32,9 +32,9 @@ Examples:
 
 The program may be of any kind, and so may what it starts; setuid programs run without their
 privileges. Wine asks its server to open ports: end one that already runs with `wineserver -k`.
-It takes Linux 5.5, on x86-64 or aarch64, and cannot be nested.
+It needs Linux 5.5, on x86-64 or aarch64, and cannot be nested.
 
-Exit codes: the program's; 127 if there is none of that name, 126 if it cannot be run, 2 if it was
+Exit codes: the program's; 127 if there is no such program, 126 if it cannot be run, 2 if it was
 not tried.";
 
 /// Runs a program and everything that it starts so that requests for modem lines on one

@@ -1,8 +1,8 @@
 //! A controller that runs behind real ports, and the history that follows it.
 //!
 //! While somebody looks around the controller's time is paused; clients stay connected and notice
-//! nothing but time. The history gets what the controller gets. Who goes forward in it leads the
-//! controller there. Who goes back looks, and what is done there is a branch to be looked at: the
+//! only the delay. The history gets what the controller gets. Going forward in it moves the
+//! controller itself. Going back only looks, and what is done there is a branch to look at: the
 //! controller itself stays, until it is taken there.
 
 use std::sync::Arc;
@@ -471,7 +471,7 @@ impl Live {
         Ok(None)
     }
 
-    /// The reports, for whoever waits for the end of the run. They are given back to
+    /// The reports, for the code that waits for the end of the run. They are given back to
     /// [`paused`](Live::paused).
     pub(crate) fn take_reports(&mut self) -> Option<Reports> {
         self.reports.take()

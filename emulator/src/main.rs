@@ -57,7 +57,7 @@ Examples:
 `vimc4 COMMAND --help` says more of each, with examples and exit codes. The files in examples/ are in the
 folder that vimc4 was built from.
 
-Exit codes: 0 all went well, 1 something is wrong with what was given or came back, 2 wrong usage: nothing
+Exit codes: 0 all went well, 1 something is wrong with the input or the answers, 2 wrong usage: nothing
 was done. Some commands have more.";
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
@@ -78,14 +78,14 @@ enum Tool {
     #[command(about = "Send a job or a command list to a controller, virtual or real")]
     Send(Deferred<send::Arguments>),
     #[command(
-        about = "Play the fixture sessions against any port, also real hardware, and report what differs"
+        about = "Play the fixture sessions against any port, including real hardware, and report what differs"
     )]
     Conform(Deferred<conform::Arguments>),
     #[command(about = "Record what passes between host software and a real controller")]
     Record(Deferred<recording::tap::Arguments>),
     #[command(about = "Play a recording again and compare every byte and time")]
     Replay(Deferred<recording::replay::Arguments>),
-    #[command(about = "Say where two recordings part")]
+    #[command(about = "Show where two recordings differ")]
     Diff(Deferred<recording::diff::Arguments>),
     #[command(about = "Cut a part of the time out of a recording")]
     Cut(Deferred<recording::less::CutArguments>),

@@ -55,7 +55,7 @@ impl Default for Sending {
 }
 
 /// Opens a recording, a command list, a stored program, a plot or a job: whatever the file is. What is
-/// no recording is sent to a controller that has just been switched on, in virtual time, as `vimc4
+/// not a recording is sent to a controller that has just been switched on, in virtual time, as `vimc4
 /// run` does it; the history is of that.
 ///
 /// # Errors
@@ -199,9 +199,9 @@ fn follow(debugger: &mut Debugger, sent: &[Sent], end: Time) -> Source {
 }
 
 /// The line of each command, in order. Commands begin in the order in which they were sent; of what
-/// was sent some is no command.
+/// was sent some is not a command.
 fn source_of(debugger: &mut Debugger, sent: &[Sent]) -> Source {
-    /// So much that is no command is passed over between two that are.
+    /// So much that is not a command is passed over between two that are.
     const PASSED_OVER: usize = 64;
     let mut begun: BTreeMap<CommandNumber, Vec<u8>> = BTreeMap::new();
     // One walk over all of it: it tells of every command and finds none.

@@ -60,7 +60,7 @@ fn next(input: &mut impl BufRead) -> io::Result<Option<Typed>> {
     if !full || line.ends_with(b"\n") {
         return Ok(Some(Typed::Line(text)));
     }
-    // Its rest is no order either.
+    // Its rest is not an order either.
     loop {
         line.clear();
         if !piece(&mut line)? || line.ends_with(b"\n") {
@@ -84,7 +84,7 @@ fn in_background() -> bool {
 /// No more orders than these are awaited at each controller.
 const MOST_WAITING: usize = 1_000;
 
-/// No more of those that are done at once are given before they are answered; whoever types more of
+/// No more of those that are done at once are given before they are answered; input with more of
 /// them waits for that.
 const MOST_GIVEN: usize = 1_000;
 

@@ -104,7 +104,7 @@ impl Port {
                     .timeout(LOOK)
                     .open();
                 let wrong = |e: &serialport::Error| match names_port(name) && !cfg!(windows) {
-                    true if !Path::new(name).exists() => "this is no address".to_owned(),
+                    true if !Path::new(name).exists() => "this is not an address".to_owned(),
                     _ => e.to_string(),
                 };
                 let port = port.map_err(|e| error(wrong(&e), remedy(name, &e)))?;
@@ -281,7 +281,7 @@ fn connect(address: &str) -> Result<TcpStream, (io::Error, &'static str)> {
             Err(error) => {
                 let nobody = error.kind() == ErrorKind::ConnectionRefused;
                 let remedy = match nobody {
-                    true => "nobody listens there: start `vimc4 serve`, or check the port number",
+                    true => "nothing listens there: start `vimc4 serve`, or check the port number",
                     false => "check the address, and that the network leads there",
                 };
                 last = (error, remedy);
@@ -315,7 +315,7 @@ fn remedy(name: &str, error: &serialport::Error) -> &'static str {
              as ./vimc4.pty, or host:port"
         }
         serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(_) => {
-            "another program may have it open: close that one; or it is no serial port"
+            "another program may have it open: close that one; or it is not a serial port"
         }
         _ => "check that it is a serial port",
     }

@@ -59,7 +59,7 @@ fn list_or_show(
         Some(Show::Show { name }) => match profile(&name) {
             Ok(text) => text.to_owned(),
             Err(_) => {
-                // What is no name is a file; whether it holds a profile is known from its title.
+                // What is not a name is a file; whether it holds a profile is known from its title.
                 title(&name)?;
                 fs::read_to_string(&name).map_err(|error| {
                     Failure::usage(format!("cannot read {name}: {error}; is it still there?"))

@@ -43,18 +43,18 @@ Send a job, a plot file, a command list or a stored program to a controller, vir
 A job is a file in the isel NC intermediate format; a command list is a file whose first command
 begins with @; a data field, as `vimc4 ncp compile` writes it, is stored and not started. A plot file
 goes to one of LPKF's models. Each command is sent when the one before was answered. The same job is
-carried out in virtual time first: what the virtual controller refuses is not sent, and from it comes
+carried out in virtual time first: what the virtual controller refuses is not sent, and it gives
 the time that remains.
 
-The controller is asked first who it is, and a job for another model is refused. Where the port leads
-to a real machine the travel is shown, and somebody has to agree.
+The controller is asked for its name first, and a job for another model is refused. If the port leads
+to a real machine, the travel is shown and you have to agree.
 
 Enter, and any other line, stops a motion along its ramp; then Enter goes on with it, as does START
 at the panel, and q ends the job; a plot halts behind the command that runs. In a wait it holds what
-comes next. At a HALT, s goes on line by line. What is typed before a question is no answer to it. An
-error reply, and what is no answer of such a controller, ends the job, as does a HALT, a GETTOOL and a
-WPTEACH where nobody is at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it
-rests; Ctrl-C again does not wait. What is switched on stays on. Whatever ends it, the line is said
+comes next. At a HALT, s goes on line by line. A line typed before a question does not answer it. An error
+reply, and anything that is not an answer of such a controller, ends the job, as does a HALT, a GETTOOL and a
+WPTEACH if nobody is at the terminal. Ctrl-C sends 253, which brakes, and ends the job when it
+rests; Ctrl-C again does not wait. What is switched on stays on. If it ends early, it names the line
 with which --from goes on.",
     after_long_help = "\
 Examples:
@@ -73,25 +73,25 @@ pub(crate) struct Arguments {
     /// Where the controller is: a serial port, a pseudo-terminal, or host:port
     #[arg(long, value_name = "PORT", add = completions::ports())]
     to: String,
-    /// The speed of a serial port; the model's if nothing is said
+    /// The speed of a serial port; by default the model's
     #[arg(long, value_name = "RATE")]
     baud: Option<u32>,
-    /// Go on with this line of a job: what held there is brought about first, after reference runs,
-    /// and the tool comes to it from above
+    /// Go on with this line of a job: after reference runs its settings are restored,
+    /// and the tool approaches from above
     #[arg(long, value_name = "LINE", value_parser = clap::value_parser!(u32).range(1..))]
     from: Option<u32>,
     /// Find the work-piece zero first, with lines such as MOVEREL X500 at the terminal
     #[arg(long, conflicts_with = "from")]
     teach: bool,
-    /// Send it although the controller says that it is another model
+    /// Send it even if the controller names another model
     #[arg(long)]
     any_model: bool,
-    /// Send a command list although the virtual controller refuses something of it: the real one
-    /// may have been told more before
+    /// Send a command list even if the virtual controller refuses part of it: the real
+    /// one may be set up differently
     #[arg(long)]
     refused_too: bool,
-    /// Believe that motions are done that machines cannot do so fast; for virtual controllers whose
-    /// time is faster
+    /// Accept answers that come sooner than a machine can move; for virtual controllers whose
+    /// time runs faster
     #[arg(long)]
     any_time: bool,
     /// Erase the stored program before a data field is stored, on models with a command for it
@@ -605,7 +605,7 @@ impl<'a> Sending<'a> {
         }
     }
 
-    /// How it ended, if that is no failure.
+    /// How it ended, if that is not a failure.
     fn ended(&mut self, ending: Result<Ending, Broken>) -> Result<Ending, Failure> {
         let ending = match ending {
             Ok(ending) => ending,
@@ -1004,7 +1004,7 @@ impl<'a> Sending<'a> {
                     false => format!("to {}", shown(&sent)),
                 };
                 let message = format!(
-                    "the controller answered `{answered}` {to}, which is no answer of the model {}; \
+                    "the controller answered `{answered}` {to}, which is not an answer of the model {}; \
                      the job has ended there{and_stop}, but what moves may still be moving: \
                      use the emergency stop if it does; {STILL_ON}{onward}",
                     self.model.name()

@@ -42,7 +42,7 @@ Examples:
   VIMC4_LOG=info vimc4 serve
 
 It answers orders on standard input, such as press stop, position and quit; help lists them.
-VIMC4_LOG=warn, info, debug or trace tells on standard error what happens, as structured events.
+VIMC4_LOG=warn, info, debug or trace writes what happens to standard error, as structured events.
 
 Exit codes: 0 it was ended by quit, by a signal or with standard input, 1 it ended by itself, 2 it could
 not begin, 131 it was ended by SIGQUIT (Ctrl-\\).";
@@ -56,14 +56,14 @@ pub(crate) struct Arguments {
     /// The machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "bench", add = completions::machines())]
     pub(crate) machine: String,
-    /// A pseudo-terminal with a link of this name; `none` for none. Several controllers get
+    /// A pseudo-terminal and a link to it of this name; `none` for no pseudo-terminal. Several controllers get
     /// ./vimc4-1.pty, ./vimc4-2.pty …
     #[arg(long, value_name = "LINK", num_args = 0..=1, default_missing_value = PTY)]
     pub(crate) pty: Option<PathBuf>,
     /// Take the link of that name even from an emulator that is still running
     #[arg(long)]
     pub(crate) replace: bool,
-    /// Listen at this address; `none` for nowhere, port 0 for a free port. Several controllers
+    /// Listen on this address; `none` for no TCP port, port 0 for a free one. Several controllers
     /// get this port and the following ones
     #[arg(long, value_name = "ADDR", default_value = LISTENS, add = completions::words(&[LISTENS, "127.0.0.1:0", "0.0.0.0:4004", "none"]))]
     pub(crate) tcp: String,
@@ -78,18 +78,18 @@ pub(crate) struct Arguments {
     /// until …`), or instant (no waiting; a program without an end then uses a whole core)
     #[arg(long, value_name = "CLOCK", default_value_t = Clock::Real, add = completions::words(&["real", "instant", "manual", "8x"]))]
     pub(crate) time: Clock,
-    /// Let every character take its time on the line
+    /// Make every character take as long as on a serial line
     #[arg(long)]
     pub(crate) line_pacing: bool,
-    /// Keep the flash memory in this file, created if need be. Several controllers get
+    /// Keep the flash memory in this file, which is created if it does not exist. Several controllers get
     /// NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
     pub(crate) flash: Option<PathBuf>,
-    /// Record everything into this file, which `vimc4 replay` plays; .gz and .zst are compressed in
-    /// the end. Several controllers get NAME-1.EXT, NAME-2.EXT …
+    /// Record everything into this file, which `vimc4 replay` plays; .gz and .zst are compressed when
+    /// it ends. Several controllers get NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// Begin another file of the recording, NAME.2.EXT, when one has so many bytes, as in 64M
+    /// Begin another file of the recording, NAME.2.EXT, when one reaches this size, such as 64M
     #[arg(long, value_name = "SIZE", requires = "record", value_parser = size)]
     pub(crate) record_size: Option<u64>,
     /// How many controllers
@@ -104,8 +104,8 @@ pub(crate) struct Arguments {
     /// Show the conversation as people read it
     #[arg(short, long, action = ArgAction::SetTrue)]
     pub(crate) verbose: bool,
-    /// Forget the half line of a client that has left; else it spoils the first command of the
-    /// next one, as on a real cable
+    /// Forget the half line of a client that has left; otherwise it spoils the next client's first
+    /// command, as on a real cable
     #[arg(long)]
     pub(crate) fresh_clients: bool,
     /// Wait for an editor at this port of this computer, which attaches to the controllers with the Debug

@@ -12,12 +12,12 @@ use crate::text::{self, shown_in_line};
 /// The model and the machine of a command that reads a file.
 #[derive(Clone, clap::Args)]
 pub(crate) struct Setup {
-    /// The model of controller: a name from `vimc4 models`, or a profile file; imc4 where neither
-    /// this nor a data field says another
+    /// The model of controller: a name from `vimc4 models`, or a profile file; by default that
+    /// of a data field, or imc4
     #[arg(long, value_name = "NAME|FILE", add = completions::models())]
     model: Option<String>,
-    /// The machine: a name from `vimc4 machines`, or a profile file; bench where neither this nor a
-    /// data field says another
+    /// The machine: a name from `vimc4 machines`, or a profile file; by default that of a
+    /// data field, or bench
     #[arg(long, value_name = "NAME|FILE", add = completions::machines())]
     machine: Option<String>,
 }

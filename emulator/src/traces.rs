@@ -34,7 +34,7 @@ pub(crate) fn level() -> Result<LevelFilter, Failure> {
     known.map(|(_, level)| *level).ok_or_else(|| {
         let names = LEVELS.map(|(name, _)| name).join(", ");
         let value = crate::text::shown_in_line(&value.to_string_lossy());
-        Failure::usage(format!("{VARIABLE}={value}: this is no level; use one of {names}"))
+        Failure::usage(format!("{VARIABLE}={value}: this is not a level; use one of {names}"))
     })
 }
 

@@ -249,7 +249,7 @@ fn sessions_of_ones_own_are_played() {
 
 // --- ports that are none ---
 
-/// Somebody at a TCP port who is no controller.
+/// Somebody at a TCP port who is not a controller.
 fn pretender(what: impl Fn(TcpStream) + Send + 'static) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -296,7 +296,7 @@ fn a_port_where_no_controller_is_says_what_may_be_wrong() {
         (&echo, vec!["sends back what it is sent", "local echo"]),
         (&garbage, vec!["makes no sense", r"\xF8\x80\x1C\xFE", "baud rate"]),
         (&closing, vec!["closed before anything was answered", "another client may hold"]),
-        ("127.0.0.1:1", vec!["cannot open 127.0.0.1:1", "nobody listens there"]),
+        ("127.0.0.1:1", vec!["cannot open 127.0.0.1:1", "nothing listens there"]),
         ("/dev/none", vec!["cannot open /dev/none", "/dev/ttyUSB0 or COM3"]),
         ("dead.pty", vec!["cannot open dead.pty", "the emulator that made it has ended"]),
         ("file", vec!["cannot open file", "check that it is a serial port"]),

@@ -88,10 +88,13 @@ fn what_is_no_text_ends_a_pipe_with_its_line() {
         (0_u32..4_096).map(|n| (n.wrapping_mul(0x9E37_79B9) >> 24) as u8).collect();
     let long = vec![b'x'; 1 << 17];
     for (typed, wanted) in [
-        (&b"where\n\xFF\xFE\nprint x\n"[..], "line 2: this is no text: the byte FF"),
-        (b"where\nsend @07\x1B[2J\n", "line 2: this is no text: it has the control character 1B"),
-        (b"\0\0\0\n", "line 1: this is no text: it has the control character 00"),
-        (&noise, "line 1: this is no text"),
+        (&b"where\n\xFF\xFE\nprint x\n"[..], "line 2: this is not a text: the byte FF"),
+        (
+            b"where\nsend @07\x1B[2J\n",
+            "line 2: this is not a text: it has the control character 1B",
+        ),
+        (b"\0\0\0\n", "line 1: this is not a text: it has the control character 00"),
+        (&noise, "line 1: this is not a text"),
         (&long, "line 1: a line has 65536 bytes at most"),
     ] {
         let output = console_of(&arguments, typed);
@@ -106,7 +109,11 @@ fn what_is_no_text_ends_a_pipe_with_its_line() {
     let script = folder.path().join("script.txt");
     fs::write(&script, "where\nprint \x07x\n").unwrap();
     let output = console(&[&arguments[..], &["--script", script.to_str().unwrap()]].concat(), "");
-    assert!(text(&output.stderr).contains("line 2: this is no text"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("line 2: this is not a text"),
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[test]

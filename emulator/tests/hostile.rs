@@ -124,7 +124,7 @@ fn a_link_in_use_is_taken_only_with_force() {
     let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
     assert_eq!(ask(&mut port, "@07\r", 1), "0");
     // A killed one has no name any more, and a number that a terminal window has got since is
-    // no emulator's.
+    // not an emulator's.
     drop(second);
     let (_near, window) = pseudo_terminal();
     fs::remove_file(&link).unwrap();
@@ -602,7 +602,7 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     let found = [
         format!("leads to {target}"),
         holder,
-        "nobody else has it open".to_owned(),
+        "no other program has it open".to_owned(),
         "19200 baud, 8N1".to_owned(),
         "`vimc4 lines".to_owned(),
         "X 0, Y 0, Z 0".to_owned(),
@@ -616,7 +616,7 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     doctor("./vimc4.pty", 1, &[&me, "-> two programs take the answers", "not asked"]);
     drop(port);
     let tcp = tcp(&places, 0);
-    doctor(tcp, 0, &["somebody listens", "X 0, Y 0, Z 0", "half a line"]);
+    doctor(tcp, 0, &["something listens", "X 0, Y 0, Z 0", "half a line"]);
     let client = connect(tcp);
     doctor(tcp, 1, &["has gone", "-> one client holds the line"]);
     drop(client);
@@ -628,7 +628,7 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
         assert!(lines.clone().all(|line| line.contains("@0A1000,900")), "{errors}");
     }
     doctor("./vimc4.pty", 2, &["cannot open ./vimc4.pty"]);
-    doctor(tcp, 2, &["nobody listens there"]);
+    doctor(tcp, 2, &["nothing listens there"]);
     symlink("/dev/pts/none", &link).unwrap();
     doctor("./vimc4.pty", 2, &["leads nowhere"]);
     // A terminal at which nobody is a controller.
@@ -719,7 +719,7 @@ fn the_doctor_takes_nothing_for_a_controller_that_is_none() {
         let (code, out, errors) = run(folder.path(), &["doctor", name]);
         assert_eq!(code, Some(2), "{name}: {out}{errors}");
         assert!(
-            errors.contains("is no serial port and no pseudo-terminal"),
+            errors.contains("is not a serial port and no pseudo-terminal"),
             "{name}: {out}{errors}"
         );
         assert!(!(out + &errors).contains("typewriter"), "{name}");

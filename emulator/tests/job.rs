@@ -426,7 +426,7 @@ fn help_says_what_a_command_does_at_length() {
         (&["send"], "Enter, and any other line, stops a motion along its ramp"),
         (&["ncp", "check"], "the machine's travel"),
         (&["ncp", "run"], "The job is checked first"),
-        (&["ncp", "compile"], "has nobody to ask"),
+        (&["ncp", "compile"], "cannot ask anybody"),
         (&["ncp", "lsp"], "as you type"),
     ] {
         let (out, _) = ends(&folder, &[command, &["--help"]].concat(), 0);
@@ -459,8 +459,8 @@ fn a_job_fits_where_its_zero_is_said() {
 
     for (arguments, said) in [
         (&["--zero", "1,2,3,4,5"][..], "there are four axes at most"),
-        (&["--zero", "1,x"], "\"x\" is no coordinate of Y"),
-        (&["--wpreg", "9=1"], "\"9\" is no register"),
+        (&["--zero", "1,x"], "\"x\" is not a coordinate of Y"),
+        (&["--wpreg", "9=1"], "\"9\" is not a register"),
         (&["--machine", "board-plotter", "--zero", ",,1"], "board-plotter has no Z axis"),
     ] {
         let (_, err) = ends(&folder, &[&check[..], arguments].concat(), 2);
@@ -821,7 +821,7 @@ fn line_by_line_only_enter_does_a_line() {
         }
         typist.types(prompt, "");
         for typed in refused {
-            let said = format!("`{typed}` is no answer here; Enter does the line");
+            let said = format!("`{typed}` is not an answer here; Enter does the line");
             assert!(typist.all.contains(&said), "{}", typist.all);
         }
         typist.types("line 5: MOVEABS X2000", end);
@@ -1061,7 +1061,7 @@ fn a_data_field_without_its_axes_is_not_stored() {
 /// What a peer answers to when it is sent 253.
 const STOP: &str = "253";
 
-/// A peer that is no emulator: what it answers to each line; and what it was sent.
+/// A peer that is not an emulator: what it answers to each line; and what it was sent.
 fn peer(
     answers: impl Fn(&str) -> Vec<u8> + Send + 'static,
 ) -> (String, thread::JoinHandle<String>) {
@@ -1111,7 +1111,7 @@ fn what_is_no_answer_is_not_believed() {
     for answer in [&b"FooBar 3000\r\n0"[..], b"00000", b"X", b"01F"] {
         let (port, heard) = peer(|_| answer.to_vec());
         let (_, err) = ends(&folder, &["send", "job.ncp", "--to", &port], 1);
-        assert!(err.contains("which is no answer of the model imc4"), "{err}");
+        assert!(err.contains("which is not an answer of the model imc4"), "{err}");
         let heard = heard.join().unwrap();
         assert!(!heard.contains("@0R") && !heard.contains("@0A"), "{heard}");
     }
@@ -1133,7 +1133,7 @@ fn what_is_no_answer_is_not_believed() {
     fs::write(folder.join("list.txt"), "@07\n@0P\n").unwrap();
     let (port, _heard) = peer(|line| like_an_imc4(line, 'P', b"0"));
     let (_, err) = ends(&folder, &["send", "list.txt", "--to", &port], 1);
-    assert!(err.contains("to @0P, which is no answer"), "{err}");
+    assert!(err.contains("to @0P, which is not an answer"), "{err}");
 }
 
 #[test]
@@ -1329,7 +1329,10 @@ fn what_is_typed_before_a_question_or_is_blank_is_no_answer() {
     typist.types("line 4: HALT", " ");
     typist.types("line 4: HALT", "");
     let (_, err) = typist.ends(0);
-    assert!(err.contains("` ` is no answer here; Enter goes on, s goes on line by line"), "{err}");
+    assert!(
+        err.contains("` ` is not an answer here; Enter goes on, s goes on line by line"),
+        "{err}"
+    );
     assert!(err.contains("`s` was typed before this was asked, and does not count"), "{err}");
     assert!(!err.contains("Enter does it"), "{err}");
     assert_eq!(emulator.position().unwrap()[0], 80);
@@ -1847,8 +1850,8 @@ fn what_is_for_files_is_not_done_at_a_prompt() {
 fn a_hole_in_single_steps_is_warned_of() {
     let folder = Folder::new();
     for (definition, said) in [
-        ("C2 D3000 F1000 S1000", "O does not say how deep the steps behind the first are"),
-        ("C3 D3000 F1000 O0 S1000", "O does not say how deep the steps behind the first are"),
+        ("C2 D3000 F1000 S1000", "O does not say how deep the steps after the first are"),
+        ("C3 D3000 F1000 O0 S1000", "O does not say how deep the steps after the first are"),
         ("C2 D3000 S1000", "neither F nor O say"),
         ("C2 D3000 O500 S1000", ""),
         ("C2 D1000 F1000 S1000", ""),

@@ -252,7 +252,7 @@ fn a_file_full_of_problems_shows_the_first_of_them() {
     let editor = Editor::with(&"(x)\n".repeat(1_500));
     let told = editor.problems(Some(1));
     assert_eq!(told.len(), 1_001);
-    assert_eq!(told[1_000].1, 3, "how many more there are is no error");
+    assert_eq!(told[1_000].1, 3, "how many more there are is not an error");
 }
 
 #[test]

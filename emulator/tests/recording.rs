@@ -294,7 +294,7 @@ fn another_controller_parts_at_its_first_byte_and_its_first_field() {
     assert_eq!(code, 1, "{errors}");
     assert!(text.contains("They part after 0 bytes"), "{text}");
     for (quirk, message) in [
-        ("lost_steps", "`lost_steps` is no quirk"),
+        ("lost_steps", "`lost_steps` is not a quirk"),
         ("no_such=1", "imc4 has no quirk no_such"),
         ("lost_steps=7", "lost_steps cannot be 7"),
     ] {
@@ -358,10 +358,13 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
         ),
         (
             text.replace("\"referenced\":", "\"referanced\":"),
-            "line 2: it is no state of this controller",
+            "line 2: it is not a state of this controller",
         ),
         (text.replacen("\"lost_steps\":true", "\"lost_steps\":7", 1), "line 1: the model: "),
-        (text.replacen("\"lost_steps\":true", "\"lost_steps\":false", 1), "line 2: it is no state"),
+        (
+            text.replacen("\"lost_steps\":true", "\"lost_steps\":false", 1),
+            "line 2: it is not a state",
+        ),
         (
             text.replacen("\"family\":\"isel\"", "\"family\":\"lpkf\"", 1),
             "line 1: its family is lpkf",
@@ -370,7 +373,7 @@ fn what_is_wrong_with_a_recording_is_said_with_its_place() {
             text.replacen("\"baud\":19200", "\"baud\":7", 1),
             "line 1: the model: the line cannot run at 7",
         ),
-        ("@07\n".to_owned(), "line 1: this is no recording"),
+        ("@07\n".to_owned(), "line 1: this is not a recording"),
     ];
     for (text, message) in cases {
         fs::write(folder.path().join("wrong.jsonl"), text).unwrap();
@@ -801,9 +804,9 @@ fn what_is_no_recording_is_not_read_to_its_end() {
     let head = text.split_inclusive('\n').next().unwrap();
     let long = format!("{head}{{\"at\":0,\"in\":\"");
     for (beginning, endless, message) in [
-        ("", "y\n".repeat(4_096), "line 1: this is no recording: its first line is no head"),
+        ("", "y\n".repeat(4_096), "line 1: this is not a recording: its first line is not a head"),
         ("", "\0".repeat(8_192), "line 1: it has more than 8 MiB"),
-        ("", "\n".repeat(8_192), "line 1: this is no recording"),
+        ("", "\n".repeat(8_192), "line 1: this is not a recording"),
         (head, "y\n".repeat(4_096), "line 2: a line of a recording cannot be read"),
         (&long, "@0P\\r".repeat(1_024), "line 2: it has more than 8 MiB"),
     ] {
@@ -837,12 +840,12 @@ fn what_was_edited_by_hand_is_refused_where_it_cannot_be() {
             "line 3: there is no signal `stopp`, there are ".to_owned(),
         ),
         (signal("stop", 7).into_bytes(), "line 3: stop cannot be 7, it is from 0 to 1".to_owned()),
-        (clock.into_bytes(), "is no clock: it is real, instant, manual, wall".to_owned()),
+        (clock.into_bytes(), "is not a clock: it is real, instant, manual, wall".to_owned()),
         (
             format!("{text}{{\"at\":99999999999,\"mark\":\"later\"}}\n").into_bytes(),
-            format!("line {0}: line {0} stands after the end", lines + 1),
+            format!("line {0}: line {0} comes after the end", lines + 1),
         ),
-        (format!("\u{feff}{text}").into_bytes(), "a byte order mark stands before".to_owned()),
+        (format!("\u{feff}{text}").into_bytes(), "a byte order mark comes before".to_owned()),
         (wide, "it is text in UTF-16".to_owned()),
     ] {
         fs::write(folder.path().join("wrong.jsonl"), text).unwrap();

@@ -595,7 +595,7 @@ fn the_log_says_who_did_what_and_what_came_of_it() {
         for line in [
             "hello  unknown or malformed command",
             "@0A5000,900  relative move",
-            &format!("{who}: 253  stop: what moves brakes, and can be gone on with"),
+            &format!("{who}: 253  stop: what moves brakes, and can be resumed"),
             "F  ",
             "standard input: press start",
             "        no effect: only the host can resume a stopped motion, with S (start_resumes_dnc)",

@@ -358,7 +358,7 @@ impl Core {
     fn order(&self, py: Python<'_>, line: &str) -> PyResult<Pending> {
         let wrong = |error: vimc4::OrderError| error::raise(py, "OrderError", error.to_string());
         let Some(order) = Order::read(line, self.names(py)?).map_err(wrong)? else {
-            return Err(error::raise(py, "OrderError", "an empty line is no order".to_owned()));
+            return Err(error::raise(py, "OrderError", "an empty line is not an order".to_owned()));
         };
         Ok(Pending::new(self.control.give(&order), |py, said| match said {
             Ok(text) => Ok(text.into_pyobject(py)?.into_any().unbind()),

@@ -28,7 +28,7 @@ class ConditionError(Error, ValueError):
 
 
 class OrderError(Error, ValueError):
-    """A text is no order. It says where it goes wrong, and what would be right there."""
+    """A text is not an order. It says where it goes wrong, and what would be right there."""
 
 
 class ControlError(Error):

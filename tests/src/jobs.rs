@@ -114,7 +114,7 @@ impl TryFrom<RawNumber> for Number {
         match raw {
             RawNumber::Number(number) => Ok(Number(number)),
             RawNumber::Text(text) => {
-                text.parse().map(Number).map_err(|_| format!("{text:?} is no number"))
+                text.parse().map(Number).map_err(|_| format!("{text:?} is not a number"))
             }
         }
     }
@@ -313,7 +313,7 @@ impl RawJob {
             Some(RawModels::Many(names)) => names.clone(),
         };
         if let Some(unknown) = names.iter().find(|name| members(name).is_empty()) {
-            return Err(format!("{unknown:?} is no model of isel's and no group of them"));
+            return Err(format!("{unknown:?} is not a model of isel's and no group of them"));
         }
         let named = |model: &&str| names.iter().any(|name| members(name).contains(model));
         Family::Isel
@@ -345,7 +345,9 @@ impl RawJob {
         let drill_in_mm = match self.drilldef_unit.as_deref() {
             None | Some("um") => false,
             Some("mm") => true,
-            Some(other) => return Err(format!("{other:?} is no unit of DRILLDEF; um and mm are")),
+            Some(other) => {
+                return Err(format!("{other:?} is not a unit of DRILLDEF; um and mm are"));
+            }
         };
         let zero = self.zero.as_deref().unwrap_or_default().parse();
         let registers = self.wpreg.iter().map(|register| register.parse());
@@ -415,7 +417,7 @@ fn lines(text: &str) -> Vec<String> {
 fn counter((axis, number): (&String, &Number)) -> Result<(usize, i64), String> {
     let axes = ["x", "y", "z", "a"];
     let index = axes.iter().position(|name| name == axis);
-    let index = index.ok_or_else(|| format!("{axis:?} is no axis; x, y, z and a are"))?;
+    let index = index.ok_or_else(|| format!("{axis:?} is not an axis; x, y, z and a are"))?;
     Ok((index, number.0 as i64))
 }
 
@@ -424,7 +426,7 @@ fn change(text: &str) -> Result<Change, String> {
     let parts = text.split_once('@').and_then(|(what, at)| Some((what.split_once('=')?, at)));
     let ((signal, value), at) =
         parts.ok_or_else(|| format!("{text:?} is no change; \"0.2=1@2s\" is one"))?;
-    let value = value.parse().map_err(|_| format!("{value:?} is no value"))?;
+    let value = value.parse().map_err(|_| format!("{value:?} is not a value"))?;
     Ok(Change { at: nanos(at)?, signal: signal.to_owned(), value })
 }
 

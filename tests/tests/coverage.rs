@@ -26,7 +26,7 @@ fn every_reply_of_every_command_has_a_session() {
         for mode in Mode::ALL {
             for spec in table(dialect, mode) {
                 for reply in spec.replies {
-                    // A malformed line is no command's.
+                    // A malformed line is not a command's.
                     let malformed = *reply == Reply::Syntax;
                     let mnemonic = if malformed { "?" } else { spec.mnemonic };
                     if !record.answers.contains(&(mnemonic.into(), kind(reply.code()))) {
@@ -59,7 +59,7 @@ fn every_reply_is_one_the_table_knows() {
         for (mnemonic, code) in &record.answers {
             let specs = Mode::ALL.into_iter().flat_map(|mode| table(dialect, mode));
             let Some(spec) = specs.into_iter().find(|spec| spec.mnemonic == *mnemonic) else {
-                continue; // A line that is no command, answered 5 or 8.
+                continue; // A line that is not a command, answered 5 or 8.
             };
             if !spec.replies.iter().any(|reply| kind(reply.code()) == *code) {
                 unknown.push(format!("{name}: {mnemonic} answered {code}"));
@@ -102,7 +102,7 @@ fn every_answer_of_lpkf_is_one_the_table_knows() {
     for shown in SHOWN.iter().filter(|shown| shown.session.family == Family::Lpkf) {
         for (mnemonic, kind) in &shown.record.answers {
             let Some(form) = forms().iter().find(|form| form.mnemonic == *mnemonic) else {
-                continue; // What is no command, or came unasked.
+                continue; // What is not a command, or came unasked.
             };
             let known = kind.starts_with(['C', 'E', 'Z'])
                 || form.answer.letter().is_some_and(|letter| kind.starts_with(letter));

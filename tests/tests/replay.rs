@@ -144,7 +144,7 @@ enum Said {
     Event(Stamp, Event),
 }
 
-/// What a controller said, as it was reported. That nobody listened is no matter of the controller.
+/// What a controller said, as it was reported. That nobody listened is not a matter of the controller.
 fn said(reports: &[Report]) -> Vec<Said> {
     let mut said = Vec::new();
     for Report { at, what, .. } in reports {

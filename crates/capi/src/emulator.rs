@@ -262,7 +262,7 @@ pub unsafe extern "C" fn vimc4_position(
         }
         let written = position.len().min(count);
         if written > 0 {
-            // SAFETY: there is room for `count` numbers, which is no less than are written, and it is no memory
+            // SAFETY: there is room for `count` numbers, which is no less than are written, and it is not a memory
             // of ours.
             unsafe { ptr::copy_nonoverlapping(position.as_ptr(), steps, written) };
         }

@@ -86,7 +86,7 @@ pub unsafe extern "C" fn vimc4_line_read(
             Err(error) if error.kind() == ErrorKind::TimedOut => &[],
             Err(error) => return Err(Failure::of(error)),
         };
-        // SAFETY: no more was read than there is room for, and that is no memory of ours.
+        // SAFETY: no more was read than there is room for, and that is not a memory of ours.
         unsafe { ptr::copy_nonoverlapping(read.as_ptr(), bytes, read.len()) };
         isize::try_from(read.len()).map_err(Failure::of)
     })

@@ -34,7 +34,7 @@ pub(crate) unsafe fn of_caller<'a>(options: *const *const c_char) -> Result<Vec<
             return Ok(texts);
         }
         if texts.len() == MOST {
-            return Err(Failure::new("too many options; a NULL has to stand behind the last one"));
+            return Err(Failure::new("too many options; a NULL must follow the last one"));
         }
         // SAFETY: the caller says that it is a text.
         texts.push(unsafe { text::of_caller(option, "an option") }?);
@@ -47,7 +47,7 @@ pub(crate) fn builder(options: &[&str]) -> Result<Builder, Failure> {
     for option in options {
         let Some((key, value)) = option.split_once('=') else {
             return Err(Failure(format!(
-                "`{option}` is no option; write KEY=VALUE, as in model=imc4"
+                "`{option}` is not an option; write KEY=VALUE, as in model=imc4"
             )));
         };
         let wrong = |right: String| Failure(format!("`{option}` is wrong: {right}"));

@@ -87,7 +87,7 @@ int main(void)
     CHECK(vimc4_advance(emulator, 1000) == vimc4_now(emulator));
     CHECK(vimc4_set_signal(emulator, "cover", 1) == 0);
 
-    /* Time stands still: nothing comes, and that is no failure. */
+    /* Time stands still: nothing comes, and that is not a failure. */
     CHECK(vimc4_line_read(line, &byte, 1, 10) == 0);
 
     /* What is wrong is said. */

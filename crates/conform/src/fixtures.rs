@@ -40,7 +40,7 @@ pub fn sessions() -> Result<Vec<Session>, FormatError> {
     if let Some((family, topic, path, _)) =
         SESSIONS.iter().find(|(of, about, ..)| !is_known(of, about))
     {
-        let message = format!("{family}/{topic} is no topic; add it to fixtures/topics.toml");
+        let message = format!("{family}/{topic} is not a topic; add it to fixtures/topics.toml");
         return Err(FormatError { path: path.into(), line: 1, message });
     }
     let programs = programs();

@@ -152,7 +152,7 @@ pub fn parse(
         let name = session.name.as_ref();
         let at = session.name.span();
         if name.is_empty() || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-') {
-            let message = format!("{name:?} is no name; small letters, digits and - make one");
+            let message = format!("{name:?} is not a name; small letters, digits and - make one");
             return Err(file.error(at, message));
         }
         let missing = |key: &str| {
@@ -418,7 +418,7 @@ mod tests {
     #[test]
     fn an_error_names_the_file_the_line_and_the_remedy() {
         let error = message(&GOOD.replace("> @0b{port}", "send @0b{port}"));
-        assert!(error.starts_with("x.toml:17: \"send\" is no word"), "{error}");
+        assert!(error.starts_with("x.toml:17: \"send\" is not a word"), "{error}");
         let error = message(&GOOD.replace("2 | E2", "2 | E2 | 3"));
         assert!(error.starts_with("x.toml:14: 3 values in a row"), "{error}");
         let error = message(&GOOD.replace("imc-xx", "imc5"));

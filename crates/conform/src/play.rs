@@ -359,7 +359,7 @@ impl<D: Device> Player<D> {
         let (now, Some(due)) = (self.harness.now(), self.harness.due()) else { return Ok(()) };
         *causes += 1;
         if *causes > MAX_CAUSES || due.as_nanos() > LONGEST {
-            return mismatch("an end", "the controller goes on and on");
+            return mismatch("an end", "the controller never comes to an end");
         }
         if due < now {
             let got = format!("{due}, which is over");

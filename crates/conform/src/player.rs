@@ -1,6 +1,6 @@
 //! Plays what a session sends through a port, and checks what comes back.
 //!
-//! Like a device, the [`Player`] knows neither the port nor a clock. Whoever drives it asks
+//! Like a device, the [`Player`] knows neither the port nor a clock. The code that drives it asks
 //! [`next`](Player::next) what to do, sends what is to be sent, and hands in what has arrived,
 //! with the time. `rehearsal` drives it with a simulated port, `vimc4 conform` with a real one.
 
@@ -269,7 +269,7 @@ impl<'a> Player<'a> {
     }
 }
 
-/// More than this is no answer but a stream.
+/// More than this is not an answer but a stream.
 const MOST: usize = 4_096;
 
 /// What has come of a step.
@@ -308,7 +308,7 @@ mod tests {
         steps.map(|(step, action)| PortStep { step, act: act(action), takes: 0 }).collect()
     }
 
-    /// Plays against somebody who sends these bytes at these times, ms, whatever is asked.
+    /// Plays against a peer that sends these bytes at these times, ms, whatever is asked.
     fn play(script: &str, sent: &[(u64, &str)]) -> Result<Vec<(usize, u64)>, Miss> {
         let steps = steps(script);
         let mut player = Player::new(&steps, Timing::default());

@@ -141,7 +141,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         "!" => match rest {
             "253" | "254" | "255" => Action::Control(number(rest)?),
             other => {
-                let wrong = format!("{other:?} is no control byte");
+                let wrong = format!("{other:?} is not a control byte");
                 return Err(ScriptError::new(wrong, "! 253, ! 254 and ! 255 are"));
             }
         },
@@ -158,7 +158,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
                 input: *way == "in",
                 port: number(port)?,
                 value: u8::from_str_radix(value, 16).map_err(|_| {
-                    ScriptError::new(format!("{value:?} is no byte"), "two hex digits are")
+                    ScriptError::new(format!("{value:?} is not a byte"), "two hex digits are")
                 })?,
             },
             _ => {
@@ -174,7 +174,10 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         _ => Action::Do(deed(text)?),
     };
     if matches!(word, "mark" | "restart") && !rest.is_empty() {
-        return Err(ScriptError::new(format!("{word} stands alone"), format!("remove {rest:?}")));
+        return Err(ScriptError::new(
+            format!("{word} takes no arguments"),
+            format!("remove {rest:?}"),
+        ));
     }
     Ok(vec![one])
 }
@@ -282,7 +285,7 @@ fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
         bytes.extend_from_slice(plain.as_bytes());
         let (byte, after) = unescape_first(escaped).ok_or_else(|| {
             let wrong = escaped.chars().nth(1).unwrap_or(' ');
-            let wrong = format!("\"\\{wrong}\" is no escape");
+            let wrong = format!("\"\\{wrong}\" is not an escape");
             ScriptError::new(wrong, "\\r, \\n, \\t, \\\\ and \\xNN are")
         })?;
         rest = after;
@@ -306,7 +309,7 @@ fn deed(text: &str) -> Result<Deed, ScriptError> {
         Err(error) if error.at() > 0 => Err(ScriptError { message: error.to_string() }),
         _ => {
             let word = text.split(' ').next().unwrap_or_default();
-            Err(ScriptError::new(format!("{word:?} is no word of a script"), words()))
+            Err(ScriptError::new(format!("{word:?} is not a word of a script"), words()))
         }
     }
 }
@@ -320,7 +323,7 @@ fn words() -> String {
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T, ScriptError> {
     text.trim().parse().map_err(|_| {
-        ScriptError::new(format!("{text:?} is no number here"), "write it in decimal digits")
+        ScriptError::new(format!("{text:?} is not a number here"), "write it in decimal digits")
     })
 }
 

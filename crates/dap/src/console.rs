@@ -40,7 +40,7 @@ impl Session {
             held.during(goes_forward, is_meant, progress, &mut |debugger, progress| {
                 let before = debugger.place();
                 answered = Some(match debugger.execute(text, progress) {
-                    // What is no command may be an expression.
+                    // What is not a command may be an expression.
                     Err(error) => match value(debugger, text) {
                         Ok(value) => Ok(Answer::Value(value)),
                         Err(_) => Err(error),

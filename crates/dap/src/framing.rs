@@ -29,7 +29,7 @@ pub enum Frame {
     TooLong,
 }
 
-/// What comes is no header: somebody speaks another language.
+/// What comes is not a header: somebody speaks another language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Foreign;
 

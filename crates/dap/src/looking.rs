@@ -88,7 +88,7 @@ impl Session {
     pub(crate) fn variables(&mut self, about: Variables) -> Answered {
         let reference = about.variables_reference;
         let (thread, path) = self.values.get(reference).cloned().ok_or_else(|| {
-            Refusal(format!("value {reference} is no more; scopes has those of now"))
+            Refusal(format!("value {reference} no longer exists; scopes has the present ones"))
         })?;
         let held = self.resting(thread as i64 + 1)?;
         let whole = held.debugger().variable(&path).map_err(Refusal::new)?;
@@ -170,7 +170,7 @@ impl Session {
         if !(0..=MOST_INSTRUCTIONS).contains(&count) {
             return Err(Refusal(format!("{MOST_INSTRUCTIONS} instructions are the most")));
         }
-        let wrong = || Refusal(format!("{} is no place in a program", about.memory_reference));
+        let wrong = || Refusal(format!("{} is not a place in a program", about.memory_reference));
         let (thread, at) = at_address(&about.memory_reference).ok_or_else(wrong)?;
         let first = at.saturating_add(about.offset).saturating_add(about.instruction_offset);
         let held = self.resting(thread as i64 + 1)?;

@@ -67,37 +67,29 @@ pub const ATTRIBUTES: [(&str, &str, &str); 16] = [
     (
         "pty",
         "string",
-        "with `serve`: the link to its pseudo-terminal, or `none`; ./vimc4.pty if none is said",
+        "with `serve`: the link to its pseudo-terminal, or `none`; ./vimc4.pty by default",
     ),
-    (
-        "tcp",
-        "string",
-        "with `serve`: where it listens, or `none`; 127.0.0.1:4004 if nothing is said",
-    ),
+    ("tcp", "string", "with `serve`: where it listens, or `none`; 127.0.0.1:4004 by default"),
     ("serial", "string", "with `serve`: a real serial port"),
-    (
-        "time",
-        "string",
-        "with `serve`: how time passes, as in real, 8x or instant; real if nothing is said",
-    ),
+    ("time", "string", "with `serve`: how time passes, as in real, 8x or instant; real by default"),
     ("flash", "string", "with `serve`: a file that keeps the flash memory"),
     ("quirks", "object", "quirks of the model that have another value here"),
     (
         "cwd",
         "string",
-        "the folder that names of files are relative to; that of the adapter if none is said",
+        "the folder that names of files are relative to; by default that of the adapter",
     ),
-    ("stopOnEntry", "boolean", "stop before the first line; false if nothing is said"),
+    ("stopOnEntry", "boolean", "stop before the first line; false by default"),
     (
         "endAtEnd",
         "boolean",
         "end with the program; if not, it stops at the end, and goes back from there",
     ),
-    ("noDebug", "boolean", "heed no breakpoints"),
+    ("noDebug", "boolean", "ignore all breakpoints"),
     (
         "controllers",
         "array",
-        "several controllers, each with these attributes and a `name`; what it leaves out is as said beside",
+        "several controllers, each with these attributes and a `name`; what one leaves out is taken from beside it",
     ),
 ];
 
@@ -150,7 +142,7 @@ impl Configuration {
     #[must_use]
     pub fn each(&self) -> Vec<Configuration> {
         if self.controllers.is_empty() {
-            // What an editor calls a configuration is no name of a controller.
+            // What an editor calls a configuration is not a name of a controller.
             return vec![Configuration { name: None, ..self.clone() }];
         }
         let each = self.controllers.iter().map(|own| {

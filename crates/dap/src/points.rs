@@ -107,7 +107,7 @@ impl Point {
         if self.on.is_empty() && self.message.is_none() {
             self.message = Some("no program is open yet".to_owned());
         }
-        // Where it waits for one controller it is no fault that another does not know it.
+        // Where it waits for one controller it is not a fault that another does not know it.
         if !self.on.is_empty() {
             self.message = None;
         }
@@ -181,7 +181,7 @@ pub(crate) fn hits(text: &str) -> Result<Hits, String> {
     let text = text.trim();
     let wrong = || {
         format!(
-            "`{text}` is no hit count; `5` is the 5th time, `>= 5` from then on, `% 5` every 5th"
+            "`{text}` is not a hit count; `5` is the 5th time, `>= 5` from then on, `% 5` every 5th"
         )
     };
     let operators = [">=", ">", "==", "=", "%", ""];
@@ -220,7 +220,7 @@ mod tests {
         }
         for text in ["x", "0", "-1", "< 5", "> ", "5 5"] {
             let refused = super::hits(text).expect_err(text);
-            assert!(refused.contains("is no hit count"), "{refused}");
+            assert!(refused.contains("is not a hit count"), "{refused}");
         }
     }
 }

@@ -186,10 +186,9 @@ impl Session {
 
     /// The path of a part of something that a client has a number of.
     pub(crate) fn part(&mut self, of: i64, name: &str) -> Result<(usize, String), Refusal> {
-        let (thread, path) =
-            self.values.get(of).cloned().ok_or_else(|| {
-                Refusal(format!("value {of} is no more; scopes has those of now"))
-            })?;
+        let (thread, path) = self.values.get(of).cloned().ok_or_else(|| {
+            Refusal(format!("value {of} no longer exists; scopes has the present ones"))
+        })?;
         let held = self.resting(thread as i64 + 1)?;
         let whole = held.debugger().variable(&path).map_err(Refusal::new)?;
         let part = whole.children().into_iter().find(|part| part.name == name);

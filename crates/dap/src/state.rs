@@ -17,7 +17,7 @@ pub(crate) const MOST_SOURCES: usize = 1_000;
 
 /// A conversation with a client about controllers.
 ///
-/// Whoever runs one hands in what the client says ([`receive`](Session::receive)), lets the
+/// Its owner hands in what the client says ([`receive`](Session::receive)), lets the
 /// controllers go on while they do ([`run`](Session::run)), and sends what there is to say
 /// ([`drain`](Session::drain)). It knows no clock, socket or file.
 pub struct Session {
@@ -184,11 +184,11 @@ impl Session {
         if frame != 0 {
             let found = self.frames.get(frame).map(|(thread, _)| *thread);
             return found.ok_or_else(|| {
-                Refusal(format!("frame {frame} is no more; stackTrace has those of now"))
+                Refusal(format!("frame {frame} no longer exists; stackTrace has the present ones"))
             });
         }
         let found = (0..self.held.len()).find(|thread| !self.is_on_its_way(*thread));
-        found.ok_or_else(|| Refusal::new("no controller stands still; pause comes first"))
+        found.ok_or_else(|| Refusal::new("no controller is paused; pause one first"))
     }
 
     /// A line as this client counts.

@@ -57,7 +57,7 @@ const fn row(command: &'static str, ask: Ask, about: &'static str) -> Row {
 
 /// All requests that are answered, in the order of a session.
 pub const REQUESTS: [Row; 36] = [
-    row("initialize", Ask::Initialize, "comes first, and only once; says what there is"),
+    row("initialize", Ask::Initialize, "comes first, and only once; lists what the adapter can do"),
     row(
         "launch",
         Ask::Launch,

@@ -395,7 +395,10 @@ impl Session {
         let target = place.and_then(|place| self.targets.get(place)).cloned();
         let thread = self.thread(goto.thread_id)?;
         let (_, trigger, is_back) = target.filter(|(own, ..)| *own == thread).ok_or_else(|| {
-            Refusal(format!("target {} is no more; gotoTargets has those of now", goto.target_id))
+            Refusal(format!(
+                "target {} no longer exists; gotoTargets has the present ones",
+                goto.target_id
+            ))
         })?;
         let way = if is_back { Way::Back } else { Way::Forward };
         self.begin(thread, Walk::To(trigger, way));
@@ -405,12 +408,12 @@ impl Session {
     /// Goes back to where something began that is under way.
     pub(crate) fn restart_frame(&mut self, OfFrame { frame_id }: OfFrame) -> Answered {
         let (thread, place) = self.frames.get(frame_id).copied().ok_or_else(|| {
-            Refusal(format!("frame {frame_id} is no more; stackTrace has those of now"))
+            Refusal(format!("frame {frame_id} no longer exists; stackTrace has the present ones"))
         })?;
         let held = self.resting(thread as i64 + 1)?;
         let line = held.frames().get(place).and_then(|Placed { line, .. }| *line);
         let (text, line) =
-            line.ok_or_else(|| Refusal::new("this stands in no line that could be gone back to"))?;
+            line.ok_or_else(|| Refusal::new("there is no line here to go back to"))?;
         let (trigger, _) = held.at_line(text, line).map_err(Refusal::new)?;
         self.begin(thread, Walk::To(trigger, Way::Back));
         DONE

@@ -72,7 +72,7 @@ pub enum Answer {
     Deeds(Vec<(String, String)>),
     /// One command.
     HelpOn(&'static Directive),
-    /// Whoever has asked wants to end.
+    /// The caller wants to end.
     Quit,
 }
 

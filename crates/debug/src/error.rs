@@ -21,7 +21,7 @@ impl DebugError {
         DebugError { message: message.into(), failed: true }
     }
 
-    /// Whether it is an `assert` that does not hold, and no error of whoever typed it.
+    /// Whether it is an `assert` that does not hold, and not a mistyped command.
     #[must_use]
     pub fn is_failed_assertion(&self) -> bool {
         self.failed

@@ -147,7 +147,7 @@ impl Debugger {
             "put" => {
                 let (field, value) = rest.split_once('=').ok_or_else(missing)?;
                 let value = value.trim();
-                // A word that is no field is a text.
+                // A word that is not a field is a text.
                 let is_word = value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
                 let value = match self.evaluate(value) {
                     Err(_) if is_word => value.into(),
@@ -232,7 +232,7 @@ impl Debugger {
             } else {
                 let names: Vec<&str> = Unit::NAMED.iter().map(|(name, ..)| *name).collect();
                 return Err(DebugError::new(format!(
-                    "`{word}` is no unit; there are {}, over, out, and times such as 10ms",
+                    "`{word}` is not a unit; there are {}, over, out, and times such as 10ms",
                     names.join(", ")
                 )));
             }
@@ -245,7 +245,7 @@ impl Debugger {
     fn goto(&mut self, place: &str, progress: &mut Progress<'_>) -> Result {
         let wrong = || {
             DebugError::new(format!(
-                "`{place}` is no place: a time such as 1.5s, +10ms or -10ms, `command 12`, `line 7`, \
+                "`{place}` is not a place: a time such as 1.5s, +10ms or -10ms, `command 12`, `line 7`, \
                  `start`, `end`, or the name of a bookmark or branch"
             ))
         };
@@ -685,8 +685,8 @@ fn unknown(word: &str) -> DebugError {
         .filter(|directive| !word.is_empty() && directive.name.starts_with(word));
     let near: Vec<&str> = near.map(|directive| directive.name).collect();
     DebugError::new(match near.as_slice() {
-        [] => format!("`{word}` is no command; `help` lists them"),
-        near => format!("`{word}` is no command; there is {}", near.join(", ")),
+        [] => format!("`{word}` is not a command; `help` lists them"),
+        near => format!("`{word}` is not a command; there is {}", near.join(", ")),
     })
 }
 
@@ -694,7 +694,7 @@ fn number(text: &str) -> Result<u64> {
     text.parse().map_err(|_| {
         DebugError::new(match is_number(text) {
             true => format!("`{text}` is not from 0 to {}", u64::MAX),
-            false => format!("`{text}` is no number"),
+            false => format!("`{text}` is not a number"),
         })
     })
 }

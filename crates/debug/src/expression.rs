@@ -8,7 +8,7 @@
 //!            | "-" one | "(" expression ")"
 //! ```
 //!
-//! A word behind a comparison that is no field is a text, so that `activity = idle` reads as it is
+//! A word behind a comparison that is not a field is a text, so that `activity = idle` reads as it is
 //! meant.
 
 use std::cmp::Ordering;
@@ -186,7 +186,7 @@ fn number(value: &Value) -> Option<i64> {
 }
 
 fn integer(value: &Value) -> Result<i64, DebugError> {
-    number(value).ok_or_else(|| DebugError::new(format!("`{value}` is no whole number")))
+    number(value).ok_or_else(|| DebugError::new(format!("`{value}` is not a whole number")))
 }
 
 fn same(one: &Value, other: &Value) -> bool {

@@ -112,7 +112,8 @@ fn quoted(name: &str) -> String {
 fn keys(path: &str) -> Result<Vec<String>, DebugError> {
     let mut keys = Vec::new();
     let mut rest = path.trim();
-    let wrong = || DebugError::new(format!("`{path}` is no field: names with dots between them"));
+    let wrong =
+        || DebugError::new(format!("`{path}` is not a field: names with dots between them"));
     loop {
         let key;
         if let Some(quote) = rest.strip_prefix('"') {

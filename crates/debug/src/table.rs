@@ -125,7 +125,7 @@ impl Directive {
 
 /// What a step can be; a test holds it to [`Unit::NAMED`](crate::Unit::NAMED).
 const UNITS: &str = "UNIT is cause, byte, event, command, line, loop, segment or step, or a span of \
-    time such as 10ms; the one used last, if none is given.";
+    time such as 10ms; by default the one used last.";
 
 /// All commands, in the order of the help.
 pub static TABLE: &[Directive] = &[
@@ -164,7 +164,7 @@ pub static TABLE: &[Directive] = &[
         name: "out",
         short: Some("u"),
         arguments: "",
-        about: "go on until the innermost open loop is left; where none is open, the program",
+        about: "go on until the innermost open loop is left or, if none is open, the program",
         more: "`back out` goes back to before it was entered.",
         example: "out",
         group: Group::Going,
@@ -194,9 +194,9 @@ pub static TABLE: &[Directive] = &[
         name: "next",
         short: Some("n"),
         arguments: "CONDITION",
-        about: "go on to when this begins to be so",
-        more: "It is computed from the motions and not stepped through, so it is found at its \
-               instant. What is so already is found when it becomes so again.",
+        about: "go on to where this becomes true",
+        more: "It is computed from the motions and not stepped through, so it is found at its exact instant. \
+               If it is true already, it is found where it becomes true again.",
         example: "next z < -5000",
         group: Group::Going,
         follows: Follows::Condition,
@@ -205,7 +205,7 @@ pub static TABLE: &[Directive] = &[
         name: "last",
         short: Some("l"),
         arguments: "CONDITION",
-        about: "go back to when this began to be so last",
+        about: "go back to where this last became true",
         more: "",
         example: "last answer error 2",
         group: Group::Going,
@@ -227,12 +227,12 @@ pub static TABLE: &[Directive] = &[
         name: "break",
         short: Some("br"),
         arguments: "WHAT [if EXPRESSION] [hit N|from N|every N] [log TEXT]",
-        about: "stop when this becomes so, on either way",
+        about: "stop when this becomes true, forward or back",
         more: "WHAT is a condition such as `command @A`, `z < -5000`, `outside x 0..100000`, `limit \
                x+`, `signal stop changes`, `answer error 2` or `line 12`; an expression such as \
-               `x.speed > 900000000` (speeds are in µHz, a millionth of a step per second), looked at \
-               whenever something happens and 32 times in each motion, so that what is so only for \
-               a moment may be missed; or `change FIELD`. With `log` nobody stops, but TEXT is noted, with the values of expressions in braces.",
+               `x.speed > 900000000` (speeds are in µHz, a millionth of a step per second), evaluated whenever \
+               something happens and 32 times in each motion, so that what is true only for \
+               a moment may be missed; or `change FIELD`. With `log` it does not stop but notes TEXT, with the values of expressions in braces.",
         example: "break command @A if x > 1000",
         group: Group::Breakpoints,
         follows: Follows::Trigger,
@@ -261,7 +261,7 @@ pub static TABLE: &[Directive] = &[
         name: "enable",
         short: None,
         arguments: "NUMBER|all",
-        about: "heed a breakpoint again",
+        about: "use a breakpoint again",
         more: "",
         example: "enable 2",
         group: Group::Breakpoints,
@@ -271,7 +271,7 @@ pub static TABLE: &[Directive] = &[
         name: "disable",
         short: None,
         arguments: "NUMBER|all",
-        about: "leave a breakpoint alone for now",
+        about: "ignore a breakpoint for now",
         more: "",
         example: "disable 2",
         group: Group::Breakpoints,
@@ -281,7 +281,7 @@ pub static TABLE: &[Directive] = &[
         name: "trace",
         short: Some("t"),
         arguments: "WHAT [if EXPRESSION] [log TEXT]",
-        about: "list every time this was so, in all that is recorded",
+        about: "list every time this was true, in all that is recorded",
         more: "WHAT is as for `break`. The present stays where it is.",
         example: "trace command @A log x is {x}",
         group: Group::Breakpoints,
@@ -292,7 +292,7 @@ pub static TABLE: &[Directive] = &[
         name: "where",
         short: Some("w"),
         arguments: "",
-        about: "where one is, what the controller does, and where the axes are",
+        about: "the present moment, what the controller does, and where the axes are",
         more: "",
         example: "where",
         group: Group::Looking,
@@ -302,7 +302,7 @@ pub static TABLE: &[Directive] = &[
         name: "print",
         short: Some("p"),
         arguments: "[EXPRESSION]",
-        about: "show a value, a group of values, or everything there is",
+        about: "show a value, a group of values, or everything",
         more: "Fields are names with dots between them: `x`, `x.speed`, `signals.stop`, `ports.1`, \
                `details`, `state`. Expressions know + - * / %, < <= = != >= >, and, or, not.",
         example: "print x.speed / 1000000",
@@ -313,7 +313,7 @@ pub static TABLE: &[Directive] = &[
         name: "watch",
         short: None,
         arguments: "[EXPRESSION]",
-        about: "show a value whenever one stops; without one, show them all",
+        about: "show a value at every stop; without EXPRESSION, show them all",
         more: "",
         example: "watch z.position",
         group: Group::Looking,
@@ -335,7 +335,7 @@ pub static TABLE: &[Directive] = &[
         arguments: "[file|program|commands]",
         about: "show the lines around the present one, with what they mean",
         more: "Those of the file that the commands come from, of the stored program, or the \
-               commands as they were executed; without a word, the first of these that there is.",
+               commands as they were executed; without a word, the first of these that exists.",
         example: "list program",
         group: Group::Looking,
         follows: Follows::Words(&["file", "program", "commands"]),
@@ -344,7 +344,7 @@ pub static TABLE: &[Directive] = &[
         name: "frames",
         short: Some("f"),
         arguments: "",
-        about: "show what is under way from inside to outside: line, open loops, command",
+        about: "show what is being executed, from inside to outside: line, open loops, command",
         more: "",
         example: "frames",
         group: Group::Looking,
@@ -384,7 +384,7 @@ pub static TABLE: &[Directive] = &[
         name: "flash",
         short: None,
         arguments: "",
-        about: "show what is kept without power",
+        about: "show what the flash memory holds",
         more: "",
         example: "flash",
         group: Group::Looking,
@@ -396,7 +396,7 @@ pub static TABLE: &[Directive] = &[
         short: Some("y"),
         arguments: "[answer|error|stop|switch|signal|port|motion]",
         about: "what led to this, back to the byte or the button",
-        more: "Without a word it is about what has happened last.",
+        more: "Without a word, it explains what happened last.",
         example: "why answer",
         group: Group::Asking,
         follows: Follows::Words(&["answer", "error", "stop", "switch", "signal", "port", "motion"]),
@@ -415,11 +415,11 @@ pub static TABLE: &[Directive] = &[
         name: "what",
         short: None,
         arguments: "if quirk NAME = VALUE|model NAME|machine NAME|send TEXT|DEED",
-        about: "what would come if this were so from here on",
-        more: "DEED is something done at the panel, such as `press stop`. A branch begins here on which it \
-               is so and gets everything else that comes; with another model, machine or quirk from \
-               before the command on that is executed. Where the two part first is shown, and is gone \
-               to if they do.",
+        about: "show what would happen if this were so from here on",
+        more: "DEED is something done at the panel, such as `press stop`. A branch begins here with this change \
+               and gets the same inputs; with another model, machine or quirk it begins \
+               before the command that is being executed. It shows where the two first differ and goes \
+               there, if they do.",
         example: "what if machine mill",
         group: Group::Asking,
         follows: Follows::Words(&["if"]),
@@ -428,7 +428,7 @@ pub static TABLE: &[Directive] = &[
         name: "assert",
         short: None,
         arguments: "CONDITION|EXPRESSION",
-        about: "an error unless this is so now: for scripts",
+        about: "an error unless this is true now: for scripts",
         more: "",
         example: "assert x = 1000 and not z.referenced",
         group: Group::Asking,
@@ -500,7 +500,7 @@ pub static TABLE: &[Directive] = &[
         name: "branches",
         short: None,
         arguments: "",
-        about: "list the branches: where each parted from which",
+        about: "list the branches, and where each begins",
         more: "",
         example: "branches",
         group: Group::History,
@@ -510,7 +510,7 @@ pub static TABLE: &[Directive] = &[
         name: "rename",
         short: None,
         arguments: "NAME",
-        about: "give the branch that one is on another name",
+        about: "give the present branch another name",
         more: "",
         example: "rename stopped earlier",
         group: Group::History,
@@ -520,7 +520,7 @@ pub static TABLE: &[Directive] = &[
         name: "usage",
         short: None,
         arguments: "",
-        about: "show how much is kept, and what it takes",
+        about: "show how much history is kept, and how much memory it takes",
         more: "",
         example: "usage",
         group: Group::History,
@@ -531,7 +531,7 @@ pub static TABLE: &[Directive] = &[
         name: "help",
         short: Some("h"),
         arguments: "[COMMAND]",
-        about: "list the commands, or tell about one",
+        about: "list the commands, or explain one",
         more: "",
         example: "help break",
         group: Group::Console,

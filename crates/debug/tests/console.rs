@@ -165,10 +165,10 @@ fn what_is_wrong_is_said_and_nothing_happens() {
     let mut debugger = moved();
     let begin = debugger.place();
     for (line, error) in [
-        ("stepp", "`stepp` is no command; `help` lists them"),
-        ("st", "`st` is no command; there is step"),
-        ("step 3 lightyears", "`lightyears` is no unit"),
-        ("goto moon", "`moon` is no place"),
+        ("stepp", "`stepp` is not a command; `help` lists them"),
+        ("st", "`st` is not a command; there is step"),
+        ("step 3 lightyears", "`lightyears` is not a unit"),
+        ("goto moon", "`moon` is not a place"),
         ("break", "how it is typed: break WHAT"),
         ("print nothing.there", "there is no `nothing`"),
         ("print axes.q", "there is no `q`: `axes` has a, x, y, z"),

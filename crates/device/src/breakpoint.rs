@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Condition, Device, Event, Time};
 
-/// A condition at which whoever drives a device wants to hold it: whenever it *becomes* true.
+/// A condition at which the code that drives a device holds it: whenever it *becomes* true.
 ///
 /// A state that has become so is met once, and again when it has not been so in between; a happening
 /// is met each time. Of [`Condition::Any`] each part is a breakpoint of its own, so that what stays
 /// so does not hide the rest. What is so already when the breakpoint is set is not met by that.
 ///
-/// Whoever drives the device asks when it has to be looked at [next](Breakpoint::next), lets no
+/// The code that drives the device asks when it has to be looked at [next](Breakpoint::next), lets no
 /// time pass beyond that, and [looks](Breakpoint::look) after every cause, every input and at that
 /// instant. Nothing is sampled.
 ///

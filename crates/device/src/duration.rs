@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::Time;
 
-/// Why a text is no span of time.
+/// Why a text is not a span of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotADuration {
     /// A number without `ns`, `us` or `µs`, `ms`, `s`, `min` or `h`.
@@ -35,7 +35,7 @@ impl std::error::Error for NotADuration {}
 ///
 /// # Errors
 ///
-/// If it has no unit, is no number, is finer than a nanosecond or too long for [`Time`].
+/// If it has no unit, is not a number, is finer than a nanosecond or too long for [`Time`].
 ///
 /// ```
 /// # use std::time::Duration;

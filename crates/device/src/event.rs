@@ -279,13 +279,13 @@ impl fmt::Display for Warning {
             }
             Warning::FalseReference { name, .. } => write!(
                 f,
-                "the reference of {name} is false: STOP has stood in for its switch, and where it \
-                 was stopped counts as 0; a reference run to its end makes it true again"
+                "the reference of {name} is false: STOP ended its reference run in place of the \
+                 switch, and where it stopped counts as 0; a complete reference run corrects it"
             ),
             Warning::EndlessReference { name, .. } => write!(
                 f,
-                "no switch is ahead of {name}: its reference run goes on until STOP or 253 stands in \
-                 for one"
+                "no switch is ahead of {name}: its reference run goes on until STOP or 253 \
+                 ends it"
             ),
             Warning::CounterWrapped { name, reads, .. } => write!(
                 f,

@@ -167,13 +167,13 @@ pub enum Turn {
 pub enum Heard {
     /// More is to come, when the command is done.
     Waits,
-    /// More is to come at once: if it does not, this is no answer.
+    /// More is to come at once: if it does not, this is not an answer.
     Part,
     /// This may be all: it is, if nothing follows at once.
     Perhaps,
     /// This is all.
     Whole,
-    /// This is no answer to that command.
+    /// This is not an answer to that command.
     Strange,
 }
 
@@ -220,7 +220,7 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// Whether it says of itself that it is no machine.
+    /// Whether it says of itself that it is not a machine.
     #[must_use]
     pub fn is_virtual(&self) -> bool {
         match self {

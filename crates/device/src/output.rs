@@ -51,7 +51,7 @@ impl From<Time> for Stamp {
 }
 
 /// The number of a command: a device counts, from 1, the commands that it takes from its line. The
-/// count is part of its state, so it is the same whoever watches, and goes on after a restart of
+/// count is part of its state, so it is the same whether anything watches or not, and goes on after a restart of
 /// the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]

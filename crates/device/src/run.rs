@@ -34,7 +34,7 @@ pub const MAX_CAUSES: u32 = 1_000_000;
 ///   same times, only later.
 /// * A wake-up before the deadline changes nothing, and neither does watching.
 /// * [`perform`](Device::perform) is a single cause and [`accept`](Device::accept) the input alone.
-///   `handle` is nothing but these, so whoever calls them one by one gets the same, and can look at
+///   `handle` is nothing but these, so calling them one by one gives the same, and allows looking at
 ///   what is between two things that happen at one instant.
 ///
 /// This is the whole loop that runs one:
@@ -141,7 +141,7 @@ pub trait Device {
     }
 
     /// The things of the outside world that can be set with [`Input::Signal`]. The list is made
-    /// for whoever asks; a device does not carry its own description with it.
+    /// on request; a device does not carry its own description with it.
     fn signals(&self) -> Vec<Signal>;
 
     /// Bits per second of its serial line.

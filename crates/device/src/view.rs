@@ -108,7 +108,7 @@ pub enum Activity {
     ReferenceOutOfSwitch,
     /// A reference run: by a few more steps.
     ReferenceFreeSteps,
-    /// An axis leaves the limit switch it stands on, by command.
+    /// An axis leaves the limit switch it is on, by command.
     LeavingLimitSwitch,
 
     /// The head goes down or up.

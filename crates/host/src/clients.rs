@@ -13,9 +13,9 @@ use crate::report::{News, Source};
 /// has begun.
 #[derive(Default)]
 pub(crate) struct ClientsOfLine {
-    /// Who has the line open and may send.
+    /// The clients that have the line open and may send.
     open: Vec<Source>,
-    /// Who has sent something last, as far as several could have.
+    /// The client that sent last, where there are several.
     speaker: Option<Source>,
     half: HalfLine,
     feeds: LineFeeds,
@@ -32,7 +32,7 @@ impl ClientsOfLine {
         self.feeds = LineFeeds::new(ends, right);
     }
 
-    /// Who sends on a transport.
+    /// The client that sends on a transport.
     pub(crate) fn source(&self, label: &str) -> Source {
         let of = |source: &&Source| match source {
             Source::Client { transport, .. } => **transport == *label,
@@ -47,7 +47,7 @@ impl ClientsOfLine {
         self.open.len() > 1 || self.speaker.is_some()
     }
 
-    /// Somebody speaks on a transport: says who, if it was another one before.
+    /// A client sends on a transport: names it, if another one sent before.
     pub(crate) fn speaks(&mut self, label: &Arc<str>) -> Option<News> {
         let source = self.source(label);
         if self.speaker.as_ref() == Some(&source) {
@@ -111,7 +111,7 @@ impl ClientsOfLine {
         half.then(|| self.source(label))
     }
 
-    /// Somebody speaks: the half line of somebody else that he ends.
+    /// A client sends: the half line of another one that it ends.
     pub(crate) fn spoilt_half(&mut self, by: &Source) -> Option<Bytes> {
         self.half.spoils(by, &self.open)
     }
@@ -121,8 +121,8 @@ impl ClientsOfLine {
         self.half.take(bytes, by)
     }
 
-    /// What somebody has written last may come in only when others are alone, elsewhere: the half
-    /// line that it leaves to them.
+    /// The last bytes of a client may come in only after it has gone: the half line
+    /// that it leaves to the others.
     pub(crate) fn late_half(&mut self) -> Option<Bytes> {
         if self.open.is_empty() { None } else { self.half.comes_late(&self.open) }
     }

@@ -1,4 +1,4 @@
-//! What is done to a device and is no command, and what comes of it.
+//! What is done to a device and is not a command, and what comes of it.
 
 use std::borrow::Cow;
 

@@ -46,9 +46,9 @@ pub enum FlashFileError {
         /// What the operating system says.
         source: io::Error,
     },
-    /// It is no file that could hold a flash memory.
+    /// It is not a file that could hold a flash memory.
     #[error(
-        "{path} is no flash file, it is {what}; name a regular file, or one that does not exist yet",
+        "{path} is not a flash file, it is {what}; name a regular file, or one that does not exist yet",
         path = .path.display()
     )]
     NoFile {

@@ -8,10 +8,10 @@ use bytes::Bytes;
 
 use crate::report::Source;
 
-/// Keeps what somebody has begun, so that it can be told when somebody else ends it.
+/// Keeps the line that a client has begun, so that it can be reported when another client ends it.
 ///
-/// The device hears one line, whoever speaks. Clients who are there at the same time share their
-/// lines, and each sees what the other does. But nobody knows of a half line that was left behind:
+/// The device hears one line, whichever client sends. Clients that are connected at the same time share their
+/// lines, and each sees what the other does. But no client knows of a half line that was left behind:
 /// it is reported when its client goes, if others are there; otherwise when the next client comes,
 /// and when the first of them sends something.
 #[derive(Debug, Default)]
@@ -21,11 +21,11 @@ pub(crate) struct HalfLine {
     /// It is kept back until it is whole, and forgotten when its client leaves.
     fresh: bool,
     bytes: Vec<u8>,
-    /// Who has sent the last of it.
+    /// The client that sent the last of it.
     owner: Option<Source>,
     /// The transport whose client has left last, until it has another.
     deserted: Option<Arc<str>>,
-    /// Its client had gone when another came or went: the next one to speak has not been told yet.
+    /// Its client had gone when another came or went, and the next one to send has not been told yet.
     left: bool,
 }
 
@@ -52,7 +52,7 @@ impl HalfLine {
         self.end(bytes) == bytes.len()
     }
 
-    /// Somebody comes to those who are there: what somebody has left who is gone.
+    /// A client connects: the half line of one that has gone.
     pub(crate) fn comes(&mut self, transport: &str, clients: &[Source]) -> Option<Bytes> {
         let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
         if self.deserted.as_deref() == Some(transport) {
@@ -61,7 +61,7 @@ impl HalfLine {
         self.leave(gone)
     }
 
-    /// Somebody goes: what he leaves to those who are still there.
+    /// A client goes: the half line that it leaves to those that are still connected.
     pub(crate) fn goes(&mut self, gone: &Source, clients: &[Source]) -> Option<Bytes> {
         if let Source::Client { transport, .. } = gone {
             self.deserted = Some(transport.clone());
@@ -71,14 +71,14 @@ impl HalfLine {
         self.leave(left && !self.left)
     }
 
-    /// Something has arrived: what of it somebody has left who is gone already. What
-    /// he has sent last may come in behind the news of his leaving.
+    /// Something has arrived: the half line in it of a client that has gone already.
+    /// Its last bytes may come in after the news that it has left.
     pub(crate) fn comes_late(&mut self, clients: &[Source]) -> Option<Bytes> {
         let gone = self.owner.as_ref().is_some_and(|owner| self.is_gone(owner, clients));
         self.leave(gone && !self.left)
     }
 
-    /// Whether somebody is there no more. On a port that tells nothing of that he stays for ever.
+    /// Whether a client has gone. On a port that does not tell, it counts as connected for ever.
     fn is_gone(&self, owner: &Source, clients: &[Source]) -> bool {
         match owner {
             Source::Client { client: Some(_), .. } => !clients.contains(owner),
@@ -99,13 +99,13 @@ impl HalfLine {
         Some(Bytes::copy_from_slice(&self.bytes))
     }
 
-    /// Somebody speaks: the half line that he ends, if he is the first since it was left.
+    /// A client sends: the half line that it ends, if it is the first since that was left.
     pub(crate) fn spoils(&mut self, by: &Source, clients: &[Source]) -> Option<Bytes> {
         let left = !self.is_gone(by, clients) && std::mem::take(&mut self.left);
         left.then(|| Bytes::copy_from_slice(&self.bytes))
     }
 
-    /// Takes in what arrives from somebody, and returns what of it the device gets now.
+    /// Takes in what arrives from a client, and returns what the device gets of it now.
     pub(crate) fn take<'a>(&mut self, bytes: &'a [u8], by: Option<Source>) -> Cow<'a, [u8]> {
         let end = self.end(bytes);
         let (whole, rest) = bytes.split_at(end);

@@ -217,7 +217,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         })
     }
 
-    /// The device itself, as it is now: a copy, to be driven by whoever has it.
+    /// The device itself, as it is now: a copy that the caller can drive.
     pub fn device(&self) -> Pending<D>
     where
         D: Send,

@@ -25,7 +25,7 @@ use crate::pending::{ControlError, Pending};
 /// come by then; a condition is forecast anew if that has changed anything. Other journeys always
 /// begin where the one before has ended.
 #[derive(Debug)]
-#[must_use = "without waiting for the journey nobody learns whether time has arrived"]
+#[must_use = "wait for the journey, or its result is lost"]
 pub struct Journey {
     reply: Pending<Time>,
     wish: Arc<Mutex<Wish>>,

@@ -52,7 +52,7 @@ pub enum ControlError {
 
 /// An answer that is on its way.
 #[derive(Debug)]
-#[must_use = "without waiting for the reply nobody learns whether it was done"]
+#[must_use = "wait for the reply, or its result is lost"]
 pub struct Pending<T>(oneshot::Receiver<Result<T, ControlError>>);
 
 impl<T> Pending<T> {

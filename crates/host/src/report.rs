@@ -180,7 +180,7 @@ pub enum News {
         /// Who holds the line.
         holder: String,
     },
-    /// Somebody does something to the device that is no command. What comes of it follows. It is
+    /// Somebody does something to the device that is not a command. What comes of it follows. It is
     /// told where commands are wanted.
     Deed {
         /// Who.

@@ -394,7 +394,7 @@ impl<D: Device + Clone + 'static> Runner<D> {
         0
     }
 
-    /// The device ends with its task, as if the power had gone: who watches learns what that cuts
+    /// The device ends with its task, as if the power had gone: watchers learn what that cuts
     /// short, and what has not been told yet. For a recording of what goes in it is over.
     fn end(&mut self, at: Time) {
         let rig = &mut self.drive.rig;

@@ -1,4 +1,4 @@
-//! What a controller reports, for whoever collects traces.
+//! What a controller reports, as traces.
 
 use std::fmt;
 use std::sync::Arc;

@@ -307,7 +307,7 @@ impl<F: FnMut(String) + Send> Traffic<F> {
             ),
             News::HalfLine { transport, half, spoils: true } => self.warn(
                 at,
-                "commands behind half lines",
+                "commands after half lines",
                 transport,
                 0,
                 format_args!(

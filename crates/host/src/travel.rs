@@ -112,7 +112,7 @@ impl<D: Device + Clone> Travel<D> {
         if self.causes == 0 { Foresight::Never } else { Foresight::Open }
     }
 
-    /// Tells whoever has sent it how far it has come.
+    /// Reports how far it has come to the thread that sent it.
     pub(crate) fn tell(&self, now: Time) {
         self.ticket.tell(Progress { now, to: self.to, paused: self.paused });
     }

@@ -88,7 +88,7 @@ impl Wire {
         }
     }
 
-    /// Sends to everybody who has the line open.
+    /// Sends to every client that has the line open.
     pub(crate) fn send(&mut self, bytes: &[u8]) -> Delivery {
         let mut delivery = Delivery::default();
         for transport in &mut self.transports {

@@ -18,9 +18,9 @@ pub(crate) const LETTERS: [char; 4] = ['X', 'Y', 'Z', 'A'];
 #[serde(try_from = "u8", into = "u8")]
 pub struct AxisSet(u8);
 
-/// A number that is no set of axes.
+/// A number that is not a set of axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("{0} is no set of axes: 0 to 15 are")]
+#[error("{0} is not a set of axes: 0 to 15 are")]
 pub struct NoAxisSet(pub u8);
 
 impl AxisSet {

@@ -229,7 +229,7 @@ struct Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    /// Reads every field; `1` if one of them is no number.
+    /// Reads every field; `1` if one of them is not a number.
     fn read(frame: &Frame<'_>, ctx: &'a Context<'a>) -> Result<Self, Fault> {
         let mut numbers = [0; FIELDS_MAX];
         for (index, (place, field)) in numbers.iter_mut().zip(frame.fields()).enumerate() {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::axes::AxisSet;
 use crate::reply::Reply;
 
-/// Why a line is no command. [`Fault::reply`] is what is answered; the rest is for whoever wants
+/// Why a line is not a command. [`Fault::reply`] is what is answered; the rest is for code that wants
 /// to tell a person.
 ///
 /// Fields are counted from 0; [`Frame::field`](crate::Frame::field) has their bytes.
@@ -27,7 +27,7 @@ pub enum Fault {
     },
     /// How many fields there should be depends on the axes, and none are configured: `7`.
     CountWithoutAxes,
-    /// A field is no number, or not one that can stand there: `1`.
+    /// A field is not a number, or not one that can stand there: `1`.
     Number {
         /// Which.
         field: u8,
@@ -88,7 +88,7 @@ pub enum WrongNumber {
     HelixWithoutArc,
 }
 
-/// Why a number is no set of axes that can stand there.
+/// Why a number is not a set of axes that can stand there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrongAxes {

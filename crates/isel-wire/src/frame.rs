@@ -150,7 +150,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Reads one field, counted from 0, without asking for its range; `None` if there is no
-    /// such field or it is no number.
+    /// such field or it is not a number.
     ///
     /// This lets the caller look ahead, to see whether a port is the spindle for example.
     /// Numbers too large for an `i64` come out as the largest or smallest there is.

@@ -47,7 +47,7 @@ impl Control {
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
-            Control::Stop => "stop: what moves brakes, and can be gone on with",
+            Control::Stop => "stop: what moves brakes, and can be resumed",
             Control::Reset => "reset: everything as after power-on",
             Control::Break => "break: what moves brakes, and the rest of it is forgotten",
         }

@@ -52,7 +52,7 @@ pub(crate) enum Wait {
     Forever,
 }
 
-/// Who wants to know how a motion ended.
+/// What a motion was made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Purpose {
     /// The host: it gets an answer.

@@ -140,7 +140,7 @@ impl Firmware {
         Ok(())
     }
 
-    /// `2` while a limit switch error is latched, and for an axis that stands on an active
+    /// `2` while a limit switch error is latched, and for an axis that is on an active
     /// limit switch. In test mode neither counts.
     pub(crate) fn check_limits(&self, way: impl Fn(usize) -> i64, turns: bool) -> Result<(), Why> {
         let state = &self.state;

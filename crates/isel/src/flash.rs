@@ -65,7 +65,7 @@ impl Flash {
             if number == 1 {
                 if line != MAGIC {
                     return Err(fault(format!(
-                        "is `{line}`, not `{MAGIC}`: this is no flash file"
+                        "is `{line}`, not `{MAGIC}`: this is not a flash file"
                     )));
                 }
             } else {
@@ -73,11 +73,11 @@ impl Flash {
             }
             rest = &rest[end + 1..];
         }
-        // A torn first line is no image of ours, unless it is the beginning of one.
+        // A torn first line is not an image of ours, unless it is the beginning of one.
         if number == 0 && !MAGIC.as_bytes().starts_with(rest) {
             return Err(FlashError {
                 line: 1,
-                message: format!("is not `{MAGIC}`: this is no flash file"),
+                message: format!("is not `{MAGIC}`: this is not a flash file"),
             });
         }
         Ok(flash)

@@ -51,12 +51,10 @@ impl Firmware {
                         format!("stop: {axis} stops, and counts as off its limit switch")
                     }
                     (Purpose::Program, StopInReference::Switch) => format!(
-                        "stop: stands in for the switch of {axis}, the reference run goes on \
+                        "stop: taken for the switch of {axis}, the reference run goes on \
                          (stop_in_reference)"
                     ),
-                    _ => format!(
-                        "stop: stands in for the switch of {axis}, the reference run goes on"
-                    ),
+                    _ => format!("stop: taken for the switch of {axis}, the reference run goes on"),
                 }
             }
             (Control::Break, Activity::Referencing(_)) => {

@@ -158,7 +158,7 @@ pub struct Quirks {
     pub limit_latch: LimitLatch,
     /// Whether halting without a ramp above the start-stop frequency loses steps.
     pub lost_steps: bool,
-    /// Moves of an axis that stands on an active limit switch.
+    /// Moves of an axis that is on an active limit switch.
     pub leave_switch: LeaveSwitch,
     /// What the number of a loop counts.
     pub loop_count: LoopCount,
@@ -242,7 +242,7 @@ pub enum LimitLatch {
     Off,
 }
 
-/// Moves of an axis that stands on an active limit switch.
+/// Moves of an axis that is on an active limit switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LeaveSwitch {
@@ -538,7 +538,7 @@ impl Model {
             return error(
                 "quirks",
                 "cond_bit_base",
-                format!("{} is no lowest bit number", self.quirks.cond_bit_base),
+                format!("{} is not a lowest bit number", self.quirks.cond_bit_base),
                 "0 or 1",
             );
         }
@@ -546,7 +546,7 @@ impl Model {
             return error(
                 "ports",
                 "probe",
-                "the tool length probe is wired to what is no user input".into(),
+                "the tool length probe is wired to what is not a user input".into(),
                 "`in1` to `in16`, or nothing where it has a wire of its own",
             );
         }
@@ -568,7 +568,7 @@ impl Model {
                     return error(
                         table,
                         &number.to_string(),
-                        format!("port {number} is written but has a wire that is no output"),
+                        format!("port {number} is written but has a wire that is not an output"),
                         "outputs and `-` only",
                     );
                 }

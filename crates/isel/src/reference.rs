@@ -52,7 +52,7 @@ impl Firmware {
         self.state.freed = self.state.freed.without(axis);
     }
 
-    /// Begins to drive an axis out of whichever limit switch it stands on (12 2.2.9).
+    /// Begins to drive an axis out of whichever limit switch it is on (12 2.2.9).
     pub(crate) fn begin_free(&mut self, job: Purpose, axes: AxisSet) -> Outcome {
         let Some(axis) = axes.iter().next() else { return Outcome::Finished(job, Ok(())) };
         if self.active_limit(axis).is_none() {
@@ -214,7 +214,7 @@ impl Firmware {
         }
     }
 
-    /// STOP stands in for the reference switch: the present phase ends here (99 2.2.2).
+    /// STOP is taken for the reference switch: the present phase ends here (99 2.2.2).
     pub(crate) fn stand_in_for_switch(&mut self) -> Outcome {
         let Activity::Referencing(run) = self.take_activity() else { return Outcome::Nothing };
         if run.phase == Phase::Free {

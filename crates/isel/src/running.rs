@@ -1,6 +1,6 @@
 //! Running the stored program.
 //!
-//! Every line takes at least the model's line time, so that no program does infinitely much
+//! Every line takes at least the model's line time, so that no program executes endlessly
 //! in no time. A line that waits for an input sleeps until one changes, and then goes on when
 //! its next poll would have been.
 

@@ -13,7 +13,7 @@ use crate::model::Unreferenced;
 /// Why a command is refused, or ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Why {
-    /// `1`, `3`, `5`, `7`, `8`, `D`: the line is no command.
+    /// `1`, `3`, `5`, `7`, `8`, `D`: the line is not a command.
     Line(Fault),
     /// `5`: the line is longer than any command.
     TooLong,

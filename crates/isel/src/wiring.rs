@@ -24,11 +24,11 @@ pub enum Wire {
     EmergencyCircuit,
     /// The cover is closed.
     Cover,
-    /// The cover is closed and the key stands on automatic.
+    /// The cover is closed and the key is at automatic.
     CoverAutomatic,
-    /// The cover is closed, or the key stands on test.
+    /// The cover is closed, or the key is at test.
     CoverSetup,
-    /// The key stands on automatic.
+    /// The key is at automatic.
     Key,
     /// The motor supply is good.
     PowerOk,
@@ -144,7 +144,7 @@ impl TryFrom<String> for Wire {
         if let Some(inverted) = name.strip_prefix('!') {
             return match Wire::try_from(inverted.to_owned())? {
                 Wire::Output(output) => Ok(Wire::Inverted(output)),
-                _ => Err(format!("`{name}` is no wire: only outputs have an inverse sense")),
+                _ => Err(format!("`{name}` is not a wire: only outputs have an inverse sense")),
             };
         }
         if let Some((_, output)) = Output::NAMED.iter().find(|(n, _)| *n == name) {
@@ -183,7 +183,9 @@ impl TryFrom<String> for Wire {
                 }
             }
         }
-        Err(format!("`{name}` is no wire: see the port maps of the built-in models for the names"))
+        Err(format!(
+            "`{name}` is not a wire: see the port maps of the built-in models for the names"
+        ))
     }
 }
 
@@ -337,7 +339,9 @@ mod by_number {
         map.into_iter()
             .map(|(key, value)| match key.parse() {
                 Ok(number) => Ok((number, value)),
-                Err(_) => Err(D::Error::custom(format!("`{key}` is no port number, 0 to 65535"))),
+                Err(_) => {
+                    Err(D::Error::custom(format!("`{key}` is not a port number, 0 to 65535")))
+                }
             })
             .collect()
     }

@@ -80,7 +80,7 @@ impl Firmware {
             }
             Why::OnSwitch { axis, end, away } => {
                 let quirk = if away { " (leave_switch)" } else { "" };
-                format!("{} stands on {}{quirk}", AXIS_NAMES[usize::from(axis)], switch(axis, end))
+                format!("{} is on {}{quirk}", AXIS_NAMES[usize::from(axis)], switch(axis, end))
             }
             Why::Switch { hit, by_hand } => {
                 let pressed = if by_hand { " pressed" } else { "" };
@@ -277,16 +277,16 @@ impl Firmware {
                 let sent = sent.escape_ascii();
                 match wrong {
                     WrongAxes::NoConfiguration if context.any_axes => {
-                        format!("{sent} is no set of axes: 1 to 8 are right")
+                        format!("{sent} is not a set of axes: 1 to 8 are right")
                     }
                     WrongAxes::NoConfiguration => {
                         format!(
-                            "{sent} is no set of axes: 1 (X), 3 (X+Y), 7 (X+Y+Z) and 8 (A) are right"
+                            "{sent} is not a set of axes: 1 (X), 3 (X+Y), 7 (X+Y+Z) and 8 (A) are right"
                         )
                     }
                     WrongAxes::NoSet => {
                         format!(
-                            "{sent} is no set of axes here: 1 to 7 (X, Y, Z) or 8 (A) are right"
+                            "{sent} is not a set of axes here: 1 to 7 (X, Y, Z) or 8 (A) are right"
                         )
                     }
                     WrongAxes::NotConfigured(missing) => {
@@ -321,7 +321,7 @@ impl Firmware {
                     }
                     codes => codes.concat(),
                 };
-                Some(format!("{shown}: behind D comes what is asked for, {codes}"))
+                Some(format!("{shown}: after D comes what is asked for, {codes}"))
             }
             (Some(b'I'), code) => {
                 let table = table(self.state.model.command_set.dialect(), Mode::Direct);
@@ -330,7 +330,7 @@ impl Firmware {
                 let there =
                     code.is_none_or(|code| !inits.iter().any(|it| it.as_bytes() == [*code]));
                 let inits = inits.join(" ");
-                there.then(|| format!("{shown}: behind I comes one of the letters {inits}"))
+                there.then(|| format!("{shown}: after I comes one of the letters {inits}"))
             }
             _ => None,
         }

@@ -29,7 +29,7 @@ pub struct Entry {
 pub enum What {
     /// Something happened in the controller or to its machine.
     Event(Event),
-    /// Somebody did something that is no command.
+    /// Somebody did something that is not a command.
     Deed {
         /// Who.
         by: Arc<str>,

@@ -62,7 +62,7 @@ impl Journal {
         self.push(stamp, means.into(), What::Event(event))
     }
 
-    /// Somebody has done something that is no command. `means` is what people call a byte that acts at
+    /// Somebody has done something that is not a command. `means` is what people call a byte that acts at
     /// once.
     pub fn keep_deed(
         &mut self,

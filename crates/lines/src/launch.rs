@@ -71,7 +71,7 @@ impl fmt::Display for LaunchError {
             ),
             LaunchError::RealPort(path) => write!(
                 f,
-                "{path} is no pseudo-terminal and has lines of its own; give the link that `vimc4 \
+                "{path} is not a pseudo-terminal and has lines of its own; give the link that `vimc4 \
                  serve` prints",
                 path = path.display()
             ),
@@ -81,7 +81,7 @@ impl fmt::Display for LaunchError {
                 }
                 _ => write!(f, "cannot run {name}: {source}"),
             },
-            LaunchError::System(error) => write!(f, "cannot stand by a program: {error}"),
+            LaunchError::System(error) => write!(f, "cannot watch a program: {error}"),
         }
     }
 }

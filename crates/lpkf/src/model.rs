@@ -343,10 +343,15 @@ impl Model {
         }
         let Texts { version, date, identity } = self.texts;
         if version > 999 {
-            return error("texts", "version", format!("{version} is no version"), "three digits");
+            return error(
+                "texts",
+                "version",
+                format!("{version} is not a version"),
+                "three digits",
+            );
         }
         if !(10_000..=311_299).contains(&date) {
-            let message = format!("{date} is no date");
+            let message = format!("{date} is not a date");
             return error("texts", "date", message, "day, month, year as in 10696 or 300495");
         }
         let first = match self.command_set {
@@ -354,7 +359,7 @@ impl Model {
             Dialect::MotionSystem => 2,
         };
         if identity / 100_000 != first {
-            let message = format!("{identity} is no identity of this model");
+            let message = format!("{identity} is not an identity of this model");
             return error(
                 "texts",
                 "identity",
@@ -382,15 +387,15 @@ impl Model {
         }
         let Limits { speed_max, turn_max, acceleration_max } = self.limits;
         if !(10..=100_000).contains(&acceleration_max) {
-            let message = format!("{acceleration_max} mm/s2 is no highest acceleration");
+            let message = format!("{acceleration_max} mm/s2 is not a highest acceleration");
             return error("limits", "acceleration_max", message, "10 to 100000 mm/s2");
         }
         if !(10..=10_000_000).contains(&speed_max) {
-            let message = format!("{speed_max} um/s is no highest speed");
+            let message = format!("{speed_max} um/s is not a highest speed");
             return error("limits", "speed_max", message, "10 to 10000000 um/s");
         }
         if !(1..=360_000).contains(&turn_max) {
-            let message = format!("{turn_max} tenths of a degree a second is no highest speed");
+            let message = format!("{turn_max} tenths of a degree a second is not a highest speed");
             return error("limits", "turn_max", message, "1 to 360000");
         }
         self.check_defaults(text)?;

@@ -8,7 +8,7 @@ use crate::language::{Axis, Status};
 use crate::state::State;
 use crate::why::{Stop, Why};
 
-/// The first number that is no signal of the plant.
+/// The first number that is not a signal of the plant.
 const FIRST: u16 = 128;
 /// The first number of a fault.
 const FIRST_FAULT: u16 = 256;

@@ -160,7 +160,7 @@ impl State {
         let settings = &state.settings;
         let axes = state.fitted().map(|axis| {
             let index = axis.index();
-            // The counters' own range is no border that somebody has set.
+            // The counters' own range is not a border that somebody has set.
             let (low, high) = settings.borders(index);
             AxisSettings {
                 index: index as u8,

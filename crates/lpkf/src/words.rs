@@ -98,7 +98,7 @@ impl State {
             (..) => ("speed", kind.unit(of), ""),
         };
         let (name, limit) = (self.axis_name(axis), Grouped(limit.into()));
-        // A unit such as 0.1°/s is no word behind a number.
+        // A unit such as 0.1°/s is not a word behind a number.
         let unit = match unit.starts_with(|first: char| first.is_ascii_digit()) {
             true => format!("({unit})"),
             false => unit.to_owned(),

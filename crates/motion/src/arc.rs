@@ -437,7 +437,7 @@ impl Arc {
     }
 }
 
-/// An axis as it is stored; what is no axis becomes a number that no point has a place for.
+/// An axis as it is stored; what is not an axis becomes a number that no point has a place for.
 pub(crate) fn axis_index(axis: usize) -> u8 {
     u8::try_from(axis).unwrap_or(u8::MAX)
 }

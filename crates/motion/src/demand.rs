@@ -75,7 +75,7 @@ impl Segment {
                     Trend::Falls => own.saturating_sub(load),
                 };
                 let highest = pull.highest(need);
-                // Compared as products, for a share is no whole number.
+                // Compared as products, for a share is not a whole number.
                 let is_too_much = |step: u64| {
                     let asked = frequency(step) * u128::from(steps);
                     highest.is_none_or(|highest| asked > highest * u128::from(of))

@@ -2,7 +2,7 @@
 //!
 //! There are two kinds of profiles. In one the step frequency is what ramps are made of
 //! ([`ramps`](crate::Ramp)): the motor is what counts. In the other it is the speed along the
-//! real way ([`course`](crate::Stretch)): the tool is. Whoever asks when a step happens need not
+//! real way ([`course`](crate::Stretch)): the tool is. Code that asks when a step happens need not
 //! know which it is.
 
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! The way of one axis in runs: stretches in which it keeps its direction.
 //!
 //! What follows a motor with play, or comes to a stop, depends on every turn of its way and not only
-//! on where that ends. Within a run all of it is monotone, so whoever goes along the runs needs no
+//! on where that ends. Within a run all of it is monotone, so code that goes along the runs needs no
 //! single step. Of a circle there are four an around, and a circle may be gone round a million
 //! times; but what follows it is as it was after a turn or two, and so the others are left out.
 

@@ -11,7 +11,7 @@
 //!    is for, a [`Target`](job::Target). It checks every line before anything of it is done.
 //! 3. [`geometry`] turns ways in the world into motions of a controller: arcs become circles of
 //!    whole numbers or chords, moves with a turning axis become pieces.
-//! 4. [`job`] hands the result out: as [`Step`](job::Step)s, one at a time, for whoever runs the
+//! 4. [`job`] hands the result out: as [`Step`](job::Step)s, one at a time, for the code that runs the
 //!    job, or as a [`Field`](job::Field) that a controller stores.
 //!
 //! What is to be said about a line is a [`Diagnostic`]: where, how bad, what, and what would be

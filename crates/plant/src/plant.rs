@@ -27,7 +27,7 @@ pub struct Panel {
     pub cover_button: bool,
     /// The emergency stop is pressed or still latched.
     pub emergency_stop: bool,
-    /// The key switch stands on automatic, not on test.
+    /// The key switch is at automatic, not on test.
     pub automatic: bool,
     /// The cover is closed.
     pub cover_closed: bool,

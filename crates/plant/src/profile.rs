@@ -153,10 +153,10 @@ pub fn parse_profile<T: DeserializeOwned>(text: &str) -> Result<T, ProfileError>
 ///
 /// # Errors
 ///
-/// If it is no profile at all.
+/// If it is not a profile at all.
 pub fn profile_text(profile: &impl Serialize) -> Result<String, ProfileError> {
     toml::to_string(profile).map_err(|error| ProfileError {
-        message: format!("it is no profile: {error}"),
+        message: format!("it is not a profile: {error}"),
         help: "take it as it was written".to_owned(),
         span: None,
     })

@@ -221,7 +221,7 @@ impl Port {
                 // A client may wait for this whatever it has asked for.
                 answer(&reply(what));
             }
-            // What is no request of this protocol, or has no shape of one.
+            // What is not a request of this protocol, or has no shape of one.
             _ => {}
         }
     }

@@ -135,7 +135,7 @@ fn the_settings_are_taken_and_answered() {
             Request::BreakKey
         ]
     );
-    // What has no shape of a request is no request.
+    // What has no shape of a request is not a request.
     let nothing = [&[][..], &[1, 2], &[2], &[3, 1, 1], &[99, 1], &[200]];
     for text in nothing {
         assert_eq!(heard(&mut server, &sub(text)), (vec![], vec![]), "{text:?}");

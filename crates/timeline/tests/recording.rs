@@ -243,8 +243,8 @@ fn what_is_wrong_is_said_with_its_place() {
         (error.line, error.message)
     };
     for (line, new, message) in [
-        (1, "{}", "this is no recording"),
-        (1, "not JSON", "this is no recording"),
+        (1, "{}", "this is not a recording"),
+        (1, "not JSON", "this is not a recording"),
         (1, r#"{"recording":2,"whatever":3}"#, "it is a recording of version 2"),
         (1, r#"{"recording":"one"}"#, "it is a recording of version \"one\""),
         (1, r#"{"recording":1}"#, "missing field"),
@@ -256,7 +256,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (4, r#"{"at":5000000,"signal":"stop"}"#, "stand together"),
         (4, r#"{"at":5000000,"inn":"m1"}"#, "unknown field `inn`"),
         (4, r#"{"at":-1,"in":"m1"}"#, "invalid value"),
-        (4, r#"{"at":5000000,"in":"\u2192"}"#, "'→', which stands for no byte"),
+        (4, r#"{"at":5000000,"in":"\u2192"}"#, "'→', which is not a byte"),
         (8, r#"{"at":7,"signal":"stop","value":0}"#, "is before that of what was given before"),
     ] {
         let (found, said) = with(line, new);
@@ -324,7 +324,7 @@ proptest! {
             at += more;
             Entry::new(Time::from_nanos(at), what)
         }).collect();
-        // Nothing stands after the end.
+        // Nothing comes after the end.
         let end = entries.iter().position(|entry| matches!(entry.what, What::End(_)));
         entries.truncate(end.map_or(usize::MAX, |end| end + 1));
         let written = Recording { head: head(), entries, torn: None };

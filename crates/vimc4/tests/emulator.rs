@@ -181,7 +181,7 @@ fn a_stored_program_survives_in_its_file_and_is_erased_at_the_panel() {
     let emu = start();
     assert!(emu.view().unwrap().details.program().is_none());
     drop(emu);
-    // What is no flash file is left alone.
+    // What is not a flash file is left alone.
     fs::write(&file, "vimc4 flash 1\nnonsense\n").unwrap();
     let wrong = manual("imc4").flash(&file).start().unwrap_err();
     assert!(matches!(wrong, Error::Flash { .. }));

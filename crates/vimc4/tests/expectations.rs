@@ -11,7 +11,7 @@ use vimc4::{
     Sentence, Time,
 };
 
-/// What all of it is about: a reference run, moves, a port, a line that is no command.
+/// What all of it is about: a reference run, moves, a port, a line that is not a command.
 const SESSION: &str = "@07\r@0R7\r@0A800,900,0,900,0,900,0,900\r\
     @0M900,900,0,900,-100,900,0,900\r@0B2,1\r@0X\r@0A400,900,0,900,0,900,0,900\r@0P\r";
 
@@ -78,7 +78,7 @@ fn what_was_expected_is_told_with_what_came_closest() {
             |e| e.command("@A").refused().once(),
             Reason::Missing,
             "expected command @A answered with an error, once\n  but it never came\n  closest: at \
-             6.134611 s, @0A400,900,0,900,0,900,0,900 was answered 0, which is no error",
+             6.134611 s, @0A400,900,0,900,0,900,0,900 was answered 0, which is not an error",
         ),
         (
             |e| e.command("@A").refused_with("2").once(),

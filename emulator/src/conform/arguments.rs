@@ -11,11 +11,11 @@ use crate::values::duration;
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Play the fixture sessions against any port, also real hardware, and report what differs
+Play the fixture sessions against any port, including real hardware, and report what differs
 
 Each session is a conversation: what is sent, and what a controller must answer, from its manual
 or from the field. PORT is a serial port (/dev/ttyUSB0, COM3), the link of a pseudo-terminal
-(./vimc4.pty) or TCP (127.0.0.1:4004, tcp:HOST:PORT). Nobody else may use it meanwhile.
+(./vimc4.pty) or TCP (127.0.0.1:4004, tcp:HOST:PORT). No other program may use it meanwhile.
 
 The controller is reset before each session: it forgets its settings and reference points, and
 a program that runs ends. Without --allow nothing moves, no output is switched, and nothing is
@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     /// The model of controller: a name from `vimc4 models`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "imc4", add = completions::models())]
     pub(super) model: String,
-    /// The speed of a serial port, the model's if nothing is said; if nothing answers, other
+    /// The speed of a serial port, by default the model's; if nothing answers, other
     /// speeds that such controllers are set to are tried
     #[arg(long, value_name = "RATE")]
     pub(super) baud: Option<u32>,

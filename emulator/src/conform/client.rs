@@ -29,7 +29,7 @@ const EXCERPT: usize = 24;
 pub(super) enum ClientError {
     /// Nothing answers.
     Silent,
-    /// What answers is no controller.
+    /// What answers is not a controller.
     Garbage(Vec<u8>),
     /// What is sent comes back.
     Echo,

@@ -148,14 +148,14 @@ fn readable(bytes: &[u8]) -> Result<&str, String> {
     let line = str::from_utf8(bytes).map_err(|error| {
         let byte = bytes.get(error.valid_up_to()).copied().unwrap_or_default();
         format!(
-            "this is no text: the byte {byte:02X} cannot stand there; commands are lines of UTF-8"
+            "this is not a text: the byte {byte:02X} cannot stand there; commands are lines of UTF-8"
         )
     })?;
     let line = line.strip_suffix('\n').unwrap_or(line);
     let line = line.strip_suffix('\r').unwrap_or(line);
     match line.chars().find(|c| c.is_control() && *c != '\t') {
         Some(control) => Err(format!(
-            "this is no text: it has the control character {:02X}; `send` takes it as \\x{:02X}",
+            "this is not a text: it has the control character {:02X}; `send` takes it as \\x{:02X}",
             u32::from(control),
             u32::from(control)
         )),

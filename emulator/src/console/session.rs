@@ -36,7 +36,7 @@ pub(crate) const OWN: &[Own] = &[
     Own {
         name: "picture",
         arguments: "FILE [WIDTHxHEIGHT]",
-        about: "write that screen into a file, as SVG; 80x24 characters if nothing is said",
+        about: "write that screen into a file, as SVG; by default 80x24 characters",
     },
     Own { name: "source", arguments: "FILE", about: "carry out the commands in a file" },
     Own {

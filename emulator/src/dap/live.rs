@@ -177,7 +177,7 @@ pub(crate) struct Served {
     is_taken: Arc<AtomicBool>,
 }
 
-/// Whoever has this has them.
+/// Its holder has them.
 struct Alone(Arc<AtomicBool>);
 
 impl Drop for Alone {

@@ -164,7 +164,7 @@ impl<'t> Operator<'t> {
     }
 
     /// Somebody at the terminal, if there is one, and at the panel. A line that is typed while nothing
-    /// is asked is no answer, and stops the job: `stop` is called. `woken` is called when an answer can
+    /// is asked is not an answer, and stops the job: `stop` is called. `woken` is called when an answer can
     /// be heard.
     pub(crate) fn listen(
         &mut self,
@@ -174,7 +174,8 @@ impl<'t> Operator<'t> {
     ) {
         self.has_start = start.is_some();
         if !io::stdin().is_terminal() {
-            self.resuming = start.map_or("nobody is there to go on", says).to_owned();
+            self.resuming =
+                start.map_or("nobody is at the terminal to continue it", says).to_owned();
             return;
         }
         let (sender, typed) = channel();
@@ -255,7 +256,7 @@ impl<'t> Operator<'t> {
 
     /// Says what would be right instead of what was typed, and asks again.
     fn refuse(&mut self, typed: &str, right: &str) -> Decision {
-        self.tell(&format!("`{}` is no answer here; {right}", shown_in_line(typed)));
+        self.tell(&format!("`{}` is not an answer here; {right}", shown_in_line(typed)));
         Decision::Again
     }
 

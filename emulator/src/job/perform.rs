@@ -173,7 +173,7 @@ pub(crate) enum Ending {
     Ended { line: u32 },
     /// It waits for somebody, and nobody is there.
     Unattended { line: u32 },
-    /// A reference run was stopped, and what it has answered is no reference.
+    /// A reference run was stopped, and what it has answered is not a reference.
     FalseReference { line: u32 },
     /// A line could not be carried out, and why.
     Impossible { line: u32, why: String },
@@ -353,7 +353,7 @@ fn send<L: Channel>(
 }
 
 /// Sends a piece of a plot file until it is completed. Nothing on the line stops what has begun,
-/// so who wants a halt gets one behind it.
+/// so a halt that is wanted comes after it.
 fn plot<L: Channel>(
     piece: &Piece,
     link: &mut L,

@@ -17,8 +17,8 @@ use crate::output;
 Say everything that is wrong with a job file, line by line
 
 Nothing is carried out. Every line is read to the end of the file, and every movement is checked
-against the job's LIMIT, the machine's travel and the controller's speeds. With --lenient the line is
-said at which the job would end.",
+against the job's LIMIT, the machine's travel and the controller's speeds. With --lenient it names the
+line at which the job would end.",
     after_long_help = "\
 Examples:
   vimc4 ncp check examples/plate.ncp --machine mill
@@ -104,9 +104,9 @@ fn judge(
         0 => Ok(()),
         // It ends where it cannot be carried out.
         _ if job.reading.lenient => Ok(()),
-        1 => Err(Failure::midway(format!("{name} has an error; mend it, and begin again"))),
-        errors => {
-            Err(Failure::midway(format!("{name} has {errors} errors; mend them, and begin again")))
-        }
+        1 => Err(Failure::midway(format!("{name} has an error; correct it, and begin again"))),
+        errors => Err(Failure::midway(format!(
+            "{name} has {errors} errors; correct them, and begin again"
+        ))),
     }
 }

@@ -20,7 +20,7 @@ Turn a job into a data field, which a controller stores and runs by itself
 The data field goes to standard output or to --output: the lines of a program as they stand between
 @0i and its final 9, after comments that say what it is for, as in `; model: imc4`, `; machine: mill` and
 `; axes: 7`. `vimc4 run` and `vimc4 send` heed them, and no option has to be given again; leave them out
-when you send the lines by other means. A stored program has nobody to ask, so a HALT, a GETTOOL or a WPTEACH
+when you send the lines by other means. A stored program cannot ask anybody, so a HALT, a GETTOOL or a WPTEACH
 is an error here. A program that does not fit into the controller is an error too.",
     after_long_help = "\
 Examples:

@@ -25,12 +25,12 @@ use server::Server;
     long_about = "\
 Help editors with job files: a language server on standard input and output
 
-It tells what `vimc4 ncp check` tells, as you type, and mends what can be mended without thinking; it
+It tells what `vimc4 ncp check` tells, as you type, and fixes what has only one fix; it
 explains commands and their words, shows lengths in mm, offers what fits, formats and colours, folds
 and lists the parts of a job, and finds where registers and tools are set and used.
 
-It ends with its client: when its input ends, and on Linux also when the process that has started it
-does.",
+It ends when its client does: with its input, and on Linux also with the process that started
+it.",
     after_long_help = "\
 Examples:
   Helix, languages.toml:

@@ -30,7 +30,7 @@ use crate::values::duration;
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Carry a job out on a virtual controller, in virtual time, as fast as it goes
+Carry a job out on a virtual controller, in virtual time, as fast as possible
 
 The job is checked first, and nothing is done if there are errors. Then its commands are sent, each
 when the one before was answered. A HALT, a GETTOOL and a WPTEACH ask at the terminal; --yes
@@ -44,7 +44,7 @@ Examples:
   vimc4 ncp run examples/plate.ncp --input 0.3=1@2s --press stop@5s --press start@8s -v
 
 Exit codes: 0 the job is done, 1 an error in the file or an error reply, 2 wrong usage, 3 the time of
---for is over, or nobody is there to go on."
+--for is over, or nobody is at the terminal to continue it."
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -31,7 +31,7 @@ pub(super) fn listen(address: &str) -> Result<TcpListener, Failure> {
     })
 }
 
-/// Serves one client after the other, and refuses whoever comes while there is one.
+/// Serves one client after the other, and refuses every other while there is one.
 pub(super) fn serve(listener: TcpListener, tap: &Arc<Tap>) -> io::Result<()> {
     let tap = Arc::clone(tap);
     let transport: Arc<str> = Arc::from(format!("tcp {}", listener.local_addr()?));

@@ -26,8 +26,8 @@ pub(super) struct Other {
     /// Play it on this machine: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", add = completions::machines())]
     machine: Option<String>,
-    /// Play it with another value of a quirk of the model's profile, as in stop_reply=STOP; also
-    /// several times
+    /// Play it with another value of a quirk of the model's profile, as in stop_reply=STOP; may be
+    /// given several times
     #[arg(long, value_name = "NAME=VALUE", add = completions::quirks())]
     quirk: Vec<String>,
 }
@@ -65,7 +65,7 @@ impl Site {
     pub(super) fn of_head(head: &Head) -> Result<Site, String> {
         if head.clock != WALL && head.clock.parse::<Clock>().is_err() {
             return Err(format!(
-                "line 1: `{}` is no clock: it is real, instant, manual, {WALL} or a speed as 8x",
+                "line 1: `{}` is not a clock: it is real, instant, manual, {WALL} or a speed as 8x",
                 head.clock
             ));
         }
@@ -108,7 +108,7 @@ impl Site {
         }
         for quirk in &other.quirk {
             let (name, value) = quirk.split_once('=').ok_or_else(|| {
-                Failure::usage(format!("`{quirk}` is no quirk; write NAME=VALUE"))
+                Failure::usage(format!("`{quirk}` is not a quirk; write NAME=VALUE"))
             })?;
             site = site.with_quirk(name.trim(), value.trim()).map_err(Failure::usage)?;
         }

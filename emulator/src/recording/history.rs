@@ -53,7 +53,7 @@ pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
 ///
 /// # Errors
 ///
-/// If it is no recording, or none of a controller that is at hand here, or something is wrong at its
+/// If it is not a recording, or none of a controller that is at hand here, or something is wrong at its
 /// beginning. What is wrong further down is said where one comes to it.
 pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
     let mut lines = Lines::open(path)?;

@@ -26,13 +26,13 @@ Exit codes: 0 written, 1 the recording is wrong, 2 wrong usage.")]
 pub(crate) struct CutArguments {
     /// The recording; `-` is standard input
     file: PathBuf,
-    /// From this model time on; from the beginning if nothing is said
+    /// From this model time on; by default from the beginning
     #[arg(long, value_name = "TIME", default_value = "0s", value_parser = duration)]
     from: Duration,
-    /// Up to this model time; to the end if nothing is said
+    /// Up to this model time; by default to the end
     #[arg(long, value_name = "TIME", value_parser = duration)]
     to: Option<Duration>,
-    /// Write it into this file, which must not be there yet, instead of to standard output
+    /// Write it into this file, which must not exist yet, instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -42,8 +42,8 @@ pub(crate) struct CutArguments {
     long_about = "\
 Find the shortest input of a recording that still shows a difference or an error
 
-With another controller (--quirk, --model, --machine) it is a difference of what that one and the recorded
-one say; else it is the last error reply of the recording, or the reply named with --shows. Lines are left out,
+With another controller (--quirk, --model, --machine) it is a difference between that one and the recorded
+one; otherwise it is the last error reply of the recording, or the reply named with --shows. Lines are left out,
 half of them first and one by one in the end, as long as it still shows. Times stay as they are.",
     after_long_help = "\
 Examples:
@@ -58,10 +58,10 @@ pub(crate) struct MinimiseArguments {
     file: PathBuf,
     #[command(flatten)]
     other: Other,
-    /// The reply that is to stay, as it is printed elsewhere
+    /// The reply to keep, as it is printed elsewhere
     #[arg(long, value_name = "REPLY")]
     shows: Option<String>,
-    /// Write it into this file, which must not be there yet, instead of to standard output
+    /// Write it into this file, which must not exist yet, instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

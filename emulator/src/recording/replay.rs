@@ -20,10 +20,10 @@ use crate::values::duration;
     long_about = "\
 Play a recording again and compare every byte and time
 
-The recorded inputs go into the recorded controller, at full speed, in virtual time. It must say the
+The recorded inputs go into the recorded controller, at full speed, in virtual time. It must send the
 recorded bytes at their times, to the nanosecond, and come to the recorded states. With another one
-(--quirk, --model, --machine) the same inputs go into that controller as well, and what is shown is where and how it parts
-from the recorded one. A recording of a real controller is compared within --tolerance, and what
+(--quirk, --model, --machine) the same inputs go into that controller as well, and the first difference from the recorded
+one is shown. A recording of a real controller is compared within --tolerance, and what
 differs is reported with the quirk or model that would explain it.",
     after_long_help = "\
 Examples:
@@ -141,7 +141,7 @@ fn report(
         said += &format!("Line {line} was torn off when it was written, and is left out.\n");
     }
     if !recording.is_whole() {
-        said += "It has no end: whoever wrote it was killed, its disk was full, or it is still being written.\n";
+        said += "It has no end: the program that wrote it was killed, the disk was full, or it is still being written.\n";
     }
     let s = |count: u64, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
     let (inputs, bytes) = (s(played.inputs, "input"), s(played.bytes, "byte"));

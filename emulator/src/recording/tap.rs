@@ -30,10 +30,10 @@ const LISTEN: Duration = Duration::from_secs(3_600);
     long_about = "\
 Record what passes between host software and a real controller
 
-It stands between the two: the host software opens LINK or connects to ADDR, and every byte is passed on at
+It sits between the two: the host software opens LINK or connects to ADDR, and every byte is passed on at
 once and as it came, in both directions, and recorded with its time. Serial parameters are 8N1 at the
 model's speed. A device that is unplugged is opened again when it is back; what is sent meanwhile is
-lost, and said in the recording. Ctrl-C ends it.
+lost, which the recording notes. Ctrl-C ends it.
 
 `vimc4 replay FILE` then plays what was sent into the virtual controller, compares what it says, and names
 the quirk that would explain a difference.",
@@ -46,7 +46,7 @@ Examples:
 Exit codes: 0 it was ended, 2 it could not begin."
 )]
 pub(crate) struct Arguments {
-    /// The recording, a new file; .gz and .zst are compressed in the end
+    /// The recording, a new file; .gz and .zst are compressed when it ends
     file: PathBuf,
     /// The controller: a serial port, the link of a pseudo-terminal, or HOST:PORT
     #[arg(long, value_name = "DEV", add = completions::ports())]
@@ -55,10 +55,10 @@ pub(crate) struct Arguments {
     #[cfg(unix)]
     #[arg(long, value_name = "LINK", required_unless_present = "tcp")]
     pty: Option<PathBuf>,
-    /// Listen for the host software at this address; port 0 for a free one
+    /// Listen for the host software on this address; port 0 for a free one
     #[arg(long, value_name = "ADDR")]
     tcp: Option<String>,
-    /// The speed of a serial port; the model's if nothing is said
+    /// The speed of a serial port; by default the model's
     #[arg(long, value_name = "RATE")]
     baud: Option<u32>,
     /// Which model the controller is: a name from `vimc4 models`, or a profile file
@@ -67,7 +67,7 @@ pub(crate) struct Arguments {
     /// Which machine it moves: a name from `vimc4 machines`, or a profile file
     #[arg(long, value_name = "NAME|FILE", default_value = "bench", add = completions::machines())]
     machine: String,
-    /// Begin another file of the recording, NAME.2.EXT, when one has so many bytes, as in 64M
+    /// Begin another file of the recording, NAME.2.EXT, when one reaches this size, such as 64M
     #[arg(long, value_name = "SIZE", value_parser = size)]
     record_size: Option<u64>,
 }

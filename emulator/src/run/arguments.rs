@@ -11,7 +11,7 @@ use crate::values::duration;
 #[derive(clap::Args)]
 #[command(
     long_about = "\
-Run a command list, a stored program or a plot file in virtual time, as fast as it goes
+Run a command list, a stored program or a plot file in virtual time, as fast as possible
 
 isel: a file whose first command begins with @ is a command list: its lines are sent one after the other,
 each when the one before was answered. Any other is a data field, the lines of a program as they
@@ -19,7 +19,7 @@ stand between @0i and 9: it is stored; the final 9 may be left out.
 
 What was stored and not started is then started with the START button, which is pressed for 0.1 s.
 With --press start@TIME it is pressed then, and not before. Blank lines, and lines that begin with
-; or #, mean nothing. Lines may end with LF, CR LF or CR.
+; or #, are ignored. Lines may end with LF, CR LF or CR.
 
 A job file in the isel NC intermediate format is run as `vimc4 ncp run` does it, which has options of
 its own.
@@ -31,7 +31,7 @@ with the value of the profile that would take them, and the exit code is 1. So a
 lower-case letters, which are none.
 
 It ends with the last command or with the program; then the exit code is 0. An error reply ends it
-with 1. It ends with 3 after --for, after --loops, or at once when nothing will ever go on.",
+with 1. It ends with 3 after --for, after --loops, or at once when nothing more can happen.",
     after_long_help = "\
 Examples:
   vimc4 run examples/commands.txt --machine mill
@@ -42,15 +42,15 @@ Examples:
   (echo @07; vimc4 circle --radius 200) | vimc4 run -
 
 Exit codes: 0 all was done, 1 an error reply, or something in a plot file that the controller would leave
-out, 2 wrong usage, 3 the time or the rounds are over, or nothing will ever go on."
+out, 2 wrong usage, 3 the time or the rounds are over, or nothing more can happen."
 )]
 pub(crate) struct Arguments {
     /// The file; `-` is standard input
     pub(super) file: PathBuf,
     #[command(flatten)]
     pub(super) setup: Setup,
-    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; those
-    /// of its comment `; axes: N` if nothing is said, else 7
+    /// The axes a data field is stored with: 1, 3 or 7 for X, X+Y, X+Y+Z, and 8 more with A; by
+    /// default those of its comment `; axes: N`, or 7
     #[arg(long, value_parser = axes, add = completions::words(&["1", "3", "7", "8", "9", "11", "15"]))]
     pub(super) axes: Option<u8>,
     /// How much virtual time may pass, such as 90s, 5min or 1h
@@ -66,8 +66,8 @@ pub(crate) struct Arguments {
     /// listed at the end
     #[arg(long)]
     pub(super) keep_going: bool,
-    /// Leave it at numbers that belong to no command, in a plot file: without this they make the
-    /// exit code 1
+    /// Ignore numbers that belong to no command in a plot file; without this the exit
+    /// code is 1
     #[arg(long)]
     pub(super) ignore_numbers: bool,
     /// Print one line of JSON instead

@@ -38,7 +38,7 @@ pub(crate) enum News {
     Ignored(Cow<'static, str>),
     /// A command was answered, and why, if that is an error.
     Answer(Vec<u8>, Option<Box<str>>),
-    /// Something was sent that is no answer.
+    /// Something was sent that is not an answer.
     Sent(Vec<u8>),
     /// A line of the stored program is executed, counted from 0.
     Line(u32),

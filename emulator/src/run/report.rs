@@ -103,7 +103,7 @@ pub(crate) const ESCAPE: &str = "it is an escape sequence, ESC and a point, with
                                  the file is written, or take all of them out";
 
 /// What is to be done about commands in lower-case letters.
-pub(super) const LOWER_CASE: &str = "lower-case letters are no commands: write PA, not pa";
+pub(super) const LOWER_CASE: &str = "lower-case letters are not commands: write PA, not pa";
 
 /// So many places are listed that have something left out.
 const PLACES: usize = 20;
@@ -373,7 +373,7 @@ impl RunReport {
         }
     }
 
-    /// The controller sent something that is no answer; why, if that is an error.
+    /// The controller sent something that is not an answer; why, if that is an error.
     pub(super) fn sent(&mut self, at: Time, bytes: &[u8], why: Option<&str>) {
         self.characters += bytes.len() as u64;
         let (text, after) = (escape(bytes), at - self.began);

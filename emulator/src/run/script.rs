@@ -205,7 +205,7 @@ const LOOKED_AT: usize = 4_096;
 /// No label is longer than this.
 const LABEL_MAX: usize = 256;
 
-/// Whether this is no text: more than one byte in ten is a control character that no text has, or
+/// Whether this is not a text: more than one byte in ten is a control character that no text has, or
 /// outside of ASCII. Labels may be in any language and code. NULs fill plots up, and are no reason
 /// as long as nothing else is; but a third of a text they are not.
 fn is_binary(bytes: &[u8]) -> bool {

@@ -19,7 +19,7 @@ pub(crate) struct Tape {
 }
 
 impl Tape {
-    /// Begins a recording in a file, which must not be there yet.
+    /// Begins a recording in a file, which must not exist yet.
     pub(crate) fn new(path: &Path, model: &Model, machine: &Machine) -> Result<Tape, Failure> {
         let head = vimc4::recording_head(model, machine, "instant", "run");
         let tell = |error: &str| drop(writeln!(io::stderr(), "{error}"));

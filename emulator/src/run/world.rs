@@ -29,7 +29,7 @@ pub(crate) struct World {
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
     /// Record everything that goes in and comes out into a new file, which `vimc4 replay` plays; .gz
-    /// and .zst are compressed in the end
+    /// and .zst are compressed when it ends
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
 }

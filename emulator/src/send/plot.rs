@@ -91,7 +91,7 @@ pub(super) fn is_plot(bytes: &[u8]) -> bool {
     }
     let (name, behind) = rest.split_at(rest.len().min(2));
     let ends = match behind.first() {
-        // The next command may follow at once, but a longer word is no command.
+        // The next command may follow at once, but a longer word is not a command.
         Some(byte) if byte.is_ascii_alphabetic() => {
             BEGINNINGS.iter().any(|next| behind.starts_with(next))
         }

@@ -96,7 +96,7 @@ pub(super) struct Wire {
 /// Why a controller does not answer any more.
 pub(super) enum Broken {
     Silent,
-    /// What it says is no answer to what was sent.
+    /// What it says is not an answer to what was sent.
     Strange {
         sent: Vec<u8>,
         said: Vec<u8>,

@@ -598,7 +598,7 @@ fn dosbox_8250(way: Way) -> Outcome {
             return Err(format!("without transparent:1 it printed {printed}").into());
         }
     } else {
-        // A path that does not begin in /dev is no port: the registers read 255.
+        // A path that does not begin in /dev is not a port: the registers read 255.
         let absolute = recipe.replace("../", "/");
         is(&dosbox(&bench, &[], &absolute)?, &"\u{fffd}".repeat(CONVERSATION.len()))?;
     }

@@ -322,7 +322,9 @@ fn one_goes_to_lines_and_back_to_where_frames_began() {
         (&json!("goto"), &json!("that is nowhere; still here"))
     );
     assert_eq!(editor.line(), 2);
-    assert!(editor.refused("goto", json!({ "threadId": 1, "targetId": back })).contains("no more"));
+    assert!(
+        editor.refused("goto", json!({ "threadId": 1, "targetId": back })).contains("no longer")
+    );
     let targets = editor.ask("gotoTargets", json!({ "source": source, "line": 9 }));
     editor.ask("goto", json!({ "threadId": 1, "targetId": id(&targets, 1) }));
     editor.event("stopped");
@@ -411,7 +413,7 @@ fn lines_have_conditions_hit_counts_and_log_messages() {
     let set = editor.set_lines(&program, json!([
         { "line": 3, "condition": "nothing > 5" }, { "line": 3, "hitCondition": "often" }, { "line": 99 },
     ]));
-    for (set, what) in set.iter().zip(["there is no `nothing`", "is no hit count", "line 99"]) {
+    for (set, what) in set.iter().zip(["there is no `nothing`", "is not a hit count", "line 99"]) {
         assert_eq!(set["verified"], false);
         assert!(text(&set["message"]).contains(what), "{set}");
     }

@@ -330,7 +330,7 @@ fn exit_codes() -> Outcome {
     said(ended(&[], &["./nothing"])?, 127, "there is no program ./nothing")?;
     said(ended(&[], &["/"])?, 126, "cannot run /")?;
     said(ended(&["--pty", "none.pty"], &["true"])?, 2, "there is no terminal none.pty")?;
-    said(ended(&["--pty", "/dev/null"], &["true"])?, 2, "is no pseudo-terminal")?;
+    said(ended(&["--pty", "/dev/null"], &["true"])?, 2, "is not a pseudo-terminal")?;
     said(ended(&["--pty", "none"], &["true"])?, 2, "leave --pty out")?;
     said(ended(&["--model", "smcu"], &["true"])?, 2, "--serve")?;
     said(ended(&["--serve", "--count", "2"], &["true"])?, 2, "--count")?;

@@ -95,7 +95,7 @@ fn nothing_that_happens_to_the_machine_or_a_program_is_left_out() {
             "2  after 2.7 s: line 1 of the program, `m50000,9000,0,900,0,900,0,900`: limit switch…",
             "standard input: press start",
             "line 1: m",
-            "warning: the program ended in line 1 with error 2: X stands on limit switch X+",
+            "warning: the program ended in line 1 with error 2: X is on limit switch X+",
         ],
     );
 }
@@ -184,7 +184,7 @@ fn a_control_code_is_told_by_what_it_does_now() {
     assert_told(
         &talk.end(),
         &[
-            ": 253  stop: stands in for the switch of Y, the reference run goes on",
+            ": 253  stop: taken for the switch of Y, the reference run goes on",
             ": 255  break: the reference run ends at once",
             ": the reference run was broken off by 255 from the line",
             "@0A5000,900  relative move…",
@@ -288,12 +288,12 @@ fn what_belongs_to_no_command_is_told_with_its_bytes() {
     assert_told(
         &talk.end(),
         &[
-            "warning: no effect: pu: lower-case letters are no commands: write PU, not pu",
+            "warning: no effect: pu: lower-case letters are not commands: write PU, not pu",
             "PA5,5  move to X 5 Y 5",
-            "warning: no effect: pa100,100: lower-case letters are no commands: write PA, not pa",
+            "warning: no effect: pa100,100: lower-case letters are not commands: write PA, not pa",
             "warning: no effect: 5,6: numbers without a command mean nothing",
-            "warning: no effect: xy: lower-case letters are no commands",
-            "PA1,2pu  move to X 1 Y 2; pu means nothing: lower-case letters are no commands: write \
+            "warning: no effect: xy: lower-case letters are not commands",
+            "PA1,2pu  move to X 1 Y 2; pu means nothing: lower-case letters are not commands: write \
              PU, not pu",
             "; 9999999999 is read as 2,147,483,647, numbers go no further",
         ],
@@ -450,7 +450,7 @@ fn a_level_that_is_none_is_said() {
                 .unwrap();
             let said = String::from_utf8(output.stderr).unwrap();
             assert_eq!(output.status.code(), Some(2), "{said}");
-            let line = format!("VIMC4_LOG={wrong}: this is no level");
+            let line = format!("VIMC4_LOG={wrong}: this is not a level");
             assert!(said.contains(&line), "{said}");
             assert!(said.contains("use one of off, error, warn, info, debug, trace"), "{said}");
         }

@@ -144,7 +144,7 @@ fn check(said: &[Outgoing]) {
     }
 }
 
-/// A session as editors have it, what else there is, and what is no message.
+/// A session as editors have it, what else there is, and what is not a message.
 pub(super) fn sessions() -> Vec<Vec<u8>> {
     let begin = "initialize {}\nlaunch {\"program\":\"list.txt\",\"stopOnEntry\":true}\n\
         setExceptionBreakpoints {\"filters\":[\"errors\"]}\nconfigurationDone {}\n";

@@ -43,7 +43,7 @@ fn check(mut replies: &[u8]) {
                 &text[end + 2..]
             }
             [251..=254, _, rest @ ..] => rest,
-            _ => unreachable!("{rest:?} is no reply"),
+            _ => unreachable!("{rest:?} is not a reply"),
         };
     }
 }

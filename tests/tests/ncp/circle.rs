@@ -36,7 +36,7 @@ impl Course {
             "xy" => [0, 1, 2],
             "xz" => [0, 2, 1],
             "yz" => [1, 2, 0],
-            other => return Err(format!("{other:?} is no plane; xy, xz and yz are")),
+            other => return Err(format!("{other:?} is not a plane; xy, xz and yz are")),
         };
         let helix = match (&circle.rise, circle.turn.as_deref()) {
             (None, None) => None,

@@ -6,7 +6,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that finds nothing has failed")]
 #![expect(unused_imports, reason = "the tests do not use all that the catalogue offers")]
 #![expect(clippy::unit_arg, reason = "a cart shows nothing that others do not")]
-#![expect(private_interfaces, reason = "the third family is no crate whose types could be public")]
+#![expect(
+    private_interfaces,
+    reason = "the third family is not a crate whose types could be public"
+)]
 
 #[macro_use]
 #[path = "../../src/families.rs"]

@@ -58,7 +58,7 @@ impl Vocabulary {
     }
 }
 
-/// The mnemonic of a line that is no command.
+/// The mnemonic of a line that is not a command.
 const UNKNOWN: &str = "?";
 
 /// A mnemonic without what tells forms of one command apart.

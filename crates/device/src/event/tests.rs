@@ -36,8 +36,8 @@ fn warnings_say_what_happened_and_what_to_do() {
         (Warning::NoEffect { what: "a turn".into() }, "no effect: a turn"),
         (
             Warning::FalseReference { axis: 2, name: "Z".into() },
-            "the reference of Z is false: STOP has stood in for its switch, and where it was \
-             stopped counts as 0; a reference run to its end makes it true again",
+            "the reference of Z is false: STOP ended its reference run in place of the switch, \
+             and where it stopped counts as 0; a complete reference run corrects it",
         ),
         (
             Warning::ProgramError { code: '2', line: 3, why: "limit switch X+ at step 9".into() },

@@ -35,7 +35,7 @@ const KINDS: [(&str, &str); 12] = [
 const WHEN: &str = "once, `3 times`, always, `every 10th`, `3rd byte`, `5%`, `for 200ms`, \
                     `seed 7`, or `after` and a condition";
 
-/// Why a text is no fault: where it goes wrong, and what would be right there.
+/// Why a text is not a fault: where it goes wrong, and what would be right there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaultError {
     text: String,

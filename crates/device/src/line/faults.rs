@@ -59,7 +59,7 @@ enum Stage {
     Waits { step: usize, met: u32, breakpoint: Breakpoint },
     /// It can strike since then.
     Strikes { since: Time },
-    /// It is over, and whoever had to know has been told.
+    /// It is over, and has been reported.
     Over,
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Faulting, OwnedInput, Signal, SignalKind};
 
-/// Something that is done to a device and is no command: a byte that acts at once, the panel, the
+/// Something that is done to a device and is not a command: a byte that acts at once, the panel, the
 /// power. It is all that is needed to do it again.
 ///
 /// ```
@@ -97,7 +97,7 @@ impl Deed {
     }
 
     /// What it is to a device with these signals: the inputs that it gets, all at the same instant.
-    /// Putting a device into a state is no input.
+    /// Putting a device into a state is not an input.
     ///
     /// # Errors
     ///

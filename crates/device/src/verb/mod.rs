@@ -203,7 +203,7 @@ mod tests {
             ("advance 99999999999h", 8, "as in `advance 250ms`"),
             ("power", 5, "power on or power off"),
             ("power up", 6, "power on or power off"),
-            ("position x", 9, "position stands alone"),
+            ("position x", 9, "position takes no arguments"),
             ("help dance", 5, "an order, as in `help run until`"),
             ("help press start", 5, "an order, as in `help run until`"),
             ("run until answer \"\\q\"", 18, "`\\\"`, `\\\\`"),

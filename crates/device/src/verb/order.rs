@@ -53,7 +53,7 @@ pub enum Order {
     Quit,
 }
 
-/// Why a line is no order: where it goes wrong, and what would be right there.
+/// Why a line is not an order: where it goes wrong, and what would be right there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OrderError {
     line: String,
@@ -89,7 +89,7 @@ impl Order {
     ///
     /// # Errors
     ///
-    /// If it is no order, or none for such a device.
+    /// If it is not an order, or none for such a device.
     pub fn read(line: &str, names: &Names) -> Result<Option<Order>, OrderError> {
         let line = Typed(line.trim());
         if line.0.is_empty() {
@@ -117,7 +117,7 @@ impl Order {
             Order::Do(Deed::Input { .. }) => Verb::Input,
             Order::Do(Deed::Power(_)) => Verb::Power,
             Order::Do(Deed::Fault(_)) => Verb::Fault,
-            // What is no order of a person can be told by signals, if at all.
+            // What is not an order of a person can be told by signals, if at all.
             Order::Do(Deed::Set(..) | Deed::Several { .. } | Deed::Byte(_) | Deed::Restore) => {
                 Verb::Set
             }
@@ -184,7 +184,7 @@ impl<'t> Typed<'t> {
         };
         let alone = |order: Order| match arguments {
             [] => Ok(order),
-            _ => Err(self.wrong(place, format!("{verb} stands alone"))),
+            _ => Err(self.wrong(place, format!("{verb} takes no arguments"))),
         };
         match verb {
             Verb::Press => button(Deed::Press),

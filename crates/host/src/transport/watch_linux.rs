@@ -173,7 +173,7 @@ impl Watch {
         // Looking at all processes takes its time; nobody else waits for it.
         let users = Users::of_file(identity, None);
         let own = std::process::id();
-        // Our own descriptor is no program's.
+        // Our own descriptor is not a program's.
         let ours = |user: &User| usize::from(user.process == own);
         let programs = users.seen.iter().filter(|user| user.descriptors > ours(user));
         let name = |user: &User| format!("{} (process {})", user.name, user.process);

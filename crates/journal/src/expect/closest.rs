@@ -145,7 +145,7 @@ impl<'a> Past<'a> {
                 format!("{place} was answered {said}, not with error {code}{because}")
             }
             Reply::Error(None) | Reply::Any => {
-                format!("{place} was answered {said}, which is no error")
+                format!("{place} was answered {said}, which is not an error")
             }
         }
     }

@@ -32,7 +32,7 @@ use crate::state::{Lines, Peer};
 /// stays for three seconds by itself.
 const LINGER_LIMIT: Duration = Duration::from_secs(5);
 
-/// Signals that are meant for the program, whoever gets them.
+/// Signals that are meant for the program, whichever process receives them.
 const PASSED_ON: [i32; 9] = [
     libc::SIGHUP,
     libc::SIGINT,
@@ -68,7 +68,7 @@ impl Port {
 
 /// A program that runs with modem lines.
 #[derive(Debug)]
-#[must_use = "somebody has to stand by it"]
+#[must_use = "its program must be attended until it ends"]
 pub struct Running {
     program: Pid,
     port: Port,

@@ -237,7 +237,7 @@ fn all(done: isize, length: usize) -> io::Result<()> {
 /// Gives a terminal this line discipline.
 pub(crate) fn set_discipline(terminal: BorrowedFd<'_>, discipline: c_int) -> io::Result<()> {
     let discipline = ptr::from_ref(&discipline);
-    // SAFETY: the kernel reads one integer, which outlives the call. On a descriptor that is no
+    // SAFETY: the kernel reads one integer, which outlives the call. On a descriptor that is not a
     // terminal the request means nothing else that would write.
     match unsafe { libc::ioctl(terminal.as_raw_fd(), libc::TIOCSETD, discipline) } {
         0 => Ok(()),
@@ -267,7 +267,7 @@ impl Signals {
         // SAFETY: it was made just now, and that cannot fail.
         let mut set = unsafe { set.assume_init() };
         for &signal in signals {
-            // SAFETY: the set is a valid one. A number that is no signal is refused.
+            // SAFETY: the set is a valid one. A number that is not a signal is refused.
             let _ = unsafe { libc::sigaddset(&raw mut set, signal) };
         }
         Signals(set)
@@ -322,6 +322,6 @@ impl Signals {
 /// Lets a signal do what it does by default. It makes one system call and may be called between
 /// fork and exec.
 pub(crate) fn take_default(signal: c_int) {
-    // SAFETY: the default is no function of ours. A number that is no signal is refused.
+    // SAFETY: the default is not a function of ours. A number that is not a signal is refused.
     let _ = unsafe { libc::signal(signal, libc::SIG_DFL) };
 }

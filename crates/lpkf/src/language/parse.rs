@@ -304,7 +304,7 @@ impl Values<'_> {
         Ok(u16::from_be_bytes([high, low]))
     }
 
-    /// This status, or what stands in for it on a model that lacks it.
+    /// This status, or the one sent in its place by a model that lacks it.
     fn or_missing(&self, status: Status) -> Status {
         if status.known_to(self.model) { status } else { Status::MissingParameter }
     }

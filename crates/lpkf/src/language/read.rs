@@ -1,6 +1,6 @@
 //! From bytes to commands, one byte at a time.
 //!
-//! A command is two capital letters, or `!` and two, and then anything that is no capital letter
+//! A command is two capital letters, or `!` and two, and then anything that is not a capital letter
 //! and no `!`: digits, signs and points are its numbers, and every other byte, lower-case letters
 //! too, separates them. It is complete
 //!
@@ -245,7 +245,7 @@ impl Reader {
 
     fn end_with(&mut self, raw: &[u8], emit: &mut impl FnMut(Item<&[u8]>)) {
         let too_long = mem::take(&mut self.too_long);
-        // A sign or a point on its own is no pair.
+        // A sign or a point on its own is not a pair.
         if letters(raw).is_empty() && numbers(raw).next().is_none() {
             return;
         }

@@ -43,7 +43,7 @@ pub fn why_refused(raw: &[u8], grammar: impl Into<Grammar>, status: Status) -> S
             }
         }
         Status::TooManyVectorParameters => {
-            format!("{name}: a vector has each of X, Y, I, J, F and O once, and a number behind it")
+            format!("{name}: a vector has each of X, Y, I, J, F and O once, and a number after it")
         }
         status => match form.and_then(|form| wrong_value(form, &values, status)) {
             Some(wrong) => wrong,
@@ -91,11 +91,11 @@ fn why_meaningless(bytes: &[u8], grammar: Grammar) -> String {
     let capitals = word.to_ascii_uppercase();
     match forms_for(&capitals, grammar.dialect).any(|form| grammar.knows(form)) {
         true => format!(
-            "lower-case letters are no commands: write {}, not {}",
+            "lower-case letters are not commands: write {}, not {}",
             capitals.escape_ascii(),
             word.escape_ascii()
         ),
-        false => "lower-case letters are no commands".to_owned(),
+        false => "lower-case letters are not commands".to_owned(),
     }
 }
 

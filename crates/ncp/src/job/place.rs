@@ -12,7 +12,7 @@ pub(super) type Place = [Value; 4];
 pub(super) struct Cylinder {
     /// The turning axis.
     pub(super) turning: usize,
-    /// The linear axis that it stands in for.
+    /// The linear axis that it replaces.
     pub(super) linear: usize,
     /// The radius, more than 0.
     pub(super) radius: Value,

@@ -25,7 +25,7 @@ pub enum Problem {
     #[error("the job moves before any REF; all axes are referenced first")]
     ReferenceFirst,
     /// An axis moves that was not referenced with the others.
-    #[error("{} moves without a reference run; where it stands counts as 0", LETTERS[*.0])]
+    #[error("{} moves without a reference run; its present place counts as 0", LETTERS[*.0])]
     NotReferenced(usize),
     /// A reference run without a reference switch never ends by itself.
     #[error("{} has no reference switch on this machine: its reference run goes on until STOP", LETTERS[*.0])]
@@ -177,7 +177,7 @@ pub enum Problem {
     #[error("no effect: the machine's profile connects nothing for {0}")]
     NotConnected(Accessories),
     /// Something follows the end.
-    #[error("nothing behind PROGEND counts, and here is more")]
+    #[error("everything after PROGEND is ignored, and there is more")]
     BehindEnd,
     /// A radius of a few µm.
     #[error("a radius of {0} µm is very little")]
@@ -206,7 +206,7 @@ pub enum Problem {
     NegativeLength(char, Value),
     /// WPZERO before anything is known of where the tool is.
     #[error(
-        "where the tool stands is not known before a reference run, and WPZERO would make it the zero"
+        "the tool's place is not known before a reference run, and WPZERO would make it the zero"
     )]
     PlaceUnknown,
     /// The place that became the zero gets other coordinates.
@@ -235,10 +235,10 @@ pub enum Problem {
     #[error("this drills nothing: the depth D is not more than 0")]
     NoDepth,
     /// Steps of a cycle without a depth.
-    #[error("neither F nor O say how deep a step is: the hole is drilled at once")]
+    #[error("neither F nor O says how deep a step is: the hole is drilled at once")]
     NoDrillSteps,
     /// Steps of a cycle behind the first without a depth.
-    #[error("O does not say how deep the steps behind the first are: each is one step of the axis")]
+    #[error("O does not say how deep the steps after the first are: each is one step of the axis")]
     NoOtherSteps,
     /// A command for files is typed where the operator is asked.
     #[error("{0} is for files, and is not done here")]
@@ -247,7 +247,7 @@ pub enum Problem {
     #[error("a depth of {0} µm is very little")]
     MillimetresMeant(Value),
     /// CYL whose first axis does not turn.
-    #[error("{} is no turning axis", LETTERS[*.0])]
+    #[error("{} is not a turning axis", LETTERS[*.0])]
     NotRotary(usize),
     /// CYL whose second axis turns too.
     #[error("{} turns too: CYL needs a linear axis there", LETTERS[*.0])]
@@ -256,7 +256,7 @@ pub enum Problem {
     #[error("{} is turned into an angle by CYL and can only move along straight lines", LETTERS[*.0])]
     OnCylinder(usize),
     /// A turning axis that follows another.
-    #[error("{} stands in for another axis by CYL and cannot be moved by itself", LETTERS[*.0])]
+    #[error("{} replaces another axis (CYL) and cannot be moved by itself", LETTERS[*.0])]
     Follows(usize),
     /// A stored program has nobody to ask.
     #[error("a stored program cannot wait for the operator")]
@@ -481,7 +481,7 @@ impl Problem {
                 "begin the file with IMF_PBL_V1.0; other programs insist on it"
             }
             ReferenceFirst => {
-                "begin the job with REF XYZ, or say with --no-ref that the machine stands at its zero"
+                "begin the job with REF XYZ, or say with --no-ref that the machine is at its zero"
             }
             NotReferenced(_) => "name the axis in a REF before",
             NoReferenceSwitch(_) => "leave it out of the REF",
@@ -539,13 +539,13 @@ impl Problem {
                 "L counts from the reference plane, positive above it, as in DRILLDEF L1000"
             }
             PlaceUnknown => {
-                "begin the job with REF XYZ and go to the work-piece, leave WPZERO out and say with --zero X,Y,Z where it lies, or say with --no-ref that the machine stands at its zero"
+                "begin the job with REF XYZ and go to the work-piece, leave WPZERO out and say with --zero X,Y,Z where it lies, or say with --no-ref that the machine is at its zero"
             }
             ZeroBeforeReference { .. } => {
-                "reference all axes first, as in REF XYZ, and take the zero behind it"
+                "reference all axes first, as in REF XYZ, and take the zero after it"
             }
             TwoCentres => "leave one of them",
-            SweepDiffers { .. } => "leave W out, or mend the end",
+            SweepDiffers { .. } => "leave W out, or correct the end",
             PathIgnored | ToolIgnored | ToolLeftOut(_) | SpindleCapped(_) | WaitRounded(_) => {
                 return None;
             }
@@ -563,7 +563,7 @@ impl Problem {
             NotRotary(_) => "name the turning axis first, as in CYL A5000 Y",
             NotLinear(_) => "name a linear axis second, as in CYL A5000 Y",
             OnCylinder(_) => "end the cylinder first, as in CYL A0",
-            Follows(_) => "move the axis it stands in for, or end the cylinder with radius 0",
+            Follows(_) => "move the axis it replaces, or end the cylinder with radius 0",
             NoOperator => {
                 "run the job with `vimc4 send`, or leave the line out, changes of the tool with \
                  --leave-out-tool-changes"

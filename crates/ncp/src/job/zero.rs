@@ -16,8 +16,8 @@ pub struct Zero(pub [Option<Value>; 4]);
 /// Why a text is no work-piece zero.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoZero {
-    /// A coordinate is no number.
-    #[error("{text:?} is no coordinate of {axis}; 100000 is, in µm, and 100mm")]
+    /// A coordinate is not a number.
+    #[error("{text:?} is not a coordinate of {axis}; 100000 is, in µm, and 100mm")]
     NotANumber {
         /// The axis.
         axis: char,
@@ -28,7 +28,7 @@ pub enum NoZero {
     #[error("there are four axes at most: X,Y,Z,A")]
     TooMany,
     /// Something else than a register before the equals sign.
-    #[error("{0:?} is no register; 1 to 8 are, as in 1=100000,50000,-20000")]
+    #[error("{0:?} is not a register; 1 to 8 are, as in 1=100000,50000,-20000")]
     NoRegister(String),
     /// A register with nothing to put in it.
     #[error("register {0} is given nothing; write {0}=100000,50000,-20000")]

@@ -240,7 +240,7 @@ pub enum Instruction {
     DrillDefinition(DrillWords),
     /// `DRILL`.
     Drill(Words),
-    /// `CYL`: the turning axis by index, the radius, and the linear axis it stands in for.
+    /// `CYL`: the turning axis by index, the radius, and the linear axis that it replaces.
     Cylinder(Placed<usize>, Word, Option<Placed<usize>>),
     /// `HALT`: until the operator goes on.
     Halt,

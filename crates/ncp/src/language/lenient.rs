@@ -14,7 +14,7 @@ pub(super) fn is_no_motion(line: &str) -> bool {
     let rest = line.get(name.len()..).unwrap_or_default();
     let matters = reference::COMMANDS.iter().filter(|info| !info.is_accessory());
     let mut names = matters.map(|info| info.name).filter(|name| *name != reference::MARK);
-    // What is shorter, or stands alone, may be what is left of anything.
+    // What is shorter, or takes no arguments, may be what is left of anything.
     let mut others = rest.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| word.len() > 1);
     let says_more = others.clone().next().is_some();
     let standard = others.any(|word| is_like(&word.to_ascii_uppercase(), "STANDARD"));
@@ -56,7 +56,7 @@ pub(super) fn command_in(text: &str) -> Option<(usize, &'static str)> {
         let mut names = reference::COMMANDS.iter().map(|info| info.name);
         names.find(|name| name.eq_ignore_ascii_case(word))
     };
-    // Every word ends before one byte that is no letter.
+    // Every word ends before one byte that is not a letter.
     let mut at = 0;
     words.into_iter().find_map(|word| {
         let start = at;

@@ -340,7 +340,7 @@ impl<'t> Reader<'t, '_> {
         Some(Instruction::SetBit(bit.value, to))
     }
 
-    /// The turning axis with its radius, and the linear axis that it stands in for.
+    /// The turning axis with its radius, and the linear axis that it replaces.
     fn cylinder(&mut self, info: &'static CommandInfo, name: Span) -> Option<Instruction> {
         let turning = self.axis_of_cylinder(info, name)?;
         let parameter = info.parameters.get(turning.value)?;
@@ -348,7 +348,7 @@ impl<'t> Reader<'t, '_> {
         let radius = Placed { span: self.since(turning.span), ..radius };
         if self.ends() {
             if radius.value != Value::ZERO {
-                self.missing(info, name, "linear axis to stand in for");
+                self.missing(info, name, "linear axis to replace");
             }
             return Some(Instruction::Cylinder(turning, radius, None));
         }

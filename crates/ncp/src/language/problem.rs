@@ -13,7 +13,7 @@ use crate::Severity;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Problem {
     /// The line does not begin with the name of a command.
-    #[error("this is no command")]
+    #[error("this is not a command")]
     NoCommand,
     /// A comment in brackets.
     #[error("a comment in brackets")]
@@ -33,10 +33,10 @@ pub enum Problem {
         word: Excerpt,
     },
     /// There is no such axis.
-    #[error("{0} is no axis")]
+    #[error("{0} is not an axis")]
     UnknownAxis(Excerpt),
-    /// A plane that is no pair of linear axes.
-    #[error("{0} is no plane")]
+    /// A plane that is not a pair of linear axes.
+    #[error("{0} is not a plane")]
     UnknownPlane(Excerpt),
     /// A word is there twice.
     #[error("{0} is given twice")]
@@ -76,7 +76,7 @@ pub enum Problem {
         command: &'static str,
     },
     /// Digits, signs and points that are no number, or no digits where a number is due.
-    #[error("{0} is no number")]
+    #[error("{0} is not a number")]
     NotANumber(Excerpt),
     /// A number with places where only whole ones make sense.
     #[error("{0} takes whole numbers only")]
@@ -101,10 +101,10 @@ pub enum Problem {
     #[error("the lower limit of {0} is above the upper limit")]
     LimitsReversed(&'static str),
     /// Something else where a port is due: `A`, or `E` if it is to be read.
-    #[error("this is no {} port", if *.0 == 'A' { "output" } else { "input" })]
+    #[error("this is not an {} port", if *.0 == 'A' { "output" } else { "input" })]
     NotAPort(char),
     /// A rotary axis where one of X, Y, Z is due.
-    #[error("{0} is no linear axis")]
+    #[error("{0} is not a linear axis")]
     NotLinear(Excerpt),
     /// Only one limit of an axis.
     #[error("the upper limit of {0} is missing")]
@@ -119,7 +119,7 @@ pub enum Problem {
     #[error("the value is missing")]
     MissingPortValue,
     /// Something else where the value of a port is due.
-    #[error("{0} is no value of a port")]
+    #[error("{0} is not a value of a port")]
     NotAPortValue(Excerpt),
 }
 
@@ -196,20 +196,20 @@ impl Problem {
                                the program that has written it"
                     .to_owned()
             }
-            Problem::UnknownCommand(_) => "text that is no command stands behind `;`".to_owned(),
+            Problem::UnknownCommand(_) => "text that is not a command goes after `;`".to_owned(),
             Problem::UnknownWord { command, .. }
             | Problem::MissingWord { command, .. }
             | Problem::NothingNamed(command)
             | Problem::StrayNumber(command) => pattern(command)?,
             Problem::MissingValue(word) => {
-                pattern(word).unwrap_or_else(|| format!("write a number behind {word}"))
+                pattern(word).unwrap_or_else(|| format!("write a number after {word}"))
             }
             Problem::UnknownAxis(_) => "axes are X, Y, Z, A, B and C".to_owned(),
             Problem::UnknownPlane(_) => "planes are XY, XZ and YZ".to_owned(),
             Problem::GivenTwice(word) => format!("leave one {word}"),
             Problem::Contradiction(one, other) => format!("leave {one} or {other}"),
             Problem::Unexpected(text) if text.as_str().starts_with(',') => {
-                "decimal places stand behind a point, and blanks separate words".to_owned()
+                "decimal places follow a point, and blanks separate words".to_owned()
             }
             Problem::Unexpected(_) | Problem::Surplus(_) => "a comment begins with `;`".to_owned(),
             Problem::Swallowed { command, .. } => format!("write {command} in a line of its own"),
@@ -226,12 +226,12 @@ impl Problem {
             Problem::NotAPort(letter) => {
                 format!("write {letter}1, {letter}2, {letter}3 or {letter}4")
             }
-            Problem::NotLinear(_) => "a cylinder stands in for X, Y or Z".to_owned(),
+            Problem::NotLinear(_) => "a cylinder replaces X, Y or Z".to_owned(),
             Problem::MissingUpperLimit(axis) => {
                 format!("write both limits with a comma between them, such as {axis}0,250000")
             }
             Problem::MissingBit => "write the port, a point and a bit from 1 to 8: A1.4".to_owned(),
-            Problem::MissingEquals => "write `=` and the value behind the port".to_owned(),
+            Problem::MissingEquals => "write `=` and the value after the port".to_owned(),
             Problem::MissingPortValue | Problem::NotAPortValue(_) => {
                 "values are such as 42 or 42D, 2AH in hexadecimal and 101010B in binary".to_owned()
             }

@@ -768,7 +768,7 @@ pub static COMMANDS: &[CommandInfo] = &[
         Form::Anything(Instruction::Mark),
         NOTHING,
         "IMF_PBL_V1.0",
-        "Marks the file as a job; it stands in the first line, with any text behind it.",
+        "Marks the file as a job; it is the first line, with any text after it.",
     ),
     field(row(
         "TYPE",

@@ -63,7 +63,7 @@ impl fmt::Display for Value {
 
 /// Why a text is no [`Value`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("this is no number with three decimal places at most")]
+#[error("this is not a number with three decimal places at most")]
 pub struct NotAValue;
 
 #[cfg(test)]

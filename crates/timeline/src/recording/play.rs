@@ -10,7 +10,7 @@ use vimc4_device::{
 
 use super::entry::{Entry, Given, What};
 
-/// So many events are remembered, for whoever asks what led to something.
+/// How many events are kept to explain what led to something.
 const REMEMBERED: usize = 12;
 
 /// A device into which a recording is played, line by line.
@@ -43,7 +43,7 @@ pub struct Told {
 
 /// A recorded state that is none of the device's.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("line {line}: it is no state of this controller: {why}")]
+#[error("line {line}: it is not a state of this controller: {why}")]
 pub struct StateError {
     /// The line, from 1.
     pub line: u32,

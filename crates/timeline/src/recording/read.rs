@@ -22,7 +22,7 @@ pub struct Recording {
     pub torn: Option<u32>,
 }
 
-/// Why a file is no recording, and where.
+/// Why a file is not a recording, and where.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}: {message}; {help}")]
 pub struct ReadError {
@@ -90,7 +90,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// If it is no recording, one of another version, or a line of it is wrong.
+    /// If it is not a recording, one of another version, or a line of it is wrong.
     pub fn read(text: &[u8]) -> Result<Recording, ReadError> {
         let mut lines = text.split_inclusive(|byte| *byte == b'\n');
         let mut reader = Reader::begin(lines.next().unwrap_or_default())?;
@@ -111,7 +111,7 @@ impl Recording {
         out
     }
 
-    /// Whether it goes up to an end that was written down; else whoever wrote it was killed, or is
+    /// Whether it has a written end; otherwise the program that wrote it was killed, or is
     /// still writing.
     #[must_use]
     pub fn is_whole(&self) -> bool {
@@ -197,7 +197,7 @@ impl Reader {
             return Err(ReadError {
                 line,
                 column: 0,
-                message: format!("line {line} stands after the end"),
+                message: format!("line {line} comes after the end"),
                 help: "a recording ends with its line `end`; a second one is a file of its own"
                     .to_owned(),
             });
@@ -214,7 +214,7 @@ impl Reader {
                         entry.at.as_nanos(),
                         self.last.as_nanos()
                     ),
-                    help: "lines stand in the order in which they happened".to_owned(),
+                    help: "lines are in the order in which things happened".to_owned(),
                 });
             }
             What::Given { .. } => self.last = entry.at,
@@ -262,7 +262,7 @@ fn no_recording(message: &str) -> ReadError {
     ReadError {
         line: 1,
         column: 0,
-        message: format!("this is no recording: {message}"),
+        message: format!("this is not a recording: {message}"),
         help: "name a file that `--record` or `vimc4 record` has written".to_owned(),
     }
 }
@@ -273,7 +273,7 @@ fn read_head(line: &[u8]) -> Result<Head, ReadError> {
         ..no_recording(message)
     };
     match line {
-        [0xEF, 0xBB, 0xBF, ..] => return Err(saved("a byte order mark stands before its head")),
+        [0xEF, 0xBB, 0xBF, ..] => return Err(saved("a byte order mark comes before its head")),
         [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [b'{', 0, ..] | [0, b'{', ..] => {
             return Err(saved("it is text in UTF-16"));
         }
@@ -281,7 +281,7 @@ fn read_head(line: &[u8]) -> Result<Head, ReadError> {
     }
     let version = serde_json::from_slice::<Version>(line);
     let Ok(Version { recording: Some(version) }) = version else {
-        return Err(no_recording("its first line is no head"));
+        return Err(no_recording("its first line is not a head"));
     };
     if version != VERSION {
         return Err(ReadError {
@@ -302,7 +302,7 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
     let bytes = |written: &str, key: &str| {
         text::bytes(written).map_err(|c| {
             error(
-                format!("`{key}` has the character {c:?}, which stands for no byte"),
+                format!("`{key}` has the character {c:?}, which is not a byte"),
                 "a byte is the character with its number, up to \\u00ff",
             )
         })

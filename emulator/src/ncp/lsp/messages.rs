@@ -51,7 +51,7 @@ impl Refusal {
         Refusal { code: -32_700, message: message.to_string() }
     }
 
-    /// It is no message, or one that has no place here.
+    /// It is not a message, or one that has no place here.
     pub(super) fn request(message: impl ToString) -> Refusal {
         Refusal { code: -32_600, message: message.to_string() }
     }
@@ -100,7 +100,7 @@ fn message(bytes: &[u8]) -> Incoming {
         (None, Some(Value::String(method))) => Incoming::Notification { method, params },
         (Some(_), None) if part("result").or(part("error")).is_some() => Incoming::Answer,
         (id, _) => {
-            let error = Refusal::request("this is no message of JSON-RPC");
+            let error = Refusal::request("this is not a message of JSON-RPC");
             Incoming::Unreadable { id: id.unwrap_or_default(), error }
         }
     }

@@ -132,7 +132,7 @@ impl twins::Conversation<Controller> for Conversation {
         if let Some(announced) = self.announced.take() {
             assert_eq!(bytes, announced, "sends something else than it announced");
         } else if self.character {
-            assert!(matches!(bytes, [33..=126]), "{bytes:?} is no character");
+            assert!(matches!(bytes, [33..=126]), "{bytes:?} is not a character");
             self.character = false;
         } else {
             // The self-test is the one command that talks instead of answering.

@@ -84,7 +84,7 @@ fn check_command(
     let came = raw == b"!PH" || so_far.windows(raw.len()).any(|window| window == raw);
     assert!(came, "{text} has not been received");
     let is_bare = !matches!(raw[0], b'A'..=b'Z' | b'!');
-    assert!(grammar.bare_pairs || !is_bare, "{text} is no command");
+    assert!(grammar.bare_pairs || !is_bare, "{text} is not a command");
     let parsed = match is_bare {
         false => parse(raw, grammar),
         // A move to these places, or by these ways.

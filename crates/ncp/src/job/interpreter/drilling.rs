@@ -62,7 +62,7 @@ impl Interpreter<'_> {
         }
         for (name, word) in [('F', words.first), ('O', words.other), ('R', words.retreat)] {
             if let Some(word) = word.filter(|word| word.value < Value::ZERO) {
-                // What the steps are then is no question.
+                // What the steps are then is not a question.
                 self.state.told_of_holes.steps |= name != 'R';
                 return Err((word.span, Problem::NegativeLength(name, word.value)));
             }

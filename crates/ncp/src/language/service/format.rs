@@ -65,7 +65,7 @@ fn written(line: &str) -> String {
     if let Some(name) = reader.take(token::name) {
         blank(&mut out);
         let info = reference::find(name.value);
-        // The text behind the mark is no word, and belongs to it without a blank.
+        // The text behind the mark is not a word, and belongs to it without a blank.
         if let Some(Form::Anything(_)) = info.map(|info| info.form) {
             let rest = reader.rest();
             let command = name.value.to_ascii_uppercase();

@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(markdown("MOVEABS X5").matches("\n- ").count(), 2);
         assert!(markdown("LIMIT X0,5").starts_with("```ncp\nLIMIT [Xn,n] [Yn,n]\n```"));
         assert!(markdown("VEL 5").contains("in µm/s\n"));
-        // The cycle of a drill is no axis, and its lengths may be mm.
+        // The cycle of a drill is not an axis, and its lengths may be mm.
         let drill = markdown("DRILLDEF C1");
         assert!(drill.contains("[Cn] [Pn]") && drill.contains("- `C`: cycle"));
         assert!(drill.contains("below the reference plane, in mm\n"));

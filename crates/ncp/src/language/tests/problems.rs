@@ -21,7 +21,7 @@ fn unknown_commands_are_told_with_the_nearest_known_one() {
     let (text, help) = message("MOVABS X5");
     assert_eq!(text, "unknown command `MOVABS`");
     assert_eq!(help, "perhaps MOVEABS is meant");
-    assert_eq!(message("Werkzeug 5").1, "text that is no command stands behind `;`");
+    assert_eq!(message("Werkzeug 5").1, "text that is not a command goes after `;`");
     assert_eq!(read("MOVABS X5 ; kept").0.comment, Some("kept"));
 }
 
@@ -69,7 +69,7 @@ fn words_are_checked() {
     assert_eq!(message("MOVEABS X5 Q6").0, "MOVEABS takes no `Q`");
     assert_eq!(message("MOVEABS X5 Q6").1, "it is written MOVEABS [Xn] [Yn] [Zn] [An]");
     assert_eq!(message("MOVEABS X5 X6").0, "X is given twice");
-    assert_eq!(message("MOVEABS X").1, "write a number behind X");
+    assert_eq!(message("MOVEABS X").1, "write a number after X");
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn commands_need_what_they_cannot_do_without() {
         ("COOLANT", "COOLANT has no ON or OFF"),
         ("CYL", "CYL has no axis"),
         ("CYL 5000", "CYL has no axis"),
-        ("CYL A5000", "CYL has no linear axis to stand in for"),
+        ("CYL A5000", "CYL has no linear axis to replace"),
     ] {
         let (text, help) = message(line);
         assert_eq!(text, lacks);
@@ -191,8 +191,8 @@ fn ports_are_checked() {
     ] {
         assert_eq!(told(line), [(code, at)], "{line}");
     }
-    assert_eq!(message("SETPORT E1=5").0, "this is no output port");
-    assert_eq!(message("WAITPORT A1==5").0, "this is no input port");
+    assert_eq!(message("SETPORT E1=5").0, "this is not an output port");
+    assert_eq!(message("WAITPORT A1==5").0, "this is not an input port");
     assert_eq!(message("SETPORT A5=5").0, "the number of the port is out of range");
     assert_eq!(message("SETPORT A5=5").1, "from 1 to 4");
 }
