@@ -49,6 +49,11 @@ fn conditions_are_written_as_what_they_are_read_from() {
 }
 
 #[test]
+fn faults_are_written_as_what_they_are_read_from() {
+    replay("fault");
+}
+
+#[test]
 fn flash_images_are_refused_or_work() {
     replay("flash");
 }

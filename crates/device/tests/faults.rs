@@ -191,6 +191,20 @@ fn a_paced_line_keeps_its_pace() {
     assert_eq!(outputs.collect::<Vec<_>>(), [(3_125, 1), (4_166, 1), (5_208, 1), (6_250, 1)]);
 }
 
+/// A speed that begins with a command finds the rest of what was sent, in one piece or in many.
+#[test]
+fn a_speed_begins_between_two_bytes() {
+    let mut whole = cart(&["speed 600 to-controller after command m"]);
+    let mut pieced = whole.clone();
+    whole.send(b"p\rm3\rp\r");
+    b"p\rm3\rp\r".iter().for_each(|byte| pieced.send(&[*byte]));
+    whole.run_to_rest().unwrap();
+    pieced.run_to_rest().unwrap();
+    assert_eq!(whole.take_bytes(), b"00");
+    assert_eq!(pieced.take_bytes(), b"00");
+    assert_eq!(whole.device().state(), pieced.device().state());
+}
+
 /// Equal seeds strike equally, others otherwise.
 #[test]
 fn chance_can_be_repeated() {

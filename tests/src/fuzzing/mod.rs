@@ -24,7 +24,7 @@ mod twins;
 
 pub use adapter::adapter;
 pub use chance::Chance;
-pub use conditions::condition;
+pub use conditions::{condition, fault};
 pub use debugging::{console, walk};
 pub use histories::history;
 pub use isel::{controller, flash, lexer, parser};
@@ -42,13 +42,14 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 15] = [
+pub const TARGETS: [Target; 16] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
     ("ncp", ncp),
     ("profiles", profiles),
     ("condition", condition),
+    ("fault", fault),
     ("flash", flash),
     ("recording", recording),
     ("controller", controller),

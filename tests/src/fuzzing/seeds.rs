@@ -39,9 +39,17 @@ pub struct Seed {
 pub fn seeds() -> Vec<Seed> {
     let sessions = fixtures::sessions().unwrap_or_else(|error| unreachable!("{error}"));
     let (controllers, lines) = (controllers(&sessions), lines(&sessions));
-    let others =
-        [job_files(), profiles(), conditions(), recordings(), consoles(), adapters(), ports()]
-            .concat();
+    let others = [
+        job_files(),
+        profiles(),
+        conditions(),
+        faults(),
+        recordings(),
+        consoles(),
+        adapters(),
+        ports(),
+    ]
+    .concat();
     [controllers, lines, flash(), others].concat()
 }
 
@@ -209,6 +217,15 @@ fn conditions() -> Vec<Seed> {
         Seed { target: "condition", name, data }
     };
     conditions::texts().into_iter().enumerate().map(seed).collect()
+}
+
+/// Faults with the names of every model.
+fn faults() -> Vec<Seed> {
+    let seed = |(number, data): (usize, Vec<u8>)| {
+        let name = format!("forms-{number}");
+        Seed { target: "fault", name, data }
+    };
+    conditions::faults().into_iter().enumerate().map(seed).collect()
 }
 
 /// An image of the flash memory with lines of every kind, for each model and end.

@@ -263,7 +263,7 @@ impl Faults {
         let due = |begun: &Begun| match &begun.stage {
             Stage::Waits { breakpoint, .. } => breakpoint.next(device),
             Stage::Strikes { since } => {
-                let ends = begun.ends(*since).filter(|_| !begun.is_of_line());
+                let ends = begun.ends(*since).filter(|_| begun.has_to_end());
                 let leaves = begun.fault.when().during.as_ref();
                 let leaves = leaves.and_then(|during| device.leaving(during));
                 ends.into_iter().chain(leaves).min()
@@ -295,9 +295,9 @@ impl Faults {
                 }
                 Stage::Strikes { since } => {
                     let since = *since;
-                    if !begun.is_of_line() && begun.ends(since).is_some_and(|ends| ends <= now) {
+                    if begun.has_to_end() && begun.ends(since).is_some_and(|ends| ends <= now) {
                         begun.stage = Stage::Over;
-                        given.push(ForDevice::End(begun.number));
+                        given.extend((!begun.is_of_line()).then_some(ForDevice::End(begun.number)));
                     } else if let Some(during) = begun.fault.when().during.clone()
                         && !device.holds(&during, [].iter())
                     {
@@ -446,6 +446,12 @@ impl Begun {
 
     fn is_of_line(&self) -> bool {
         self.fault.of_line().is_some()
+    }
+
+    /// Whether its end changes something by itself: what a device does, or how bits are read that are
+    /// on the line already.
+    fn has_to_end(&self) -> bool {
+        self.fault.of_line().is_none_or(|line| matches!(line.damage, Damage::Speed(_)))
     }
 
     /// Whether the device has been given it.

@@ -119,9 +119,11 @@ impl<D: Device> Line<D> {
         let Some(faults) = faults else { return next };
         let baud = self.device.baud();
         let host = faults.speed(Way::ToHost, self.device.now(), baud).unwrap_or(baud);
+        // At another speed the end of a character may be over already.
+        let wave = |due: Option<Time>| due.map(|due| due.max(self.device.now()));
         let others = [
-            of(faults.wave_to_host.due(host), Next::WaveLeaves),
-            of(faults.wave_to_controller.due(baud), Next::WaveArrives),
+            of(wave(faults.wave_to_host.due(host)), Next::WaveLeaves),
+            of(wave(faults.wave_to_controller.due(baud)), Next::WaveArrives),
             of(faults.due(&self.device), Next::Look),
             of(faults.to_host.due(), Next::HeldLeaves),
             of(faults.to_controller.due(), Next::HeldArrives),
@@ -330,7 +332,12 @@ impl<D: Device> Device for Line<D> {
                     self.device.accept(Input::Wake, first);
                 }
                 if let Some(byte) = self.wires.to_device.pop(baud) {
-                    self.crossed(Way::ToController, byte, first);
+                    let (paced, speed) = (self.wires.paced, self.device.baud());
+                    let faults = self.wires.faults.as_mut().filter(|_| !paced);
+                    let way = Way::ToController;
+                    if !faults.is_some_and(|faults| faults.send(way, &[byte], first, speed)) {
+                        self.crossed(way, byte, first);
+                    }
                 }
             }
         }
@@ -344,7 +351,9 @@ impl<D: Device> Device for Line<D> {
                 self.device.accept(Input::Wake, at);
                 let (now, baud) = (self.device.now(), self.device.baud());
                 let pace = self.pace();
-                let faults = self.wires.faults.as_mut();
+                // Where characters take no time each finds its way when its turn has come.
+                let paced = self.wires.paced;
+                let faults = self.wires.faults.as_mut().filter(|_| paced);
                 if !faults.is_some_and(|faults| faults.send(Way::ToController, bytes, now, baud)) {
                     self.wires.to_device.push(bytes, now, pace);
                 }
