@@ -490,3 +490,19 @@ fn any_fault_at_any_time_makes_no_difference_to_who_looks() {
         }
     }
 }
+
+#[test]
+fn strikes_are_counted_whether_anybody_watches_or_not() {
+    for kinds in [Kinds::NONE, Kinds::ALL] {
+        for (text, struck) in [("jam x", 2), ("push x 5", 1), ("hold estop", 1)] {
+            for when in ["", " after x > 100"] {
+                let mut tried = open("imc-s8", "bench").watching(kinds);
+                ask(&mut tried, "@01\r");
+                fault(&mut tried, &format!("{text}{when}"));
+                ask(&mut tried, "@0A1000,300\r");
+                let faults = tried.device().faults();
+                assert_eq!(faults[0].struck, struck, "{text}{when} {kinds:?}");
+            }
+        }
+    }
+}

@@ -28,9 +28,11 @@
 
 mod line;
 mod machine;
+mod mishap;
 mod strike;
 mod text;
 mod when;
+mod words;
 
 use std::fmt;
 
@@ -39,9 +41,9 @@ use serde::{Deserialize, Serialize};
 pub use line::{BadByte, Damage, Garbling, LineFault, Way};
 pub use machine::{MachineFault, MachineStrike, Mishap, SwitchSays};
 pub use strike::Strike;
-pub use text::FaultError;
 pub(crate) use text::kinds;
 pub use when::{Awaited, Chance, When};
+pub use words::FaultError;
 
 /// Something that goes wrong.
 ///

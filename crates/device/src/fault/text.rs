@@ -1,19 +1,15 @@
 //! Faults as people type them.
 
-mod machine;
-
-use std::error::Error;
 use std::fmt::{self, Write};
 use std::str::FromStr;
-use std::time::Duration;
 
-use bytes::Bytes;
-
+use super::words::{FaultError, Nth, Span, Words, up_to, whole};
 use super::{
-    Awaited, BadByte, Chance, Damage, Fault, FaultNumber, Faulting, Garbling, LineFault, Way, When,
+    Awaited, BadByte, Chance, Damage, Fault, FaultNumber, Faulting, Garbling, LineFault,
+    MachineFault, Mishap, Way, When, mishap,
 };
-use crate::condition::{excerpt, without_names};
-use crate::{Condition, Names, escape, parse_duration, show_nanos, unescape};
+use crate::condition::without_names;
+use crate::{Condition, Names, escape};
 
 /// The kinds of faults of the line, as they are typed, and what each does.
 const KINDS: [(&str, &str); 12] = [
@@ -33,37 +29,7 @@ const KINDS: [(&str, &str); 12] = [
 
 /// What can be said of when a fault strikes.
 const WHEN: &str = "once, `3 times`, always, `every 10th`, `3rd byte`, `5%`, `for 200ms`, \
-                    `seed 7`, or `after` and a condition";
-
-/// Why a text is not a fault: where it goes wrong, and what would be right there.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FaultError {
-    text: String,
-    /// What follows the place up to which it was read.
-    rest: String,
-    right: String,
-}
-
-impl FaultError {
-    /// What would be right, for people.
-    #[must_use]
-    pub fn right(&self) -> &str {
-        &self.right
-    }
-
-    /// What follows the place up to which it was read.
-    pub(crate) fn rest(&self) -> &str {
-        &self.rest
-    }
-}
-
-impl fmt::Display for FaultError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        excerpt(f, &self.text, &self.rest, &self.right)
-    }
-}
-
-impl Error for FaultError {}
+                    `seed 7`, or `after` or `while` and a condition";
 
 impl Names {
     /// Reads a fault.
@@ -131,6 +97,28 @@ impl Names {
                 Err(words.wrong_at(here, format!("a kind of fault: {}", kinds.join(", "))))
             }
         }
+    }
+
+    /// When a fault of the machine strikes: once, so which of many has no meaning.
+    fn machine_fault(
+        &self,
+        mishap: Mishap,
+        words: &mut Words<'_>,
+    ) -> Result<MachineFault, FaultError> {
+        let here = words.rest;
+        let when = self.read_when(None, words)?;
+        let plain = When {
+            after: when.after.clone(),
+            lasts: when.lasts,
+            during: when.during.clone(),
+            ..When::ALWAYS
+        };
+        if when != plain {
+            let right = "`for 200ms`, or `after` or `while` and a condition: what is wrong with a machine is so \
+                         from when it begins until it ends";
+            return Err(words.wrong_at(here, right));
+        }
+        Ok(MachineFault { mishap, when })
     }
 
     fn line_fault(&self, damage: Damage, words: &mut Words<'_>) -> Result<LineFault, FaultError> {
@@ -330,7 +318,7 @@ impl Names {
 
 /// All kinds of faults, and what each does.
 pub(crate) fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
-    KINDS.into_iter().chain(machine::KINDS)
+    KINDS.into_iter().chain(mishap::KINDS)
 }
 
 /// What a word and those that belong to it do to the line; `None` if the word is no such kind.
@@ -459,187 +447,6 @@ impl FromStr for FaultNumber {
             number => number.parse().map(FaultNumber),
         }
     }
-}
-
-/// A span of time as it is read.
-struct Span(Duration);
-
-impl fmt::Display for Span {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&show_nanos(u64::try_from(self.0.as_nanos()).unwrap_or(u64::MAX)))
-    }
-}
-
-/// `1st`, `2nd`, `3rd`, `4th`.
-struct Nth(u64);
-
-impl fmt::Display for Nth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let end = match (self.0 % 10, self.0 % 100) {
-            (_, 11..=13) => "th",
-            (1, _) => "st",
-            (2, _) => "nd",
-            (3, _) => "rd",
-            _ => "th",
-        };
-        write!(f, "{}{end}", self.0)
-    }
-}
-
-// --- words ---
-
-/// Reads the whole of a text.
-fn whole<T>(
-    text: &str,
-    read: impl FnOnce(&mut Words<'_>) -> Result<T, FaultError>,
-) -> Result<T, FaultError> {
-    let text = text.trim();
-    let mut words = Words { text, rest: text };
-    let read = read(&mut words)?;
-    match words.rest {
-        "" => Ok(read),
-        _ => Err(words.wrong("nothing more")),
-    }
-}
-
-/// A text and what of it is to be read, which begins with no blank.
-pub(super) struct Words<'t> {
-    text: &'t str,
-    rest: &'t str,
-}
-
-impl<'t> Words<'t> {
-    fn is_empty(&self) -> bool {
-        self.rest.is_empty()
-    }
-
-    fn wrong(&self, right: impl Into<String>) -> FaultError {
-        self.wrong_at(self.rest, right)
-    }
-
-    fn wrong_at(&self, rest: &str, right: impl Into<String>) -> FaultError {
-        FaultError { text: self.text.to_owned(), rest: rest.to_owned(), right: right.into() }
-    }
-
-    fn peek(&self) -> &'t str {
-        self.rest.split_whitespace().next().unwrap_or_default()
-    }
-
-    fn word(&mut self) -> Option<&'t str> {
-        let word = self.rest.split_whitespace().next()?;
-        self.rest = self.rest.get(word.len()..).unwrap_or_default().trim_start();
-        Some(word)
-    }
-
-    fn take_if(&mut self, wanted: &str) -> bool {
-        let is = self.peek().eq_ignore_ascii_case(wanted);
-        if is {
-            self.word();
-        }
-        is
-    }
-
-    fn take_parsed<T: FromStr>(&mut self) -> Option<T> {
-        let parsed = self.peek().parse().ok()?;
-        self.word();
-        Some(parsed)
-    }
-
-    fn parsed<T: FromStr>(&mut self, right: &str) -> Result<T, FaultError> {
-        self.take_parsed().ok_or_else(|| self.wrong(right))
-    }
-
-    /// A number with a word behind it.
-    fn counted(&mut self, unit: &str) -> Option<u64> {
-        let here = self.rest;
-        let number = self.take_parsed();
-        if number.is_some() && self.take_if(unit) {
-            return number;
-        }
-        self.rest = here;
-        None
-    }
-
-    /// The number that a word such as `10th` says.
-    fn peek_ordinal(&self) -> Option<u64> {
-        let word = self.peek();
-        let number = word.get(..word.len().checked_sub(2)?)?;
-        let number = number.parse().ok().filter(|number| *number > 0)?;
-        Nth(number).to_string().eq_ignore_ascii_case(word).then_some(number)
-    }
-
-    /// `10th`, or `10`.
-    fn ordinal(&mut self) -> Option<u64> {
-        let plain = || self.peek().parse().ok().filter(|number| *number > 0);
-        let number = self.peek_ordinal().or_else(plain)?;
-        self.word();
-        Some(number)
-    }
-
-    fn nth_byte(&mut self) -> Option<u64> {
-        let here = self.rest;
-        let number = self.peek_ordinal();
-        self.word();
-        if number.is_some() && self.take_if("byte") {
-            return number;
-        }
-        self.rest = here;
-        None
-    }
-
-    fn chance(&mut self) -> Option<Chance> {
-        let number = self.peek().strip_suffix('%')?;
-        let (whole, places) = number.split_once('.').unwrap_or((number, ""));
-        let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-        if whole.is_empty() || places.len() > 4 || !is_number(whole) || !is_number(places) {
-            return None;
-        }
-        let places = format!("{places:0<4}").parse().ok()?;
-        let millionths = whole.parse::<u32>().ok()?.checked_mul(10_000)?.checked_add(places)?;
-        (millionths <= 1_000_000).then(|| self.word())?;
-        Some(Chance::millionths(millionths))
-    }
-
-    fn time(&mut self, example: &str) -> Result<Duration, FaultError> {
-        let time = parse_duration(self.peek());
-        let time = time.map_err(|_| self.wrong(format!("a time, as in `{example}`")))?;
-        self.word();
-        Ok(time)
-    }
-
-    /// Bytes as [`escape`] writes them, between quotation marks or up to a blank.
-    fn bytes(&mut self) -> Result<Bytes, FaultError> {
-        let right = r#"bytes, as in `insert \xFF` or `insert "0\r"`"#;
-        let (written, rest) = match self.rest.strip_prefix('"') {
-            Some(quoted) => quoted.split_once('"').ok_or_else(|| self.wrong(right))?,
-            None => self.rest.split_at(self.peek().len()),
-        };
-        let is_plain = !written.is_empty() && written.bytes().all(|c| matches!(c, b' '..=b'~'));
-        let bytes = is_plain.then(|| unescape(written).ok()).flatten();
-        let bytes = bytes.ok_or_else(|| self.wrong(right))?;
-        self.rest = rest.trim_start();
-        Ok(bytes.into())
-    }
-}
-
-/// A text up to one of some words outside of quotation marks, and what is left from that word on.
-fn up_to<'t>(text: &'t str, ends: &[&str]) -> (&'t str, &'t str) {
-    let (mut quoted, mut escaped) = (false, false);
-    for (at, c) in text.char_indices() {
-        if escaped {
-            escaped = false;
-        } else if quoted && c == '\\' {
-            escaped = true;
-        } else if c == '"' {
-            quoted = !quoted;
-        } else if !quoted && c.is_whitespace() {
-            let rest = text.get(at..).unwrap_or_default().trim_start();
-            if ends.contains(&rest.split_whitespace().next().unwrap_or_default()) {
-                return (text.get(..at).unwrap_or_default(), rest);
-            }
-        }
-    }
-    (text, "")
 }
 
 #[cfg(test)]

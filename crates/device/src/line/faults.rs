@@ -254,7 +254,10 @@ impl Faults {
     pub(super) fn kinds(&self) -> Kinds {
         let waiting = self.list.iter().filter(|begun| matches!(begun.stage, Stage::Waits { .. }));
         let awaited = waiting.flat_map(|begun| &begun.fault.when().after);
-        awaited.fold(Kinds::NONE, |kinds, awaited| kinds.and(awaited.condition.kinds()))
+        // A device says itself when one strikes that is its own.
+        let own = self.list.iter().any(|begun| !begun.is_of_line());
+        let own = if own { Kinds::FAULT } else { Kinds::NONE };
+        awaited.fold(own, |kinds, awaited| kinds.and(awaited.condition.kinds()))
     }
 
     /// When the device has to be looked at next: something may have come by then, or is over that the
@@ -282,6 +285,13 @@ impl Faults {
     ) -> Vec<ForDevice> {
         let now = device.now();
         let mut given = Vec::new();
+        for event in events {
+            if let Event::Fault { number, news: FaultNews::Strikes(_) } = event
+                && let Some(begun) = self.list.iter_mut().find(|begun| begun.number == *number)
+            {
+                begun.struck += 1;
+            }
+        }
         for place in 0..self.list.len() {
             let Some(begun) = self.list.get_mut(place) else { continue };
             match &mut begun.stage {

@@ -221,6 +221,11 @@ impl<D: Device> Line<D> {
 
     /// Gives the device the faults that are its own.
     fn give(&mut self, given: Vec<ForDevice>) {
+        if given.is_empty() {
+            return;
+        }
+        // What they do is counted from the first on.
+        self.mind_faults();
         let now = self.device.now();
         for given in given {
             let faulting = match given {

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::{FaultError, Span, Words};
-use crate::fault::{MachineFault, Mishap, SwitchSays, When};
+use super::words::{FaultError, Span, Words};
+use super::{Mishap, SwitchSays};
 use crate::{Names, SignalId};
 
 /// The kinds of faults of the machine, as they are typed, and what each does.
@@ -62,28 +62,6 @@ impl Names {
             "power-off" => Ok(Mishap::Power),
             _ => return None,
         })
-    }
-
-    /// When a fault of the machine strikes: once, so which of many has no meaning.
-    pub(super) fn machine_fault(
-        &self,
-        mishap: Mishap,
-        words: &mut Words<'_>,
-    ) -> Result<MachineFault, FaultError> {
-        let here = words.rest;
-        let when = self.read_when(None, words)?;
-        let plain = When {
-            after: when.after.clone(),
-            lasts: when.lasts,
-            during: when.during.clone(),
-            ..When::ALWAYS
-        };
-        if when != plain {
-            let right = "`for 200ms`, or `after` or `while` and a condition: what is wrong with a machine is so \
-                         from when it begins until it ends";
-            return Err(words.wrong_at(here, right));
-        }
-        Ok(MachineFault { mishap, when })
     }
 
     fn switch(&self, words: &mut Words<'_>) -> Result<Mishap, FaultError> {
