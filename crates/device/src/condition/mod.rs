@@ -5,12 +5,13 @@
 //! after it; it is seen in the events of that cause. Both can be combined: all of them in one
 //! moment, or any of them.
 
+mod seen;
 mod text;
 mod vocabulary;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Event, Kinds, Point, SignalId, Time};
+use crate::{Point, SignalId, Time};
 
 pub use text::{ConditionError, LengthUnit, Named, Names, Scale};
 pub(crate) use text::{excerpt, without_names};
@@ -172,28 +173,6 @@ pub enum Fact {
 }
 
 impl Condition {
-    /// The kinds of events in which its happenings are seen; none if there are only states in it.
-    #[must_use]
-    pub fn kinds(&self) -> Kinds {
-        match self {
-            Condition::Command { .. } | Condition::Line { .. } => Kinds::COMMAND,
-            Condition::Answered { .. } | Condition::Answer { .. } | Condition::Error { .. } => {
-                Kinds::ANSWER
-            }
-            Condition::SignalChanges { .. } => Kinds::SIGNAL,
-            Condition::All(parts) | Condition::Any(parts) => {
-                parts.iter().fold(Kinds::NONE, |kinds, part| kinds.and(part.kinds()))
-            }
-            _ => Kinds::NONE,
-        }
-    }
-
-    /// Whether there are happenings in it: it can begin to hold by what comes from outside.
-    #[must_use]
-    pub fn has_happenings(&self) -> bool {
-        self.kinds() != Kinds::NONE
-    }
-
     /// The latest time that is named in it.
     pub(crate) fn latest_time(&self) -> Option<Time> {
         match self {
@@ -202,35 +181,6 @@ impl Condition {
                 parts.iter().filter_map(Condition::latest_time).max()
             }
             _ => None,
-        }
-    }
-
-    /// Whether a happening is what an event tells.
-    #[must_use]
-    pub fn is_seen_in(&self, event: &Event) -> bool {
-        let is = |wanted: &Option<String>, mnemonic: &str| {
-            wanted.as_ref().is_none_or(|wanted| vocabulary::is_mnemonic(mnemonic, wanted))
-        };
-        match (self, event) {
-            (Condition::Command { like }, Event::Command { mnemonic, bytes }) => {
-                let begins = |like: &String| bytes.starts_with(like.as_bytes());
-                is(like, mnemonic) || like.as_ref().is_some_and(begins)
-            }
-            (Condition::Answered { like }, Event::Answer { mnemonic, .. }) => is(like, mnemonic),
-            (Condition::Answer { text }, Event::Answer { bytes, .. }) => {
-                bytes.trim_ascii_end() == text.as_bytes()
-            }
-            (Condition::Error { code }, Event::Answer { bytes, why: Some(_), .. }) => {
-                let text = bytes.trim_ascii_end();
-                code.as_ref().is_none_or(|code| vocabulary::is_error(text, code.as_bytes()))
-            }
-            (Condition::Line { line: wanted }, Event::Line { line, .. }) => {
-                wanted.is_none_or(|wanted| wanted == *line)
-            }
-            (Condition::SignalChanges { signal, to }, Event::Signal { signal: other, value }) => {
-                signal == other && to.is_none_or(|to| to == *value)
-            }
-            _ => false,
         }
     }
 }
