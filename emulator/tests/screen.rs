@@ -207,6 +207,66 @@ fn a_walk() -> Outcome {
     Ok(())
 }
 
+/// What the cells of a picture say, row by row.
+fn text_of(svg: &str) -> Vec<String> {
+    let mut rows: Vec<Vec<char>> = Vec::new();
+    for line in svg.lines().filter_map(|line| line.strip_prefix("<text ")) {
+        let number = |name: &str| -> usize {
+            let (_, value) = line.split_once(&format!("{name}=\"")).unwrap();
+            value.split('"').next().unwrap().parse().unwrap()
+        };
+        // A character is 8 wide and 17 high, and there is a margin.
+        let (column, row) = ((number("x") - 8) / 8, (number("y") - 21) / 17);
+        let (_, text) = line.split_once('>').unwrap();
+        let text = text.strip_suffix("</text>").unwrap();
+        let text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"");
+        let text = text.replace("&amp;", "&");
+        rows.resize(rows.len().max(row + 1), Vec::new());
+        let cells = &mut rows[row];
+        cells.resize(cells.len().max(column + text.chars().count()), ' ');
+        for (place, c) in text.chars().enumerate() {
+            cells[column + place] = c;
+        }
+    }
+    rows.iter().map(|row| row.iter().collect::<String>().trim_end().to_owned()).collect()
+}
+
+/// What the manual shows is what a terminal shows, cell by cell.
+fn the_pictures_of_the_manual() -> Outcome {
+    for (width, height) in [(80, 24), (200, 60)] {
+        let folder = tempfile::tempdir()?;
+        for name in ["docs", "examples"] {
+            fs::create_dir(folder.path().join(name))?;
+        }
+        let plate = "examples/plate.ncp";
+        fs::copy(root().join(plate), folder.path().join(plate))?;
+        let tmux = Tmux::start(width, height);
+        tmux.command(&format!("cd {}", folder.path().display()));
+        tmux.console(MILL);
+        let name = format!("docs/console-{width}x{height}.svg");
+        let script = fs::read_to_string(root().join("examples/pictures.txt"))?;
+        let typed = script.lines().take_while(|line| !line.contains(&name));
+        // A picture that is written is told of on the screen, and not in what a script draws.
+        let is_typed = |line: &&str| !line.starts_with('#') && !line.starts_with("picture");
+        for line in typed.filter(is_typed) {
+            tmux.command(&format!(":{line}"));
+        }
+        let kept = text_of(&fs::read_to_string(root().join(&name))?);
+        // The dots of the path are drawn and not written in a picture.
+        let is_dots = |c: char| ('\u{2800}'..='\u{28FF}').contains(&c);
+        let rows = |screen: &str| -> Vec<String> {
+            let text = screen.replace(is_dots, " ");
+            text.lines().map(|row| row.trim_end().to_owned()).collect()
+        };
+        // What it is about comes last.
+        tmux.wait(&format!("what {name} shows:\n{}\n", kept.join("\n")), |screen| {
+            rows(screen) == kept
+        });
+        assert!(kept.len() == usize::from(height), "{name}");
+    }
+    Ok(())
+}
+
 fn the_command_line_completes_and_remembers() -> Outcome {
     let tmux = Tmux::start(80, 24);
     tmux.console(MILL);
@@ -371,7 +431,8 @@ fn main() -> ExitCode {
     } else {
         None
     };
-    let tests: [Tried; 9] = [
+    let tests: [Tried; 10] = [
+        ("the pictures of the manual", the_pictures_of_the_manual),
         ("a walk through a job", a_walk),
         ("the command line completes and remembers", the_command_line_completes_and_remembers),
         ("another size is drawn at once", another_size_is_drawn_at_once),

@@ -127,13 +127,23 @@ impl Editor {
     }
 
     /// Hears until an event of this name comes, whatever else does.
-    pub(crate) fn heard_of(&mut self, event: &str) {
-        while self.hear()["event"] != event {}
+    pub(crate) fn heard_of(&mut self, event: &str) -> Value {
+        loop {
+            let mut message = self.hear();
+            if message["event"] == event {
+                return message["body"].take();
+            }
+        }
     }
 
     /// Hears until a request is answered, whatever else comes.
-    pub(crate) fn heard_answer(&mut self, request: i64) {
-        while self.hear()["request_seq"] != request {}
+    pub(crate) fn heard_answer(&mut self, request: i64) -> Value {
+        loop {
+            let message = self.hear();
+            if message["request_seq"] == request {
+                return message;
+            }
+        }
     }
 
     pub(crate) fn try_to(&mut self, command: &str, arguments: Value) -> Result<Value, String> {
