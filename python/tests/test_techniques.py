@@ -205,6 +205,15 @@ def test_orders_are_those_that_people_type(vimc4):
     assert ("press stop", "STOP button") in vimc4.complete("press s")
 
 
+def test_faults_are_orders(vimc4):
+    port = vimc4.serial(timeout=0.05)
+    vimc4.order("fault drop to-host once")
+    port.write(b"@07\r")
+    assert port.read() == b""
+    port.write(b"@07\r")
+    assert port.read() == b"0"
+
+
 def test_a_profile_may_be_changed_in_the_program(root):
     text = virtual.machine_profile("mill")
     mine = virtual.Machine(text.replace('name = "mill"', 'name = "my mill"'))
