@@ -1,6 +1,7 @@
 //! The command `vimc4`: wiring only. Each subcommand has a file of its own.
 #![forbid(unsafe_code)]
 
+mod answers;
 mod circle;
 mod completions;
 mod conform;

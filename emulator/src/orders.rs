@@ -1,9 +1,8 @@
 //! The lines that people type while controllers run.
 
 use std::future::{Future, poll_fn};
-use std::io::{self, BufRead, ErrorKind, Read, Write};
+use std::io::{self, BufRead, Read};
 use std::pin::Pin;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 use std::thread;
 
@@ -98,8 +97,8 @@ pub(crate) enum Next {
 /// The orders that have been given and are not answered yet, oldest first.
 ///
 /// Everything is ordered at once, so that STOP can be pressed while the machine is awaited. What
-/// is done at once is answered in the order of the lines. What lasts is answered when it is done,
-/// and says which order it was if others have been answered meanwhile.
+/// is done at once is answered in the order of the lines, and what lasts when it is done. An answer
+/// says which order it belongs to, unless that is the oldest of its controller without one.
 pub(crate) struct Desk<'a> {
     emulators: &'a [Emulator],
     names: &'a Names,
@@ -112,8 +111,9 @@ struct Open {
     number: usize,
     order: String,
     lasts: bool,
-    /// Something that was ordered later has been answered.
-    overtaken: bool,
+    /// Its answer says which order it is: something that was ordered later has been answered, or
+    /// something that was ordered before has not.
+    named: bool,
     coming: Pin<Box<dyn Future<Output = Answer> + Send>>,
     answer: Option<Answer>,
 }
@@ -143,11 +143,24 @@ impl<'a> Desk<'a> {
         }
     }
 
+    /// What is still awaited is given up.
+    pub(crate) fn give_up(&self) {
+        for emulator in self.emulators {
+            emulator.control().cancel_all();
+        }
+    }
+
     /// Refuses a line that is too long for an order.
     pub(crate) fn refuse(&mut self, beginning: &str) {
         let beginning = text::shown_in_line(beginning);
         let wrong = format!("`{beginning}…` is wrong: no order has {LONGEST} characters");
-        self.open(0, "", false, async { Err(wrong) });
+        // It is named by what is said of it.
+        self.open(self.outside(), "", false, async { Err(wrong) });
+    }
+
+    /// The number of what belongs to no controller: where there is one only, that is the one.
+    fn outside(&self) -> usize {
+        usize::from(self.emulators.len() == 1)
     }
 
     /// Gives the order of one line. With several controllers it begins with the number of one.
@@ -157,7 +170,7 @@ impl<'a> Desk<'a> {
         let (number, order) = match line {
             "" => return Next::Continue,
             "quit" => return Next::Quit,
-            _ if line.split_whitespace().next() == Some("help") => (0, line),
+            _ if line.split_whitespace().next() == Some("help") => (self.outside(), line),
             _ if count == 1 => (1, line),
             _ => {
                 let (number, order) = line.split_once(' ').unwrap_or((line, ""));
@@ -170,7 +183,7 @@ impl<'a> Desk<'a> {
                             "`{line}` is wrong: begin with the number of a controller, 1 to \
                              {count}, as in `1 press start`"
                         );
-                        self.open(0, line, false, async { Err(wrong) });
+                        self.open(0, "", false, async { Err(wrong) });
                         return Next::Continue;
                     }
                 }
@@ -185,7 +198,7 @@ impl<'a> Desk<'a> {
             Ok(Some(given)) if self.awaits_enough(number, &given) => {
                 let wrong =
                     format!("{MOST_WAITING} orders are awaited already; `cancel` gives them up");
-                self.open(number, "", false, async { Err(wrong) });
+                self.open(number, order, false, async { Err(wrong) });
             }
             Ok(Some(given)) => {
                 let outcome = emulator.control().by("standard input").give(&given);
@@ -201,9 +214,9 @@ impl<'a> Desk<'a> {
                 });
             }
             Err(error) => {
-                // It has its turn, as if it had been an order.
+                // It has its turn, as if it had been an order, and says itself which line it was.
                 let turn = emulator.control().now();
-                self.open(number, order, false, async move {
+                self.open(number, "", false, async move {
                     let _ = turn.await;
                     Err(error.to_string())
                 });
@@ -225,8 +238,8 @@ impl<'a> Desk<'a> {
         lasts: bool,
         coming: impl Future<Output = Answer> + Send + 'static,
     ) {
-        let (order, coming) = (order.to_owned(), Box::pin(coming));
-        self.open.push(Open { number, order, lasts, overtaken: false, coming, answer: None });
+        let (order, coming) = (text::shown_in_line(order), Box::pin(coming));
+        self.open.push(Open { number, order, lasts, named: false, coming, answer: None });
     }
 
     /// The next answer, as it is printed.
@@ -240,9 +253,12 @@ impl<'a> Desk<'a> {
         while let Some(earlier) = self.find(cx, place) {
             place = earlier;
         }
-        let open = self.open.remove(place);
+        let mut open = self.open.remove(place);
         for earlier in &mut self.open[..place] {
-            earlier.overtaken |= earlier.number == open.number;
+            if earlier.number == open.number {
+                earlier.named = true;
+                open.named = true;
+            }
         }
         Poll::Ready(open.print(self.emulators.len() > 1))
     }
@@ -279,28 +295,16 @@ impl Open {
             number if several => format!("{number}: "),
             _ => String::new(),
         };
-        let order = if self.overtaken { format!("{}: ", self.order) } else { String::new() };
-        match self.answer {
-            Some(Ok(text)) => format!("{number}{order}{text}\n"),
-            Some(Err(wrong)) => format!("{number}error: {order}{wrong}\n"),
-            None => String::new(),
-        }
-    }
-}
-
-/// Prints on standard output. Nobody may be reading, which is no reason to end; what cannot be
-/// written although somebody may want to read it is said once.
-pub(crate) fn say(text: &str) {
-    static SAID: AtomicBool = AtomicBool::new(false);
-    let mut out = io::stdout().lock();
-    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
-        && error.kind() != ErrorKind::BrokenPipe
-        && !SAID.swap(true, Ordering::Relaxed)
-    {
-        let _ = writeln!(
-            io::stderr(),
-            "cannot write to standard output: {error}; the controllers run all the same"
-        );
+        let order = match self.named && !self.order.is_empty() {
+            true => format!("{}: ", self.order),
+            false => String::new(),
+        };
+        let text = match self.answer {
+            Some(Ok(text)) => format!("{order}{text}"),
+            Some(Err(wrong)) => format!("error: {order}{wrong}"),
+            None => return String::new(),
+        };
+        text.split('\n').map(|line| format!("{number}{line}\n")).collect()
     }
 }
 

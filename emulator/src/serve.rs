@@ -17,6 +17,7 @@ use tokio::task::yield_now;
 use tokio::time::timeout;
 use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
 
+use crate::answers::Answers;
 use crate::completions;
 use crate::dap::{self, Served};
 use crate::endings::Endings;
@@ -30,6 +31,9 @@ use crate::values::size;
 
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
+
+/// So long is waited at the end for answers that are still to be written: nobody may read them.
+const STANDSTILL: Duration = Duration::from_millis(500);
 
 /// Exit codes of serving, and how it is begun.
 const EXAMPLES: &str = "\
@@ -152,6 +156,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         .enable_all()
         .build()
         .map_err(|error| Failure::usage(format!("cannot wait for events: {error}")))?;
+    let answers = Answers::begin();
     let end = runtime.block_on(async {
         // From here on nobody can end the program without its links being removed.
         let mut endings = Endings::listen();
@@ -166,8 +171,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
                 let dap = debugger.map(|listener| let_attach(listener, &emulators)).transpose();
                 match dap {
                     Ok(dap) => {
-                        announce(&arguments, &emulators, dap);
-                        attend(&emulators, endings, arguments.until_stdin_closes).await
+                        let ready = announce(&arguments, &emulators, dap);
+                        answers.give(answers.room().await, ready);
+                        attend(&emulators, endings, &answers, arguments.until_stdin_closes).await
                     }
                     Err(failure) => Err(failure),
                 }
@@ -176,6 +182,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             Err(code) => Ok(code),
         };
         end_all(emulators, &log, Control::stop_and_leave).await;
+        let _ = timeout(STANDSTILL, answers.written()).await;
         end
     });
     // With it every controller would be dropped that has not come to its end. Nothing of them is
@@ -336,8 +343,8 @@ fn recording(path: &Path, number: Option<u16>) -> PathBuf {
     path.with_file_name(format!("{stem}-{number}{ending}"))
 }
 
-/// Says where the controllers are, and that they are ready.
-fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) {
+/// Where the controllers are, and that they are ready; what is to be known besides is said.
+fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) -> String {
     let pty = |emulator: &Emulator| emulator.port().map(|path| path.display().to_string());
     let tcp = |emulator: &Emulator| emulator.tcp_addr().map(|address| address.to_string());
     let rfc2217 = |emulator: &Emulator| emulator.rfc2217_addr().map(|address| address.to_string());
@@ -395,7 +402,7 @@ fn announce(arguments: &Arguments, emulators: &[Emulator], dap: Option<String>) 
              connects drives the machine; 127.0.0.1 is open to this computer only"
         );
     }
-    orders::say(&text);
+    text
 }
 
 /// Whether other computers can connect.
@@ -407,6 +414,7 @@ fn is_open_to_others(address: &SocketAddr) -> bool {
 async fn attend(
     emulators: &[Emulator],
     mut endings: Endings,
+    answers: &Answers,
     until_stdin_closes: bool,
 ) -> Result<ExitCode, Failure> {
     let names = match emulators.first() {
@@ -421,7 +429,11 @@ async fn attend(
         tokio::select! {
             code = endings.told() => return Ok(code),
             end = &mut ended => return end.map(|()| ExitCode::SUCCESS),
-            answer = desk.answer() => orders::say(&answer),
+            // Where there is no room for another answer it stays with the desk.
+            (room, answer) = async { (answers.room().await, desk.answer().await) }, if !desk.is_empty() => {
+                answers.give(room, answer);
+            }
+            () = answers.written(), if ending && desk.is_empty() => return Ok(ExitCode::SUCCESS),
             line = lines.recv(), if typing && desk.has_room() => match line {
                 // The end of the input is not the end of the controllers, unless it is to be.
                 None => {
@@ -434,14 +446,15 @@ async fn attend(
                 Some(Typed::TooLong(beginning)) => desk.refuse(&beginning),
                 Some(Typed::Line(line)) => match desk.take(&line) {
                     Next::Continue => {}
-                    // Said a second time, it leaves no time for what is still awaited.
-                    Next::Quit if ending => return Ok(ExitCode::SUCCESS),
-                    Next::Quit => ending = true,
+                    Next::Quit => {
+                        // Said a second time, it leaves no time for what is still awaited.
+                        if ending {
+                            desk.give_up();
+                        }
+                        ending = true;
+                    }
                 },
             },
-        }
-        if ending && desk.is_empty() {
-            return Ok(ExitCode::SUCCESS);
         }
     }
 }

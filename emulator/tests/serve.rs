@@ -204,7 +204,7 @@ fn another_family_is_served_with_its_own_axes_and_a_hint() {
     let never = "error: this never happens unless something else does first";
     assert!(serve.order("run until x > 5000").starts_with(never));
     serve.give("run until command PA and x >= 0\nposition\n");
-    assert!(serve.line().starts_with("X "));
+    assert!(serve.line().starts_with("position: X "));
     assert_eq!(ask(&mut client, "PA7,7;", 2), "C\r");
     assert!(serve.line().starts_with("run until command PA and x >= 0: there at "));
     assert_eq!(serve.order("quit"), "");
@@ -403,8 +403,9 @@ fn what_lasts_holds_up_no_other_order_and_says_which_it_was() {
     while serve.order("position") == "X 0 Y 0 Z 0 A 0" {}
     assert_eq!(serve.order("run until x 60000"), format!("error: {never}"));
     serve.give("run until x 49000\nposition\nrun until x 50000\nhlep\npress stop\nposition\n");
+    // The answer of a later order says whose it is.
     let position = serve.line();
-    assert!(position.starts_with("X "), "{position}");
+    assert!(position.starts_with("position: X "), "{position}");
     assert!(serve.line().starts_with("error: `hlep` is wrong"));
     // STOP is pressed although two lines wait, which then wait in vain.
     let never = |order| format!("error: {order}{never}");
@@ -460,9 +461,10 @@ fn however_many_orders_wait_others_are_heard() {
     let mut serve = serving(folder.path(), &nowhere);
     assert_eq!(serve.line(), "ready");
     serve.give(&"1 run until command @A\n".repeat(1_002));
-    let wrong = "1: error: 1000 orders are awaited already; `cancel` gives them up";
+    let wrong =
+        "1: error: run until command @A: 1000 orders are awaited already; `cancel` gives them up";
     assert_eq!([serve.line(), serve.line()], [wrong, wrong]);
-    assert_eq!(serve.order("1 position"), "1: X 0 Y 0 Z 0 A 0");
+    assert_eq!(serve.order("1 position"), "1: position: X 0 Y 0 Z 0 A 0");
     assert!(serve.order("2 press stop").starts_with("2: ok, without effect"));
     serve.give("2 run until signal stop changes\n2 hold stop\n");
     assert!(serve.line().starts_with("2: there at "));
@@ -473,6 +475,108 @@ fn however_many_orders_wait_others_are_heard() {
     let given_up = |line: &&String| line.contains("run until command @A: given up at ");
     assert_eq!(said.iter().filter(given_up).count(), 1_000);
     serve.give("1 run until command @A\nquit\nquit\n");
+    assert_eq!(serve.end(), (Some(0), String::new()));
+}
+
+#[test]
+fn an_answer_without_a_name_belongs_to_the_oldest_order_that_has_none() {
+    for (count, one, colon) in [("1", "", ""), ("2", "1 ", "1: ")] {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments =
+            ["--tcp", "none", "--pty", "none", "--until-stdin-closes", "--count", count];
+        let mut serve = serving(folder.path(), &arguments);
+        assert_eq!(serve.line(), "ready");
+        serve.give(&format!("{one}run until command @P\n"));
+        let named = serve.order(&format!("{one}run until y 5"));
+        assert!(named.starts_with(&format!("{colon}error: run until y 5: this never")), "{named}");
+        serve.give(&format!("{one}run until command @P and x < 5\n{one}position\n"));
+        assert_eq!(serve.line(), format!("{colon}position: X 0 Y 0 Z 0 A 0"));
+        // What is refused as a line quotes it.
+        assert!(serve.order(&format!("{one}hlep")).starts_with(&format!("{colon}error: `hlep`")));
+        let (code, said, errors) = serve.finish();
+        assert_eq!((code, errors.as_str()), (Some(0), ""));
+        let [first, second] = said.lines().collect::<Vec<_>>()[..] else { panic!("{said}") };
+        assert!(first.starts_with(&format!("{colon}error: run until command @P: given up at ")));
+        let again = format!("{colon}error: run until command @P and x < 5: given up at ");
+        assert!(second.starts_with(&again), "{second}");
+    }
+}
+
+#[test]
+fn each_line_of_an_answer_has_the_number_of_its_controller() {
+    let said = all_at_once(&["--count", "2"], "2 signals\n1 help\nquit\n");
+    let (second, first): (Vec<_>, Vec<_>) = said.iter().partition(|line| line.starts_with("2: "));
+    assert!(second.len() > 10 && first.len() > 10, "{said:#?}");
+    assert!(first.iter().all(|line| line.starts_with("1: ")), "{said:#?}");
+}
+
+#[test]
+fn however_often_quit_is_said_what_was_ordered_before_is_answered() {
+    let never_ends = "advance 90000000s\n";
+    let orders = format!("position\ncover open\n{never_ends}quit\nquit\nquit\n");
+    for time in ["real", "manual"] {
+        for _ in 0..5 {
+            let said = all_at_once(&["--time", time], &orders);
+            assert_eq!(said[..2], ["X 0 Y 0 Z 0 A 0", "ok"], "{time}: {said:?}");
+            assert_eq!(said.len(), 3, "{time}: {said:?}");
+        }
+    }
+}
+
+/// Waits until the pipe behind standard output takes no more.
+fn fill(serve: &Process) {
+    let mut before = 0;
+    process::until("the pipe fills", || {
+        let pipe = serve.output.as_ref().unwrap().get_ref();
+        let now = rustix::io::ioctl_fionread(pipe).unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        now > 60_000 && std::mem::replace(&mut before, now) == now
+    });
+}
+
+#[test]
+fn answers_that_nobody_reads_hold_up_neither_clients_nor_signals() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = ["--tcp", "127.0.0.1:0", "--json"];
+        let mut serve = serving(folder.path(), &arguments);
+        let mut client = connect(tcp(&ready(&serve.line()), 0));
+        assert_eq!(ask(&mut client, "@07\r", 1), "0");
+        // More than a pipe holds, and than waits for one: from somewhere on orders are not read.
+        let mut input = serve.input.take().unwrap();
+        let writer = std::thread::spawn(move || {
+            let _ = input.write_all("position\n".repeat(200_000).as_bytes());
+        });
+        fill(&serve);
+        for _ in 0..100 {
+            assert_eq!(ask(&mut client, "@0P\r", 19).len(), 19);
+        }
+        assert!(folder.path().join("vimc4.pty").is_symlink());
+        serve.signal(signal);
+        assert_eq!(serve.ended().code(), Some(0));
+        assert!(!folder.path().join("vimc4.pty").is_symlink());
+        writer.join().unwrap();
+        // What it had said is whole.
+        let mut said = String::new();
+        serve.output.as_mut().unwrap().read_to_string(&mut said).unwrap();
+        assert!(said.lines().next().is_some_and(|line| line == "X 0 Y 0 Z 0 A 0"));
+    }
+}
+
+#[test]
+fn who_reads_late_gets_every_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut serve = serving(folder.path(), &["--tcp", "none", "--pty", "none"]);
+    assert_eq!(serve.line(), "ready");
+    let mut input = serve.input.take().unwrap();
+    let writer = std::thread::spawn(move || {
+        input.write_all(("position\n".repeat(20_000) + "quit\n").as_bytes()).unwrap();
+    });
+    fill(&serve);
+    let mut said = String::new();
+    serve.output.as_mut().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(said.lines().filter(|line| *line == "X 0 Y 0 Z 0 A 0").count(), 20_000);
+    writer.join().unwrap();
     assert_eq!(serve.end(), (Some(0), String::new()));
 }
 

@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 use super::bridge::{Tap, Tape};
 use super::client;
+use crate::answers;
 use crate::completions;
 use crate::endings::Endings;
 use crate::failure::Failure;
-use crate::orders;
 use crate::port::{Port, PortError};
 use crate::values::size;
 
@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         places += &format!("tcp {address}\n");
         client::serve(listener, &tap).map_err(failed)?;
     }
-    orders::say(&(places + "ready\n"));
+    answers::say(&(places + "ready\n"));
     let (name, listening) = (arguments.device.clone(), Arc::clone(&tap));
     let listen = move || listen(&listening, port, &name, baud);
     thread::Builder::new().name("device".to_owned()).spawn(listen).map_err(failed)?;
