@@ -448,7 +448,11 @@ impl<D: Family> Twins<D> {
                 let mut later = self.watched.clone();
                 later.watch(Kinds::NONE);
                 later.handle(Input::Wake, at);
-                holds(&seen, &later.view(at), &machine, &later, &[])
+                match seen {
+                    // Which switch counts for which end is a setting of some controllers.
+                    Condition::Limit { .. } => later.crossing(&seen) == Some(at),
+                    _ => holds(&seen, &later.view(at), &machine, &later, &[]),
+                }
             };
             let last = self.watched.wake().map(|wake| Time::from_nanos(wake.as_nanos() - 1));
             let last = last.filter(|last| *last >= now);
