@@ -73,6 +73,8 @@ struct Before {
     baud: Option<u32>,
     /// Somebody else has it open.
     busy: bool,
+    /// It is a terminal for people, which no emulator holds: an old link may lead there.
+    stale: bool,
 }
 
 /// What was found, line by line.
@@ -116,6 +118,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
                 )));
             }
         }
+    }
+    if before.stale {
+        // To open it as a serial port would already disturb whoever sits there.
+        output::print(&findings.text)?;
+        return Ok(ExitCode::FAILURE);
     }
     let baud = arguments.baud.or(before.baud).unwrap_or(BAUD);
     let mut port = match Port::open(name, baud) {
@@ -203,9 +210,17 @@ fn before_opening(name: &str, findings: &mut Findings) -> Option<Before> {
         ),
     }
     if let Some(Ok(Some(settings))) = settings {
+        before.stale = is_pseudo(path) && users.server().is_none() && is_edited(&settings);
         // A program that opens it as a serial port sets all of that.
         findings.fine("settings", &format!("{}, until the program sets its own", shown(&settings)));
         before.baud = is_pseudo(path).then_some(settings.output_speed());
+        if before.stale {
+            findings.problem(
+                "controller",
+                "not asked: this is a terminal for people, and what leads here is stale",
+                "start `vimc4 serve`, which makes the link anew",
+            );
+        }
     }
     Some(before)
 }
@@ -255,7 +270,7 @@ fn line_settings(path: &Path) -> rustix::io::Result<Option<rustix::termios::Term
 
 #[cfg(unix)]
 fn shown(settings: &rustix::termios::Termios) -> String {
-    use rustix::termios::{ControlModes, LocalModes};
+    use rustix::termios::ControlModes;
 
     let mut text = format!("{} baud", settings.output_speed());
     let modes = settings.control_modes;
@@ -276,11 +291,18 @@ fn shown(settings: &rustix::termios::Termios) -> String {
     if modes.contains(ControlModes::CRTSCTS) {
         text += ", RTS/CTS";
     }
-    let cooked = settings.local_modes.intersects(LocalModes::ICANON | LocalModes::ECHO);
-    if cooked {
+    if is_edited(settings) {
         text += ", edited and echoed like a terminal for people";
     }
     text
+}
+
+/// Whether it is set as terminals for people are.
+#[cfg(unix)]
+fn is_edited(settings: &rustix::termios::Termios) -> bool {
+    use rustix::termios::LocalModes;
+
+    settings.local_modes.intersects(LocalModes::ICANON | LocalModes::ECHO)
 }
 
 #[cfg(not(unix))]
@@ -316,7 +338,9 @@ fn modem_lines(port: &mut Port, findings: &mut Findings) {
 /// Nothing that is asked moves, switches or stores anything, whatever the controller does: it
 /// does not know the question of another family.
 fn conversation(port: &mut Port, findings: &mut Findings) {
-    if let Err(why) = talk(port, findings) {
+    let mut heard = Vec::new();
+    let Err(why) = talk(port, findings, &mut heard) else { return };
+    if heard.is_empty() || is_telnet(&heard) {
         findings.problem(
             "controller",
             &format!("the other end has gone: {why}"),
@@ -330,11 +354,18 @@ fn conversation(port: &mut Port, findings: &mut Findings) {
                 }
             },
         );
+    } else {
+        findings.problem(
+            "controller",
+            &format!("the other end has gone ({why}), after it said `{}`", excerpt(&heard)),
+            "controllers end no connection: look who it is that answers there",
+        );
     }
 }
 
-fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
-    let Heard { bytes: unasked, silent } = hear(port, LISTEN)?;
+/// Everything that comes is added to `heard`.
+fn talk(port: &mut Port, findings: &mut Findings, heard: &mut Vec<u8>) -> Result<(), PortError> {
+    let Heard { bytes: unasked, silent } = hear(port, LISTEN, heard)?;
     if is_telnet(&unasked) {
         findings.problem(
             "line",
@@ -372,8 +403,8 @@ fn talk(port: &mut Port, findings: &mut Findings) -> Result<(), PortError> {
         if let (Some(speed), true) = (speed, number > 0) {
             port.set_baud(speed)?;
         }
-        let Some(found) = question(port, &families, &mut said)? else { continue };
-        describe(port, &found, findings)?;
+        let Some(found) = question(port, &families, &mut said, heard)? else { continue };
+        describe(port, &found, findings, heard)?;
         if let (Some(speed), true) = (speed, number > 0) {
             findings.problem(
                 "speed",
@@ -414,6 +445,7 @@ fn question<'a>(
     port: &mut Port,
     families: &'a [Vec<Handling>],
     said: &mut Vec<u8>,
+    heard: &mut Vec<u8>,
 ) -> Result<Option<Found<'a>>, PortError> {
     let mut last = Vec::new();
     for models in families {
@@ -421,7 +453,7 @@ fn question<'a>(
         let mut refused = None;
         // Half a line that somebody has left spoils the first question.
         for _ in 0..2 {
-            let answer = ask(port, handling.position)?;
+            let answer = ask(port, handling.position, heard)?;
             if let Some(places) = handling.read_position(&answer) {
                 return Ok(Some(Found { handling, places, refused }));
             }
@@ -444,7 +476,12 @@ fn question<'a>(
 }
 
 /// Says who answers.
-fn describe(port: &mut Port, found: &Found<'_>, findings: &mut Findings) -> Result<(), PortError> {
+fn describe(
+    port: &mut Port,
+    found: &Found<'_>,
+    findings: &mut Findings,
+    heard: &mut Vec<u8>,
+) -> Result<(), PortError> {
     let Found { handling, places, refused } = found;
     let family = handling.model().family();
     let who = format!("one of {family} answers");
@@ -475,7 +512,7 @@ fn describe(port: &mut Port, found: &Found<'_>, findings: &mut Findings) -> Resu
         );
     }
     for line in handling.names {
-        let name = ask(port, line)?;
+        let name = ask(port, line, heard)?;
         if family.refusal(&name).is_none() && name.len() > 2 {
             findings.fine("model", &format!("it answers {line} with `{}`", excerpt(&name)));
             return Ok(());
@@ -485,9 +522,9 @@ fn describe(port: &mut Port, found: &Found<'_>, findings: &mut Findings) -> Resu
     Ok(())
 }
 
-fn ask(port: &mut Port, line: &str) -> Result<Vec<u8>, PortError> {
+fn ask(port: &mut Port, line: &str, heard: &mut Vec<u8>) -> Result<Vec<u8>, PortError> {
     port.send(format!("{line}\r").as_bytes())?;
-    Ok(hear(port, ANSWER)?.bytes)
+    Ok(hear(port, ANSWER, heard)?.bytes)
 }
 
 /// What comes, up to the first pause.
@@ -497,12 +534,13 @@ struct Heard {
     silent: bool,
 }
 
-fn hear(port: &mut Port, limit: Duration) -> Result<Heard, PortError> {
+fn hear(port: &mut Port, limit: Duration, all: &mut Vec<u8>) -> Result<Heard, PortError> {
     let mut heard = Heard { bytes: Vec::new(), silent: true };
     let end = Instant::now() + limit + LATEST;
     let mut until = Instant::now() + limit;
     while let Some((_, bytes)) = port.next(until)? {
         heard.bytes.extend_from_slice(&bytes);
+        all.extend_from_slice(&bytes);
         let now = Instant::now();
         if heard.bytes.len() > LONGEST || now > end {
             heard.silent = false;

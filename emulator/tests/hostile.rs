@@ -632,10 +632,30 @@ fn the_doctor_says_what_a_program_will_find_and_moves_nothing() {
     symlink("/dev/pts/none", &link).unwrap();
     doctor("./vimc4.pty", 2, &["leads nowhere"]);
     // A terminal at which nobody is a controller.
+    let raw = |far: &str| {
+        let far = OpenOptions::new().read(true).write(true).open(far).unwrap();
+        let mut settings = rustix::termios::tcgetattr(&far).unwrap();
+        settings.make_raw();
+        rustix::termios::tcsetattr(&far, rustix::termios::OptionalActions::Now, &settings).unwrap();
+    };
     let (_near, far) = pseudo_terminal();
+    raw(&far);
     doctor(&far, 1, &["no emulator holds the other end", "nothing answers"]);
+    // Somebody's terminal window, to which an old link leads, is left alone.
+    let (near, far) = pseudo_terminal();
+    fs::remove_file(&link).unwrap();
+    symlink(&far, &link).unwrap();
+    doctor("./vimc4.pty", 1, &["no emulator holds", "not asked", "what leads here is stale"]);
+    assert!(fs::File::from(near).read(&mut [0]).is_err());
+    // One that says something and closes.
+    let says: Serving = |mut stream| {
+        stream.read_exact(&mut [0; 4])?;
+        stream.write_all(b"HTTP/1.1 400 Bad Request")
+    };
+    doctor(&server(says), 1, &["after it said `HTTP/1.1 400 Bad Request`"]);
     // One that goes away when it is asked.
     let (near, far) = pseudo_terminal();
+    raw(&far);
     let asks = vimc4(folder.path(), &["doctor", &far]).stdout(Stdio::piped()).spawn().unwrap();
     // Nothing can be read before it has opened the port.
     let mut question = fs::File::from(near);

@@ -612,6 +612,35 @@ fn a_condition_that_can_never_hold_is_refused_with_what_could() {
 }
 
 #[test]
+fn what_can_follow_is_listed_once_and_only_if_it_is_there() {
+    let lines = |model: &str, orders: &str| {
+        all_at_once(&["--model", model, "--time", "manual"], &format!("{orders}\nquit\n"))
+    };
+    for model in ["imc4", "motionsystem"] {
+        let help = lines(model, "help run until");
+        let axes = help.iter().find_map(|line| line.split_once("axes are ")).unwrap().1;
+        let axes: Vec<_> = axes.split(", ").collect();
+        let alone: std::collections::BTreeSet<_> = axes.iter().collect();
+        assert_eq!(axes.len(), alone.len(), "{model}: {axes:?}");
+        assert!(!help.iter().any(|line| line.ends_with(": none")), "{help:#?}");
+        let has_ports = help.iter().any(|line| line.starts_with("port "));
+        let follows = lines(model, "run until ?");
+        assert_eq!(follows.iter().any(|line| line.starts_with("run until port")), has_ports);
+    }
+    let follows = lines("imc4", "run until ?");
+    assert!(follows.iter().any(|line| line == "run until answer error  an error is answered"));
+    for (begun, one) in [
+        ("run until command ", "run until command @A"),
+        ("run until answer error ", "run until answer error 2"),
+        ("run until port 0 ", "run until port 0 bit 3"),
+        ("help ", "help run until"),
+    ] {
+        let follows = lines("imc4", &format!("{begun}?"));
+        assert!(follows.iter().any(|line| line.starts_with(one)), "{begun}: {follows:#?}");
+    }
+}
+
+#[test]
 fn a_line_that_is_too_long_is_no_order_whatever_it_ends_with() {
     let line = format!("{}quit", " x".repeat(500));
     let said = all_at_once(&["--time", "manual"], &format!("{line}\nposition\nquit\n"));

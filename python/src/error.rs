@@ -43,7 +43,7 @@ pub(crate) fn of_control(py: Python<'_>, error: &ControlError) -> PyErr {
     let name = match error {
         ControlError::Ended => "Ended",
         ControlError::Deed(_) => "DeedError",
-        ControlError::Never => "Never",
+        ControlError::Never | ControlError::Unforeseen { .. } => "Never",
         ControlError::Late(_) => "Late",
         ControlError::Cancelled { at } => {
             return raise_with(py, "Cancelled", (error.to_string(), at.as_nanos()));

@@ -44,7 +44,8 @@ class DeedError(ControlError, ValueError):
 
 
 class Never(ControlError):
-    """What is waited for never happens unless something else does first."""
+    """What is waited for never happens unless something else does first, or not as far as is looked
+    ahead."""
 
 
 class Late(ControlError, TimeoutError):

@@ -271,6 +271,12 @@ impl<D: Device> Forecast<D> {
         Forecast { future, condition }
     }
 
+    /// How far it has looked: nothing before this instant is still open.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.future.now()
+    }
+
     /// Follows the copy for no more than so many causes, from where it has come to.
     pub fn look(&mut self, causes: u32) -> Foresight {
         let Forecast { future, condition } = self;

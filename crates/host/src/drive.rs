@@ -260,7 +260,11 @@ impl<D: Device + Clone> Drive<D> {
             Wish::Pause => travel.paused = true,
             Wish::Go | Wish::Unaided => match travel.foresee(&self.rig.device, self.rig.inputs) {
                 Foresight::Never => return Some(Err(ControlError::Never)),
-                Foresight::Open => {}
+                Foresight::Open => {
+                    if let Some(until) = travel.looked_to() {
+                        return Some(Err(ControlError::Unforeseen { until }));
+                    }
+                }
                 Foresight::At(to) => {
                     let (causes, arrived) = self.run_to(to, travel.stage(BATCH));
                     if arrived {

@@ -42,7 +42,14 @@ pub enum ControlError {
     /// What was waited for has not happened in this time.
     #[error("nothing within {0:?}; it may come later, or never")]
     Late(Duration),
-    /// It comes to rest, or runs on without end, and the condition never holds.
+    /// It runs on, perhaps without end, and the condition does not hold as far as was looked ahead:
+    /// [`MAX_CAUSES`](vimc4_device::MAX_CAUSES) causes.
+    #[error("not by {until}, as far as is looked ahead; `advance` goes further")]
+    Unforeseen {
+        /// The controller's time then.
+        until: Time,
+    },
+    /// It comes to rest, and the condition never holds.
     #[error(
         "this never happens unless something else does first; give the command or the order that \
          leads there before"

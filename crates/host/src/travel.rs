@@ -53,6 +53,8 @@ impl<D: Device + Clone> Travel<D> {
     ) -> Travel<D> {
         let (until, to) = match destination {
             Destination::After(span) => (None, Some(began + span)),
+            // A time comes, whatever happens before.
+            Destination::Until(Condition::At(at)) if at >= began => (None, Some(at)),
             Destination::Until(condition) => (Some(condition), None),
         };
         Travel {
@@ -109,7 +111,13 @@ impl<D: Device + Clone> Travel<D> {
                 }
             }
         }
-        if self.causes == 0 { Foresight::Never } else { Foresight::Open }
+        Foresight::Open
+    }
+
+    /// Up to when it has been looked ahead in vain, if no more is looked.
+    pub(crate) fn looked_to(&self) -> Option<Time> {
+        let forecast = self.forecast.as_ref().filter(|_| self.causes == 0)?;
+        Some(forecast.now())
     }
 
     /// Reports how far it has come to the thread that sent it.

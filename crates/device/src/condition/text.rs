@@ -519,7 +519,14 @@ impl Names {
         let mut axes: Vec<u8> = self.axes.iter().map(|(axis, _)| *axis).collect();
         axes.sort_unstable();
         axes.dedup();
-        axes.into_iter().map(|axis| self.axis_name(axis)).collect()
+        // Those of a second group may be called as those of the first.
+        let mut names: Vec<String> = Vec::new();
+        for name in axes.into_iter().map(|axis| self.axis_name(axis)) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// How a condition can begin, and what it is then.
@@ -542,8 +549,37 @@ impl Names {
             ("answer error", "an error is answered"),
             ("line ", "a line of the stored program begins"),
         ];
+        let known = self.vocabulary.as_ref();
+        let has = |begin: &str| match begin {
+            "port " => known.is_none_or(|known| !known.ports.is_empty()),
+            "line " => known.is_none_or(|known| known.stores),
+            _ => true,
+        };
+        let others = others.into_iter().filter(|(begin, _)| has(begin));
         begins.extend(others.map(|(begin, about)| (begin.to_owned(), about)));
         begins
+    }
+
+    /// What can follow the beginnings of a condition, where that can be listed.
+    pub(crate) fn listed_conditions(&self) -> Vec<(&'static str, String, &'static str)> {
+        let Some(known) = &self.vocabulary else { return Vec::new() };
+        let bits = |port: &u16| {
+            let port = *port;
+            (0..8).map(move |bit| format!("{port} bit {bit} "))
+        };
+        let bits: Vec<_> = known.ports.iter().flat_map(bits).collect();
+        let listed = [
+            ("command ", &known.commands, "a command begins"),
+            ("answered ", &known.commands, "a command is answered"),
+            ("answer error ", &known.errors, "an error is answered"),
+            ("port ", &bits, "a bit of a port has a level"),
+        ];
+        let lines = listed.into_iter();
+        lines
+            .flat_map(|(begin, words, about)| {
+                words.iter().map(move |word| (begin, word.clone(), about))
+            })
+            .collect()
     }
 
     /// The forms of a condition, and what each says.
@@ -554,7 +590,6 @@ impl Names {
         let known = self.vocabulary.as_ref();
         let commands = listed(known.map(Vocabulary::commands_in_words));
         let errors = listed(known.map(Vocabulary::errors_in_words));
-        let ports = listed(known.map(Vocabulary::ports_in_words));
         let mut forms = vec![
             (
                 format!("{axis} < -5000"),
@@ -564,7 +599,6 @@ impl Names {
                 format!("outside {axis} -5..5"),
                 "an axis is outside of limits; several may follow".to_owned(),
             ),
-            ("port 2 bit 0 on|off".to_owned(), format!("a bit of a port{ports}")),
             (format!("limit {axis}+ on|off"), "a limit switch".to_owned()),
             ("signal NAME is VALUE".to_owned(), "what `signals` lists has a value".to_owned()),
             (
@@ -584,6 +618,10 @@ impl Names {
                 format!("an error is answered, or any without CODE{errors}"),
             ),
         ];
+        if known.is_none_or(|known| !known.ports.is_empty()) {
+            let ports = listed(known.map(Vocabulary::ports_in_words));
+            forms.push(("port 2 bit 0 on|off".to_owned(), format!("a bit of a port{ports}")));
+        }
         if known.is_none_or(|known| known.stores) {
             let about = "a line of the stored program begins, or any without a number";
             forms.push(("line 12".to_owned(), about.to_owned()));

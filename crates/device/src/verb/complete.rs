@@ -136,7 +136,10 @@ impl Names {
             Verb::RunUntil => {
                 let conditions = self.conditions();
                 let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
-                std::iter::once(with(&["idle"], form.about)).chain(conditions).collect()
+                let listed = self.listed_conditions().into_iter();
+                let listed = listed.map(|(begin, word, about)| with(&[begin, &word], about));
+                let idle = std::iter::once(with(&["idle"], form.about));
+                idle.chain(conditions).chain(listed).collect()
             }
             Verb::Advance => vec![with(&[], form.about)],
             Verb::Complete => Vec::new(),
@@ -145,9 +148,15 @@ impl Names {
             | Verb::Position
             | Verb::Signals
             | Verb::Faults
-            | Verb::Help
             | Verb::Quit => {
                 vec![(vec![verb.name().to_owned()], form.about.to_owned())]
+            }
+            Verb::Help => {
+                let verbs = Verb::all().filter(|verb| self.has(*verb));
+                let verbs = verbs.filter(|verb| !matches!(verb, Verb::Turn | Verb::Complete));
+                let each = verbs.map(|verb| with(&[verb.name()], verb.forms()[0].about));
+                let alone = (vec![verb.name().to_owned()], form.about.to_owned());
+                std::iter::once(alone).chain(each).collect()
             }
         }
     }

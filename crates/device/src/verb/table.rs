@@ -296,5 +296,7 @@ const COLUMN: usize = 22;
 
 /// An order and what it is about, as a line.
 pub(super) fn row(order: &str, about: &str) -> String {
-    format!("{order:<COLUMN$}{about}").trim_end().to_owned()
+    // However long an order is, blanks part it from what it does.
+    let gap = if order.trim_end().len() < COLUMN { "" } else { "  " };
+    format!("{order:<COLUMN$}{gap}{about}").trim_end().to_owned()
 }
