@@ -8,9 +8,9 @@ use std::task::{Context, Poll, Wake, Waker};
 /// has called since it was asked last.
 ///
 /// A task that is woken does not know by what. To ask everything costs more than a controller takes
-/// for its answer; to look at a bell costs a load from memory. What is asked behind a bell has to
-/// wake whoever asks as often as there is something new, and must not be changed behind its back:
-/// what is changed has to be [rung](Bell::ring) for.
+/// for its answer; to look at a bell costs a load from memory. The thing behind a bell has to wake
+/// the asking task whenever there is something new, and must not be changed unnoticed: after a
+/// change the bell has to be [rung](Bell::ring).
 #[derive(Debug, Default)]
 pub(crate) struct Bell(Option<Arc<Rope>>);
 

@@ -1,4 +1,4 @@
-//! Who has a controller's line open, who speaks, and what they leave behind.
+//! The clients that have a controller's line open: which one speaks, and what they leave behind.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ impl ClientsOfLine {
         known.unwrap_or_else(|| Source::Client { transport: label.into(), client: None })
     }
 
-    /// Whether it could be another one who speaks now than before.
+    /// Whether another client than before could be speaking now.
     pub(crate) fn are_several(&self) -> bool {
         self.open.len() > 1 || self.speaker.is_some()
     }
@@ -105,7 +105,7 @@ impl ClientsOfLine {
         !self.half.is_off()
     }
 
-    /// Who has sent this on a transport, if a line is under way before or after it.
+    /// The client that has sent this on a transport, if a line is under way before or after it.
     pub(crate) fn source_of_half(&self, label: &str, bytes: &[u8]) -> Option<Source> {
         let half = self.half.is_begun() || !self.half.is_whole(bytes);
         half.then(|| self.source(label))

@@ -8,7 +8,7 @@ use crate::drive::Drive;
 use crate::report::{Deed, Effect, News, Source};
 use crate::rig::Rig;
 
-/// Somebody does something to the device, and learns whether anything has come of it.
+/// Performs a deed on the device, and tells its source whether it has had any effect.
 pub(crate) fn act<D: Device + Clone>(
     drive: &mut Drive<D>,
     by: &Source,
@@ -86,7 +86,7 @@ pub(crate) fn send<D: Device>(
 ) {
     let urgent =
         rig.is_wanted(Kinds::COMMAND) && bytes.iter().any(|byte| rig.device.is_urgent(*byte));
-    // Who has sent them takes some finding out.
+    // Finding out their sender takes some time.
     let by = (rig.sinks.wants().inputs || urgent).then(source);
     if rig.is_paused() {
         return rig.give(Input::Bytes(bytes), by.as_ref());

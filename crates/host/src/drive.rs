@@ -20,8 +20,8 @@ const BATCH: u32 = 10_000;
 /// How long that may take.
 const BATCH_TIME: Duration = Duration::from_millis(5);
 
-/// How many causes are looked ahead for somebody who waits while time runs by itself, without
-/// holding up the line. What is not decided by then is waited for.
+/// How many causes are looked ahead for a caller that waits while time runs by itself, without
+/// holding up the line. A condition not decided by then is waited for.
 const FORESIGHT: u32 = 1_000;
 
 /// A device in its rig, and how its time passes: as its clock says, or as somebody sends it.
@@ -190,8 +190,8 @@ impl<D: Device + Clone> Drive<D> {
         self.pace.is_behind() || self.next_look().is_some()
     }
 
-    /// When something is due, or somebody who watches wants to know that time has passed. Time that
-    /// jumps from one thing to the next goes nowhere for the latter alone.
+    /// When something is due, or a sink wants to know that time has passed. Time that jumps from
+    /// one thing to the next does not move for the latter alone.
     fn next_look(&self) -> Option<Time> {
         self.rig.next_deadline().into_iter().chain(self.rig.sinks.due()).min()
     }
@@ -223,7 +223,7 @@ impl<D: Device + Clone> Drive<D> {
         }
     }
 
-    /// Somebody waits for a condition while time runs by itself.
+    /// A caller waits for a condition while time runs by itself.
     fn wait_for(&mut self, condition: Condition, ticket: Ticket) {
         let Rig { device, waiters, .. } = &mut self.rig;
         // What comes from outside can happen at any time.
@@ -237,7 +237,7 @@ impl<D: Device + Clone> Drive<D> {
         self.give_up_waiting();
     }
 
-    /// Lets go of those who do not want to wait any more.
+    /// Answers the callers that do not want to wait any longer.
     pub(crate) fn give_up_waiting(&mut self) {
         let at = self.rig.device.now();
         let later = std::mem::take(&mut self.later).into_iter();

@@ -20,20 +20,20 @@ use crate::travel::Destination;
 
 /// Controls a running controller from outside: its panel, its power, its time.
 ///
-/// Every method asks at once and in order; the [`Pending`] can be awaited or waited for. Bytes
-/// never take this way. The controller ends when it is [told to](Handle::stop) or when the
-/// last handle is dropped.
+/// Every method makes its request at once and in order; the [`Pending`] can be awaited or waited
+/// for. Bytes never take this path. The controller ends when it is [told to](Handle::stop) or when
+/// the last handle is dropped.
 #[derive(Debug)]
 pub struct Handle<D: Device> {
     jobs: mpsc::UnboundedSender<Deferred<D>>,
-    /// Has the controller look at what is asked of its journeys.
+    /// Makes the controller look at the requests to its journeys.
     nudge: mpsc::UnboundedSender<()>,
-    /// What is asked of all of them.
+    /// The requests to all of them.
     wishes: Arc<Wishes>,
     stop: Arc<Mutex<Option<oneshot::Sender<Ending>>>>,
     /// Whether time moves by itself.
     by_itself: bool,
-    /// Who has it.
+    /// Its name as a source.
     who: Arc<str>,
 }
 
@@ -62,7 +62,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         (runner, Handle { jobs, nudge, wishes: Arc::default(), stop, by_itself, who })
     }
 
-    /// The same handle for somebody of this name, who appears in the [news](crate::News::Deed).
+    /// The same handle under another name, which appears in the [news](crate::News::Deed).
     #[must_use]
     pub fn by(&self, who: &str) -> Handle<D> {
         Handle { who: Arc::from(who), ..self.clone() }
@@ -73,8 +73,8 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.end(Ending::Closes);
     }
 
-    /// The same for a program that is about to end itself: its transports, and what it has of the memory,
-    /// are left to the system, which is quicker with them where there are many.
+    /// The same for a program that is about to end: its transports and its memory are left to the
+    /// system, which frees them faster where there are many.
     pub fn stop_and_leave(&self) {
         self.end(Ending::Leaves);
     }
@@ -122,7 +122,7 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.act(Deed::Input { port, bit, level })
     }
 
-    /// Takes the power away or gives it back.
+    /// Switches the power off or on.
     pub fn power(&self, on: bool) -> Pending<Effect> {
         self.act(Deed::Power(on))
     }
@@ -141,12 +141,12 @@ impl<D: Device + Clone + 'static> Handle<D> {
         })
     }
 
-    /// Does something to the device in the name of whoever has this handle.
+    /// Performs a deed on the device, in the name of this handle.
     pub fn act(&self, deed: Deed) -> Pending<Effect> {
         self.act_on(|_| Ok(deed))
     }
 
-    /// Does something to the device that depends on how the device is then.
+    /// Performs a deed that depends on the state the device is in by then.
     pub fn act_on(
         &self,
         what: impl FnOnce(&D) -> Result<Deed, ControlError> + Send + 'static,
@@ -171,17 +171,17 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.travel(Destination::Until(condition))
     }
 
-    /// Gives up every [`Journey`] that has been asked for so far, whoever waits for it.
+    /// Cancels every [`Journey`] that has been requested so far, through any handle.
     pub fn cancel_all(&self) {
         self.wishes.cancel_all();
         // If nobody hears it, there is no journey any more.
         let _ = self.nudge.send(());
     }
 
-    /// Gives up every [`Journey`] asked for so far that needs something from outside to arrive, a
-    /// command or a button, or as soon as it does: where time passes by itself it would be waited for
-    /// that. What the controller does by itself is foreseen for 10,000 causes; what has not come by
-    /// then is given up too.
+    /// Cancels every [`Journey`] requested so far that needs something from outside to arrive, a
+    /// command or a button, at once or as soon as it needs it: where time passes by itself, the
+    /// journey would otherwise wait for that. The controller's own actions are foreseen for 10,000
+    /// causes; a journey that has not arrived by then is cancelled too.
     pub fn cancel_all_unless_by_itself(&self) {
         self.wishes.leave_unaided();
         let _ = self.nudge.send(());
@@ -227,26 +227,27 @@ impl<D: Device + Clone + 'static> Handle<D> {
 
     // --- time stands still ---
 
-    /// Pauses the controller's time, whatever its clock, and says when that was. Clients stay connected:
-    /// what they send waits on the line, and they notice nothing but that it takes its time. If time is
-    /// paused already it stays so.
+    /// Pauses the controller's time, whatever its clock, and says when that was. Clients stay
+    /// connected: what they send waits on the line, and they notice nothing but the delay. If time
+    /// is paused already, it stays paused.
     pub fn pause(&self) -> Pending<Time> {
         let by = self.source();
         self.with(|runner| Ok(runner.pause(by)))
     }
 
-    /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
+    /// Lets time go on from where it is. The wall-clock time that has passed meanwhile is not made
+    /// up for.
     pub fn resume(&self) -> Pending<Time> {
         let by = self.source();
         self.with(move |runner| runner.resume(&by))
     }
 
-    /// Since when time is paused, and why; `None` if it goes on.
+    /// Since when time has been paused, and why; `None` if it is running.
     pub fn paused(&self) -> Pending<Option<Pause>> {
         self.with(|runner| Ok(runner.paused().cloned()))
     }
 
-    /// Is answered when time is paused by whomever or whatever: at once if it is.
+    /// Resolves when time is paused, whatever the cause: at once if it is paused already.
     pub fn until_paused(&self) -> Pending<Pause> {
         let (answer, reply) = Pending::promised();
         let _ = self.jobs.send(Box::new(move |runner| runner.tell_of_pause(answer)));
@@ -270,21 +271,22 @@ impl<D: Device + Clone + 'static> Handle<D> {
         })
     }
 
-    /// Takes in no more than so many bytes that wait on the line, although time is paused, and says how
-    /// many that were; what they lead to is left to [steps](Handle::step). With 0, clients come and go.
+    /// Takes in at most so many of the bytes that wait on the line, although time is paused, and
+    /// returns how many it took; what they lead to is left to [steps](Handle::step). With 0,
+    /// clients come and go.
     pub fn hear(&self, bytes: usize) -> Pending<usize> {
         let (answer, reply) = Pending::promised();
         let _ = self.jobs.send(Box::new(move |runner| runner.hear(bytes, answer)));
         reply
     }
 
-    /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even at
-    /// the same instant. How it becomes so is said at [`Breakpoint`](vimc4_device::Breakpoint).
+    /// Pauses time at the very moment a condition becomes true: before anything else happens, even
+    /// at the same instant. [`Breakpoint`](vimc4_device::Breakpoint) says when that is.
     pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
         self.with(|runner| Ok(runner.break_when(condition)))
     }
 
-    /// Takes a breakpoint away. Says whether it was still there.
+    /// Removes a breakpoint. Returns whether it was still there.
     pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Pending<bool> {
         self.with(move |runner| Ok(runner.remove_breakpoint(breakpoint)))
     }
@@ -309,12 +311,13 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.with(move |runner| Ok(runner.watch(Box::new(sink))))
     }
 
-    /// Lets go of a sink. Says whether it was still there.
+    /// Detaches a sink. Returns whether it was still attached.
     pub fn detach(&self, sink: SinkId) -> Pending<bool> {
         self.with(move |runner| Ok(runner.detach(sink)))
     }
 
-    /// Does anything with the controller, between two inputs and after all that was sent before.
+    /// Does anything with the controller, between two inputs and after everything that was sent
+    /// before.
     pub fn with<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Runner<D>) -> Result<T, ControlError> + Send + 'static,

@@ -46,7 +46,7 @@ pub struct Progress {
     pub paused: bool,
 }
 
-/// What is asked of all journeys of a controller that have been asked for so far.
+/// The requests to all journeys of a controller that have been requested so far.
 #[derive(Debug, Default)]
 pub(crate) struct Wishes {
     /// How many have been asked for.
@@ -109,7 +109,7 @@ impl Journey {
     ///
     /// # Errors
     ///
-    /// If time moves by itself: nobody can hold that up.
+    /// If time moves by itself: that cannot be held up.
     pub fn pause(&self) -> Result<(), ControlError> {
         self.unless_by_itself(Wish::Pause)
     }
@@ -146,7 +146,7 @@ impl Journey {
         self.reply.wait()
     }
 
-    /// Blocks this thread until it is over, but no longer than so. It is not given up by that.
+    /// Blocks this thread until it is over, but no longer than this. That does not cancel it.
     pub fn wait_within(self, limit: Duration) -> Result<Time, ControlError> {
         self.reply.wait_within(limit)
     }
@@ -194,7 +194,7 @@ impl Ticket {
 
     /// It is over.
     pub(crate) fn end(self, end: Result<Time, ControlError>) {
-        // Whoever asked may have stopped waiting for the answer.
+        // The caller may have stopped waiting for the answer.
         let _ = self.reply.send(end);
     }
 }

@@ -1,4 +1,4 @@
-//! What a controller answers to those who control it.
+//! A controller's answers to requests through its handles.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -15,10 +15,10 @@ use vimc4_device::{DeedError, Time};
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ControlError {
-    /// It runs no longer.
+    /// It is no longer running.
     #[error("the emulator has ended")]
     Ended,
-    /// It cannot have that done to it: it has no such signal, or no such value.
+    /// The deed is not possible: it has no such signal, or the signal no such value.
     #[error(transparent)]
     Deed(#[from] DeedError),
     /// Its time cannot be moved.
@@ -33,13 +33,13 @@ pub enum ControlError {
     /// It cannot do that, being what it is or as it was set up; the words say what to do instead.
     #[error("{0}")]
     Unsupported(&'static str),
-    /// Time was on its way, and somebody has given that up.
+    /// The journey through time was cancelled.
     #[error("given up at {at}; what would have happened later has not")]
     Cancelled {
         /// The controller's time then.
         at: Time,
     },
-    /// What was waited for has not happened in this time.
+    /// The awaited event has not happened in this time.
     #[error("nothing within {0:?}; it may come later, or never")]
     Late(Duration),
     /// It runs on, perhaps without end, and the condition does not hold as far as was looked ahead:
@@ -75,7 +75,7 @@ impl<T> Pending<T> {
         block_on(self)
     }
 
-    /// Blocks this thread until the answer is there, but no longer than so.
+    /// Blocks this thread until the answer is there, but no longer than this.
     pub fn wait_within(self, limit: Duration) -> Result<T, ControlError> {
         block_until(self, Instant::now().checked_add(limit))
             .unwrap_or(Err(ControlError::Late(limit)))

@@ -17,7 +17,7 @@ pub use vimc4_device::Deed;
 /// the inputs at their times does all the rest again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// Which controller, by the [name](crate::Runner::named) that it has in this process.
+    /// The controller, by its [name](crate::Runner::named) in this process.
     pub controller: Arc<str>,
     /// The model time. What goes in has the one time at which it was handled.
     pub at: Time,
@@ -30,18 +30,18 @@ pub struct Report {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum What {
-    /// Something goes into the device. That time passes is told where somebody has ordered it,
-    /// when it has passed.
+    /// Something goes into the device. The passing of time is reported where it was ordered, once
+    /// it has passed.
     Input {
-        /// Who has done it.
+        /// Where it came from.
         by: Source,
         /// What.
         input: OwnedInput,
     },
-    /// The device is in this state: told once to a sink that begins to watch what goes in, and whenever
-    /// somebody puts it back into an earlier one. Its time goes on from there.
+    /// The device is in this state: reported once to a sink that begins to watch the inputs, and
+    /// whenever the device is put back into an earlier state. Its time goes on from there.
     State {
-        /// Who has put it into the state; `None` for a sink that begins to watch.
+        /// The source that put it into the state; `None` for a sink that begins to watch.
         by: Option<Source>,
         /// The device's [state](vimc4_device::Device::State), as it is written down.
         state: serde_json::Value,
@@ -55,7 +55,7 @@ pub enum What {
         /// How many causes.
         causes: Option<u32>,
     },
-    /// The device is not led cause by cause any more: all that is due by now is done.
+    /// The device is no longer led cause by cause: all that is due by now is done.
     Goes,
     /// Bytes left on the line.
     Sent {
@@ -98,7 +98,7 @@ impl Report {
     }
 }
 
-/// Who has done something.
+/// Where an input or action came from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
@@ -106,10 +106,10 @@ pub enum Source {
     Client {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// Who, as far as that is known.
+        /// The client, as far as it is known.
         client: Option<Arc<str>>,
     },
-    /// Somebody at the [`Handle`](crate::Handle), by the name that it was given.
+    /// The holder of a [`Handle`](crate::Handle), by the name that the handle was given.
     Controls(Arc<str>),
 }
 
@@ -126,10 +126,10 @@ impl fmt::Display for Source {
     }
 }
 
-/// What came of something that was done.
+/// The outcome of an action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Something is not as it was before, or was said.
+    /// Something has changed, or was sent.
     Something,
     /// The device is as it was.
     Nothing {
@@ -147,7 +147,7 @@ pub enum News {
     Opened {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// Who, as far as that is known.
+        /// The client, as far as it is known.
         client: String,
         /// Whether it only hears what others are answered.
         observes: bool,
@@ -156,41 +156,41 @@ pub enum News {
     Closed {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// Who, as far as that is known.
+        /// The client, as far as it is known.
         client: String,
         /// Whether it only heard what others were answered.
         observes: bool,
-        /// Who has taken the line over from it.
+        /// The client that has taken the line over from it.
         taken_by: Option<String>,
     },
-    /// A client that only observes has sent something, which the device does not get. It is told
-    /// once for each.
+    /// A client that only observes has sent something, which the device does not get. Reported once
+    /// for each such client.
     Unheard {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// Who.
+        /// The client.
         client: String,
     },
     /// A client was turned away because another one holds the line.
     Refused {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// Who was turned away.
+        /// The client that was turned away.
         client: String,
-        /// Who holds the line.
+        /// The client that holds the line.
         holder: String,
     },
-    /// Somebody does something to the device that is not a command. What comes of it follows. It is
-    /// told where commands are wanted.
+    /// Something other than a command is done to the device. Its effects follow. Reported to sinks
+    /// that want commands.
     Deed {
-        /// Who.
+        /// The source of the action.
         by: Source,
         /// What.
         deed: Deed,
     },
-    /// What was done has changed nothing.
+    /// An action has changed nothing.
     NoEffect {
-        /// Who did it.
+        /// The source of the action.
         by: Source,
         /// What.
         deed: Deed,
@@ -201,7 +201,7 @@ pub enum News {
     Speaks {
         /// The transport, by its label.
         transport: Arc<str>,
-        /// Who, as far as that is known.
+        /// The client, as far as it is known.
         client: String,
     },
     /// A client that does not read lost its copy of what the controller sent.
@@ -258,8 +258,8 @@ pub enum News {
     /// A client that has left has begun a line and not ended it. As on a real cable the next
     /// client's first command becomes the rest of it.
     HalfLine {
-        /// The transport of the client that has left if others are still there, of the next one
-        /// else; and of who spoils it.
+        /// The transport of the client that has left, if others are still there; else that of the
+        /// next client, or of the client that spoils it.
         transport: Arc<str>,
         /// The half line.
         half: Bytes,
@@ -267,7 +267,7 @@ pub enum News {
         spoils: bool,
     },
     /// A client ends its lines with LF alone, which ends nothing here: it waits in vain, as with a
-    /// real device. It is told once for each client.
+    /// real device. Reported once for each client.
     LineFeed {
         /// The transport, by its label.
         transport: Arc<str>,
@@ -286,25 +286,25 @@ pub enum News {
         /// The transport, by its label.
         transport: Arc<str>,
     },
-    /// So much has come while the power was off, and nobody heard it. It is told when the power
-    /// comes on, or when the controller ends.
+    /// Bytes came while the power was off, and were lost. Reported when the power comes on, or when
+    /// the controller ends.
     PowerWasOff {
         /// How many bytes.
         bytes: u64,
     },
     /// The controller's time stands still from now on, and nothing is read from its line.
     Paused {
-        /// Who has paused it; `None` if it was a breakpoint.
+        /// The source of the pause; `None` if it was a breakpoint.
         by: Option<Source>,
         /// The breakpoints that were met just now: also those that are met step by step.
         breakpoints: Vec<BreakpointId>,
     },
     /// The controller's time goes on.
     Resumed {
-        /// Who has it go on.
+        /// The source that resumed it.
         by: Source,
     },
-    /// The controller ends, and its line with it. What that cuts short follows.
+    /// The controller ends, and its line with it. Whatever that cuts short follows.
     Ends,
     /// The flash file was not as the device would have left it, and is now.
     FlashMended {
@@ -315,7 +315,7 @@ pub enum News {
     },
 }
 
-/// What a sink wants to see, besides the news. What no sink wants is not produced.
+/// The reports that a sink wants, besides the news. Reports that no sink wants are not produced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wants {
     /// Kinds of events of the device.
@@ -329,10 +329,10 @@ pub struct Wants {
 impl Wants {
     /// Everything.
     pub const ALL: Wants = Wants { kinds: Kinds::ALL, inputs: true, sent: true };
-    /// All that is needed to do everything again, and nothing that comes of it.
+    /// Everything needed to repeat a run, and nothing that follows from it.
     pub const INPUTS: Wants = Wants { kinds: Kinds::NONE, inputs: true, sent: false };
 
-    /// What either wants.
+    /// Everything that at least one of the two wants.
     #[must_use]
     pub fn and(self, other: Wants) -> Wants {
         Wants {
@@ -346,18 +346,19 @@ impl Wants {
 /// Watches a running controller.
 ///
 /// It is called by the task that runs the controller, between a command and its answer: it must
-/// neither block nor take long. [`Reports`](crate::Reports) are for those who want to take their
-/// time.
+/// neither block nor take long. For consumers that take their time there are
+/// [`Reports`](crate::Reports).
 pub trait Sink: Send {
-    /// What it wants to see; asked once.
+    /// The reports it wants; asked once.
     fn wants(&self) -> Wants;
 
     /// Something happened. `explain` puts a command in the words people use, see
     /// [`Device::explain`](vimc4_device::Device::explain).
     fn report(&mut self, report: &Report, explain: &dyn Fn(&[u8]) -> String);
 
-    /// All that came of an input, or of some time, has been told, to a sink that wants to see what
-    /// goes in; at its end too. `state` writes the device's present state down, which takes a while.
+    /// Everything that followed from an input, or from the passing of time, has been reported.
+    /// Called for a sink that wants inputs; at its end too. `state` writes the device's present
+    /// state down, which takes a while.
     fn settled(&mut self, _at: Time, _state: &dyn Fn() -> serde_json::Value) {}
 
     /// When it wants to be told that [time has passed](Sink::passes), if nothing is told before; asked
@@ -371,8 +372,8 @@ pub trait Sink: Send {
     /// later time from now on, or of none.
     fn passes(&mut self, _at: Time) {}
 
-    /// Whether it has seen enough; asked after each report. It is let go of then, as if somebody
-    /// had [detached](crate::Handle::detach) it.
+    /// Whether it has seen enough; asked after each report. If so, it is
+    /// [detached](crate::Handle::detach).
     fn has_enough(&self) -> bool {
         false
     }

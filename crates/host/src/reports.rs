@@ -1,4 +1,4 @@
-//! Reports for those who take their time.
+//! Reports for consumers that take their time.
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -11,9 +11,9 @@ use crate::report::{Report, Sink, Wants, What};
 
 /// The reports of one or several controllers, taken whenever there is time for them.
 ///
-/// A controller never waits for its watchers. So many reports at most are kept; what does not find
-/// room is counted, and nothing more is kept until everything before has been taken. Then a
-/// [`What::Missed`] stands in its place. The controllers let go of it when it is dropped.
+/// A controller never waits for its watchers. At most so many reports are kept; reports that find
+/// no room are counted, and no more are kept until all earlier ones have been taken. A
+/// [`What::Missed`] then takes their place. When this is dropped, the controllers detach its sink.
 ///
 /// ```
 /// use vimc4_host::{Reports, Wants};
@@ -48,7 +48,7 @@ struct Waiting {
     /// What could not be kept behind them: the first of it, without what it was, and how many.
     missed: Option<Report>,
     taps: usize,
-    /// Nobody takes anything any more.
+    /// The reader is gone.
     over: bool,
     waker: Option<Waker>,
 }
@@ -81,7 +81,7 @@ impl Reports {
         (Tap { wants, shared: Arc::clone(&shared) }, Reports(shared))
     }
 
-    /// The next report that is there.
+    /// The next report, if one is waiting.
     pub fn take(&mut self) -> Option<Report> {
         self.0.waiting().take()
     }

@@ -23,7 +23,7 @@ use crate::wire::Wire;
 pub struct Pause {
     /// The controller's time when it was paused.
     pub at: Time,
-    /// Who has paused it; `None` if it was a breakpoint.
+    /// The source of the pause; `None` if it was a breakpoint.
     pub by: Option<Source>,
     /// The breakpoints that were met.
     pub breakpoints: Vec<BreakpointId>,
@@ -42,14 +42,14 @@ pub enum Step {
     Rest,
 }
 
-/// An input that waits, and who gives it.
+/// An input that waits, and its source.
 struct Pending {
     input: OwnedInput,
     by: Option<Source>,
 }
 
-/// A device with its line, its flash memory and those who watch it: whatever goes in goes in here,
-/// and all that comes of it goes where it belongs.
+/// A device with its line, its flash memory and its sinks: every input passes through here, and all
+/// its effects are passed on from here.
 pub(crate) struct Rig<D: Device> {
     pub(crate) device: D,
     pub(crate) wire: Wire,
@@ -63,7 +63,7 @@ pub(crate) struct Rig<D: Device> {
     pending: VecDeque<Pending>,
     /// How many causes have been performed at an instant, since an input or since that was told.
     performed: (Time, u32),
-    /// Those who want to know when time is paused.
+    /// The callers that wait for time to be paused.
     waits_for_pause: Vec<oneshot::Sender<Result<Pause, ControlError>>>,
     /// What has come out of the device while it was looked at moment by moment.
     seen: VecDeque<Output>,
@@ -99,7 +99,7 @@ impl<D: Device> Rig<D> {
         rig
     }
 
-    // --- who watches ---
+    // --- sinks ---
 
     /// Lets a sink watch from now on.
     pub(crate) fn watch(&mut self, sink: Box<dyn Sink>) -> SinkId {
@@ -115,21 +115,21 @@ impl<D: Device> Rig<D> {
         id
     }
 
-    /// Lets go of a sink. Returns whether it was still there.
+    /// Detaches a sink. Returns whether it was still attached.
     pub(crate) fn detach(&mut self, id: SinkId) -> bool {
         let was_there = self.sinks.remove(id);
         self.watch_kinds();
         was_there
     }
 
-    /// Lets go of those who want to see what goes in.
+    /// Detaches the sinks that want inputs.
     pub(crate) fn end_recordings(&mut self) {
         self.settle();
         self.sinks.end_recordings();
         self.watch_kinds();
     }
 
-    /// Says to recordings that everything that came of what went in has been told.
+    /// Tells recordings that everything that followed from an input has been reported.
     fn settle(&mut self) {
         if self.is_led() {
             self.tell_place();
@@ -138,13 +138,13 @@ impl<D: Device> Rig<D> {
         sinks.settle(device, &|| written_state(device));
     }
 
-    /// Has the device tell what is wanted of it now.
+    /// Makes the device tell what is wanted of it now.
     pub(crate) fn watch_kinds(&mut self) {
         let wanted = self.sinks.wants().kinds.and(self.waiters.kinds());
         self.device.watch(wanted.and(self.breakpoints.kinds()));
     }
 
-    /// Whether somebody wants to see events of these kinds.
+    /// Whether any sink wants events of these kinds.
     pub(crate) fn is_wanted(&self, kinds: Kinds) -> bool {
         self.sinks.wants().kinds.contain(kinds)
     }
@@ -168,8 +168,7 @@ impl<D: Device> Rig<D> {
 
     // --- what goes in ---
 
-    /// Something happens to the device. Who has done it has to be known if anybody wants to see
-    /// what goes in.
+    /// Something happens to the device. Its source has to be known if any sink wants inputs.
     ///
     /// If time is paused by what is due before, it waits behind that. If it is paused already, what is
     /// due at this instant is done first, and then what comes of it at this instant.
@@ -221,7 +220,7 @@ impl<D: Device> Rig<D> {
         self.disappoint();
     }
 
-    /// The next time at which the device does something, or somebody waits for it.
+    /// The next time at which the device does something, or that a caller waits for.
     pub(crate) fn next_deadline(&self) -> Option<Time> {
         let watched = self.waiters.due().into_iter().chain(self.breakpoints.due());
         let due = self.device.wake().into_iter().chain(watched).min();
@@ -235,7 +234,7 @@ impl<D: Device> Rig<D> {
         }
     }
 
-    /// Tells those who wait for what cannot come any more: the device rests.
+    /// Tells the callers whose condition can no longer come true: the device rests.
     pub(crate) fn disappoint(&mut self) {
         if self.waiters.is_empty() || self.device.wake().is_some_and(|at| at != Time::NEVER) {
             return;
@@ -245,7 +244,7 @@ impl<D: Device> Rig<D> {
         }
     }
 
-    /// Lets go of those who do not want to wait any more.
+    /// Answers the callers that do not want to wait any longer.
     pub(crate) fn give_up_waiting(&mut self)
     where
         D: Clone,
@@ -262,7 +261,7 @@ impl<D: Device> Rig<D> {
 
     // --- moment by moment ---
 
-    /// Whether somebody wants to see what is between two causes of one instant.
+    /// Whether any sink wants to see the states between two causes of one instant.
     fn is_watched_closely(&self) -> bool {
         self.is_led() || self.waiters.have_happenings()
     }
@@ -327,8 +326,8 @@ impl<D: Device> Rig<D> {
         self.look();
     }
 
-    /// Looks at the device after a cause or an input: those are answered who have waited for what
-    /// happened in it, and time is paused where a breakpoint is met.
+    /// Looks at the device after a cause or an input: answers the callers whose condition it has
+    /// met, and pauses time where a breakpoint is met.
     fn look(&mut self) {
         let before = self.seen.len();
         while let Some(output) = self.device.poll_output() {
@@ -363,7 +362,7 @@ impl<D: Device> Rig<D> {
         id
     }
 
-    /// Takes a breakpoint away, and says whether it was there.
+    /// Removes a breakpoint. Returns whether it was there.
     pub(crate) fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {
         let was_there = self.breakpoints.remove(id);
         self.watch_kinds();
@@ -388,19 +387,19 @@ impl<D: Device> Rig<D> {
         self.device.wake().is_some_and(|due| due <= self.device.now())
     }
 
-    /// Pauses time here, because somebody wants it.
+    /// Pauses time here on request.
     pub(crate) fn pause(&mut self, by: Source) {
         self.begin_pause(Some(by), Vec::new());
         self.drain();
     }
 
-    /// Time is paused here, because somebody wants it or because breakpoints are met.
+    /// Pauses time here, on request or because breakpoints are met.
     fn begin_pause(&mut self, by: Option<Source>, breakpoints: Vec<BreakpointId>) {
         let at = self.device.now();
         self.tell_news(at, News::Paused { by: by.clone(), breakpoints: breakpoints.clone() });
         let pause = Pause { at, by, breakpoints };
         for waits in self.waits_for_pause.drain(..) {
-            // Whoever asked may have stopped waiting for it.
+            // The caller may have stopped waiting for it.
             let _ = waits.send(Ok(pause.clone()));
         }
         self.pause = Some(pause);
@@ -414,7 +413,7 @@ impl<D: Device> Rig<D> {
         }
     }
 
-    /// Tells that the device is not led any more, if it was until now.
+    /// Reports that the device is no longer led, if it was until now.
     fn tell_if_it_goes(&mut self) {
         if !self.is_led() {
             self.pass_on();
@@ -448,7 +447,7 @@ impl<D: Device> Rig<D> {
         self.disappoint();
     }
 
-    /// Time goes on for good: nobody leads it any more.
+    /// Time goes on for good: the device is no longer led.
     pub(crate) fn release(&mut self) {
         self.breakpoints.clear();
         self.pending.clear();
@@ -617,7 +616,7 @@ impl<D: Device> Rig<D> {
             return;
         }
         self.said += 1;
-        // Told before it leaves: who records has written down whatever a client has seen.
+        // Reported before it leaves: whatever a client has seen is in the recording already.
         self.tell(at, |wants| wants.sent, || What::Sent { bytes: bytes.clone() });
         let delivery = self.wire.send(&bytes);
         let lost = u64::try_from(bytes.len()).unwrap_or(u64::MAX);

@@ -62,10 +62,10 @@ pub struct Runner<D: Device> {
     orders: Bell,
     /// Wakes the task when something is asked of a journey.
     nudges: mpsc::UnboundedReceiver<()>,
-    /// Somebody wants so many bytes of the line to be taken in although time is paused, and to know
-    /// how many that were.
+    /// A request to take in so many bytes of the line although time is paused, and to answer how
+    /// many were taken.
     hears: Option<(usize, oneshot::Sender<Result<usize, ControlError>>)>,
-    /// What happened before anybody watched.
+    /// Everything that happened before there was a sink.
     early: Vec<News>,
 }
 
@@ -142,15 +142,16 @@ impl<D: Device + Clone + 'static> Runner<D> {
         Ok(self)
     }
 
-    /// Gives it a name, by which its reports are told from those of other controllers of the process.
+    /// Gives it a name, which distinguishes its reports from those of other controllers of the
+    /// process.
     #[must_use]
     pub fn named(mut self, name: &str) -> Runner<D> {
         self.drive.rig.sinks.call(name);
         self
     }
 
-    /// Says what ends a line, so that a half line that a client has left can be told of when the
-    /// next one comes. With `fresh` it is forgotten instead: the device gets whole lines only.
+    /// Says what ends a line, so that a half line that a client has left can be reported when the
+    /// next client comes. With `fresh` it is forgotten instead: the device gets whole lines only.
     #[must_use]
     pub fn with_lines(mut self, ends: &'static [u8], fresh: bool) -> Runner<D> {
         self.clients.set_lines(ends, fresh);
@@ -175,13 +176,13 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.drive.rig.watch(sink)
     }
 
-    /// Lets go of a sink. Returns whether it was still there.
+    /// Detaches a sink. Returns whether it was still attached.
     pub fn detach(&mut self, id: SinkId) -> bool {
         self.drive.rig.detach(id)
     }
 
-    /// Its time is paused from the first moment, by somebody of this name: nothing that clients send is
-    /// taken in before it [goes on](crate::Handle::resume).
+    /// Pauses its time from the first moment, in this name: nothing that clients send is taken in
+    /// before time [goes on](crate::Handle::resume).
     pub fn begin_paused(&mut self, who: &str) {
         self.drive.rig.pause(Source::Controls(who.into()));
     }
@@ -260,8 +261,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
 
     // --- the loop ---
 
-    /// Runs until it is told to stop, until nobody holds a handle any more, or until the flash
-    /// file fails.
+    /// Runs until it is told to stop, until the last handle is dropped, or until the flash file
+    /// fails.
     pub async fn run(mut self) -> Result<(), RunError> {
         let mut timer = Timer::new().map_err(RunError::Timer)?;
         self.drive.start();
@@ -343,8 +344,8 @@ impl<D: Device + Clone + 'static> Runner<D> {
         .await
     }
 
-    /// How much may be read: while time is paused what clients send or do waits as on a line that
-    /// nobody attends to, in the hands of their operating system.
+    /// How much may be read. While time is paused, everything clients send or do waits with their
+    /// operating system, as on a line that nobody attends to.
     fn room(&self) -> Option<usize> {
         (!self.drive.rig.is_paused()).then_some(usize::MAX)
     }
@@ -370,11 +371,12 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self.take_in(room, |_| false).await;
     }
 
-    /// Takes in some of what waits on the line while time is paused, if somebody wants that.
+    /// Takes in some of the bytes that wait on the line while time is paused, if that was
+    /// requested.
     async fn listen(&mut self) {
         if let Some((bytes, answer)) = self.hears.take() {
             let taken = self.take_in(Some(bytes), |taken| taken > 0).await;
-            // Whoever asked may have stopped waiting for the answer.
+            // The caller may have stopped waiting for the answer.
             let _ = answer.send(Ok(taken));
         }
     }

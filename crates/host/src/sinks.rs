@@ -1,4 +1,4 @@
-//! Those who watch a controller.
+//! The sinks that watch a controller.
 
 use std::sync::Arc;
 
@@ -6,7 +6,8 @@ use vimc4_device::{Device, Time};
 
 use crate::report::{Report, Sink, SinkId, Wants, What};
 
-/// The sinks of a controller, and what they want together. What no sink wants is not produced.
+/// The sinks of a controller, and the reports they want together. Reports that no sink wants are
+/// not produced.
 #[derive(Default)]
 pub(crate) struct Sinks {
     /// What the controller is called in reports.
@@ -41,7 +42,8 @@ impl Sinks {
         self.watching.is_empty()
     }
 
-    /// Lets a sink watch from now on. If it wants what goes in, it is told first how that begins.
+    /// Lets a sink watch from now on. If it wants inputs, it is first told the state in which they
+    /// begin.
     pub(crate) fn add<D: Device>(
         &mut self,
         mut sink: Box<dyn Sink>,
@@ -62,7 +64,7 @@ impl Sinks {
         id
     }
 
-    /// Lets go of a sink. Returns whether it was still there.
+    /// Detaches a sink. Returns whether it was still attached.
     pub(crate) fn remove(&mut self, id: SinkId) -> bool {
         let before = self.watching.len();
         self.watching.retain(|watching| watching.id != id);
@@ -70,14 +72,14 @@ impl Sinks {
         self.watching.len() < before
     }
 
-    /// Lets go of those who want to see what goes in.
+    /// Detaches the sinks that want inputs.
     pub(crate) fn end_recordings(&mut self) {
         self.watching.retain(|watching| !watching.wants.inputs);
         self.add_up();
     }
 
-    /// Tells those who want it, and lets go of those who have seen enough. Returns whether less is
-    /// wanted since.
+    /// Passes a report to the sinks that want it, and detaches those that have seen enough. Returns
+    /// whether less is wanted from now on.
     pub(crate) fn tell<D: Device>(
         &mut self,
         device: &D,
@@ -106,7 +108,7 @@ impl Sinks {
         enough
     }
 
-    /// Says to those who see what goes in that everything that came of it has been told.
+    /// Tells the sinks that want inputs that everything that followed from one has been reported.
     pub(crate) fn settle<D: Device>(&mut self, device: &D, state: &dyn Fn() -> serde_json::Value) {
         if !self.wants.inputs {
             return;
@@ -122,7 +124,7 @@ impl Sinks {
         self.due
     }
 
-    /// Tells those who wanted to know it that time has passed. Returns whether somebody did.
+    /// Tells the sinks that asked for it that time has passed. Returns whether any did.
     pub(crate) fn pass(&mut self, at: Time) -> bool {
         if self.due.is_none_or(|due| due > at) {
             return false;
@@ -133,7 +135,7 @@ impl Sinks {
             }
         }
         self.look_again();
-        // Who does not go on from there does not hold up the others.
+        // A sink that names no later time does not hold up the others.
         self.due = self.due.filter(|due| *due > at);
         true
     }

@@ -174,7 +174,7 @@ impl Traces {
         let span = &self.controller;
         match event {
             Event::Command { mnemonic, bytes } => {
-                // It is put into words only for those who want them.
+                // It is put into words only for subscribers that want them.
                 let (line, means) = (escape(bytes), tracing::field::display(Means(bytes, explain)));
                 tell!(DEBUG, span, at, command, mnemonic = &**mnemonic, line, means, "command");
             }

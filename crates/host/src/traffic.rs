@@ -51,9 +51,9 @@ const RESPITE: Duration = Duration::from_secs(1);
 /// How much a [`Traffic`] sink tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verbosity {
-    /// Who was refused, what was lost or assumed.
+    /// Refused clients, and what was lost or assumed.
     Warnings,
-    /// That, who comes and goes, and every command with its answer.
+    /// The same, and clients that come and go, and every command with its answer.
     Conversation,
 }
 
@@ -65,7 +65,7 @@ impl Flood {
 }
 
 impl<F: FnMut(String) + Send> Traffic<F> {
-    /// Tells `write` about the conversation.
+    /// Writes the conversation by calling `write`.
     pub fn new(verbosity: Verbosity, write: F) -> Traffic<F> {
         Traffic {
             write,

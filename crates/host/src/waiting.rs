@@ -1,15 +1,15 @@
-//! Those who wait for a condition while time runs by itself.
+//! Callers that wait for a condition while time runs by itself.
 
 use vimc4_device::{Condition, Device, Event, Foresight, Kinds, Time};
 
 use crate::journey::{Ticket, Wish};
 use crate::pending::ControlError;
 
-/// All who wait.
+/// All waiting callers.
 #[derive(Default)]
 pub(crate) struct Waiters(Vec<Waiter>);
 
-/// Somebody who waits.
+/// A waiting caller.
 struct Waiter {
     condition: Condition,
     /// When it will hold, if it does before the device's next deadline.
@@ -19,7 +19,8 @@ struct Waiter {
     ticket: Ticket,
 }
 
-/// How many causes are looked ahead for somebody who does not want to wait for anything from outside.
+/// How many causes are looked ahead for a caller that does not want to wait for anything from
+/// outside.
 const FORESIGHT: u32 = 10_000;
 
 impl Waiters {
@@ -84,7 +85,7 @@ impl Waiters {
         self.dismiss(hopeless, || Err(ControlError::Never))
     }
 
-    /// Some do not want to wait any more.
+    /// Some do not want to wait any longer.
     pub(crate) fn give_up<D: Device + Clone>(&mut self, device: &D) -> bool {
         let given_up = |waiter: &mut Waiter| match waiter.ticket.wish() {
             Wish::Cancel => true,

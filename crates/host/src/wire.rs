@@ -12,7 +12,7 @@ use crate::transport::{Received, Sent, Transport};
 pub(crate) const CHUNK: usize = 1_024;
 
 thread_local! {
-    /// What is being read. Nobody reads while he takes in what he has read.
+    /// What is being read. Nothing is read while the bytes read before are being taken in.
     static BUFFER: RefCell<[u8; CHUNK]> = const { RefCell::new([0; CHUNK]) };
 }
 

@@ -68,7 +68,7 @@ pub enum Terminal {
     Link(PathBuf),
 }
 
-/// What is kept of what happens. See [`Builder::record`].
+/// Which record is kept. See [`Builder::record`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Records {
     /// Whether commands and events are remembered.
@@ -101,7 +101,7 @@ impl From<PathBuf> for Records {
     }
 }
 
-/// The recording that is wanted.
+/// The requested recording.
 #[derive(Default)]
 struct Recording {
     path: PathBuf,
@@ -137,8 +137,8 @@ impl From<PathBuf> for Terminal {
 }
 
 impl Emulator {
-    /// Sets one up. Without anything said it is an IMC4 on the machine `bench` in real time,
-    /// reachable from within the process only.
+    /// Sets one up. By default it is an IMC4 on the machine `bench` in real time, reachable from
+    /// within the process only.
     pub fn builder() -> Builder {
         Builder::new()
     }
@@ -168,14 +168,14 @@ impl Builder {
         }
     }
 
-    /// The model of controller: a built-in name or a profile file. `imc4` if nothing is said.
+    /// The model of controller: a built-in name or a profile file. The default is `imc4`.
     pub fn model(mut self, name_or_file: impl Into<String>) -> Builder {
         self.model = Profile::Named(name_or_file.into());
         self
     }
 
-    /// The machine: a built-in name or a profile file. `bench` if nothing is said, a machine
-    /// without ends.
+    /// The machine: a built-in name or a profile file. The default is `bench`, a machine without
+    /// ends.
     pub fn machine(mut self, name_or_file: impl Into<String>) -> Builder {
         self.machine = Profile::Named(name_or_file.into());
         self
@@ -193,7 +193,7 @@ impl Builder {
         self
     }
 
-    /// How time passes. [`Clock::Real`] if nothing is said.
+    /// How time passes. The default is [`Clock::Real`].
     pub fn time(mut self, clock: Clock) -> Builder {
         self.time = clock;
         self
@@ -205,15 +205,15 @@ impl Builder {
         self
     }
 
-    /// Whether the link to the pseudo-terminal may be taken from an emulator that is still
-    /// running. It may not if nothing is said.
+    /// Whether the link to the pseudo-terminal may be taken from an emulator that is still running.
+    /// By default it may not.
     pub fn replace_link(mut self, on: bool) -> Builder {
         self.replace = on;
         self
     }
 
-    /// Whether a half line of a client that has left is forgotten, so that it does not spoil the
-    /// first command of the next one, as it does on a real cable and if nothing is said.
+    /// Whether the half line of a client that has left is forgotten, so that it does not spoil the
+    /// first command of the next client. By default it is kept, as on a real cable.
     pub fn fresh_clients(mut self, on: bool) -> Builder {
         self.fresh_clients = on;
         self
@@ -232,7 +232,7 @@ impl Builder {
         self
     }
 
-    /// What happens to a second TCP client. It is refused if nothing is said.
+    /// What happens to a second TCP client. By default it is refused.
     pub fn tcp_clients(mut self, policy: Clients) -> Builder {
         self.clients = policy;
         self
@@ -245,8 +245,8 @@ impl Builder {
         self
     }
 
-    /// A file for the flash memory, created if it is not there. Without one the memory ends
-    /// with the emulator.
+    /// A file for the flash memory, created if it does not exist. Without one the memory is lost
+    /// when the emulator ends.
     pub fn flash(mut self, file: impl Into<PathBuf>) -> Builder {
         self.flash = Some(file.into());
         self
@@ -259,17 +259,17 @@ impl Builder {
     }
 
     /// Whether its time is paused from the first moment on, until [`Emulator::resume`]. Clients can
-    /// connect; what they send waits on the line. Whoever pauses it later may find that one of them was
+    /// connect; what they send waits on the line. If it is paused only later, a client may be
     /// quicker.
     pub fn paused(mut self, on: bool) -> Builder {
         self.paused = on;
         self
     }
 
-    /// What is kept of what happens. With `true` or `false`, whether [`Emulator::commands`] and
-    /// [`Emulator::events`] remember anything: they do if nothing is said; what runs for days may do
-    /// without. With a path, everything is recorded into that file besides, as `docs/recordings.md`
-    /// says: `vimc4 replay` plays it. A file that is there is not overwritten.
+    /// Which record is kept. With `true` or `false`, whether [`Emulator::commands`] and
+    /// [`Emulator::events`] remember anything: they do by default; an emulator that runs for days
+    /// may do without. With a path, everything is recorded into that file besides, as
+    /// `docs/recordings.md` says: `vimc4 replay` plays it. An existing file is not overwritten.
     pub fn record(mut self, what: impl Into<Records>) -> Builder {
         match what.into() {
             Records::Memory(on) => self.record = on,
@@ -286,8 +286,9 @@ impl Builder {
         self
     }
 
-    /// About how many bytes a file of the recording has at most; then another one is begun, which
-    /// has a number in its name and plays by itself. Without it there is no limit.
+    /// The approximate maximum size of a file of the recording, in bytes; beyond it another file is
+    /// started, which has a number in its name and can be played on its own. Without it there is no
+    /// limit.
     pub fn record_size(mut self, bytes: u64) -> Builder {
         self.recording().size = Some(bytes);
         self
@@ -299,8 +300,8 @@ impl Builder {
         self
     }
 
-    /// Calls `tell` with a sentence for people when the recording can no longer be written. Unless
-    /// it is set, the sentence goes to standard error.
+    /// Calls `tell` with a message for people when the recording can no longer be written. Unless
+    /// it is set, the message goes to standard error.
     pub fn on_recording_error(mut self, tell: impl FnMut(&str) + Send + 'static) -> Builder {
         self.recording().tell = Some(Box::new(tell));
         self
@@ -310,8 +311,8 @@ impl Builder {
         self.recording.get_or_insert_with(Recording::default)
     }
 
-    /// What it is called in the [reports](crate::Report) of it. Without a name it has a number, of
-    /// which no two emulators of a process have the same.
+    /// Its name in its [reports](crate::Report). Without a name it has a number, which is unique
+    /// within the process.
     pub fn name(mut self, name: impl Into<String>) -> Builder {
         self.name = Some(name.into());
         self
@@ -323,8 +324,8 @@ impl Builder {
         self
     }
 
-    /// A thread that it shares with other emulators. It has one of its own if nothing is said,
-    /// so that what others do cannot delay it; hundreds of quiet ones are better together.
+    /// A thread that it shares with other emulators. By default it has its own, so that other
+    /// emulators cannot delay it; hundreds of quiet ones had better share one.
     pub fn on(mut self, worker: &Worker) -> Builder {
         self.worker = Some(worker.clone());
         self
@@ -334,7 +335,7 @@ impl Builder {
     ///
     /// # Errors
     ///
-    /// If a name, an address or a file is wrong or taken. Nothing has changed then.
+    /// If a name, an address or a file is wrong or taken. In that case nothing has changed.
     pub fn start(self) -> Result<Emulator, Error> {
         let model = match &self.model {
             Profile::Named(name) => profiles::model(name)?,

@@ -20,9 +20,8 @@ use crate::record::{HostCommand, Memory, Record};
 /// Controls an emulator without waiting: every method is that of the same name of
 /// [`Emulator`](crate::Emulator), but gives a [`Pending`] that can be awaited, or waited for later.
 ///
-/// What is asked for takes effect in the order of the calls, whether or not anybody waits. A
-/// control can be copied and sent to other threads and tasks; once the emulator has ended its
-/// replies say so.
+/// Requests take effect in the order of the calls, whether or not anybody waits. A control can be
+/// copied and sent to other threads and tasks; once the emulator has ended, its replies say so.
 ///
 /// ```
 /// # #[tokio::main(flavor = "current_thread")]
@@ -69,7 +68,7 @@ pub struct Snapshot {
 /// The buttons of the panel by name. Any method that takes a name takes these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Button {
-    /// Runs the stored program, or goes on with what was stopped.
+    /// Runs the stored program, or continues a stopped motion or program.
     Start,
     /// Brakes whatever moves.
     Stop,
@@ -100,8 +99,8 @@ impl Control {
         Control { model, machine, handle, record }
     }
 
-    /// The same controls for somebody of this name, who appears in the log and the news; without
-    /// it that is `the library`.
+    /// The same controls under another name, which appears in the log and the news. Without one the
+    /// name is `the library`.
     #[must_use]
     pub fn by(&self, who: &str) -> Control {
         Control { handle: self.handle.by(who), ..self.clone() }
@@ -122,9 +121,9 @@ impl Control {
         })
     }
 
-    /// The same with handshake lines, for a client that is a serial port to somebody: `cts` is told
-    /// whenever a host has to wait and when it may go on, and must not block; what the host does to
-    /// its own lines is told to the [`HostLines`].
+    /// The same with handshake lines, for a client that presents itself as a serial port: `cts` is
+    /// called whenever a host has to wait and when it may continue, and must not block; the
+    /// [`HostLines`] are told what the host does to its own lines.
     pub fn connect_with_lines(
         &self,
         cts: impl FnMut(bool) + Send + 'static,
@@ -138,10 +137,10 @@ impl Control {
         })
     }
 
-    /// Gives the pseudo-terminal the handshake lines that it lacks, if somebody stands by its
-    /// client who can answer for them. `cts` is told whenever a host has to wait and when it may
-    /// go on; it must not block. What the host does to its own lines is told to the
-    /// [`HostLines`] that come back, and appears among the news.
+    /// Gives the pseudo-terminal the handshake lines that it lacks, if the client's side has
+    /// something that can provide them. `cts` is called whenever a host has to wait and when it may
+    /// continue; it must not block. The returned [`HostLines`] are to be told what the host does to
+    /// its own lines, which appears among the news.
     pub fn handshake_lines(&self, cts: impl FnMut(bool) + Send + 'static) -> Pending<HostLines> {
         self.handle.with(|runner| {
             let (modem, host) = Modem::pair("pty", cts);
@@ -177,12 +176,12 @@ impl Control {
         self.handle.run_until(condition)
     }
 
-    /// Gives up every journey that has been asked for so far.
+    /// Cancels every journey that has been requested so far.
     pub fn cancel_all(&self) {
         self.handle.cancel_all();
     }
 
-    /// Gives up every journey asked for so far that needs something from outside, a command or a
+    /// Cancels every journey requested so far that needs something from outside, a command or a
     /// button, to arrive.
     pub fn cancel_all_unless_by_itself(&self) {
         self.handle.cancel_all_unless_by_itself();
@@ -243,7 +242,7 @@ impl Control {
         reply
     }
 
-    /// Looks into the record when what was written to the line before has arrived.
+    /// Looks into the record once everything written to the line before has arrived.
     fn remembered<T: Default + Send + 'static>(
         &self,
         look: impl FnOnce(&mut Memory, &Line<Controller>) -> T + Send + 'static,
@@ -255,13 +254,13 @@ impl Control {
         })
     }
 
-    /// Lets a sink watch from now on. [`Reports`](crate::Reports) are for those who want to take
-    /// their time.
+    /// Lets a sink watch from now on. For consumers that take their time there are
+    /// [`Reports`](crate::Reports).
     pub fn watch(&self, sink: impl Sink + 'static) -> Pending<SinkId> {
         self.handle.watch(sink)
     }
 
-    /// Lets go of a sink. Says whether it was still there.
+    /// Detaches a sink. Returns whether it was still attached.
     pub fn detach(&self, sink: SinkId) -> Pending<bool> {
         self.handle.detach(sink)
     }
@@ -320,12 +319,12 @@ impl Control {
         self.handle.act_on(move |device| model.erasing(device).map_err(ControlError::Unsupported))
     }
 
-    /// Does something to it: what all the methods above come to.
+    /// Performs a deed: all the methods above come down to this one.
     pub fn act(&self, deed: Deed) -> Pending<Effect> {
         self.handle.act(deed)
     }
 
-    /// Takes the power away or gives it back.
+    /// Switches the power off or on.
     pub fn power(&self, on: bool) -> Pending<Effect> {
         self.handle.power(on)
     }
@@ -345,7 +344,7 @@ impl Control {
         self.act(Deed::Fault(Box::new(Faulting::EndAll)))
     }
 
-    /// The faults that there are, and how often each has struck.
+    /// The present faults, and how often each has struck.
     pub fn faults(&self) -> Pending<Vec<FaultView>> {
         self.handle.with(|runner| Ok(runner.device().faults()))
     }
@@ -370,23 +369,24 @@ impl Control {
 
     // --- time stands still ---
 
-    /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they send
-    /// waits on the line, and they notice nothing but that it takes its time.
+    /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they
+    /// send waits on the line, and they notice nothing but the delay.
     pub fn pause(&self) -> Pending<Time> {
         self.handle.pause()
     }
 
-    /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
+    /// Lets time go on from where it is. The wall-clock time that has passed meanwhile is not made
+    /// up for.
     pub fn resume(&self) -> Pending<Time> {
         self.handle.resume()
     }
 
-    /// Since when time is paused, and why; `None` if it goes on.
+    /// Since when time has been paused, and why; `None` if it is running.
     pub fn paused(&self) -> Pending<Option<Pause>> {
         self.handle.paused()
     }
 
-    /// Is answered when time is paused, by whomever or whatever: at once if it is.
+    /// Resolves when time is paused, whatever the cause: at once if it is paused already.
     pub fn until_paused(&self) -> Pending<Pause> {
         self.handle.until_paused()
     }
@@ -404,19 +404,19 @@ impl Control {
         self.handle.inject(input)
     }
 
-    /// Takes in no more than so many bytes that wait on the line, although time is paused, and says how
-    /// many that were; what they lead to is left to [steps](Control::step).
+    /// Takes in at most so many of the bytes that wait on the line, although time is paused, and
+    /// returns how many it took; what they lead to is left to [steps](Control::step).
     pub fn hear(&self, bytes: usize) -> Pending<usize> {
         self.handle.hear(bytes)
     }
 
-    /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even
+    /// Pauses time at the very moment a condition becomes true: before anything else happens, even
     /// at the same instant.
     pub fn break_when(&self, condition: Condition) -> Pending<BreakpointId> {
         self.handle.break_when(condition)
     }
 
-    /// Takes a breakpoint away, and says whether it was there.
+    /// Removes a breakpoint. Returns whether it was there.
     pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Pending<bool> {
         self.handle.remove_breakpoint(breakpoint)
     }
@@ -426,14 +426,14 @@ impl Control {
         self.handle.breakpoints()
     }
 
-    /// The controller itself at the end of its line, as it is now: a copy, to be driven by whoever has
-    /// it, backwards and forwards. A state of it is put in by [`put`](Control::put).
+    /// A copy of the controller at the end of its line, as it is now, which the caller can drive
+    /// backwards and forwards. [`put`](Control::put) puts a state of it in.
     pub fn controller(&self) -> Pending<Line<Controller>> {
         self.handle.device()
     }
 
-    /// Goes on from a state of a copy of the [controller](Control::controller), of an earlier or a later
-    /// time. Paused time stays so.
+    /// Continues from a state of a copy of the [controller](Control::controller), earlier or later.
+    /// If time is paused, it stays paused.
     pub fn put(&self, state: LineState<State>) -> Pending<()> {
         self.handle.restore(state)
     }

@@ -58,10 +58,10 @@ use crate::recording::RecordingFile;
 /// # }
 /// ```
 ///
-/// The methods block until the controller has done what they say, which takes microseconds
-/// unless time is to pass. What was written to the line before one of them is called has
-/// arrived when it takes effect. A program that must not block asks for the
-/// [`control`](Emulator::control), which has the same methods to be awaited.
+/// The methods block until the controller has done what they say, which takes microseconds unless
+/// time is to pass. Whatever was written to the line before a call has arrived when the call takes
+/// effect. A program that must not block uses the [`control`](Emulator::control), which has the
+/// same methods to be awaited.
 #[derive(Debug)]
 pub struct Emulator {
     control: Control,
@@ -172,13 +172,13 @@ impl Emulator {
         self.places.serial.as_deref()
     }
 
-    /// Opens the line from within the process. All that are open at the same time are one
-    /// wire: each sees everything the controller sends.
+    /// Opens the line from within the process. All ports open at the same time share one wire: each
+    /// sees everything the controller sends.
     pub fn connect(&self) -> Result<MemoryPort, Error> {
         Ok(self.control.connect().wait()?)
     }
 
-    /// The recording of it, if it is [recorded](crate::Builder::record) into a file.
+    /// Its recording, if it is [recorded](crate::Builder::record) into a file.
     pub fn recording(&self) -> Option<&RecordingFile> {
         self.recording.as_ref().map(|kept| &kept.file)
     }
@@ -195,7 +195,7 @@ impl Emulator {
         Ok(self.control.advance(span).wait()?)
     }
 
-    /// Gives up every way through time that somebody else is awaiting.
+    /// Cancels every journey through time that another caller is awaiting.
     pub fn cancel_all(&self) {
         self.control.cancel_all();
     }
@@ -234,9 +234,9 @@ impl Emulator {
         Ok(self.control.commands().wait()?)
     }
 
-    /// Waits until the host sends a command of this mnemonic, such as `@A`, and says which that
-    /// was. It counts from the command that was waited for last, so that none is missed, however
-    /// fast the host is.
+    /// Waits until the host sends a command of this mnemonic, such as `@A`, and returns it. It
+    /// continues from the command that was waited for last, so that none is missed, however fast
+    /// the host is.
     ///
     /// # Errors
     ///
@@ -344,13 +344,13 @@ impl Emulator {
         Ok(())
     }
 
-    /// Carries out an order as people type it: [`Order::read`](crate::Order::read) reads it, and what it
-    /// says comes back.
+    /// Carries out an order as people type it: [`Order::read`](crate::Order::read) reads it.
+    /// Returns its output as text.
     pub fn give(&self, order: &Order) -> Result<String, Error> {
         block_on(self.control.give(order))
     }
 
-    /// Takes the power away or gives it back.
+    /// Switches the power off or on.
     pub fn power(&self, on: bool) -> Result<(), Error> {
         self.control.power(on).wait()?;
         Ok(())
@@ -379,7 +379,7 @@ impl Emulator {
     ///
     /// # Errors
     ///
-    /// If the words are none for a fault, or the emulator has ended.
+    /// If the words describe no fault, or the emulator has ended.
     pub fn fault(&self, fault: impl Into<AnyFault>) -> Result<FaultHandle, Error> {
         let fault = match fault.into() {
             AnyFault::Fault(fault) => fault,
@@ -389,7 +389,7 @@ impl Emulator {
         Ok(FaultHandle::new(self.control.clone(), number))
     }
 
-    /// The faults that there are, and how often each has struck.
+    /// The present faults, and how often each has struck.
     ///
     /// # Errors
     ///
@@ -398,7 +398,7 @@ impl Emulator {
         Ok(self.control.faults().wait()?)
     }
 
-    /// The fault of this number ends, if there is one.
+    /// Ends the fault of this number, if there is one.
     ///
     /// # Errors
     ///
@@ -408,7 +408,7 @@ impl Emulator {
         Ok(())
     }
 
-    /// All faults end, whoever has begun them.
+    /// Ends all faults, no matter how they were started.
     ///
     /// # Errors
     ///
@@ -431,34 +431,35 @@ impl Emulator {
 
     // --- time stands still ---
 
-    /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they send
-    /// waits on the line, and they notice nothing but that it takes its time.
+    /// Pauses time, whatever the clock, and says when that was. Clients stay connected: what they
+    /// send waits on the line, and they notice nothing but the delay.
     pub fn pause(&self) -> Result<Time, Error> {
         Ok(self.control.pause().wait()?)
     }
 
-    /// Time goes on from where it is. What has passed meanwhile on the wall is not made up for.
+    /// Lets time go on from where it is. The wall-clock time that has passed meanwhile is not made
+    /// up for.
     pub fn resume(&self) -> Result<Time, Error> {
         Ok(self.control.resume().wait()?)
     }
 
-    /// Waits until time is paused by whomever or whatever, and says why.
+    /// Waits until time is paused, whatever the cause, and returns the cause.
     pub fn until_paused(&self) -> Result<Pause, Error> {
         Ok(self.control.until_paused().wait()?)
     }
 
-    /// Does one thing while time is paused, and says what that was.
+    /// Does one thing while time is paused, and returns what it was.
     pub fn step(&self) -> Result<Step, Error> {
         Ok(self.control.step().wait()?)
     }
 
-    /// Pauses time whenever a condition becomes true, exactly then: before anything else happens, even
+    /// Pauses time at the very moment a condition becomes true: before anything else happens, even
     /// at the same instant.
     pub fn break_when(&self, condition: &Condition) -> Result<BreakpointId, Error> {
         Ok(self.control.break_when(condition.clone()).wait()?)
     }
 
-    /// Takes a breakpoint away, and says whether it was there.
+    /// Removes a breakpoint. Returns whether it was there.
     pub fn remove_breakpoint(&self, breakpoint: BreakpointId) -> Result<bool, Error> {
         Ok(self.control.remove_breakpoint(breakpoint).wait()?)
     }
@@ -480,7 +481,7 @@ impl Emulator {
         self.end().await
     }
 
-    /// The same for somebody who may live longer than the emulator.
+    /// The same for a caller that may outlive the emulator.
     pub fn end(&self) -> impl Future<Output = Result<(), Error>> + Send + use<> {
         let mut ended = self.ended.clone();
         async move {
@@ -499,9 +500,9 @@ impl Emulator {
         drop(self.link.take());
     }
 
-    /// Removes its link and lets go of it without waiting for its end, nor for that of its thread. For
-    /// a program that is about to end itself and has no time to lose: what is left of a thousand
-    /// controllers the system takes back faster.
+    /// Removes its link and lets go of it without waiting for its end, nor for that of its thread.
+    /// For a program that is about to end and has no time to lose: the system frees what is left of
+    /// a thousand controllers faster.
     pub fn abandon(mut self) {
         self.control.stop();
         self.waits_for_end = false;

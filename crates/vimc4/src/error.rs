@@ -19,7 +19,7 @@ use crate::recording::RecordingError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Nothing built in has this name.
+    /// No built-in model or machine has this name.
     #[error("there is no {what} `{name}`; built in are {known}, or name a profile file")]
     Unknown {
         /// `model` or `machine`.
@@ -46,10 +46,10 @@ pub enum Error {
     /// A file holds no profile.
     #[error(transparent)]
     Profile(#[from] Box<ProfileFileError>),
-    /// Words are none for a fault.
+    /// The words describe no fault.
     #[error(transparent)]
     Fault(#[from] FaultError),
-    /// An address is none.
+    /// The given text is not an address.
     #[error(
         "`{address}` is not an address: {source}; write host:port, as in 127.0.0.1:4004 or \
          localhost:0"
@@ -60,14 +60,14 @@ pub enum Error {
         /// What is wrong with it.
         source: io::Error,
     },
-    /// An address cannot be listened on.
+    /// Listening at an address is not possible.
     #[error(transparent)]
     Tcp(#[from] TcpError),
     /// A serial port cannot be opened.
     #[cfg(feature = "serial")]
     #[error(transparent)]
     Serial(#[from] vimc4_host::SerialError),
-    /// There is no pseudo-terminal to be had.
+    /// No pseudo-terminal can be opened.
     #[cfg(all(unix, feature = "pty"))]
     #[error(transparent)]
     Pty(#[from] PtyError),
@@ -81,7 +81,7 @@ pub enum Error {
     /// The flash file cannot be used.
     #[error(transparent)]
     FlashFile(#[from] FlashFileError),
-    /// The flash file holds something else than this model's memory.
+    /// The flash file holds something other than this model's memory.
     #[error(
         "{path}, {source}; it may belong to another model, or have been edited: name another \
          file, or remove this one to begin with an empty memory",
@@ -96,7 +96,7 @@ pub enum Error {
     /// The recording cannot be begun.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// Something was expected that could never be met.
+    /// An expectation could never be met.
     #[error(transparent)]
     Mistake(#[from] Mistake),
     /// An expectation was not met.
@@ -108,7 +108,7 @@ pub enum Error {
     /// A running controller ended by itself.
     #[error(transparent)]
     Run(Arc<RunError>),
-    /// The system gives us no thread or no event queue.
+    /// The system provides no thread or no event queue.
     #[error("cannot start a controller: {0}; the limit of threads or open files may be too low")]
     Start(io::Error),
 }

@@ -1,8 +1,8 @@
 //! Virtual stepper controllers for tests: those of isel, and LPKF's SMCU and MotionSystem.
 //!
 //! An [`Emulator`] behaves like the real controller, byte for byte, behind a serial port, a TCP
-//! socket or a port within the process. Its machine, its operating panel and, if wanted, its
-//! time are in the hands of the test.
+//! socket or a port within the process. The test controls its machine, its operating panel and, if
+//! wanted, its time.
 //!
 //! ```
 //! use std::io::{Read, Write};

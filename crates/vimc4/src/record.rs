@@ -1,4 +1,4 @@
-//! What happened, for those who ask afterwards, and for those who expect something.
+//! The record of what happened: for questions afterwards, and for expectations.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -13,7 +13,7 @@ use vimc4_host::{ControlError, News, Report, Sink, Wants, What};
 use vimc4_journal::expect::{Failure, Mistake, Watch};
 use vimc4_journal::{Journal, Picture};
 
-/// How many events, and how many commands, are remembered; the oldest are forgotten first.
+/// How many events and how many commands are kept; the oldest are dropped first.
 const MEMORY: usize = 100_000;
 
 /// A command that the host sent.
@@ -22,7 +22,7 @@ const MEMORY: usize = 100_000;
 pub struct HostCommand {
     /// When its execution began.
     pub at: Time,
-    /// Its number, which its answer and all that comes of it carry too.
+    /// Its number, which its answer and all its effects carry too.
     pub number: Option<CommandNumber>,
     /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
     pub mnemonic: Cow<'static, str>,
@@ -39,7 +39,7 @@ pub(crate) struct Record(Arc<Shared>);
 #[derive(Debug)]
 struct Shared {
     memory: Mutex<Memory>,
-    /// Whether somebody expects something, so that nobody else has to look.
+    /// Whether anything is expected; if not, nothing needs to be looked at.
     watched: AtomicBool,
 }
 
@@ -47,19 +47,19 @@ struct Shared {
 pub(crate) struct Memory {
     commands: VecDeque<Kept>,
     pub(crate) journal: Journal,
-    /// How things stand, as long as somebody expects something.
+    /// The present state of things, as long as anything is expected.
     present: Picture,
     pub(crate) watches: Vec<Watching>,
-    /// The number that the next one who expects something gets.
+    /// The number of the next expectation.
     next: u64,
-    /// How many of the commands at the front nobody will wait for any more.
+    /// How many of the oldest commands can no longer be waited for.
     passed: usize,
     awaited: Vec<Awaited>,
-    /// Nothing will come any more.
+    /// Nothing more will come.
     over: bool,
 }
 
-/// A command, as it is remembered.
+/// A command as it is kept.
 #[derive(Debug)]
 struct Kept {
     at: Time,
@@ -81,17 +81,17 @@ impl Kept {
     }
 }
 
-/// Who is told, once, that an expectation is not met.
+/// Called once, when an expectation is not met.
 pub(crate) type OnFailure = Box<dyn FnOnce(&Failure) + Send>;
 
-/// Somebody who expects something.
+/// An expectation that is being watched.
 pub(crate) struct Watching {
     pub(crate) id: u64,
     pub(crate) watch: Watch,
     pub(crate) names: Arc<Names>,
     pub(crate) on_failure: Vec<OnFailure>,
     pub(crate) failure: Option<Box<Failure>>,
-    /// Those who wait until it is met, or cannot be any more.
+    /// The callers that wait until it is met or can no longer be met.
     pub(crate) waiting: Vec<oneshot::Sender<Result<(), ControlError>>>,
 }
 
@@ -102,7 +102,7 @@ impl fmt::Debug for Watching {
 }
 
 impl Watching {
-    /// Tells whoever wants to know what has become clear.
+    /// Tells every waiting caller the outcome, if it is known now.
     fn tell(&mut self, journal: &Journal) {
         if self.failure.is_none()
             && let Some(failure) = self.watch.failure(journal, &self.names)
@@ -114,19 +114,19 @@ impl Watching {
         }
         if !self.waiting.is_empty() && (self.failure.is_some() || self.watch.is_met()) {
             for waiting in self.waiting.drain(..) {
-                // Who asked may have stopped waiting.
+                // The caller may have stopped waiting.
                 let _ = waiting.send(Ok(()));
             }
         }
     }
 }
 
-/// Somebody who waits for a command, and its mnemonic.
+/// A caller that waits for a command, and the command's mnemonic.
 #[derive(Debug)]
 struct Awaited(String, oneshot::Sender<Result<HostCommand, ControlError>>);
 
 impl Record {
-    /// One that begins with how things stand.
+    /// A memory that begins with the present state of things.
     pub(crate) fn new(start: Picture) -> Record {
         let memory = Memory {
             commands: VecDeque::new(),
@@ -141,12 +141,12 @@ impl Record {
         Record(Arc::new(Shared { memory: Mutex::new(memory), watched: AtomicBool::new(false) }))
     }
 
-    /// Whether somebody expects something.
+    /// Whether anything is expected.
     fn is_watched(&self) -> bool {
         self.0.watched.load(Ordering::Acquire)
     }
 
-    /// Somebody expects something from now on. Returns the number of it.
+    /// Adds an expectation, watched from now on. Returns its number.
     pub(crate) fn watch(
         &self,
         present: Picture,
@@ -172,7 +172,7 @@ impl Record {
         Ok(*next)
     }
 
-    /// It is expected no more. Returns it, with all time passed up to `now`.
+    /// Removes an expectation. Returns it, with all time passed up to `now`.
     pub(crate) fn unwatch(&self, id: u64, now: Option<Time>) -> Option<Ended> {
         let mut memory = self.lock();
         if let Some(now) = now {
@@ -199,7 +199,7 @@ impl Record {
     }
 }
 
-/// How an expectation has come out.
+/// The outcome of an expectation.
 pub(crate) struct Ended {
     /// Why it is not met, if it is not.
     pub(crate) failure: Option<Box<Failure>>,
@@ -235,7 +235,7 @@ impl Memory {
         }
     }
 
-    /// Keeps something that has happened, and looks whether it was expected.
+    /// Keeps an event, and checks it against the expectations.
     fn keep(&mut self, stamp: Stamp, event: Event, means: Arc<str>) {
         self.journal.keep(stamp, event, means);
         self.look();
@@ -263,7 +263,7 @@ impl Memory {
         }
     }
 
-    /// Answers when one that is expected is met, or cannot be any more: at once if it is so.
+    /// Answers when an expectation is met or can no longer be met: at once if that is so already.
     pub(crate) fn wait_for(
         &mut self,
         place: usize,
@@ -276,7 +276,7 @@ impl Memory {
         }
     }
 
-    /// When somebody who expects something has to look next.
+    /// When an expectation has to be checked next.
     fn due(&self) -> Option<Time> {
         self.watches.iter().filter_map(|watching| watching.watch.due()).min()
     }
@@ -291,7 +291,7 @@ impl Memory {
         match coming.find(|(_, command)| command.mnemonic == mnemonic) {
             Some((at, command)) => {
                 self.passed = at + 1;
-                // Who asked may have stopped waiting.
+                // The caller may have stopped waiting.
                 let _ = answer.send(Ok(command.told()));
             }
             // A waiting caller learns from the answer that is dropped that there will be none.

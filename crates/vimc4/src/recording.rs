@@ -1,13 +1,13 @@
 //! The file into which a running controller is recorded.
 //!
-//! What has happened is with the operating system before the answer to it leaves: the task that
-//! runs the controller writes it itself, once for each answer. A thread for it would have to be
-//! waited for just the same, and costs more than the writing. So nothing that a client has seen is
-//! lost when the program is killed, and where the disk is slower than the line the controller
-//! waits for it.
+//! Everything that has happened is handed to the operating system before the answer to it leaves:
+//! the task that runs the controller writes it itself, once for each answer. A separate thread
+//! would have to be waited for just the same, and would cost more than the writing. So nothing that
+//! a client has seen is lost when the program is killed, and where the disk is slower than the
+//! line, the controller waits for the disk.
 //!
-//! A recording that is to be compressed is plain text as long as it grows, for the same reason, and
-//! is compressed when it is finished.
+//! For the same reason a recording that is to be compressed stays plain text while it grows, and is
+//! compressed when it is finished.
 
 use std::cell::Cell;
 use std::fmt;
@@ -27,7 +27,7 @@ use vimc4_host::{News, Report, Sink, Source, Wants};
 use vimc4_journal::expect::Failure;
 use vimc4_timeline::recording::{Entry, Given, Head, LineSort, VERSION, What};
 
-/// A recording cannot be begun.
+/// Why a recording cannot be started.
 #[derive(Debug, Error)]
 #[error("cannot write the recording {path}: {source}; {help}", path = .path.display())]
 pub struct RecordingError {
@@ -39,7 +39,7 @@ pub struct RecordingError {
     pub help: &'static str,
 }
 
-/// Is called with a sentence for people when a recording can no longer be written.
+/// Called with a message for people when a recording can no longer be written.
 pub type OnError = Box<dyn FnMut(&str) + Send>;
 
 /// How a file is compressed, by the end of its name.
@@ -62,26 +62,26 @@ struct Sheet {
     /// The file that is written now; `None` once nothing more can be.
     file: Option<File>,
     path: PathBuf,
-    /// What it is called when it is compressed.
+    /// Its name once it is compressed.
     packed: PathBuf,
     head: Head,
-    /// How many bytes a file has at most, about.
+    /// The approximate maximum size of a file in bytes.
     size: u64,
     written: u64,
     lines: Vec<u8>,
     /// What the axes and signals of the controller are called.
     names: Names,
-    /// Who has done something last, in words.
+    /// The last source of an action, in words.
     by: Option<(Source, Arc<str>)>,
     /// The controller is led cause by cause.
     led: bool,
     /// The controller has told its end.
     ends: bool,
-    /// It is to end because of this.
+    /// Why it is to end.
     cut: Option<String>,
     tell: OnError,
     packers: Vec<JoinHandle<()>>,
-    /// Every file so far, as it is called in the end.
+    /// Every file so far, by its final name.
     files: Vec<PathBuf>,
 }
 
@@ -104,7 +104,7 @@ pub(crate) struct Order {
 
 /// The head of a recording that this program writes.
 ///
-/// `from` is who records, and `clock` how time passes there.
+/// `from` names the recording program, and `clock` says how time passes there.
 #[must_use]
 pub fn recording_head(model: &Model, machine: &Machine, clock: &str, from: &str) -> Head {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).ok();
@@ -126,7 +126,7 @@ pub fn recording_head(model: &Model, machine: &Machine, clock: &str, from: &str)
 }
 
 impl RecordingFile {
-    /// Begins a recording. A file that is there is left as it is.
+    /// Starts a recording. An existing file is left as it is.
     pub(crate) fn begin(
         order: Order,
         about: &About<'_>,
@@ -138,13 +138,13 @@ impl RecordingFile {
         RecordingFile::create(&order.path, head, order.size, names, order.tell)
     }
 
-    /// Begins a recording of whatever has this head. A file that is there is left as it is. With a
-    /// `size` in bytes a new file is begun when one has more. `tell` is told, in a sentence, if it
-    /// cannot be written any more.
+    /// Starts a recording with this head. An existing file is left as it is. With a `size` in
+    /// bytes, a new file is started when one grows beyond it. `tell` is called with a message if
+    /// the recording can no longer be written.
     ///
     /// # Errors
     ///
-    /// If there is such a file, or it cannot be created.
+    /// If the file already exists or cannot be created.
     pub fn create(
         path: &Path,
         head: Head,
@@ -180,20 +180,20 @@ impl RecordingFile {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a line, which is with the operating system when this returns.
+    /// Adds a line, which has been handed to the operating system when this returns.
     pub fn add(&self, entry: &Entry) {
         let mut sheet = self.sheet();
         entry.put(&mut sheet.lines);
         sheet.write();
     }
 
-    /// How many bytes the present file has.
+    /// The size of the current file in bytes.
     #[must_use]
     pub fn written(&self) -> u64 {
         self.sheet().written
     }
 
-    /// Goes on in the next file, which begins with the state that the controller is in, as this one
+    /// Continues in the next file, which begins with the controller's present state, as this one
     /// ends with it.
     pub fn turn(&self, at: Time, state: &Value) {
         let mut sheet = self.sheet();
@@ -202,8 +202,8 @@ impl RecordingFile {
         }
     }
 
-    /// Ends it because an expectation is not met, when everything has been told that happens at this
-    /// instant: a mark says what was expected.
+    /// Ends it because an expectation is not met, once everything that happens at this instant has
+    /// been reported: a mark says what was expected.
     pub(crate) fn cut(&self, failure: &Failure) {
         let mut sheet = self.sheet();
         let mark = format!("expected {}, but {}", failure.expected, failure.but);
@@ -242,7 +242,7 @@ impl fmt::Debug for RecordingFile {
 }
 
 impl Sheet {
-    /// Begins the file of the present part.
+    /// Starts the file of the current part.
     fn open(&mut self) -> Result<(), RecordingError> {
         let packed = part(&self.name, self.head.part);
         let plain = self.packing.plain(&packed);
@@ -266,7 +266,7 @@ impl Sheet {
         }
     }
 
-    /// Gives the operating system what is to be written. If it does not take it, the recording ends
+    /// Hands pending lines to the operating system. If it does not accept them, the recording ends
     /// with its last whole line.
     fn write(&mut self) {
         let Some(file) = &mut self.file else { return self.lines.clear() };
@@ -286,7 +286,7 @@ impl Sheet {
         self.lines.clear();
     }
 
-    /// Goes on in the next file, which plays by itself.
+    /// Continues in the next file, which can be played on its own.
     fn turn(&mut self, at: Time, state: &Value) {
         self.put(at, What::State { by: None, state: state.clone() });
         self.head.part += 1;
@@ -310,7 +310,7 @@ impl Sheet {
         self.write();
     }
 
-    /// Closes the present file, and has it compressed.
+    /// Closes the current file and has it compressed.
     fn pack(&mut self) {
         self.file = None;
         let (plain, packed, packing) = (self.path.clone(), self.packed.clone(), self.packing);
@@ -469,7 +469,7 @@ impl Packing {
         }
     }
 
-    /// What a file is called while it is plain text.
+    /// The name of a file while it is plain text.
     fn plain(self, packed: &Path) -> PathBuf {
         match self {
             Packing::None => packed.to_owned(),
@@ -477,7 +477,7 @@ impl Packing {
         }
     }
 
-    /// Compresses a file and removes it when all of it is in the other.
+    /// Compresses a file, and removes it once all of it is in the compressed one.
     fn pack(self, plain: &Path, packed: &Path) -> io::Result<()> {
         let from = BufReader::with_capacity(1 << 16, File::open(plain)?);
         let to = OpenOptions::new().write(true).create_new(true).open(packed)?;
@@ -509,11 +509,11 @@ impl Packing {
     }
 }
 
-/// Writes the text of a recording into a file that is not there yet, compressed if its name says so.
+/// Writes the text of a recording into a new file, compressed if its name says so.
 ///
 /// # Errors
 ///
-/// If there is such a file, or it cannot be written.
+/// If the file already exists or cannot be written.
 pub fn pack(path: &Path, text: &[u8]) -> Result<(), RecordingError> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let file = file.map_err(|error| cannot_write(path, error))?;
@@ -529,20 +529,20 @@ pub fn pack(path: &Path, text: &[u8]) -> Result<(), RecordingError> {
 ///
 /// # Errors
 ///
-/// If the file cannot be read, or what is compressed in it is broken.
+/// If the file cannot be read, or its compressed data are broken.
 pub fn unpack(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
     let mut text = Vec::new();
     unpacking(&*bytes)?.read_to_end(&mut text)?;
     Ok(text)
 }
 
-/// Reads the text of a recording, compressed or not, as its first bytes say. What is compressed and
-/// broken off gives all that there is, and then an error of the kind `UnexpectedEof`; what is
-/// damaged, one of the kind `InvalidData`.
+/// Reads the text of a recording, compressed or not, as its first bytes say. Truncated compressed
+/// data give everything up to their end, and then an error of the kind `UnexpectedEof`; damaged
+/// data give one of the kind `InvalidData`.
 ///
 /// # Errors
 ///
-/// If the source cannot be read, or what is compressed in it is broken from the beginning.
+/// If the source cannot be read, or its compressed data are broken from the beginning.
 pub fn unpacking<'a>(mut source: impl Read + 'a) -> io::Result<Box<dyn Read + 'a>> {
     let mut first = Vec::new();
     source.by_ref().take(MAGIC).read_to_end(&mut first)?;
@@ -564,10 +564,10 @@ pub fn unpacking<'a>(mut source: impl Read + 'a) -> io::Result<Box<dyn Read + 'a
     Ok(Box::new(Unpacking { text, packing, over }))
 }
 
-/// How many bytes tell how a file is compressed.
+/// The number of bytes that tell how a file is compressed.
 const MAGIC: u64 = 4;
 
-/// A source that tells whether it has come to its end.
+/// A source that tells whether it has reached its end.
 struct Watched<R> {
     from: R,
     over: Rc<Cell<bool>>,
@@ -583,7 +583,7 @@ impl<R: Read> Read for Watched<R> {
     }
 }
 
-/// What is unpacked.
+/// The unpacked data.
 struct Unpacking<'a> {
     text: Box<dyn Read + 'a>,
     packing: Packing,

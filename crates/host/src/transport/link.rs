@@ -34,7 +34,7 @@ pub enum LinkError {
     Held {
         /// The link.
         path: PathBuf,
-        /// Who has it.
+        /// The emulator that has it.
         holder: String,
     },
     /// The operating system does not let us.
@@ -82,8 +82,8 @@ impl PtyLink {
         }
     }
 
-    /// Makes the link, or moves it here from a PTY that is gone. Whoever looks at the name sees
-    /// the old link or the new one, never none.
+    /// Makes the link, or moves it here from a PTY that is gone. At any moment the name leads to
+    /// the old link or the new one, never to none.
     pub fn create(path: &Path, target: &Path, replace: bool) -> Result<PtyLink, LinkError> {
         // A link of an emulator that was killed may lead to our own terminal, which has got the
         // same number.
@@ -113,7 +113,7 @@ impl PtyLink {
     }
 }
 
-/// Who answers at a PTY, in words.
+/// The program that answers at a PTY, in words.
 fn holder(target: &Path, link: &fs::Metadata) -> Option<String> {
     let made = fs::metadata(target).ok()?;
     if (made.ctime(), made.ctime_nsec()) > (link.mtime(), link.mtime_nsec()) {

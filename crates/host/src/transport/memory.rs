@@ -60,7 +60,7 @@ impl Shared {
         self.lanes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes something and wakes whoever may have waited for that.
+    /// Changes something and wakes the task that may have waited for that.
     fn change<T>(&self, change: impl FnOnce(&mut Lanes) -> (T, Option<Waker>)) -> T {
         let (result, waker) = change(&mut self.lanes());
         if let Some(waker) = waker {

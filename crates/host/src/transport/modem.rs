@@ -9,8 +9,8 @@ use tokio::sync::mpsc;
 use super::{Received, Sent, Transport};
 use crate::report::News;
 
-/// Handshake lines without the bytes, which take their own way. Somebody who stands by the
-/// client is told of CTS and tells of DTR and RTS.
+/// Handshake lines without the bytes, which take their own way. The client's side is told of CTS
+/// and tells of DTR and RTS.
 pub struct Modem {
     label: Arc<str>,
     cts: Box<dyn FnMut(bool) + Send>,

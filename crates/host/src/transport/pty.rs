@@ -23,7 +23,7 @@ use crate::report::News;
 /// That several programs have it open is told no more often than this.
 const REMINDER: Duration = Duration::from_secs(10);
 
-/// How often it is looked who they are, once another one has opened it.
+/// How often the programs are looked up once another one has opened it.
 const LOOKS: u32 = 3;
 
 /// So many clients at most that came and went between two looks are told of.
@@ -58,7 +58,7 @@ pub struct Pty {
     news: VecDeque<News>,
     /// What has been read already and comes after the news.
     early: VecDeque<u8>,
-    /// How often it is still to be looked who has it open besides.
+    /// How many more times the programs that have it open are looked up.
     looks: u32,
     /// When it was told that several programs have it open.
     told: Option<Instant>,
@@ -66,7 +66,7 @@ pub struct Pty {
     closely: bool,
 }
 
-/// Why no pseudo-terminal can be had.
+/// Why no pseudo-terminal can be opened.
 #[derive(Debug, Error)]
 pub enum PtyError {
     /// The system gives out no pair.
@@ -120,7 +120,7 @@ impl Pty {
         &self.path
     }
 
-    /// Looks who has the terminal open now.
+    /// Looks up which programs have the terminal open now.
     fn look(&mut self) {
         let seen = self.watch.look();
         self.notice(seen);
@@ -280,8 +280,8 @@ impl Transport for Pty {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Sent {
-        // A client that has written is known. One that is not yet has missed nothing that was
-        // meant for it, and those who use another way shall not pay for the question.
+        // A client that has written is known. A client that is not yet known has missed nothing
+        // that was meant for it, and clients of other transports must not pay for the question.
         if !self.seen.open {
             if !self.unsure {
                 return Sent::Nobody;
@@ -290,7 +290,7 @@ impl Transport for Pty {
         }
         loop {
             if !self.seen.open {
-                // Who asked may have closed one of two descriptors only.
+                // The asking client may have closed only one of two descriptors.
                 if !std::mem::take(&mut self.unsure) || !self.watch.is_open_after_all() {
                     return Sent::Nobody;
                 }

@@ -29,8 +29,8 @@ use crate::report::News;
 /// and connects again at once overtakes the news of its own closing.
 const GRACE: Duration = Duration::from_millis(100);
 
-/// How many newcomers wait, and how many clients watch. Whoever floods the port with connections
-/// gets no further than this.
+/// How many newcomers wait, and how many clients watch. A flood of connections gets no further than
+/// this.
 const CROWD: usize = 16;
 
 /// A silent client is asked for a sign of life this often, and has vanished after three times
@@ -77,7 +77,7 @@ impl fmt::Display for Clients {
 pub struct Tcp {
     label: Arc<str>,
     listener: TcpListener,
-    /// Rings when somebody knocks.
+    /// Rings when a connection comes in.
     bell: Bell,
     address: SocketAddr,
     policy: Clients,
@@ -207,7 +207,7 @@ impl Tcp {
         self.address
     }
 
-    /// Accepts everybody who knocks.
+    /// Accepts every incoming connection.
     fn accept(&mut self, cx: &mut Context<'_>) {
         if let Some(pause) = &mut self.exhausted {
             if pause.as_mut().poll(cx).is_pending() {
@@ -304,7 +304,8 @@ impl Tcp {
         });
     }
 
-    /// Refuses those who waited in vain. The holder's stream was empty just now, not ended.
+    /// Refuses the newcomers that waited in vain. The holder's stream was empty just now, not
+    /// ended.
     fn expire(&mut self, cx: &mut Context<'_>) {
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.retain_mut(|(client, grace)| {

@@ -20,7 +20,7 @@ pub struct User {
     pub serves: bool,
 }
 
-/// Who has a terminal open.
+/// The programs that have a terminal open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Users {
     /// Those that could be seen.

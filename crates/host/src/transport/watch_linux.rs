@@ -1,4 +1,4 @@
-//! Who has a terminal open.
+//! Which programs have a terminal open.
 //!
 //! A PTY does not tell its near end when a client opens or closes the far end as long as
 //! somebody, here we ourselves, keeps it open. inotify does: the kernel queues an event within
@@ -115,15 +115,15 @@ impl Watch {
         Ok(Watch { watcher, number })
     }
 
-    /// Who has it open at this moment.
+    /// Which clients have it open at this moment.
     pub(super) fn look(&self) -> Seen {
         let mut terminals = self.watcher.terminals();
         self.watcher.drain(&mut terminals);
         terminals.get(&self.number).map_or_else(Seen::default, Terminal::seen)
     }
 
-    /// Who has it open as far as is known, without asking the system. `waker` is told when that
-    /// changes.
+    /// Which clients have it open as far as is known, without asking the system. `waker` is told
+    /// when that changes.
     pub(super) fn known(&self, waker: &Waker) -> Seen {
         self.watcher.attend();
         let mut terminals = self.watcher.terminals();
@@ -135,8 +135,8 @@ impl Watch {
         terminal.seen()
     }
 
-    /// Writes to the terminal if what was `seen` still holds. Whoever closes it from now on is
-    /// noticed only after the writing, and then what was written is flushed: it cannot slip
+    /// Writes to the terminal if what was `seen` still holds. A client that closes it from now on
+    /// is noticed only after the writing, and then the written bytes are flushed: they cannot slip
     /// through to the next client.
     pub(super) fn write_if<T>(&self, seen: Seen, write: impl FnOnce() -> T) -> Option<T> {
         let mut terminals = self.watcher.terminals();
@@ -179,7 +179,7 @@ impl Watch {
         let name = |user: &User| format!("{} (process {})", user.name, user.process);
         match programs.collect::<Vec<_>>().as_slice() {
             [] => None,
-            // Who reads in one place and writes in another gets every answer.
+            // A program that reads in one place and writes in another gets every answer.
             [one] => {
                 let handles = one.readers.saturating_sub(ours(one));
                 (handles > 1).then(|| format!("{handles} handles of {}", name(one)))
@@ -188,9 +188,9 @@ impl Watch {
         }
     }
 
-    /// The terminal counts as closed: looks whether an opening was merged into another one, so
-    /// that somebody has it open all the same. Somebody who opens it meanwhile is a new client,
-    /// for whom nothing of before is meant.
+    /// The terminal counts as closed: looks whether an opening was merged into another one, so that
+    /// somebody has it open all the same. A program that opens it meanwhile is a new client, for
+    /// which nothing sent before is meant.
     pub(super) fn is_open_after_all(&self) -> bool {
         // Looking at all processes takes its time; nobody else waits for it.
         let Some((identity, events)) = self.closed_since() else { return false };
@@ -343,9 +343,9 @@ impl Terminal {
         }
     }
 
-    /// A client may hang the terminal up. Every descriptor of it is dead then, ours too, and who
-    /// opens it next finds it as terminals for people are. It gets a living one of ours before
-    /// the dead one is let go, so that the near end notices nothing.
+    /// A client may hang the terminal up. Every descriptor of it is dead then, ours too, and the
+    /// next program to open it finds it set up as an interactive terminal. It gets a living one of
+    /// ours before the dead one is let go, so that the near end notices nothing.
     fn mend(&mut self) {
         // Other errors come from a line discipline that knows no settings.
         if tcgetattr(&self.kept).err() != Some(Errno::IO) {

@@ -1,4 +1,4 @@
-//! Who has a terminal open: elsewhere than on Linux nobody tells, so it counts as open.
+//! Which programs have a terminal open: systems other than Linux do not tell, so it counts as open.
 
 use std::io;
 use std::os::fd::OwnedFd;
