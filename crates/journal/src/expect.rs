@@ -36,6 +36,7 @@
 
 mod check;
 mod closest;
+mod eye;
 mod failed;
 mod failure;
 mod sentence;

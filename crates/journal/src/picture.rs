@@ -126,6 +126,11 @@ impl Picture {
         }
     }
 
+    /// Whether something that is done, and not an event of it, changes how things stand.
+    pub(crate) fn is_set_anew_by(what: &What) -> bool {
+        matches!(what, What::Deed { deed: Deed::Restore | Deed::Power(_), .. })
+    }
+
     fn follow(&mut self, event: &Event) {
         match event {
             Event::Motion(Motion::Begins { origin, segment }) => {

@@ -598,3 +598,40 @@ fn other_families_are_expected_in_the_same_words() {
     let failure = failure(emu.expect().command("PA").once().so_far());
     assert_eq!(failure.closest, ["none; the commands that came are PR"]);
 }
+
+/// What makes a condition true is looked at, whatever kind of event it is.
+#[test]
+fn ports_inputs_and_signals_are_counted_as_they_change() {
+    type Said = fn(Expect<Live>) -> Sentence<Live>;
+    let emu = manual().start().unwrap();
+    let mut port = emu.connect().unwrap();
+    let sentences: [Said; 6] = [
+        |e| e.when("port 2 bit 0 on").times(2),
+        |e| e.when("port 0 bit 2 on").times(3),
+        |e| e.when("signal cover is open").times(1),
+        |e| e.when("signal cover is open and port 2 bit 0 on").times(2),
+        |e| e.when("signal cover changes").times(2),
+        |e| e.when("command @B and signal cover is open").times(3),
+    ];
+    let watched: Vec<_> =
+        sentences.iter().map(|said| said(emu.expect()).watch().unwrap()).collect();
+    send(&mut port, "@07\r");
+    emu.run_until_idle().unwrap();
+    // Outputs are switched behind an open cover only with the key on test.
+    emu.turn("key", "test").unwrap();
+    emu.turn("cover", "open").unwrap();
+    for value in ["1", "0", "1"] {
+        send(&mut port, &format!("@0B2,{value}\r"));
+        emu.run_until_idle().unwrap();
+    }
+    for level in [true, false, true, false, true] {
+        emu.input(0, 2, level).unwrap();
+    }
+    emu.turn("cover", "closed").unwrap();
+    for watched in watched {
+        watched.check().unwrap();
+    }
+    for said in sentences {
+        said(emu.expect()).so_far().unwrap();
+    }
+}

@@ -3,13 +3,14 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use vimc4_device::{CommandNumber, Condition, Event, Names, Time};
+use vimc4_device::{Kinds, Names, Time};
 
 use super::check::{self, Mistake};
+use super::eye::{Eye, Moment};
 use super::failed::{Failed, Why};
 use super::failure::{Failure, Unmet};
-use super::{Clause, Expectation, Pattern, Reply, Stage, Then};
-use crate::{Entry, Journal, Picture};
+use super::{Clause, Expectation, Stage, Then};
+use crate::{Entry, Journal, Picture, What};
 
 /// An expectation that is followed, entry by entry. Between two entries it looks only at the instants at
 /// which something about it can change: those are computed from the motion that is under way.
@@ -20,6 +21,8 @@ pub struct Watch {
     before: u64,
     now: Time,
     course: Course,
+    /// The kinds of events that can make a difference.
+    kinds: Kinds,
     /// When it has to be looked at next, if nothing happens before.
     next: Option<Time>,
     failed: Option<Failed>,
@@ -29,10 +32,8 @@ pub struct Watch {
 #[derive(Clone, Debug)]
 enum Course {
     Order {
-        /// An eye for each clause.
-        eyes: Vec<Vec<Eye>>,
-        /// How often each has been met.
-        counts: Vec<Vec<u64>>,
+        /// How far each clause of each stage has come.
+        stages: Vec<Vec<Progress>>,
         /// Which stage it is.
         stage: usize,
         /// When the last one that had to be completed was.
@@ -52,6 +53,57 @@ enum Course {
     },
 }
 
+/// How far a clause has come.
+#[derive(Clone, Debug)]
+struct Progress {
+    eye: Eye,
+    /// Whether it is met in the moment that was looked at last.
+    seen: bool,
+    /// How often it has been met.
+    count: u64,
+}
+
+impl Course {
+    fn of(expected: &Expectation, began: Time) -> Course {
+        let rule = match expected {
+            Expectation::Order(stages) => {
+                let progress = |clause: &Clause| Progress {
+                    eye: Eye::of(&clause.what),
+                    seen: false,
+                    count: 0,
+                };
+                let stages = stages.iter().map(|s| s.clauses.iter().map(progress).collect());
+                return Course::Order { stages: stages.collect(), stage: 0, since: began };
+            }
+            Expectation::Rule(rule) => rule,
+        };
+        let whenever = Eye::of(&rule.whenever);
+        match &rule.then {
+            Then::Held { state, .. } => {
+                Course::Held { whenever, state: Eye::of_state(state), met: 0 }
+            }
+            Then::Follows { what, .. } => {
+                let what = Eye::of(what);
+                Course::Follows { whenever, what, pending: VecDeque::new(), met: 0 }
+            }
+        }
+    }
+
+    /// Does something with every eye.
+    fn each(&self, mut of: impl FnMut(&Eye)) {
+        match self {
+            Course::Order { stages, .. } => {
+                stages.iter().flatten().for_each(|progress| of(&progress.eye));
+            }
+            Course::Held { whenever, state: other, .. }
+            | Course::Follows { whenever, what: other, .. } => {
+                of(whenever);
+                of(other);
+            }
+        }
+    }
+}
+
 impl Watch {
     /// Follows an expectation from how things stand, behind the entry of this number.
     ///
@@ -65,33 +117,11 @@ impl Watch {
         before: u64,
     ) -> Result<Watch, Mistake> {
         check::expectation(&expected, names, start)?;
-        let course = match &expected {
-            Expectation::Order(stages) => {
-                let eye = |clause: &Clause| Eye::of(&clause.what);
-                Course::Order {
-                    eyes: stages.iter().map(|s| s.clauses.iter().map(eye).collect()).collect(),
-                    counts: stages.iter().map(|stage| vec![0; stage.clauses.len()]).collect(),
-                    stage: 0,
-                    since: start.at(),
-                }
-            }
-            Expectation::Rule(rule) => {
-                let whenever = Eye::of(&rule.whenever);
-                match &rule.then {
-                    Then::Held { state, .. } => {
-                        Course::Held { whenever, state: Eye::of_state(state), met: 0 }
-                    }
-                    Then::Follows { what, .. } => Course::Follows {
-                        whenever,
-                        what: Eye::of(what),
-                        pending: VecDeque::new(),
-                        met: 0,
-                    },
-                }
-            }
-        };
+        let course = Course::of(&expected, start.at());
+        let mut kinds = Kinds::NONE;
+        course.each(|eye| kinds = kinds.and(eye.kinds()));
         let now = start.at();
-        let mut watch = Watch { expected, before, now, course, next: None, failed: None };
+        let mut watch = Watch { expected, before, now, course, kinds, next: None, failed: None };
         // What is so at the beginning becomes so then.
         watch.look(start, None);
         watch.next = watch.next_look(start);
@@ -143,7 +173,11 @@ impl Watch {
 
     /// Something has happened, which is in the picture already.
     pub fn see(&mut self, picture: &Picture, entry: &Entry) {
-        if self.failed.is_some() {
+        let matters = match &entry.what {
+            What::Event(event) => self.kinds.contain(event.kind()),
+            deed => Picture::is_set_anew_by(deed),
+        };
+        if self.failed.is_some() || !matters {
             return;
         }
         self.now = entry.at;
@@ -184,25 +218,23 @@ impl Watch {
     /// Looks at a moment.
     fn look(&mut self, picture: &Picture, entry: Option<&Entry>) {
         let now = self.now;
-        let mut moment = Moment { picture, now, entry };
+        let moment = Moment { picture, now, entry };
         match (&mut self.course, &self.expected) {
-            (Course::Order { eyes, counts, stage, since }, Expectation::Order(stages)) => {
-                let seen: Vec<Vec<bool>> = eyes
-                    .iter_mut()
-                    .map(|eyes| eyes.iter_mut().map(|eye| eye.look(&mut moment)).collect())
-                    .collect();
-                let why = order(stages, &seen, counts, stage, since, now);
-                if let Some(why) = why {
+            (Course::Order { stages, stage, since }, Expectation::Order(expected)) => {
+                for Progress { eye, seen, .. } in stages.iter_mut().flatten() {
+                    *seen = eye.look(&moment);
+                }
+                if let Some(why) = order(expected, stages, stage, since, now) {
                     self.fail(entry, why);
                 }
             }
             (Course::Held { whenever, state, met }, Expectation::Rule(rule)) => {
-                state.look(&mut moment);
+                state.look(&moment);
                 let span = match &rule.then {
                     Then::Held { span, .. } => *span,
                     Then::Follows { .. } => Duration::ZERO,
                 };
-                if whenever.look(&mut moment) {
+                if whenever.look(&moment) {
                     *met += 1;
                     let since = state.since();
                     if since.is_none_or(|since| now - since < span) {
@@ -211,11 +243,11 @@ impl Watch {
                 }
             }
             (Course::Follows { whenever, what, pending, met }, Expectation::Rule(_)) => {
-                if whenever.look(&mut moment) {
+                if whenever.look(&moment) {
                     *met += 1;
                     pending.push_back(now);
                 }
-                if what.look(&mut moment) {
+                if what.look(&moment) {
                     pending.clear();
                 }
             }
@@ -226,9 +258,9 @@ impl Watch {
     /// By when something has to have come.
     fn deadline(&self) -> Option<Time> {
         match (&self.course, &self.expected) {
-            (Course::Order { counts, stage, since, .. }, Expectation::Order(stages)) => {
-                let needed = needed(stages, counts, *stage)?;
-                Some(*since + stages.get(needed)?.within?)
+            (Course::Order { stages, stage, since }, Expectation::Order(expected)) => {
+                let needed = needed(expected, stages, *stage)?;
+                Some(*since + expected.get(needed)?.within?)
             }
             (Course::Follows { pending, .. }, Expectation::Rule(rule)) => match rule.then {
                 Then::Follows { within, .. } => Some(*pending.front()? + within),
@@ -241,8 +273,8 @@ impl Watch {
     /// The deadline is over.
     fn miss(&mut self) {
         let why = match (&self.course, &self.expected) {
-            (Course::Order { counts, stage, .. }, Expectation::Order(stages)) => {
-                missing(stages, counts, *stage).map(|(stage, clause, came)| Why::TooLate {
+            (Course::Order { stages, stage, .. }, Expectation::Order(expected)) => {
+                missing(expected, stages, *stage).map(|(stage, clause, came)| Why::TooLate {
                     stage,
                     clause,
                     came,
@@ -261,8 +293,8 @@ impl Watch {
     /// Nothing more will happen.
     fn end(&mut self) {
         let why = match (&self.course, &self.expected) {
-            (Course::Order { counts, stage, .. }, Expectation::Order(stages)) => {
-                missing(stages, counts, *stage).map(|(stage, clause, came)| Why::Missing {
+            (Course::Order { stages, stage, .. }, Expectation::Order(expected)) => {
+                missing(expected, stages, *stage).map(|(stage, clause, came)| Why::Missing {
                     stage,
                     clause,
                     came,
@@ -288,53 +320,45 @@ impl Watch {
             return None;
         }
         let now = self.now;
-        let next = |eye: &Eye| eye.next(picture, now);
-        let changes = match &self.course {
-            Course::Order { eyes, .. } => eyes.iter().flatten().filter_map(next).min(),
-            Course::Held { whenever, state, .. } => {
-                [next(whenever), next(state)].into_iter().flatten().min()
-            }
-            Course::Follows { whenever, what, .. } => {
-                [next(whenever), next(what)].into_iter().flatten().min()
-            }
-        };
+        let mut next: Option<Time> = None;
+        self.course.each(|eye| next = [next, eye.next(picture, now)].into_iter().flatten().min());
         // What comes just at the deadline is in time.
         let late = self.deadline().map(|deadline| deadline.after_nanos(1));
-        changes.into_iter().chain(late).min().filter(|at| *at != Time::NEVER)
+        next.into_iter().chain(late).min().filter(|at| *at != Time::NEVER)
     }
 }
 
 /// What of several stages is met in a moment counts for the latest that it can be the turn of.
 fn order(
-    stages: &[Stage],
-    seen: &[Vec<bool>],
-    counts: &mut [Vec<u64>],
+    expected: &[Stage],
+    stages: &mut [Vec<Progress>],
     stage: &mut usize,
     since: &mut Time,
     now: Time,
 ) -> Option<Why> {
-    let last = window(stages, counts, *stage);
-    let is_seen = |of: usize| seen.get(of).is_some_and(|seen| seen.contains(&true));
-    let chosen = (*stage..=last).rev().find(|of| is_seen(*of))?;
-    let (Some(expected), Some(seen), Some(counts)) =
-        (stages.get(chosen), seen.get(chosen), counts.get_mut(chosen))
-    else {
+    let is_seen = |of: &Vec<Progress>| of.iter().any(|progress| progress.seen);
+    if !stages.iter().any(is_seen) {
+        return None;
+    }
+    let last = window(expected, stages, *stage);
+    let chosen = (*stage..=last).rev().find(|of| stages.get(*of).is_some_and(is_seen))?;
+    let (Some(expected), Some(clauses)) = (expected.get(chosen), stages.get_mut(chosen)) else {
         return None;
     };
     *stage = chosen;
-    let was_complete = is_complete(expected, counts);
-    let clauses = expected.clauses.iter().zip(seen).zip(counts.iter_mut()).enumerate();
-    for (place, ((clause, _), count)) in clauses.filter(|(_, ((_, seen), _))| **seen) {
-        *count += 1;
-        let waited = now - *since;
+    let was_complete = is_complete(expected, clauses);
+    let seen = expected.clauses.iter().zip(clauses.iter_mut()).enumerate();
+    for (place, (clause, progress)) in seen.filter(|(_, (_, progress))| progress.seen) {
+        progress.count += 1;
+        let (waited, came) = (now - *since, progress.count);
         if expected.after.is_some_and(|after| waited < after) {
             return Some(Why::TooEarly { stage: chosen, clause: place, waited });
         }
-        if clause.most.is_some_and(|most| *count > most) {
-            return Some(Why::TooOften { stage: chosen, clause: place, came: *count });
+        if clause.most.is_some_and(|most| came > most) {
+            return Some(Why::TooOften { stage: chosen, clause: place, came });
         }
     }
-    if !was_complete && is_complete(expected, counts) {
+    if !was_complete && is_complete(expected, clauses) {
         *since = now;
     }
     None
@@ -342,181 +366,31 @@ fn order(
 
 /// The last stage that it can be the turn of: behind the present one if that is complete, and behind
 /// those of which nothing is needed.
-fn window(stages: &[Stage], counts: &[Vec<u64>], stage: usize) -> usize {
-    needed(stages, counts, stage).unwrap_or(stages.len().saturating_sub(1))
+fn window(expected: &[Stage], stages: &[Vec<Progress>], stage: usize) -> usize {
+    needed(expected, stages, stage).unwrap_or(expected.len().saturating_sub(1))
 }
 
 /// The first stage, from this one on, of which something is still needed.
-fn needed(stages: &[Stage], counts: &[Vec<u64>], stage: usize) -> Option<usize> {
-    let mut open = stages.iter().zip(counts).enumerate().skip(stage);
-    open.find(|(_, (stage, counts))| !is_complete(stage, counts)).map(|(place, _)| place)
+fn needed(expected: &[Stage], stages: &[Vec<Progress>], stage: usize) -> Option<usize> {
+    let mut open = expected.iter().zip(stages).enumerate().skip(stage);
+    open.find(|(_, (stage, clauses))| !is_complete(stage, clauses)).map(|(place, _)| place)
 }
 
-fn is_complete(stage: &Stage, counts: &[u64]) -> bool {
-    stage.clauses.iter().zip(counts).all(|(clause, count)| clause.is_complete(*count))
+fn is_complete(stage: &Stage, clauses: &[Progress]) -> bool {
+    stage.clauses.iter().zip(clauses).all(|(clause, progress)| clause.is_complete(progress.count))
 }
 
 /// The first clause that is still needed, and how often it has come.
-fn missing(stages: &[Stage], counts: &[Vec<u64>], stage: usize) -> Option<(usize, usize, u64)> {
-    let stage = needed(stages, counts, stage)?;
-    let mut clauses = stages.get(stage)?.clauses.iter().zip(counts.get(stage)?).enumerate();
-    let (clause, (_, came)) = clauses.find(|(_, (clause, count))| !clause.is_complete(**count))?;
-    Some((stage, clause, *came))
-}
-
-/// A moment: right after an entry, or at an instant between two.
-struct Moment<'a> {
-    picture: &'a Picture,
-    now: Time,
-    entry: Option<&'a Entry>,
-}
-
-impl Moment<'_> {
-    /// Whether a condition holds.
-    fn holds(&self, condition: &Condition) -> bool {
-        let event = self.entry.and_then(Entry::event);
-        self.picture.holds(condition, self.now, event)
-    }
-
-    /// Whether it holds without what happens.
-    fn lasts(&self, condition: &Condition) -> bool {
-        self.picture.holds(condition, self.now, None)
-    }
-}
-
-/// Sees when something comes.
-#[derive(Clone, Debug)]
-enum Eye {
-    /// A condition becomes true, each of its parts by itself.
-    When(Vec<Part>),
-    /// A command begins, or is answered.
-    Command {
-        command: Condition,
-        reply: Option<Reply>,
-        within: Option<Duration>,
-        /// Those that have not been answered as they should.
-        open: VecDeque<(CommandNumber, Time)>,
-    },
-}
-
-/// A condition, and since when it is so.
-#[derive(Clone, Debug)]
-struct Part {
-    condition: Condition,
-    since: Option<Time>,
-}
-
-/// More commands are hardly under way at a time.
-const OPEN: usize = 256;
-
-impl Eye {
-    fn of(pattern: &Pattern) -> Eye {
-        match pattern {
-            Pattern::When(Condition::Any(parts)) => {
-                Eye::When(parts.iter().map(Part::new).collect())
-            }
-            Pattern::When(one) => Eye::of_state(one),
-            Pattern::Command { like, reply, within } => Eye::Command {
-                command: Condition::Command { like: Some(like.clone()) },
-                reply: reply.clone(),
-                within: *within,
-                open: VecDeque::new(),
-            },
-        }
-    }
-
-    /// One that sees a condition as a whole.
-    fn of_state(condition: &Condition) -> Eye {
-        Eye::When(vec![Part::new(condition)])
-    }
-
-    /// Since when the first of its parts is so that is.
-    fn since(&self) -> Option<Time> {
-        match self {
-            Eye::When(parts) => parts.iter().filter_map(|part| part.since).min(),
-            Eye::Command { .. } => None,
-        }
-    }
-
-    /// Whether it comes in a moment.
-    fn look(&mut self, moment: &mut Moment<'_>) -> bool {
-        match self {
-            Eye::When(parts) => {
-                let mut comes = false;
-                for Part { condition, since } in parts {
-                    let is_so = moment.holds(condition);
-                    comes |= is_so && since.is_none();
-                    // What only happens is over with its moment.
-                    let lasts = is_so && moment.lasts(condition);
-                    *since = lasts.then_some(since.unwrap_or(moment.now));
-                }
-                comes
-            }
-            Eye::Command { command, reply, within, open } => {
-                let Some(entry) = moment.entry else { return false };
-                let (Some(event), at) = (entry.event(), entry.at) else { return false };
-                match event {
-                    Event::Command { .. } if command.is_seen_in(event) => {
-                        if reply.is_some()
-                            && let Some(number) = entry.command
-                        {
-                            if open.len() == OPEN {
-                                open.pop_front();
-                            }
-                            open.push_back((number, at));
-                        }
-                        reply.is_none()
-                    }
-                    Event::Answer { .. } => {
-                        let Some(reply) = reply else { return false };
-                        let own =
-                            |(number, _): &(CommandNumber, Time)| Some(*number) == entry.command;
-                        let Some(place) = open.iter().position(own) else { return false };
-                        let in_time = |(_, began): &(CommandNumber, Time)| {
-                            within.is_none_or(|within| at - *began <= within)
-                        };
-                        let comes = reply.is(event) && open.get(place).is_some_and(in_time);
-                        if comes {
-                            open.remove(place);
-                        }
-                        comes
-                    }
-                    _ => false,
-                }
-            }
-        }
-    }
-
-    /// When it has to be looked at next because of what is under way.
-    fn next(&self, picture: &Picture, now: Time) -> Option<Time> {
-        let Eye::When(parts) = self else { return None };
-        let span = picture.from(now);
-        let next = |Part { condition, since }: &Part| {
-            if picture.running().is_none() && !names_a_time(condition) {
-                return None;
-            }
-            let next = match since {
-                Some(_) => condition.ends(&span, now),
-                None => condition.begins(&span, now),
-            };
-            next.filter(|at| *at > now)
-        };
-        parts.iter().filter_map(next).min()
-    }
-}
-
-impl Part {
-    fn new(condition: &Condition) -> Part {
-        Part { condition: condition.clone(), since: None }
-    }
-}
-
-fn names_a_time(condition: &Condition) -> bool {
-    match condition {
-        Condition::At(_) => true,
-        Condition::All(parts) | Condition::Any(parts) => parts.iter().any(names_a_time),
-        _ => false,
-    }
+fn missing(
+    expected: &[Stage],
+    stages: &[Vec<Progress>],
+    stage: usize,
+) -> Option<(usize, usize, u64)> {
+    let stage = needed(expected, stages, stage)?;
+    let mut clauses = expected.get(stage)?.clauses.iter().zip(stages.get(stage)?).enumerate();
+    let (place, (_, progress)) =
+        clauses.find(|(_, (clause, progress))| !clause.is_complete(progress.count))?;
+    Some((stage, place, progress.count))
 }
 
 /// An expectation that is followed over entries by itself, with a picture of its own.
