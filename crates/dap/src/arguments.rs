@@ -1,9 +1,9 @@
-//! What requests take. What is left out is as the protocol says it is then; what is not known is
-//! not heeded.
+//! The arguments of requests. A missing argument has the protocol's default; an unknown one is
+//! ignored.
 
 use serde::{Deserialize, Deserializer};
 
-/// Something that may be null, which means the same as if it were left out.
+/// A value that may be null, which means the same as leaving it out.
 fn or_default<'d, D: Deserializer<'d>, T: Deserialize<'d> + Default>(
     from: D,
 ) -> Result<T, D::Error> {
@@ -18,7 +18,7 @@ fn path() -> String {
     "path".to_owned()
 }
 
-/// What a client says of itself.
+/// What a client says about itself.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Initialize {
@@ -55,7 +55,7 @@ pub(crate) struct SourceBreakpoint {
     pub(crate) with: With,
 }
 
-/// What can be said of every breakpoint.
+/// What every kind of breakpoint can have.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct With {
@@ -195,9 +195,9 @@ pub(crate) struct Evaluate {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Completions {
     pub(crate) text: String,
-    /// Behind which the next character would be, in UTF-16 units.
+    /// The column of the cursor, in UTF-16 units.
     pub(crate) column: i64,
-    /// The line of the text, if it has several.
+    /// The line of the cursor, if the text has several.
     #[serde(default)]
     pub(crate) line: Option<i64>,
     #[serde(default, deserialize_with = "or_default")]
@@ -249,7 +249,7 @@ pub(crate) struct SourceText {
     pub(crate) source_reference: i64,
 }
 
-/// What cancels something.
+/// The arguments of `cancel`.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Cancel {
@@ -259,7 +259,7 @@ pub(crate) struct Cancel {
     pub(crate) progress_id: Option<String>,
 }
 
-/// What a client may send with a restart: the configuration as it is now.
+/// The arguments of `restart`: the present configuration, if the client sends it.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(crate) struct Restart {
     #[serde(default)]

@@ -31,7 +31,7 @@ impl Session {
         }
         let directive = Directive::named(text.split_whitespace().next().unwrap_or_default());
         let goes_forward = directive.is_some_and(Directive::goes_forward);
-        // What would come is only looked at.
+        // A hover or a watch only looks at what would come.
         let is_meant = directive.is_none_or(|directive| directive.name != "what");
         let held = self.resting(thread as i64 + 1)?;
         let place = held.debugger().place();
@@ -40,14 +40,14 @@ impl Session {
             held.during(goes_forward, is_meant, progress, &mut |debugger, progress| {
                 let before = debugger.place();
                 answered = Some(match debugger.execute(text, progress) {
-                    // What is not a command may be an expression.
+                    // Text that is not a command may be an expression.
                     Err(error) => match value(debugger, text) {
                         Ok(value) => Ok(Answer::Value(value)),
                         Err(_) => Err(error),
                     },
                     answered => answered,
                 });
-                // What was given takes effect now, as far as it does by itself.
+                // Inputs take effect now, as far as they do so by themselves.
                 let now = debugger.now();
                 if debugger.place() == before {
                     debugger.history_mut().run_to(now);
@@ -77,8 +77,8 @@ impl Session {
         Ok(result)
     }
 
-    /// What is typed while a controller runs by itself is done to it, in the words of the panel. Nothing
-    /// if none runs, or one that stands still is meant.
+    /// Carries out what is typed while a controller runs by itself, in the words of the panel.
+    /// `None` if none runs, or if a controller that stands still is meant.
     fn told_to_one_that_runs(&mut self, text: &str, frame: i64) -> Option<Answered> {
         let is_of_frame = frame != 0 || (0..self.held.len()).any(|it| !self.is_on_its_way(it));
         let run = self.away.first().filter(|_| !is_of_frame)?;
@@ -87,7 +87,7 @@ impl Session {
         Some(done.map(|()| json!({ "result": "", "variablesReference": 0 })))
     }
 
-    /// The commands that there are only for a controller that runs by itself, which stands still now.
+    /// The commands that exist only for a live controller, which stands still now.
     fn asked_of_one_that_runs_by_itself(
         &mut self,
         text: &str,
@@ -125,7 +125,7 @@ impl Session {
         self.frames.forget(thread);
         self.values.forget(thread);
         if let Some(stop) = stop {
-            // It was asked for, so nothing ends by it.
+            // The user asked for it, so it ends nothing.
             self.stopped(thread, &Walk::Go(vimc4_debug::Way::Back), stop);
         }
     }
@@ -155,7 +155,7 @@ impl Session {
     fn put(&mut self, thread: usize, path: &str, text: &str) -> Answered {
         let held = self.resting(thread as i64 + 1)?;
         let mut done = DONE;
-        // It is a moment that nobody breaks off.
+        // It takes only a moment, so it cannot be cancelled.
         held.during(false, true, &mut uninterrupted, &mut |debugger, _| {
             done = set(debugger, path, text.trim());
         })?;
@@ -230,7 +230,7 @@ fn value(debugger: &Debugger, text: &str) -> Result<Variable, DebugError> {
     Ok(Variable { name: text.to_owned(), path: String::new(), value })
 }
 
-/// The byte before which so many UTF-16 units are.
+/// The byte offset of a position in UTF-16 units.
 fn byte_of(text: &str, units: usize) -> usize {
     let mut before = 0;
     let found = text.char_indices().find(|(_, c)| {

@@ -1,4 +1,4 @@
-//! Requests and who answers them.
+//! Requests and the functions that answer them.
 
 use vimc4_debug::{Depth, Way};
 use vimc4_timeline::Progress;
@@ -11,7 +11,7 @@ use crate::state::{Answered, DONE, Session, Stage};
 use crate::table::{Ask, Row};
 
 impl Session {
-    /// Takes in a message. Every one is answered. What takes long asks `progress` now and then
+    /// Takes in a message. Every message is answered. Long work asks `progress` now and then
     /// whether to go on.
     pub fn receive(&mut self, message: Incoming, progress: &mut Progress<'_>) {
         let (to, command, result) = match message {
@@ -22,7 +22,7 @@ impl Session {
             Incoming::Unreadable { seq, command, refusal } => (seq, command, Err(refusal)),
         };
         let is_introduced = command == "initialize" && result.is_ok();
-        // What has happened by it comes behind the answer.
+        // The events that it caused follow the answer.
         let answer = Outgoing::Answer { to, command, result };
         let events = std::mem::take(&mut self.out);
         self.out.push(answer);
@@ -32,7 +32,7 @@ impl Session {
         }
     }
 
-    /// Answers a request that somebody does not want to wait for.
+    /// Answers a request that was cancelled.
     pub fn refuse(&mut self, request: Request, refusal: Refusal) {
         let Request { seq: to, command, .. } = request;
         self.out.push(Outgoing::Answer { to, command, result: Err(refusal) });
@@ -115,8 +115,8 @@ impl Session {
 }
 
 impl Incoming {
-    /// Whether something that takes long is to be broken off for this: a run of this number, or the
-    /// request of this number.
+    /// Whether this message cancels long work: the run of this number, or the request of this
+    /// number.
     #[must_use]
     pub fn breaks_off(&self, run: Option<u64>, request: Option<i64>) -> bool {
         let Incoming::Request(asked) = self else { return false };

@@ -15,21 +15,21 @@
 
 use std::fmt;
 
-/// No line of a header is longer.
+/// The longest line of a header, in bytes.
 const LONGEST: usize = 8_192;
 
 /// Something that was read whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Frame {
-    /// What is behind a header.
+    /// The message after a header.
     Message(Vec<u8>),
-    /// A header that does not say how long its message is. What follows is read as a header.
+    /// A header without the length of its message. What follows is read as a header.
     NoLength,
-    /// A message that is longer than any may be, and was left out.
+    /// A message beyond the permitted length, which was skipped.
     TooLong,
 }
 
-/// What comes is not a header: somebody speaks another language.
+/// The input is not a header: the other side speaks another protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Foreign;
 
@@ -41,21 +41,21 @@ impl fmt::Display for Foreign {
 
 impl std::error::Error for Foreign {}
 
-/// Finds the messages in what comes in pieces.
+/// Finds the messages in a stream that comes in pieces.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    /// No message is longer.
+    /// The longest message, in bytes.
     largest: u64,
     within: Within,
 }
 
 #[derive(Clone, Debug)]
 enum Within {
-    /// A header: the line that has begun, and what an earlier one has said.
+    /// In a header: the line so far, and the length that an earlier line gave.
     Header { line: Vec<u8>, length: Option<u64> },
-    /// A message: what has come, and how much is still to come.
+    /// In a message: what has come, and how much is still to come.
     Message { bytes: Vec<u8>, left: u64 },
-    /// A message that is left out.
+    /// In a message that is skipped.
     Skipped { left: u64 },
 }
 
@@ -66,24 +66,24 @@ impl Within {
 }
 
 impl Decoder {
-    /// Before the first message. One that is longer than `largest` bytes is left out.
+    /// A decoder before the first message. Messages longer than `largest` bytes are skipped.
     #[must_use]
     pub fn new(largest: u64) -> Decoder {
         Decoder { largest, within: Within::nothing() }
     }
 
-    /// Whether nothing of a message has come.
+    /// Whether no part of a message has come yet.
     #[must_use]
     pub fn is_between(&self) -> bool {
         matches!(&self.within, Within::Header { line, length: None } if line.is_empty())
     }
 
-    /// Takes bytes from the beginning until a message is whole. If none is, all are taken, and the
-    /// rest of it is expected next time.
+    /// Takes bytes from the beginning until a message is complete. If none is, all bytes are taken,
+    /// and the rest is expected next time.
     ///
     /// # Errors
     ///
-    /// If a line of a header does not end. Nothing can be read then.
+    /// If a line of a header does not end. Nothing more can be read then.
     pub fn decode(&mut self, bytes: &mut &[u8]) -> Result<Option<Frame>, Foreign> {
         loop {
             match &mut self.within {
@@ -107,7 +107,7 @@ impl Decoder {
                     let Some(left) = length.take() else { return Ok(Some(Frame::NoLength)) };
                     self.within = match left > self.largest {
                         true => Within::Skipped { left },
-                        // Memory is taken for what comes, not for what is announced.
+                        // Memory is allocated for what arrives, not for the announced length.
                         false => Within::Message { bytes: Vec::new(), left },
                     };
                 }
@@ -133,7 +133,7 @@ impl Decoder {
     }
 }
 
-/// The beginning of what has come, up to so many bytes, which count down.
+/// The beginning of the input, up to `left` bytes, which count down.
 fn take<'b>(bytes: &mut &'b [u8], left: &mut u64) -> &'b [u8] {
     let count = usize::try_from(*left).unwrap_or(usize::MAX).min(bytes.len());
     let (taken, rest) = bytes.split_at(count);

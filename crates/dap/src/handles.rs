@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// So many things of a kind are spoken of at once.
+/// The most things of a kind that have numbers at once.
 const MOST: usize = 100_000;
 
 /// The numbers of things of controllers.
@@ -20,8 +20,8 @@ impl<T> Default for Handles<T> {
 }
 
 impl<T: Ord + Clone> Handles<T> {
-    /// The number of a thing of a controller: the same whenever it is asked for. 0, which is none,
-    /// where there are too many.
+    /// The number of a thing of a controller, always the same. 0, which means none, where there are
+    /// too many.
     pub(crate) fn number(&mut self, of: usize, thing: T) -> i64 {
         let thing = (of, thing);
         if let Some(number) = self.numbers.get(&thing) {
@@ -42,7 +42,7 @@ impl<T: Ord + Clone> Handles<T> {
         self.things.get(&number)
     }
 
-    /// A controller is somewhere else: nothing of it is spoken of any more.
+    /// A controller has moved: the numbers of its things end.
     pub(crate) fn forget(&mut self, of: usize) {
         self.things.retain(|_, (own, _)| *own != of);
         self.numbers.retain(|(own, _), _| *own != of);

@@ -1,4 +1,4 @@
-//! One controller: going through its history, and where in which text that is.
+//! One controller: going through its history, and finding the place in its texts.
 
 use vimc4_debug::{
     DebugError, Debugger, Depth, Frame, FrameKind, Options, Reason, Stop, Trigger, Unit, Way,
@@ -15,9 +15,9 @@ pub(crate) struct Held {
     pub(crate) opened: Opened,
     /// Where and why it has stopped last.
     pub(crate) stop: Option<Stop>,
-    /// Where everything was done when it stopped last.
+    /// The place of its last stop with everything done.
     pub(crate) end: Option<Place>,
-    /// Nobody goes on with it.
+    /// It has ended and is not continued.
     pub(crate) is_over: bool,
     /// How many lines of its source the client knows of.
     pub(crate) listed: usize,
@@ -34,11 +34,11 @@ pub(crate) enum Walk {
     Until(Time),
     /// By one of these.
     Step(Unit, Way, Depth),
-    /// To where something is so, whatever else is on the way.
+    /// To where a condition holds, ignoring breakpoints on the way.
     To(Trigger, Way),
 }
 
-/// A text that lines are of.
+/// A text that has lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Text {
     /// What the commands come from.
@@ -47,7 +47,7 @@ pub(crate) enum Text {
     Program,
 }
 
-/// What is under way, and where its line stands.
+/// What is in progress, and where its line is.
 pub(crate) struct Placed {
     pub(crate) frame: Frame,
     pub(crate) line: Option<(Text, u32)>,
@@ -63,7 +63,7 @@ impl Held {
         &mut self.opened.debugger
     }
 
-    /// Goes that way, and says where that has led; nothing if the controller runs by itself now.
+    /// Goes that way, and returns the stop; `None` if the controller runs by itself now.
     pub(crate) fn walk(
         &mut self,
         walk: &Walk,
@@ -89,20 +89,20 @@ impl Held {
         };
         let is_step = matches!(walk, Walk::Step(..)) && is_ahead && stop.why == Reason::Rest;
         if is_step && live.elsewhere(debugger).is_none() {
-            // What comes next is up to those who have connected.
+            // What comes next is up to the connected clients.
             return live.let_go(debugger, Until::Command, progress);
         }
         Ok(Some(stop))
     }
 
-    /// What can be asked only of a controller that runs by itself.
+    /// Why something is possible only for a controller that runs by itself.
     pub(crate) fn live(&mut self) -> Option<(&mut Debugger, &mut dyn crate::live::Live)> {
         let Opened { debugger, live, .. } = &mut self.opened;
         Some((debugger, live.as_deref_mut()?))
     }
 
-    /// Does something with the debugger that may be meant for a controller that runs by itself, too.
-    /// Says whether that has come to its end.
+    /// Does something with the debugger that may also apply to the controller if that runs by
+    /// itself. Says whether it was completed.
     pub(crate) fn during(
         &mut self,
         goes_forward: bool,
@@ -120,7 +120,7 @@ impl Held {
         }
     }
 
-    /// What is under way, from inside to outside. There is at least one.
+    /// What is in progress, innermost first; never empty.
     pub(crate) fn frames(&mut self) -> Vec<Placed> {
         let mut frames = self.opened.debugger.frames();
         self.begin_with_what_has_just_begun(&mut frames);
@@ -145,8 +145,8 @@ impl Held {
         placed.filter(is_shown).collect()
     }
 
-    /// A line that is done as soon as it begins, as that of a loop is, is the present one as long as
-    /// one stands there; the controller has the next in mind already.
+    /// A line that is done as soon as it begins, such as a loop's, stays the present one while we
+    /// stand there, although the controller already has the next.
     fn begin_with_what_has_just_begun(&mut self, frames: &mut [Frame]) {
         let debugger = &self.opened.debugger;
         let stop = self.stop.as_ref().filter(|stop| stop.place == debugger.place());
@@ -169,8 +169,8 @@ impl Held {
         }
     }
 
-    /// What waits for a line of a text, or for the first after it at which something happens; and
-    /// which that is.
+    /// What to wait for at a line of a text, or at the first line after it at which something
+    /// happens; and that line.
     pub(crate) fn at_line(&self, text: Text, line: u32) -> Result<(Trigger, u32), DebugError> {
         let of_program = |number| Trigger::Condition(Condition::Line { line: Some(number) });
         if text == Text::Program {
@@ -214,7 +214,7 @@ fn go(debugger: &mut Debugger, walk: &Walk, statement: Unit, progress: &mut Prog
     }
 }
 
-/// Goes to where something is so, without heeding any breakpoint.
+/// Goes to where a condition holds, ignoring all breakpoints.
 fn find(debugger: &mut Debugger, trigger: Trigger, way: Way, progress: &mut Progress<'_>) -> Stop {
     let from = debugger.place();
     let all = debugger.breakpoints().iter();

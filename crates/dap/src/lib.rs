@@ -1,12 +1,12 @@
 //! The Debug Adapter Protocol for controllers: its messages, and a session that answers them.
 //!
-//! An editor speaks with a [`Session`]. The threads that it sees are controllers, the frames of a
-//! stack the line that is executed, the loops around it and the command. It goes forward and back
+//! An editor speaks with a [`Session`]. The threads that it sees are controllers; the frames of a
+//! stack are the executed line, the loops around it and the command. It goes forward and back
 //! through the history of a controller with the debugger of `vimc4-debug`. The [`REQUESTS`] are one
-//! table; what is not in it is answered with an error.
+//! table; any other request is answered with an error.
 //!
-//! Nothing here knows a clock, a socket or a file: bytes are found to be messages by a
-//! [`framing::Decoder`], and what is debugged is opened by an [`Open`].
+//! Nothing here knows a clock, a socket or a file: a [`framing::Decoder`] finds the messages in the
+//! bytes, and an [`Open`] opens what is to be debugged.
 #![forbid(unsafe_code)]
 
 mod arguments;

@@ -73,7 +73,7 @@ impl Session {
         DONE
     }
 
-    /// The same, of a recording, which is not gone on with, or of controllers that run already.
+    /// The same for a recording, which cannot be continued, or for controllers that run already.
     pub(crate) fn attach(
         &mut self,
         configuration: Configuration,
@@ -97,7 +97,7 @@ impl Session {
     ) -> Result<(), Refusal> {
         let is_of_files = configuration.each().iter().all(|each| each.recording.is_some());
         if self.held.iter().any(|held| held.opened.live.is_some()) {
-            // Their ports are free then. What was set of them is set again.
+            // That frees their ports. Afterwards their settings are made again.
             self.away.clear();
             self.runs.clear();
             self.held.clear();
@@ -191,7 +191,7 @@ impl Session {
     }
 }
 
-/// What a client says of what is to be opened.
+/// The client's configuration of what is to be opened.
 pub(crate) fn configuration(arguments: Value) -> Result<Configuration, Refusal> {
     serde_json::from_value(arguments)
         .map_err(|error| Refusal(format!("the attributes of the configuration: {error}")))

@@ -8,22 +8,22 @@ use vimc4_timeline::Progress;
 
 use crate::message::Refusal;
 
-/// A controller that runs by itself, for others than the client: behind ports, in its own time. The
-/// history of a debugger follows it.
+/// A controller that runs by itself, behind ports and in its own time, for programs other than the
+/// DAP client. The history of a debugger follows it.
 ///
-/// While somebody looks at it its time is paused. Where the debugger goes forward from it, it is led
-/// there; where that goes back, it stays.
+/// While it is inspected its time is paused. Where the debugger goes forward from it, the
+/// controller is led there; where the debugger goes back, the controller stays.
 ///
 /// What goes wrong with it is a refusal.
 pub trait Live: fmt::Debug {
-    /// Does something with the debugger, and leads the controller to where that has gone forward.
-    /// `goes_forward` says whether it is meant to, `is_meant` whether a branch that begins there is
-    /// meant for the controller. Says whether the controller has come there: if not, because `progress`
-    /// says that it is enough, the debugger stands where the controller is by then.
+    /// Does something with the debugger, and leads the controller along where the debugger went
+    /// forward. `goes_forward` says whether the controller is to follow, `is_meant` whether a
+    /// branch that begins there applies to the controller. Returns whether the controller got
+    /// there; if `progress` stopped it before, the debugger stands where the controller is by then.
     ///
     /// # Errors
     ///
-    /// If the controller is no more.
+    /// If the controller has ended.
     fn during(
         &mut self,
         debugger: &mut Debugger,
@@ -33,13 +33,13 @@ pub trait Live: fmt::Debug {
         deed: &mut dyn FnMut(&mut Debugger, &mut Progress<'_>),
     ) -> Result<bool, Refusal>;
 
-    /// Goes through what is recorded to where the controller is, and lets that go on, without waiting for
-    /// it. If the debugger has stopped before that, or goes nowhere near it, nothing runs, and where that
-    /// was is returned.
+    /// Goes through the history up to the controller and lets the controller run, without waiting
+    /// for it. If the debugger stops before that, or its way does not lead there, nothing runs, and
+    /// the stop is returned.
     ///
     /// # Errors
     ///
-    /// If the controller is no more.
+    /// If the controller has ended.
     fn let_go(
         &mut self,
         debugger: &mut Debugger,
@@ -51,24 +51,24 @@ pub trait Live: fmt::Debug {
     ///
     /// # Errors
     ///
-    /// If the controller is no more.
+    /// If the controller has ended.
     fn look(&mut self, debugger: &mut Debugger) -> Result<Option<Stop>, Refusal>;
 
-    /// Has the running controller paused. That is seen when it is [looked](Live::look) at.
+    /// Asks the running controller to pause. The next [look](Live::look) shows it.
     fn pause(&mut self);
 
-    /// The debugger has other breakpoints now, which the running controller is to heed.
+    /// Gives the running controller the debugger's present breakpoints.
     ///
     /// # Errors
     ///
-    /// If the controller is no more.
+    /// If the controller has ended.
     fn heed(&mut self, debugger: &Debugger) -> Result<(), Refusal>;
 
-    /// Takes the controller itself to where the debugger stands, and says what came of it.
+    /// Moves the controller itself to where the debugger stands, and says what came of it.
     ///
     /// # Errors
     ///
-    /// If the controller is no more.
+    /// If the controller has ended.
     fn take(&mut self, debugger: &mut Debugger) -> Result<String, Refusal>;
 
     /// Does something to the running controller, in the words of the panel.
@@ -81,17 +81,17 @@ pub trait Live: fmt::Debug {
     /// Where the controller itself is, in a sentence, if the debugger does not stand there.
     fn elsewhere(&self, debugger: &Debugger) -> Option<String>;
 
-    /// Whether the debugger stands on the way to the controller, or there.
+    /// Whether the debugger stands on the way to the controller, or at it.
     fn is_ahead(&self, debugger: &Debugger) -> bool;
 }
 
 /// Until when a controller runs by itself, at the latest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
-    /// A breakpoint pauses it, or somebody does.
+    /// Until a breakpoint or a user pauses it.
     Paused,
-    /// A command begins.
+    /// Until a command begins.
     Command,
-    /// A time has come.
+    /// Until this time.
     Time(Time),
 }

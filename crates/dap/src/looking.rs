@@ -9,7 +9,7 @@ use crate::held::Placed;
 use crate::message::Refusal;
 use crate::state::{Answered, Session, answer};
 
-/// What is shown by itself; the rest is shown together.
+/// The groups that have a scope of their own; the rest share one.
 const SCOPES: [(&str, &str, bool); 5] = [
     ("Axes", "axes", false),
     ("Signals", "signals", false),
@@ -18,10 +18,10 @@ const SCOPES: [(&str, &str, bool); 5] = [
     ("State", "state", true),
 ];
 
-/// So many lines are disassembled at once.
+/// The most lines that are disassembled at once.
 const MOST_INSTRUCTIONS: i64 = 10_000;
 
-/// How far apart the programs of two controllers are in what editors take for memory.
+/// The distance between the programs of two controllers in the addresses that editors see.
 const APART: i64 = 0x100_0000;
 
 impl Session {
@@ -92,7 +92,7 @@ impl Session {
         })?;
         let held = self.resting(thread as i64 + 1)?;
         let whole = held.debugger().variable(&path).map_err(Refusal::new)?;
-        // Nothing that is listed has parts with and without names.
+        // Nothing that is listed has both named and indexed parts.
         let is_list = whole.value.is_array();
         let is_left_out = match about.filter.as_str() {
             "indexed" => !is_list,
@@ -118,7 +118,7 @@ impl Session {
             0 => 0,
             _ => self.values.number(thread, value.path.clone()),
         };
-        // Of an axis people want to know where it is.
+        // An axis is shown by its position.
         let text = match value.value.get("position").and_then(Value::as_i64) {
             Some(position) => position.to_string(),
             None => value.text(),
@@ -206,13 +206,13 @@ impl Session {
     }
 }
 
-/// What editors take for the address of a line of a controller's program, from 0.
+/// The address by which editors know a line of a controller's program, from 0.
 fn address(thread: usize, line: i64) -> String {
     let program = APART.saturating_mul(thread as i64 + 1);
     format!("{:#x}", program.saturating_add(line).max(0))
 }
 
-/// The controller and the line of its program at what editors take for an address.
+/// The controller and the line of its program at such an address.
 fn at_address(text: &str) -> Option<(usize, i64)> {
     let at = i64::from_str_radix(text.trim().strip_prefix("0x")?, 16).ok()?;
     Some((usize::try_from(at / APART).ok()?.checked_sub(1)?, at % APART))

@@ -8,37 +8,37 @@ use serde_json::{Value, json};
 
 use crate::framing::Frame;
 
-/// No message from a client is longer: breakpoints in ten thousand lines fit.
+/// The longest message from a client, in bytes: breakpoints in ten thousand lines fit.
 pub const LARGEST: u64 = 1 << 20;
 
 /// What a client says.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Incoming {
-    /// It wants something.
+    /// A request.
     Request(Request),
-    /// Something else: what is wrong with it, and its number, if that is known.
+    /// Anything else: what is wrong with it, and its number, if that is known.
     Unreadable {
         /// The number of the message; 0 if it has none.
         seq: i64,
-        /// What it wanted, if that is known.
+        /// The command, if that is known.
         command: String,
         /// What is wrong with it, and what would be right.
         refusal: Refusal,
     },
 }
 
-/// Something that a client wants.
+/// A request of a client.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// Its number, which the answer names.
     pub seq: i64,
-    /// What is wanted.
+    /// The command.
     pub command: String,
     /// How.
     pub arguments: Value,
 }
 
-/// Why something is not done, for people: what was wrong, and what would be right.
+/// Why a request is refused, for people: what was wrong, and what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal(pub String);
 
@@ -48,7 +48,7 @@ impl Refusal {
         Refusal(text.to_string())
     }
 
-    /// Somebody did not want to wait for it.
+    /// It was cancelled.
     #[must_use]
     pub fn cancelled() -> Refusal {
         // The protocol has this word for it.
@@ -108,7 +108,7 @@ impl Incoming {
 }
 
 impl Request {
-    /// The arguments; what is left out is as the protocol says it is then.
+    /// The arguments; missing ones have the protocol's defaults.
     ///
     /// # Errors
     ///
@@ -130,16 +130,16 @@ pub enum Outgoing {
     Answer {
         /// The number of the request.
         to: i64,
-        /// What it wanted.
+        /// The command.
         command: String,
-        /// What it gets, or why not.
+        /// The result, or why it was refused.
         result: Result<Value, Refusal>,
     },
     /// Something that has happened.
     Event {
         /// What.
         event: &'static str,
-        /// The particulars.
+        /// The body of the event.
         body: Value,
     },
 }

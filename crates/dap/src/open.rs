@@ -1,4 +1,4 @@
-//! What is debugged, and who opens it.
+//! What is debugged, and how it is opened.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -8,14 +8,14 @@ use vimc4_timeline::Progress;
 use crate::live::Live;
 use crate::message::Refusal;
 
-/// What an editor says of what is to be debugged, as in a `launch.json`. Each attribute is in
-/// [`ATTRIBUTES`].
+/// An editor's configuration of what is to be debugged, as in a `launch.json`. [`ATTRIBUTES`] lists
+/// every attribute.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct Configuration {
     /// A file of commands, a program, a plot or a job.
     pub program: Option<String>,
-    /// A file in which a controller was recorded.
+    /// A recording of a controller.
     pub recording: Option<String>,
     /// The model of controller.
     pub model: Option<String>,
@@ -41,11 +41,11 @@ pub struct Configuration {
     pub cwd: Option<String>,
     /// Whether it stops before the first line.
     pub stop_on_entry: bool,
-    /// Whether it does not stop at the end, but ends.
+    /// Whether it ends instead of stopping at the end.
     pub end_at_end: bool,
-    /// Whether it does not stop at all.
+    /// Whether it runs without debugging and never stops.
     pub no_debug: bool,
-    /// Several controllers, each with what it has of its own.
+    /// Several controllers, each with its own attributes.
     pub controllers: Vec<Configuration>,
 }
 
@@ -102,19 +102,19 @@ pub struct Opened {
     pub debugger: Debugger,
     /// The line of the file, from 1, that each line of the stored program comes from, if it does.
     pub stored: Vec<u32>,
-    /// Whether its source is a file; else it is shown from memory.
+    /// Whether its source is a file; otherwise the source is shown from memory.
     pub is_file: bool,
     /// What a statement is.
     pub statement: Unit,
     /// The controller itself, if it runs by itself; the debugger follows it.
     pub live: Option<Box<dyn Live>>,
-    /// What is to be said of it at the beginning; may be empty.
+    /// What to tell the user about it at the beginning; may be empty.
     pub said: String,
 }
 
-/// Who opens files.
+/// Opens what is to be debugged.
 pub trait Open {
-    /// Opens what a configuration says: at least one controller. What takes long asks `progress` now and
+    /// Opens what a configuration says: at least one controller. Long work asks `progress` now and
     /// then whether to go on.
     ///
     /// # Errors
@@ -126,11 +126,11 @@ pub trait Open {
         progress: &mut Progress<'_>,
     ) -> Result<Vec<Opened>, Refusal>;
 
-    /// Attaches to the controllers that run already, without being opened, for others: at least one.
+    /// Attaches to controllers that already run for other clients: at least one.
     ///
     /// # Errors
     ///
-    /// If there are none, or they are somebody else's.
+    /// If there are none, or another session has them.
     fn attach(&mut self, configuration: &Configuration) -> Result<Vec<Opened>, Refusal>;
 
     /// Whether two paths are those of the same file.
@@ -138,11 +138,11 @@ pub trait Open {
 }
 
 impl Configuration {
-    /// The controllers that it is of, each with what is said of all.
+    /// One configuration for each controller, each with the common attributes.
     #[must_use]
     pub fn each(&self) -> Vec<Configuration> {
         if self.controllers.is_empty() {
-            // What an editor calls a configuration is not a name of a controller.
+            // The name of a configuration is not the name of a controller.
             return vec![Configuration { name: None, ..self.clone() }];
         }
         let each = self.controllers.iter().map(|own| {

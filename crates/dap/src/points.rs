@@ -47,7 +47,7 @@ pub(crate) struct Told {
 }
 
 impl Point {
-    /// As a client is told of it that counts lines from `first`.
+    /// The breakpoint as told to a client that counts lines from `first`.
     pub(crate) fn told(&self, first: i64) -> Told {
         Told {
             id: self.id,
@@ -107,7 +107,7 @@ impl Point {
         if self.on.is_empty() && self.message.is_none() {
             self.message = Some("no program is open yet".to_owned());
         }
-        // Where it waits for one controller it is not a fault that another does not know it.
+        // Where it waits in one controller it is not a fault that another does not know it.
         if !self.on.is_empty() {
             self.message = None;
         }
@@ -122,7 +122,7 @@ impl Point {
         }
     }
 
-    /// What the protocol calls a stop at it.
+    /// The protocol's reason for a stop at it.
     pub(crate) fn reason(&self) -> &'static str {
         match self.spot {
             Spot::Line(..) => "breakpoint",
@@ -162,7 +162,7 @@ fn errors(codes: &str, debugger: &Debugger) -> Result<Trigger, String> {
     }))
 }
 
-/// What else is said of a breakpoint.
+/// The further properties of a breakpoint.
 fn options(with: &With, debugger: &Debugger) -> Result<Options, String> {
     let condition = match with.condition.trim() {
         "" => None,
@@ -175,8 +175,8 @@ fn options(with: &With, debugger: &Debugger) -> Result<Options, String> {
     Ok(Options { condition, hits: hits(&with.hit_condition)?, log })
 }
 
-/// How often it must have come: `5` or `= 5` is the fifth time only, `>= 5` and `> 4` from then on,
-/// `% 5` every fifth.
+/// Which hits count: `5` or `= 5` is the fifth only, `>= 5` and `> 4` mean the fifth and later, `%
+/// 5` every fifth.
 pub(crate) fn hits(text: &str) -> Result<Hits, String> {
     let text = text.trim();
     let wrong = || {

@@ -13,7 +13,7 @@ use crate::state::{Answered, MOST_SOURCES, Session, answer};
 /// The one filter of exceptions.
 pub(crate) const ERRORS: &str = "errors";
 
-/// So many lines are looked through for places of breakpoints.
+/// How many lines are searched for places of breakpoints.
 const MOST_LINES: i64 = 100_000;
 
 impl Session {
@@ -93,7 +93,7 @@ impl Session {
         told
     }
 
-    /// Sets breakpoints instead of others. What stays as it was keeps its number.
+    /// Replaces breakpoints by others. One that stays as it was keeps its number.
     fn replaced(&mut self, mut old: Vec<Point>, spots: Vec<(Spot, With)>) -> Vec<Point> {
         let mut points = Vec::with_capacity(spots.len());
         for (spot, with) in spots {
@@ -117,7 +117,7 @@ impl Session {
         answer(json!({ "breakpoints": told }))
     }
 
-    /// Sets all of them once more, for controllers that are new, and tells what has changed.
+    /// Sets all of them again for new controllers, and reports what has changed.
     pub(crate) fn set_all_again(&mut self) {
         let mut points = std::mem::take(&mut self.points);
         for (key, of_source) in &mut points.lines {
@@ -184,7 +184,7 @@ impl Session {
         }
     }
 
-    /// The path of a part of something that a client has a number of.
+    /// The path of a part of something that has a number.
     pub(crate) fn part(&mut self, of: i64, name: &str) -> Result<(usize, String), Refusal> {
         let (thread, path) = self.values.get(of).cloned().ok_or_else(|| {
             Refusal(format!("value {of} no longer exists; scopes has the present ones"))

@@ -1,4 +1,4 @@
-//! What a session knows.
+//! The state of a session.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -12,47 +12,47 @@ use crate::message::{Outgoing, Refusal};
 use crate::open::{Configuration, Open};
 use crate::points::Point;
 
-/// So many files of a client have breakpoints.
+/// The most files of a client that may have breakpoints.
 pub(crate) const MOST_SOURCES: usize = 1_000;
 
 /// A conversation with a client about controllers.
 ///
-/// Its owner hands in what the client says ([`receive`](Session::receive)), lets the
-/// controllers go on while they do ([`run`](Session::run)), and sends what there is to say
-/// ([`drain`](Session::drain)). It knows no clock, socket or file.
+/// Its owner passes in the client's messages ([`receive`](Session::receive)), lets the controllers
+/// run ([`run`](Session::run)), and sends the pending messages ([`drain`](Session::drain)). It
+/// knows no clock, socket or file.
 pub struct Session {
     pub(crate) opener: Box<dyn Open>,
     pub(crate) stage: Stage,
     pub(crate) client: Client,
     pub(crate) configuration: Option<Configuration>,
-    /// Whether the client has said that everything is set.
+    /// Whether the client has said that its configuration is done.
     pub(crate) is_configured: bool,
     pub(crate) held: Vec<Held>,
     pub(crate) points: Points,
     pub(crate) runs: VecDeque<Run>,
     /// Controllers that run by themselves.
     pub(crate) away: Vec<Run>,
-    /// Whether the client has attached, and not launched.
+    /// Whether the client attached rather than launched.
     pub(crate) is_attached: bool,
     /// How many runs there were.
     pub(crate) begun: u64,
     pub(crate) frames: Handles<usize>,
     pub(crate) values: Handles<String>,
-    /// Where one can go to, by their numbers from 1.
+    /// Targets of `goto`, by their numbers from 1.
     pub(crate) targets: Vec<(usize, Trigger, bool)>,
     pub(crate) out: Vec<Outgoing>,
 }
 
-/// How far a conversation is.
+/// How far a conversation has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
     /// Nothing has been said.
     Silent,
-    /// It is said what there is; nothing is open.
+    /// Capabilities are exchanged; nothing is open.
     Introduced,
     /// Controllers are there.
     Open,
-    /// The controllers have come to their end.
+    /// The controllers have ended.
     Ended,
     /// The client is gone.
     Over,
@@ -65,7 +65,7 @@ pub(crate) struct Client {
     pub(crate) first_line: i64,
     /// Whether it shows progress.
     pub(crate) shows_progress: bool,
-    /// Whether it can be told that what it shows is out of date.
+    /// Whether it understands that its views are out of date.
     pub(crate) is_told_what_is_old: bool,
 }
 
@@ -94,7 +94,7 @@ impl Points {
     }
 }
 
-/// What a request gets.
+/// The result of a request.
 pub(crate) type Answered = Result<Value, Refusal>;
 
 /// An answer of a type.
@@ -102,11 +102,11 @@ pub(crate) fn answer(body: impl Serialize) -> Answered {
     serde_json::to_value(body).map_err(Refusal::new)
 }
 
-/// An answer that says nothing but that it is done.
+/// An empty answer: it is done.
 pub(crate) const DONE: Answered = Ok(Value::Null);
 
 impl Session {
-    /// A session with a client that has not said anything.
+    /// A session with a client that has not sent anything yet.
     #[must_use]
     pub fn new(opener: Box<dyn Open>) -> Session {
         Session {
@@ -128,12 +128,12 @@ impl Session {
         }
     }
 
-    /// What is to be said, in order.
+    /// The pending messages, in order.
     pub fn drain(&mut self) -> Vec<Outgoing> {
         std::mem::take(&mut self.out)
     }
 
-    /// Whether the client has said that it goes.
+    /// Whether the client has disconnected.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.stage == Stage::Over
@@ -164,8 +164,7 @@ impl Session {
         self.held.get_mut(thread).ok_or_else(|| Refusal::new("there is no such thread"))
     }
 
-    /// Nothing is on its way any more, and controllers that run by themselves are no longer this
-    /// session's.
+    /// Ends all runs and releases the controllers that run by themselves.
     pub(crate) fn let_go_of_all(&mut self) {
         self.runs.clear();
         self.away.clear();
@@ -174,7 +173,7 @@ impl Session {
         }
     }
 
-    /// Whether a controller does not stand still.
+    /// Whether a controller is running.
     pub(crate) fn is_on_its_way(&self, thread: usize) -> bool {
         self.runs.iter().chain(&self.away).any(|run| run.thread == thread)
     }
@@ -191,12 +190,12 @@ impl Session {
         found.ok_or_else(|| Refusal::new("no controller is paused; pause one first"))
     }
 
-    /// A line as this client counts.
+    /// A line number as this client counts.
     pub(crate) fn line_out(&self, line: u32) -> i64 {
         i64::from(line) - 1 + self.client.first_line
     }
 
-    /// A line of this client, from 1.
+    /// The line, from 1, for a line number of this client.
     pub(crate) fn line_in(&self, line: i64) -> i64 {
         line.saturating_sub(self.client.first_line).saturating_add(1)
     }

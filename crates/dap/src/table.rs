@@ -1,4 +1,4 @@
-//! The requests that are answered: one table, from which the session and the manual come.
+//! The requests that are answered: one table for the session and the manual.
 
 /// A request of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! The texts that lines are of: files, and what is shown from memory.
+//! The texts with lines: files, and listings shown from memory.
 
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ fn referred(reference: i64) -> Option<(usize, Text)> {
 }
 
 impl Session {
-    /// A text as a client is told of it.
+    /// A text as it is described to a client.
     pub(crate) fn source(&self, thread: usize, text: Text) -> Value {
         let Some(held) = self.held.get(thread) else { return Value::Null };
         let name = |held: &Held| held.opened.debugger.source().map(|source| source.name.clone());

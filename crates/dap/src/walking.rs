@@ -10,23 +10,23 @@ use crate::held::{Held, Placed, Text, Walk};
 use crate::message::Refusal;
 use crate::state::{Answered, DONE, Run, Session, Stage, answer};
 
-/// What can be asked of a run from outside.
+/// What is known of a run from outside.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Running {
     /// The number of the run, which is also that of its progress.
     pub number: u64,
-    /// What goes on, for people.
+    /// What it does, for people.
     pub title: String,
     /// The thread, as clients count them.
     pub thread: i64,
-    /// Whether nothing is lost when it is broken off and gone on with.
+    /// Whether it can be interrupted and resumed without loss.
     pub can_pause: bool,
     /// Whether there are others that wait for their turn.
     pub has_others: bool,
 }
 
 impl Session {
-    /// What is on its way, if something is: [`run`](Session::run) lets it go on.
+    /// The present run, if there is one: [`run`](Session::run) continues it.
     #[must_use]
     pub fn running(&self) -> Option<Running> {
         let run = self.runs.front()?;
@@ -47,7 +47,7 @@ impl Session {
         })
     }
 
-    /// Whether the run of a number is still on its way.
+    /// Whether the run of a number is still going.
     #[must_use]
     pub fn is_running(&self, number: u64) -> bool {
         self.runs.iter().chain(&self.away).any(|run| run.number == number)
@@ -59,9 +59,9 @@ impl Session {
         self.client.shows_progress
     }
 
-    /// Lets the first controller go on until it stops, or `progress` says that it is enough. Then it
-    /// goes on with the next call, after others that wait for their turn; except where it cannot
-    /// go on from there: that has ended then.
+    /// Runs the first controller until it stops or `progress` interrupts it. An interrupted run
+    /// continues with the next call, after others that wait for their turn; a run that cannot be
+    /// resumed ends.
     pub fn run(&mut self, progress: &mut Progress<'_>) {
         let Some(run) = self.runs.pop_front() else { return };
         let Some(held) = self.held.get_mut(run.thread) else { return };
@@ -78,8 +78,7 @@ impl Session {
         self.stopped(run.thread, &run.walk, stop);
     }
 
-    /// Looks after controllers that run by themselves: to be called when one of them has something to
-    /// say.
+    /// Attends to controllers that run by themselves: to be called when one of them has news.
     pub fn look(&mut self) {
         let mut place = 0;
         while let Some(run) = self.away.get(place) {
@@ -102,7 +101,7 @@ impl Session {
         }
     }
 
-    /// A controller that runs by itself is no more.
+    /// A controller that ran by itself has ended.
     fn is_lost(&mut self, thread: usize, refusal: &Refusal) {
         let output = format!("{refusal}\n");
         self.tell("output", json!({ "category": "important", "output": output }));
@@ -112,33 +111,33 @@ impl Session {
         self.is_over_for(thread);
     }
 
-    /// Controllers that run by themselves heed the breakpoints that there are now.
+    /// Gives controllers that run by themselves the present breakpoints.
     pub(crate) fn heed_again(&mut self) {
         for run in &self.away {
             let live = self.held.get_mut(run.thread).and_then(Held::live);
-            // One that is no more says so when it is looked at.
+            // One that has ended says so when it is looked at.
             let _ = live.map(|(debugger, live)| live.heed(debugger));
         }
     }
 
-    /// Whether more of a recording can be read while nothing else is to be done.
+    /// Whether more of a recording can be read while there is nothing else to do.
     #[must_use]
     pub fn has_unread(&self) -> bool {
         self.held.iter().any(|held| held.opened.debugger.has_unread())
     }
 
-    /// Reads on as long as `progress` says. Where one stands stays.
+    /// Reads on as long as `progress` allows. The present stays.
     pub fn read_on(&mut self, progress: &mut Progress<'_>) {
         let unread = self.held.iter().position(|held| held.opened.debugger.has_unread());
         let Some(thread) = unread else { return };
-        // What cannot be read is told where one comes to it.
+        // Unreadable parts are reported when a run reaches them.
         let _ = self.held[thread].debugger().read_on(usize::MAX, progress);
         if !self.held[thread].opened.debugger.has_unread() {
             self.tell_of_new_lines(thread);
         }
     }
 
-    /// Says that the lines are more by now that a recording has given.
+    /// Reports that a recording has yielded more lines.
     fn tell_of_new_lines(&mut self, thread: usize) {
         let Some(held) = self.held.get_mut(thread).filter(|held| !held.opened.is_file) else {
             return;
@@ -174,7 +173,7 @@ impl Session {
         let is_idle = debugger.device().is_idle() || stop.why == Reason::End;
         let is_done = is_idle && feed.is_none_or(|feed| feed.is_done(debugger.history()));
         let is_end = comes_to_rest && asks.is_none() && is_done && !is_live;
-        // Whoever goes on at the end wants to go beyond it.
+        // A run that starts at the end is meant to go beyond it.
         let again = is_end && held.end == Some(stop.place);
         held.end = is_end.then_some(stop.place);
         let activity = debugger.device().activity();
@@ -221,8 +220,7 @@ impl Session {
         );
     }
 
-    /// Says where a controller that runs by itself is, if one looks at something that it does not come
-    /// to.
+    /// Says where a controller that runs by itself is, if the debugger stands off its way.
     pub(crate) fn tell_of_elsewhere(&mut self, thread: usize) {
         let Some(held) = self.held.get_mut(thread) else { return };
         let elsewhere = held.live().and_then(|(debugger, live)| {
@@ -236,7 +234,7 @@ impl Session {
 
     /// What a stop at breakpoints is called, and a few words on it.
     fn met(&mut self, thread: usize, ids: &[BreakpointId], stop: &Stop) -> (&'static str, String) {
-        // What is told first is what somebody would ask about first.
+        // The most important reason comes first.
         const ORDER: [&str; 4] =
             ["exception", "data breakpoint", "function breakpoint", "breakpoint"];
         let met = |id: &(usize, BreakpointId)| id.0 == thread && ids.contains(&id.1);
@@ -264,7 +262,7 @@ impl Session {
         points.filter(|point| point.on.iter().any(met)).map(|point| point.id).collect()
     }
 
-    /// Says what breakpoints that only log have noted.
+    /// Reports the notes of breakpoints that only log.
     fn tell_notes(&mut self, thread: usize, stop: &Stop) {
         for note in &stop.notes {
             let by = (thread, note.by);
@@ -279,7 +277,7 @@ impl Session {
         }
     }
 
-    /// A controller is at its end, and nobody goes on with it.
+    /// A controller is at its end and is not continued.
     fn is_over_for(&mut self, thread: usize) {
         if let Some(held) = self.held.get_mut(thread) {
             held.is_over = true;
@@ -326,7 +324,7 @@ impl Session {
             Granularity::Line => Unit::Line,
             Granularity::Instruction => Unit::Step,
         };
-        // Out of a loop is meant whatever a step is.
+        // Stepping out means out of a loop, whatever the granularity.
         let unit = if depth == Depth::Out { Unit::Line } else { unit };
         self.begin(self.thread(step.thread_id)?, Walk::Step(unit, way, depth));
         DONE
@@ -341,13 +339,13 @@ impl Session {
         if self.away.iter().any(|run| run.thread == thread)
             && let Some((_, live)) = self.held.get_mut(thread).and_then(Held::live)
         {
-            // It stops when it says so.
+            // The stop is reported when it happens.
             live.pause();
         }
         DONE
     }
 
-    /// Ends a run where it has come to.
+    /// Ends a run where it has got to.
     pub(crate) fn give_up(&mut self, run: Run) {
         let Some(held) = self.held.get_mut(run.thread) else { return };
         let stop = Stop { why: Reason::Cancelled, ..held.debugger().here() };
@@ -372,7 +370,7 @@ impl Session {
             for (is_back, what) in
                 [(true, "back to when it last began"), (false, "on to when it begins next")]
             {
-                // The same target has the same number, however often it is asked for.
+                // The same target always has the same number.
                 let target = (thread, trigger.clone(), is_back);
                 let place = self.targets.iter().position(|known| *known == target);
                 let place = place.unwrap_or_else(|| {
@@ -405,7 +403,7 @@ impl Session {
         DONE
     }
 
-    /// Goes back to where something began that is under way.
+    /// Goes back to where a frame began.
     pub(crate) fn restart_frame(&mut self, OfFrame { frame_id }: OfFrame) -> Answered {
         let (thread, place) = self.frames.get(frame_id).copied().ok_or_else(|| {
             Refusal(format!("frame {frame_id} no longer exists; stackTrace has the present ones"))

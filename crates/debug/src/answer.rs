@@ -19,15 +19,15 @@ use crate::{Candidate, Parting, Variable};
 pub enum Answer {
     /// It was done, and there is nothing to say.
     Done,
-    /// One has gone somewhere; with what is watched.
+    /// The present has moved; with the values that are watched.
     Stopped(Stop, Vec<Watched>),
     /// A breakpoint was made.
     Breakpoint(BreakpointId, String),
     /// The breakpoints, with their texts.
     Breakpoints(Vec<(Breakpoint, String)>),
-    /// Every time that something was so; and whether there were more.
+    /// Every time that a condition held; and whether there were more.
     Notes(Vec<Note>, bool),
-    /// Where one is.
+    /// Where the present is.
     Where(Box<Where>),
     /// A value.
     Value(Variable),
@@ -35,13 +35,13 @@ pub enum Answer {
     Watches(Vec<Watched>),
     /// Lines.
     Listing(Listing),
-    /// What is under way, from inside to outside.
+    /// What is in progress, innermost first.
     Frames(Vec<Frame>),
     /// The running motion, if one runs.
     Motion(Option<MotionView>),
     /// What will happen by itself.
     Timers(Vec<TimerView>),
-    /// What has been received and waits, and of how much room.
+    /// What has been received and waits, and how much room there is.
     Queue {
         /// Bytes that wait.
         used: usize,
@@ -52,23 +52,24 @@ pub enum Answer {
     Flash(Vec<u8>),
     /// Buttons, switches and inputs.
     Signals(Vec<SignalView>),
-    /// What led to something, from there back.
+    /// What led to something, going back from it.
     Why(Chain),
     /// Where a field was changed.
     Change(Option<Change>),
-    /// What would come if something were so.
+    /// What would follow from a change.
     Parting(Box<Parting>),
     /// Moments with a name.
     Marks(Vec<(String, Place)>),
-    /// The branches, and on which one is.
+    /// The branches, and which one is present.
     Branches(Vec<Branch>, vimc4_timeline::BranchId),
-    /// What is kept; and how much of a recording has been read, in thousandths, while there is more.
+    /// How much is kept; and how much of a recording has been read, in thousandths, while there is
+    /// more.
     Usage(Usage, Option<u32>),
     /// What can follow what was typed.
     Candidates(Vec<Candidate>),
-    /// All commands, with what can be done at the panel: how it is typed, and what it does.
+    /// All commands and orders of the panel: how each is typed, and what it does.
     Help(Vec<(String, String)>),
-    /// What is typed to do something at the panel, and what it does.
+    /// An order of the panel: how it is typed, and what it does.
     Deeds(Vec<(String, String)>),
     /// One command.
     HelpOn(&'static Directive),
@@ -76,7 +77,7 @@ pub enum Answer {
     Quit,
 }
 
-/// Something that is watched, and what it is.
+/// A watched expression and its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Watched {
     /// The expression.
@@ -85,7 +86,7 @@ pub struct Watched {
     pub value: Result<Value, String>,
 }
 
-/// Where one is.
+/// Where the present is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Where {
     /// The moment.
@@ -94,7 +95,7 @@ pub struct Where {
     pub branch: String,
     /// The time.
     pub at: Time,
-    /// Whether nothing is known of what comes.
+    /// Whether it is the end of what is known.
     pub is_end: bool,
     /// What the controller does.
     pub activity: Activity,

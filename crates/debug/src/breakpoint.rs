@@ -19,34 +19,34 @@ impl fmt::Display for BreakpointId {
 /// What a breakpoint waits for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Trigger {
-    /// A condition begins to hold, or what happens in it happens. When that is within a motion is
-    /// computed, so it is met at its instant.
+    /// A condition begins to hold, or an event in it happens. Instants within a motion are
+    /// computed, so it stops exactly there.
     Condition(Condition),
     /// A line of the file that the commands come from is begun, from 1.
     SourceLine(u32),
     /// A field has another value than before.
     Change(Field),
-    /// An expression becomes so, looked at whenever something happens, and 32 times in each motion.
-    /// When it is in between is narrowed down to its instant.
+    /// An expression becomes true. It is evaluated whenever something happens and 32 times in each
+    /// motion; an instant in between is then narrowed down exactly.
     Expression(Expression),
 }
 
-/// How often it must have come before it counts.
+/// Which hits count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hits {
-    /// It counts each time.
+    /// Every hit.
     #[default]
     All,
-    /// This time only, counted from 1.
+    /// This hit only, counted from 1.
     Only(u64),
-    /// From this time on, counted from 1.
+    /// This hit and all later ones, counted from 1.
     From(u64),
-    /// Every time that this divides.
+    /// Every hit whose number this divides.
     Every(u64),
 }
 
 impl Hits {
-    /// Whether it counts this time.
+    /// Whether the hit of a number counts.
     #[must_use]
     pub fn allow(self, time: u64) -> bool {
         match self {
@@ -58,27 +58,27 @@ impl Hits {
     }
 }
 
-/// A place where to stop, or only to note that it was passed.
+/// A place to stop at, or only to log when passing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Breakpoint {
     /// Its number.
     pub id: BreakpointId,
     /// What it waits for.
     pub trigger: Trigger,
-    /// What must be so as well.
+    /// A condition that must hold too.
     pub condition: Option<Expression>,
-    /// How often it must have come. On the way back each time counts.
+    /// Which hits count. Going back, every hit counts.
     pub hits: Hits,
-    /// Nobody stops, but this is noted, with the values of expressions in braces.
+    /// Instead of stopping, log this text, with the values of expressions in braces.
     pub log: Option<String>,
-    /// Whether it is heeded.
+    /// Whether it is enabled.
     pub is_enabled: bool,
-    /// How often it has come on the way forward, with its condition being so.
+    /// How often it was hit going forward, with its condition true.
     pub count: u64,
 }
 
 impl Breakpoint {
-    /// It for people, with the names of a controller.
+    /// Its description for people, with the names of a controller.
     #[must_use]
     pub fn describe(&self, names: &Names) -> String {
         let mut text = match &self.trigger {
@@ -103,7 +103,7 @@ impl Breakpoint {
     }
 }
 
-/// What a breakpoint that only logs has noted.
+/// A note of a breakpoint that only logs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// By which.

@@ -1,30 +1,30 @@
-//! What can follow a line that has been begun.
+//! Completion of a line that has been begun.
 
 use crate::debugger::Debugger;
 use crate::field::names_after;
 use crate::table::{Directive, Follows, TABLE};
 use crate::unit::Unit;
 
-/// How a line can go on.
+/// How a line can continue.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Completion {
-    /// Where in the line the word begins that is completed, in bytes.
+    /// Where the completed word begins in the line, in bytes.
     pub from: usize,
-    /// What can stand there, with a few words about it.
+    /// The possible words, each with a short description.
     pub candidates: Vec<Candidate>,
 }
 
-/// A word that can stand somewhere.
+/// A possible word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
     /// The word.
     pub text: String,
-    /// What it is; may be empty.
+    /// A short description; may be empty.
     pub about: String,
 }
 
 impl Debugger {
-    /// What the word can be that ends at `cursor`, a place in bytes.
+    /// Completes the word that ends at `cursor`, an offset in bytes.
     #[must_use]
     pub fn complete(&self, line: &str, cursor: usize) -> Completion {
         let begun = line.get(..cursor.min(line.len())).unwrap_or(line);
@@ -56,7 +56,7 @@ impl Debugger {
         Completion { from, candidates }
     }
 
-    /// What people tell a controller anywhere, from a place of the line on.
+    /// Completes the orders of the panel, from an offset of the line on.
     fn orders(&self, begun: &str, from: usize) -> Vec<Candidate> {
         let from = from.saturating_sub(begun.len() - begun.trim_start().len());
         let begun = begun.trim_start();
@@ -69,7 +69,7 @@ impl Debugger {
         words.collect()
     }
 
-    /// The conditions that can follow what has been typed of one.
+    /// Completes a condition.
     fn conditions(&self, rest: &str, word: &str) -> Vec<Candidate> {
         const UNTIL: &str = "run until ";
         let begun = format!("{UNTIL}{rest}");
@@ -121,7 +121,7 @@ impl Debugger {
         }
     }
 
-    /// The fields that a path which has been begun can be.
+    /// Completes the path of a field.
     fn fields(&self, word: &str) -> Vec<Candidate> {
         let (before, _) = word.rsplit_once('.').unwrap_or(("", word));
         let path = |name: String| match before {

@@ -12,12 +12,13 @@ use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::reel::Unread;
 use crate::{DebugError, Expression, Feed, Field, Source, Unit, Variable};
 
-/// A controller, its history, and where one stands in it.
+/// A controller, its history, and the present moment in it.
 ///
-/// Every walk leaves the present somewhere and says where and why: a [`Stop`](crate::Stop). What is asked about
-/// the controller is asked about the present. An input that is given in the past begins a branch.
+/// Every walk moves the present and returns where and why it stopped: a [`Stop`](crate::Stop). All
+/// questions about the controller concern the present. An input that is given in the past begins a
+/// branch.
 ///
-/// Walks that take long ask `progress` every few milliseconds whether to go on.
+/// Long walks ask `progress` every few milliseconds whether to go on.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -58,18 +59,18 @@ pub struct Debugger {
     pub(crate) marks: BTreeMap<String, Place>,
     watches: Vec<Expression>,
     pub(crate) stays: bool,
-    /// What was stepped by last.
+    /// The unit of the last step.
     pub(crate) unit: Unit,
 }
 
-/// What to do with a breakpoint besides waiting for it.
+/// The further properties of a breakpoint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// What must be so as well.
+    /// A condition that must hold too.
     pub condition: Option<Expression>,
-    /// How often it must have come.
+    /// Which hits count.
     pub hits: Hits,
-    /// Nobody stops, but this is noted.
+    /// Instead of stopping, log this text.
     pub log: Option<String>,
 }
 
@@ -107,8 +108,8 @@ impl Debugger {
         self
     }
 
-    /// Nothing goes beyond the end of what is there now and what is given: a recording is looked at
-    /// and not gone on with.
+    /// No walk goes beyond the end of the present history and later inputs: a recording is looked
+    /// at and not continued.
     pub fn stay_within(&mut self, stays: bool) {
         self.stays = stays;
     }
@@ -119,7 +120,7 @@ impl Debugger {
         &self.history
     }
 
-    /// The history, to be gone through by other means.
+    /// The history, to be walked by other means.
     pub fn history_mut(&mut self) -> &mut History<Controller> {
         &mut self.history
     }
@@ -154,8 +155,8 @@ impl Debugger {
         self.source.as_ref()
     }
 
-    /// There is a host that goes on whenever the controller has done what was asked for, so that a
-    /// walk comes to an end only when the host does. On a branch it goes on from where that parted.
+    /// Adds a host that continues whenever the controller has done what it was told, so that a walk
+    /// ends only when the host does. On a branch the host continues from where the branch parted.
     #[must_use]
     pub fn with_feed(mut self, feed: Feed) -> Debugger {
         self.feed = Some(feed);
@@ -175,8 +176,8 @@ impl Debugger {
 
     // --- what is done to the controller ---
 
-    /// Goes to the end of the branch and on to the time of an input, and gives that: the history
-    /// follows a controller that somebody else runs.
+    /// Goes to the end of the branch and on to the time of an input, and gives that input: the
+    /// history follows a controller that runs elsewhere.
     pub fn follow(&mut self, TimedInput { at, input }: &TimedInput) {
         if !self.history.is_at_end() {
             let heading = self.history.heading();
@@ -188,11 +189,11 @@ impl Debugger {
         self.history.drain();
     }
 
-    /// Puts in another value of a field of the state, which begins a branch.
+    /// Changes the value of a field of the state, which begins a branch.
     ///
     /// # Errors
     ///
-    /// If the field cannot be set, or not to this value.
+    /// If the field cannot be set, or does not take this value.
     pub fn set_variable(&mut self, path: &str, value: Value) -> Result<(), DebugError> {
         let field = Field::parse(path, self.device())?;
         let state = field.put(self.device(), value.clone())?;
@@ -219,30 +220,29 @@ impl Debugger {
         id
     }
 
-    /// Takes one away, and says whether there was one of this number.
+    /// Removes one, and says whether there was one of this number.
     pub fn remove_breakpoint(&mut self, id: BreakpointId) -> bool {
         let before = self.breakpoints.len();
         self.breakpoints.retain(|breakpoint| breakpoint.id != id);
         self.breakpoints.len() < before
     }
 
-    /// Takes all away.
+    /// Removes all.
     pub fn clear_breakpoints(&mut self) {
         self.breakpoints.clear();
     }
 
-    /// Heeds a breakpoint or not, and says whether there is one of this number.
+    /// Enables or disables a breakpoint, and says whether there is one of this number.
     pub fn enable_breakpoint(&mut self, id: BreakpointId, is_enabled: bool) -> bool {
         let found = self.breakpoints.iter_mut().find(|breakpoint| breakpoint.id == id);
         found.map(|breakpoint| breakpoint.is_enabled = is_enabled).is_some()
     }
 
-    /// What a text says to wait for: `change FIELD`, a condition, a line of the file, or an
-    /// expression.
+    /// Parses what to wait for: `change FIELD`, a condition, a line of the file, or an expression.
     ///
     /// # Errors
     ///
-    /// If it is none of these.
+    /// If the text is none of these.
     pub fn read_trigger(&self, text: &str) -> Result<Trigger, DebugError> {
         let text = text.trim();
         if let Some(field) = text.strip_prefix("change ") {
@@ -262,8 +262,8 @@ impl Debugger {
         }
     }
 
-    /// A line, from 1, of the file that the commands come from; of the stored program, if they come
-    /// from none. A line without a command stands for the next that has one.
+    /// A trigger for a line, from 1, of the file that the commands come from, or else of the stored
+    /// program. A line without a command stands for the next one that has a command.
     ///
     /// # Errors
     ///
@@ -300,7 +300,7 @@ impl Debugger {
         Variable { name: String::new(), path: String::new(), value }
     }
 
-    /// What is at a path of that tree.
+    /// The variable at a path of that tree.
     ///
     /// # Errors
     ///
@@ -315,7 +315,7 @@ impl Debugger {
         Ok(Variable { name, path: path.to_owned(), value })
     }
 
-    /// What is watched, and the values now.
+    /// The watched expressions with their present values.
     #[must_use]
     pub fn watches(&self) -> Vec<(Expression, Result<Value, DebugError>)> {
         let value = |expression: &Expression| expression.value(self.device(), self.now());
@@ -332,7 +332,7 @@ impl Debugger {
         Ok(())
     }
 
-    /// Watches no longer what was the `number`th, from 1, and says whether there was one.
+    /// Removes the watch of a number, from 1, and says whether there was one.
     pub fn unwatch(&mut self, number: usize) -> bool {
         let place = number.checked_sub(1).filter(|place| *place < self.watches.len());
         place.map(|place| self.watches.remove(place)).is_some()
@@ -346,7 +346,7 @@ impl Debugger {
         &self.marks
     }
 
-    /// Gives the present a name, and returns where that was before.
+    /// Gives the present a name, and returns the moment that had the name before.
     pub fn mark(&mut self, name: impl Into<String>) -> Option<Place> {
         self.marks.insert(name.into(), self.place())
     }

@@ -11,12 +11,12 @@ pub struct DebugError {
 }
 
 impl DebugError {
-    /// A sentence without its point, which begins in lower case.
+    /// A sentence without its full stop, which begins in lower case.
     pub(crate) fn new(message: impl Into<String>) -> DebugError {
         DebugError { message: message.into(), failed: false }
     }
 
-    /// Something was claimed that is not so.
+    /// An assertion does not hold.
     pub(crate) fn failed(message: impl Into<String>) -> DebugError {
         DebugError { message: message.into(), failed: true }
     }

@@ -1,4 +1,4 @@
-//! Carrying out a line that somebody types.
+//! Carrying out a typed line.
 
 use std::ops::ControlFlow;
 
@@ -23,9 +23,9 @@ type Result<T = Answer, E = DebugError> = std::result::Result<T, E>;
 const END: &str = "\r";
 
 impl Debugger {
-    /// Carries out a line as people type it. An empty line and one that begins with `#` do nothing.
+    /// Carries out a line as typed. An empty line and one that begins with `#` do nothing.
     ///
-    /// Where the walk that it begins is cancelled, the [`Stop`] says so.
+    /// If its walk is cancelled, the [`Stop`] says so.
     ///
     /// # Errors
     ///
@@ -147,7 +147,7 @@ impl Debugger {
             "put" => {
                 let (field, value) = rest.split_once('=').ok_or_else(missing)?;
                 let value = value.trim();
-                // A word that is not a field is a text.
+                // A word that is not a field is taken as text.
                 let is_word = value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_'));
                 let value = match self.evaluate(value) {
                     Err(_) if is_word => value.into(),
@@ -401,7 +401,7 @@ impl Debugger {
         Ok(Answer::Done)
     }
 
-    /// Every time that something was so, on the way to the end.
+    /// Every time that a condition held, on the way to the end.
     fn trace(&mut self, text: &str, progress: &mut Progress<'_>) -> Result {
         let (trigger, mut options) = self.read_breakpoint(text)?;
         if self.goes_on_reading() {
@@ -424,7 +424,7 @@ impl Debugger {
         let first = self.history().branches().next().map(|branch| branch.first.at);
         let history = self.history_mut();
         history.go_to_time(first.unwrap_or_default());
-        // What is at the first instant comes after its first moment.
+        // Events at the first instant come after its first moment.
         let moment = history.branches().next().map(|branch| branch.first).unwrap_or_default();
         let branch = vimc4_timeline::BranchId(0);
         history.go_back_to(vimc4_timeline::Place { branch, moment });
@@ -589,9 +589,9 @@ impl Debugger {
         })
     }
 
-    // --- what people tell a controller anywhere ---
+    // --- orders of the panel ---
 
-    /// A line that is none of the table: what is done at the panel, and how time passes.
+    /// A line whose command is not in the table: orders of the panel and of time.
     fn ordered(&mut self, line: &str, progress: &mut Progress<'_>) -> Result {
         let order = match Order::read(line, self.names()) {
             Ok(order) => order,
@@ -638,7 +638,7 @@ impl Debugger {
             Some(Order::Erase) => Err(DebugError::new(
                 "what erases the memory is a row of things done at the panel: do them one by one",
             )),
-            // Nothing is on its way here when a line is carried out.
+            // Nothing is in transit here when a line is carried out.
             Some(Order::Cancel) | None => Ok(Answer::Done),
         }
     }
@@ -665,7 +665,7 @@ impl From<&str> for DebugError {
     }
 }
 
-/// Why there are no faults here.
+/// Why faults are refused here.
 const WITHOUT_LINE: &str = "what is debugged is the controller without its line, on which nothing goes \
                             wrong; faults are for `serve`, the library and sessions";
 
@@ -674,7 +674,7 @@ fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
     verb.forms().iter().map(move |form| (verb.typed(form), form.about.to_owned()))
 }
 
-/// Whether a verb is of no use where nothing runs by itself, or is several things one after the other.
+/// Whether a verb has no use where nothing runs by itself, or consists of several steps.
 fn is_elsewhere(verb: Verb) -> bool {
     matches!(verb, Verb::Cancel | Verb::Erase | Verb::Fault | Verb::Faults)
 }
@@ -699,7 +699,7 @@ fn number(text: &str) -> Result<u64> {
     })
 }
 
-/// Whether it is a whole number, of whatever size.
+/// Whether it is a whole number of any size.
 fn is_number(text: &str) -> bool {
     let digits = text.trim_start_matches(['+', '-']);
     !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())
@@ -709,7 +709,7 @@ fn span(text: &str) -> Result<std::time::Duration> {
     parse_duration(text).map_err(|error| DebugError::new(format!("`{text}` {error}")))
 }
 
-/// The text before a word of its own and the text behind it, where it is last.
+/// The text before and after the last separate occurrence of a word.
 fn split_word<'t>(text: &'t str, word: &str) -> Option<(&'t str, &'t str)> {
     let pattern = format!(" {word} ");
     let at = text.find(&pattern)?;
@@ -718,7 +718,7 @@ fn split_word<'t>(text: &'t str, word: &str) -> Option<(&'t str, &'t str)> {
 
 /// The lines around the present one.
 fn around(mut listing: crate::Listing) -> crate::Listing {
-    /// So many before and behind it.
+    /// The number of lines shown before and after the present one.
     const AROUND: usize = 10;
     let present = listing.lines.iter().position(|line| line.is_present).unwrap_or(0);
     listing.lines.truncate(present + AROUND + 1);

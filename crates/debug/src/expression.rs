@@ -1,4 +1,4 @@
-//! Expressions over everything that can be seen.
+//! Expressions over everything that is visible.
 //!
 //! ```text
 //! expression = all { "or" all }             all  = none { "and" none }
@@ -8,8 +8,7 @@
 //!            | "-" one | "(" expression ")"
 //! ```
 //!
-//! A word behind a comparison that is not a field is a text, so that `activity = idle` reads as it is
-//! meant.
+//! A word after a comparison that is not a field is text, so that `activity = idle` works as meant.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -20,7 +19,7 @@ use vimc4_device::Time;
 
 use crate::{DebugError, Field};
 
-/// How deep brackets may be within each other.
+/// How deep brackets may be nested.
 const DEEPEST: u32 = 32;
 
 /// Something that has a value at any moment.
@@ -61,7 +60,7 @@ impl Expression {
     ///
     /// # Errors
     ///
-    /// If it is none, or names what is not there.
+    /// If the text is no expression, or names a field that does not exist.
     pub fn parse(text: &str, device: &Controller) -> Result<Expression, DebugError> {
         let mut reader = Reader { rest: text, device, depth: 0, is_compared: false };
         let root = reader.any()?;
@@ -74,22 +73,23 @@ impl Expression {
         }
     }
 
-    /// Its value at `at`, between the device's present and when it is due.
+    /// Its value at `at`, a time from the device's present until its next cause.
     ///
     /// # Errors
     ///
-    /// If what is in it cannot be reckoned with.
+    /// If its values cannot be calculated with.
     pub fn value(&self, device: &Controller, at: Time) -> Result<Value, DebugError> {
         self.root.value(device, at)
     }
 
-    /// Whether it is so at `at`: not false, 0, none or empty. What cannot be reckoned is not so.
+    /// Whether it is true at `at`: not false, 0, none or empty. What cannot be calculated is not
+    /// true.
     #[must_use]
     pub fn is_so(&self, device: &Controller, at: Time) -> bool {
         self.value(device, at).is_ok_and(|value| is_true(&value))
     }
 
-    /// Whether it is a claim, which holds or does not, and no mere value.
+    /// Whether it is a comparison or the like, which holds or does not, rather than a mere value.
     #[must_use]
     pub fn is_claim(&self) -> bool {
         match &self.root {
@@ -177,7 +177,7 @@ fn too_large() -> DebugError {
     DebugError::new("the result is too large")
 }
 
-/// Switches are 0 and 1 as well as off and on.
+/// For switches, 0 and 1 equal off and on.
 fn number(value: &Value) -> Option<i64> {
     match value {
         Value::Bool(is_so) => Some((*is_so).into()),
@@ -215,7 +215,7 @@ struct Reader<'t> {
     rest: &'t str,
     device: &'t Controller,
     depth: u32,
-    /// A comparison came before: a word may be a text.
+    /// After a comparison, where a word may be text.
     is_compared: bool,
 }
 
@@ -354,7 +354,7 @@ impl<'t> Reader<'t> {
                 ']' if !quotes => brackets = brackets.saturating_sub(1),
                 '-' if at == 0 => break,
                 _ if is_inside => {}
-                // A hyphen is one of a word if a letter follows, and else a minus.
+                // A hyphen belongs to the word if a letter follows; otherwise it is a minus.
                 '-' if text[at + 1..].starts_with(char::is_alphabetic)
                     && !text[..at].starts_with(|c: char| c.is_ascii_digit()) => {}
                 c if c.is_alphanumeric() || matches!(c, '_' | '.') => {}
@@ -410,7 +410,7 @@ fn pair(one: Node, operator: Operator, other: Node) -> Node {
     Node::Pair(Box::new(one), operator, Box::new(other))
 }
 
-/// A text with expressions in braces, `{x} at {at}`, as people log it.
+/// A text to log, with expressions in braces: `{x} at {at}`.
 pub(crate) fn filled(template: &str, device: &Controller, at: Time) -> String {
     let mut text = String::new();
     let mut rest = template;

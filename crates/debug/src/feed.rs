@@ -1,4 +1,4 @@
-//! What a host does: it sends the commands of a file, each when its turn comes.
+//! The host: it sends the commands of a file, each when its turn comes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,29 +8,29 @@ use vimc4_catalogue::Controller;
 use vimc4_device::{Condition, Device, Event, Input, SignalId};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
-/// Something that a host does when the controller has done what was asked for before.
+/// A step of the host, done when the controller has completed the one before.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece {
     /// It sends bytes: a command with its end, or part of a stream of them.
     Send(Vec<u8>),
-    /// Somebody presses a button and lets it go.
+    /// A button is pressed and released.
     Press(SignalId),
     /// It lets time pass.
     Wait(Duration),
-    /// It waits until something is so; and what that is, for people.
+    /// It waits until a condition holds; with the condition for people.
     Until(Condition, String),
-    /// It asks the person who stands by, who goes on when it is done; and what, for people.
+    /// It asks the operator, who continues when it is done; with the question for people.
     Ask(String),
 }
 
-/// What a host will do, and how far it has come: at every moment of every branch of a history. What
-/// it has done there is in the history, and on a new branch it goes on from where that has parted.
+/// What a host will do, and how far it has got at every moment of every branch of a history. What
+/// it has done is in the history; on a new branch it continues from where the branch parted.
 #[derive(Clone, Debug)]
 pub struct Feed {
     pieces: Arc<[Piece]>,
-    /// How many pieces were done at these moments, in order, of each branch.
+    /// For each branch, how many pieces were done at these moments, in order.
     done: BTreeMap<BranchId, Vec<Done>>,
-    /// At which of these moments it has asked somebody, and by which piece, in order, of each branch.
+    /// For each branch, the moments at which it asked the operator and by which piece, in order.
     asked: BTreeMap<BranchId, Vec<(Moment, usize)>>,
     /// What it waits for.
     waits: Option<String>,
@@ -39,7 +39,7 @@ pub struct Feed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Done {
     at: Moment,
-    /// It is done at the moment itself; else it has been given then, and counts from the next on.
+    /// Waiting is done at the moment itself; an input given then counts from the next moment on.
     is_over: bool,
     /// The number of the next piece.
     next: usize,
@@ -52,7 +52,7 @@ impl Feed {
         Feed { pieces: pieces.into(), done: BTreeMap::new(), asked: BTreeMap::new(), waits: None }
     }
 
-    /// What it waits for, or asks, if that keeps it from going on.
+    /// What it waits for or asks, if that holds it up.
     #[must_use]
     pub fn waits(&self) -> Option<&str> {
         self.waits.as_deref()
@@ -64,13 +64,13 @@ impl Feed {
         self.next(history) >= self.pieces.len()
     }
 
-    /// Whether it would send as soon as there is room, and not only when the controller rests.
+    /// Whether it sends as soon as there is room, and not only when the controller rests.
     pub(crate) fn streams(&self, history: &History<Controller>) -> bool {
         !history.device().details().says_when_done() && !self.is_done(history)
     }
 
-    /// Does what is to be done now, and says whether it has done something. Nothing is done in the
-    /// past, and nothing as long as something that was given is still to be heeded.
+    /// Does what is due now, and says whether it did anything. It does nothing in the past, and
+    /// nothing while an earlier input has not taken effect.
     pub(crate) fn go_on(&mut self, history: &mut History<Controller>) -> bool {
         self.waits = None;
         let present = history.present();
@@ -79,7 +79,7 @@ impl Feed {
             return false;
         }
         let pieces = Arc::clone(&self.pieces);
-        // When the controller rests it takes whatever comes; else only what there is room for.
+        // A resting controller takes anything; otherwise it takes only what there is room for.
         let mut rests = history.device().is_idle();
         let mut room = match history.device().details().says_when_done() {
             true => 0,
@@ -128,7 +128,7 @@ impl Feed {
         number > first
     }
 
-    /// The next place after the present at which it has asked somebody, on the way that the present goes.
+    /// The next moment on the way of the present at which it asked the operator.
     pub(crate) fn asked_ahead(&self, history: &History<Controller>) -> Option<Place> {
         if self.asked.is_empty() {
             return None;
@@ -137,7 +137,8 @@ impl Feed {
         let branches: Vec<_> = history.branches().collect();
         let mut ahead = None;
         let (mut branch, mut until) = (history.heading(), None);
-        // From where the way ends back to the present: the last that is found is the next one.
+        // Searched from the end of the way back to the present, so the last one found is the next
+        // one.
         loop {
             let is_here = branch == present.branch;
             let asked = self.asked.get(&branch).into_iter().flatten().map(|(moment, _)| *moment);
@@ -173,7 +174,7 @@ impl Feed {
         }
     }
 
-    /// The number of the piece that comes next on the way to the present.
+    /// The number of the piece that comes next at the present.
     fn next(&self, history: &History<Controller>) -> usize {
         let mut place = history.present();
         loop {

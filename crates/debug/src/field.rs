@@ -1,4 +1,4 @@
-//! What can be seen of a controller, and of its state, as a tree of named values.
+//! What is visible of a controller and its state, as a tree of named values.
 
 use std::fmt;
 
@@ -8,28 +8,28 @@ use vimc4_device::{AXES, Device, Time};
 
 use crate::DebugError;
 
-/// The name in the tree of everything that decides what the controller will do.
+/// The name of the state in the tree: everything that decides what the controller will do.
 const STATE: &str = "state";
 
 /// A place in the tree: names with dots between them, as in `axes.x.position`, `signals.stop` or
-/// `state.ramp.acceleration`. The name of an axis alone is its position, that of another thing of
-/// the top level that thing.
+/// `state.ramp.acceleration`. The name of an axis alone means its position; any other top-level
+/// name means that thing itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
     text: String,
     keys: Vec<String>,
-    /// The index of the axis whose position it is: that is known without the rest.
+    /// The index of the axis whose position it is: that is known without building the tree.
     axis: Option<usize>,
 }
 
-/// A thing of the tree: its name, its path, and what it is.
+/// An item of the tree: its name, path and value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
     /// Its name, the last part of its path.
     pub name: String,
     /// The whole path, which [`Field::parse`] reads.
     pub path: String,
-    /// Its value; a list or a group of values has parts.
+    /// Its value; a list or a group has parts.
     pub value: Value,
 }
 
@@ -65,10 +65,10 @@ impl Variable {
         }
     }
 
-    /// Its value in one line, no longer than people read.
+    /// Its value in one line, shortened to a readable length.
     #[must_use]
     pub fn text(&self) -> String {
-        /// So many characters are shown.
+        /// How many characters are shown.
         const SHOWN: usize = 120;
         let text = match &self.value {
             Value::String(text) => text.clone(),
@@ -154,11 +154,12 @@ impl Field {
     ///
     /// # Errors
     ///
-    /// If it leads nowhere, with what there is where it goes astray.
+    /// If it leads nowhere; with the names that exist where it goes wrong.
     pub fn parse(text: &str, device: &Controller) -> Result<Field, DebugError> {
         let text = text.trim();
         let mut keys = match text.split_once('.') {
-            // The names of signals have spaces and points, which nobody puts in quotation marks.
+            // Names of signals contain spaces and dots, and people type them without quotation
+            // marks.
             Some(("signals", name)) if is_signal(device, name) => {
                 vec!["signals".to_owned(), name.to_lowercase()]
             }
@@ -200,7 +201,7 @@ impl Field {
         self.axis
     }
 
-    /// Its value at `at`, which is between the device's present and the time that it is due.
+    /// Its value at `at`, a time from the device's present until its next cause.
     ///
     /// # Errors
     ///
@@ -234,7 +235,7 @@ impl Field {
         Ok(here.clone())
     }
 
-    /// The value if it is there, and nothing if not: for what comes and goes.
+    /// The value if it exists, else `None`: for what comes and goes.
     pub(crate) fn value(&self, device: &Controller, at: Time) -> Value {
         self.look(device, at).unwrap_or(Value::Null)
     }
@@ -243,7 +244,7 @@ impl Field {
     ///
     /// # Errors
     ///
-    /// If it is not a place of the state, or the value is none for it.
+    /// If it is not a place of the state, or cannot have the value.
     pub fn put(&self, device: &Controller, value: Value) -> Result<State, DebugError> {
         let of_state: Vec<String> = match (self.axis, self.keys.as_slice()) {
             (Some(axis), _) => vec!["position".to_owned(), axis.to_string()],
@@ -258,7 +259,7 @@ impl Field {
         };
         let mut tree = state_tree(&device.state());
         let value = match self.axis.zip(value.as_i64()) {
-            // The state has the place at which the running motion began.
+            // The state holds the place at which the running motion began.
             Some((axis, place)) => {
                 let began = tree["position"][axis].as_i64().unwrap_or_default();
                 let way = device.position(device.now())[axis] - began;
@@ -275,7 +276,8 @@ impl Field {
             }
             _ => None,
         };
-        // What a device does not take as it is, such as a number beyond a counter, it would change.
+        // The device would change values that it does not accept as they are, such as a number
+        // beyond a counter.
         let mut tried = |value: Value| -> Result<(State, Value), DebugError> {
             let here = of_state.iter().try_fold(&mut tree, |here, key| part_mut(here, key));
             *here.ok_or_else(|| DebugError::new(format!("there is no `{}`", self.text)))? = value;
@@ -287,7 +289,7 @@ impl Field {
             put.restore(state.clone());
             let kept = state_tree(&put.state());
             let kept = of_state.iter().try_fold(&kept, |here, key| part(here, key)).cloned();
-            // A counter takes as much as it has bits.
+            // A counter takes what fits its bits.
             let kept = match counter {
                 Some((axis, way)) => put.position(put.now())[axis].saturating_sub(way).into(),
                 None => kept.unwrap_or_default(),
@@ -321,7 +323,7 @@ impl fmt::Display for Field {
     }
 }
 
-/// Everything: what can be seen, and the state.
+/// Everything: the visible items and the state.
 pub(crate) fn tree(device: &Controller) -> Value {
     let mut tree = view_tree(device, device.now());
     if let Value::Object(parts) = &mut tree {
@@ -330,7 +332,7 @@ pub(crate) fn tree(device: &Controller) -> Value {
     tree
 }
 
-/// What can be seen. What has a name is called by it, and a port by its number.
+/// The visible items. Items with a name use it, and ports their number.
 pub(crate) fn view_tree(device: &Controller, at: Time) -> Value {
     let mut tree = serde_json::to_value(device.view(at)).unwrap_or_default();
     for (list, name) in [("axes", "name"), ("signals", "name"), ("ports", "port")] {
@@ -340,7 +342,7 @@ pub(crate) fn view_tree(device: &Controller, at: Time) -> Value {
                     Value::String(text) => text.to_lowercase(),
                     other => other.to_string(),
                 };
-                // A signal and a port are their values.
+                // Signals and ports are shown as their values.
                 let value = if list == "axes" { part } else { part["value"].clone() };
                 (key, value)
             });
@@ -415,7 +417,7 @@ pub(crate) fn names_after(device: &Controller, path: &str) -> Vec<String> {
     names
 }
 
-/// The fields in which two states differ, with both values: as deep as it makes sense to tell.
+/// The fields in which two states differ, with both values, as deep as is useful.
 pub(crate) fn differences(ours: &State, theirs: &State) -> Vec<(String, Value, Value)> {
     let mut found = Vec::new();
     compare("state", &state_tree(ours), &state_tree(theirs), &mut found);

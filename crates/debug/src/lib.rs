@@ -1,13 +1,13 @@
 //! A debugger of controllers: step by step over their history, forward and back, and why.
 //!
-//! A [`Debugger`] stands at a moment of a [`History`](vimc4_timeline::History). It goes forward and
-//! back from there by whatever unit ([`Unit`]), to breakpoints ([`Trigger`]), or to where something
-//! was so; it shows everything that can be seen ([`Variable`], [`Frame`], [`Listing`]), says what led
-//! to something ([`Chain`]), and what would have come if something had been otherwise ([`Parting`]).
+//! A [`Debugger`] stands at a moment of a [`History`](vimc4_timeline::History). From there it goes
+//! forward and back by any unit ([`Unit`]), to breakpoints ([`Trigger`]), or to where a condition
+//! held; it shows everything that is visible ([`Variable`], [`Frame`], [`Listing`]), explains what
+//! led to something ([`Chain`]), and what would have followed from a change ([`Parting`]).
 //!
-//! Everything is there twice: as a method that returns a type, for programs, and as a line that
-//! people type, for [`Debugger::execute`]. The lines come from one [`TABLE`], and so do help and
-//! completion. Nothing here knows a clock, a thread or a screen.
+//! Everything exists in two forms: as a method that returns a type, for programs, and as a line
+//! that people type, for [`Debugger::execute`]. The lines come from one [`TABLE`], and so do help
+//! and completion. Nothing here knows a clock, a thread or a screen.
 #![forbid(unsafe_code)]
 
 mod answer;

@@ -1,4 +1,4 @@
-//! What is under way, for people and for views: frames, listings, the running motion.
+//! What is in progress, for people and for views: frames, listings, the running motion.
 
 use std::fmt;
 
@@ -10,12 +10,12 @@ use crate::debugger::Debugger;
 use crate::stop::time;
 use crate::{Breakpoint, BreakpointId, Trigger};
 
-/// One of the things that are under way within each other.
+/// One level of what is in progress.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
     /// What it is, for people: the text of the line.
     pub name: String,
-    /// Which kind of thing it is.
+    /// Its kind.
     pub kind: FrameKind,
     /// Its line, from 1, in the stored program or the file.
     pub line: Option<u32>,
@@ -33,7 +33,7 @@ pub enum FrameKind {
     },
     /// A command that came over the line.
     Command(CommandNumber),
-    /// Nothing is under way.
+    /// Nothing is in progress.
     Idle,
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for Frame {
     }
 }
 
-/// Lines of which one may be the present one.
+/// Lines, one of which may be the present one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Listing {
     /// Of what.
@@ -70,11 +70,11 @@ pub struct ListedLine {
     pub number: u64,
     /// Its text.
     pub text: String,
-    /// What it means.
+    /// Its meaning.
     pub meaning: String,
     /// Whether it is the one that is executed, or was last.
     pub is_present: bool,
-    /// The breakpoint that waits for it.
+    /// The breakpoint at it.
     pub breakpoint: Option<BreakpointId>,
 }
 
@@ -106,7 +106,7 @@ pub struct MotionView {
     pub steps: u64,
     /// When it began.
     pub began: Time,
-    /// When it ends, if nobody stops it.
+    /// When it ends unless it is stopped.
     pub ends: Time,
     /// The frequency of the step clock now, µHz.
     pub frequency: u64,
@@ -130,11 +130,11 @@ pub struct Register {
 /// What the ramp of a motion does at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RampPhase {
-    /// It gets faster.
+    /// Accelerating.
     Rising,
-    /// It keeps its speed.
+    /// At constant speed.
     Even,
-    /// It gets slower.
+    /// Decelerating.
     Falling,
 }
 
@@ -168,12 +168,12 @@ impl fmt::Display for MotionView {
     }
 }
 
-/// So many lines are listed before and behind the present one.
+/// How many lines are listed before and after the present one.
 const AROUND: u64 = 8;
 
 impl Debugger {
-    /// What is under way, from inside to outside: the line of the stored program, the loops that are
-    /// open, the command. There is at least one.
+    /// What is in progress, innermost first: the line of the stored program, the open loops, the
+    /// command. Never empty.
     pub fn frames(&mut self) -> Vec<Frame> {
         let mut frames = Vec::new();
         let details = self.device().details();
@@ -201,8 +201,8 @@ impl Debugger {
         frames
     }
 
-    /// The line of the stored program, from 1, that was begun last. What comes next may be another
-    /// already: a loop or a branch is done at once, and takes its time afterwards.
+    /// The line of the stored program, from 1, that was begun last. The controller's next line may
+    /// differ: a loop or a branch is done at once and takes its time afterwards.
     pub(crate) fn line_begun(&mut self) -> Option<u32> {
         let is_line = |_: &Stamp, event: &Event| matches!(event, Event::Line { .. });
         match self.last_event(Kinds::COMMAND, &mut crate::uninterrupted, is_line)?.event {

@@ -1,4 +1,4 @@
-//! Going through the history.
+//! Walking through the history.
 
 use std::collections::VecDeque;
 
@@ -13,8 +13,8 @@ use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk};
 use crate::{DebugError, Depth, Unit, Way};
 
 impl Debugger {
-    /// Makes so many steps. With [`Depth::Over`] and [`Depth::Out`] breakpoints on the way are
-    /// heeded.
+    /// Makes a number of steps. With [`Depth::Over`] and [`Depth::Out`] it stops at breakpoints on
+    /// the way.
     pub fn step(
         &mut self,
         unit: Unit,
@@ -72,15 +72,15 @@ impl Debugger {
         self.stopped_after(Reason::Step(unit), notes, problems)
     }
 
-    /// Goes on, forward or back, to the next breakpoint. Forward: up to a time, or until the
-    /// controller waits for something from outside, and a host does nothing more; back: to the
-    /// beginning.
+    /// Goes on, forward or back, to the next breakpoint. Going forward ends at the given time at
+    /// the latest, or where the controller waits for something from outside and the host does
+    /// nothing more; going back ends at the beginning.
     pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
         let mut notes = Vec::new();
         let mut problems = VecDeque::new();
         loop {
             self.host_goes_on(way);
-            // Whoever fills a buffer looks for room whenever a command leaves it.
+            // A host that fills a buffer looks for room whenever a command leaves it.
             let feed = self.feed.as_ref().filter(|_| way == Way::Forward);
             let fills = feed.is_some_and(|feed| feed.streams(&self.history));
             if fills {
@@ -135,8 +135,8 @@ impl Debugger {
         }
     }
 
-    /// Goes to the next or the last instant at which a condition begins to hold. Where it is not in
-    /// what has been recorded, `Way::Forward` goes on beyond. If there is none the present stays.
+    /// Goes to the next or the last instant at which a condition begins to hold. Where the history
+    /// has none, `Way::Forward` goes on beyond its end. If there is none the present stays.
     pub fn seek(&mut self, condition: &Condition, way: Way, progress: &mut Progress<'_>) -> Stop {
         let mut problems = Problems::default();
         let found = match way {
@@ -144,7 +144,7 @@ impl Debugger {
             Way::Forward => self.seek_ahead(condition, &mut problems, progress),
         };
         if found != Ok(Found::Here) {
-            // One is where one was.
+            // The present is where it was.
             problems.last.clear();
         }
         let why = match found {
@@ -156,8 +156,8 @@ impl Debugger {
         self.stopped_after(why, Vec::new(), problems.last)
     }
 
-    /// In what is recorded, and then in what will come: that is tried with another controller, so
-    /// that nothing has happened here that was only looked for.
+    /// First in the history, and then in the future. The future is tried on a copy, so that an
+    /// unsuccessful search leaves no trace here.
     fn seek_ahead(
         &mut self,
         condition: &Condition,
@@ -200,7 +200,7 @@ impl Debugger {
         Ok(self.back_unless_here(found, begin))
     }
 
-    /// Where nothing was found the present is where it was.
+    /// If nothing was found the present is where it was.
     fn back_unless_here(&mut self, found: Found, begin: Place) -> Found {
         if found != Found::Here {
             self.history.go_back_to(begin);
@@ -220,8 +220,8 @@ impl Debugger {
         Ok(self.stopped(Reason::Gone, Vec::new()))
     }
 
-    /// Goes to a time, after everything that happens then; beyond the end, as far as it is known
-    /// what happens if nothing comes from outside.
+    /// Goes to a time, after everything that happens then; beyond the end, as far as the future is
+    /// known without anything from outside.
     pub fn go_to_time(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
         if self.goes_on_reading()
             && let Err(why) = self.read_until(|own| end_of(&own.history) >= at, progress)
@@ -239,7 +239,7 @@ impl Debugger {
     ///
     /// # Errors
     ///
-    /// If it never does on the way that the present goes.
+    /// If it never begins on the way of the present.
     pub fn go_to_command(
         &mut self,
         number: CommandNumber,
@@ -274,7 +274,7 @@ impl Debugger {
 
     // --- inside ---
 
-    /// Goes on to a time without heeding breakpoints.
+    /// Goes on to a time, ignoring breakpoints.
     fn go_plain(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
         let mut nothing = Walk::new(Way::Forward);
         if self.goes_on_reading()
@@ -325,13 +325,13 @@ impl Debugger {
         stop
     }
 
-    /// Lets the host do what it would do now, and says whether it has done something.
+    /// Lets the host do what it would do now, and says whether it did anything.
     fn host_goes_on(&mut self, way: Way) -> bool {
         let feed = self.feed.as_mut().filter(|_| way == Way::Forward);
         feed.is_some_and(|feed| feed.go_on(&mut self.history))
     }
 
-    /// Goes to where the host has asked somebody, who is asked again whenever one comes by there.
+    /// Goes to where the host asked the operator, who is asked again each time a walk passes there.
     fn asks_again(&mut self, place: Option<Place>) -> Reason {
         if let (Some(place), Some(feed)) = (place, &mut self.feed) {
             self.history.go_back_to(place);
@@ -340,8 +340,8 @@ impl Debugger {
         Reason::Rest
     }
 
-    /// Where nothing more is found up to `end`: the host does something, or more is read, and there
-    /// may be something now.
+    /// After a search up to `end` found nothing: lets the host act, or reads more, and says whether
+    /// there may be something now.
     fn goes_on(&mut self, end: Time, progress: &mut Progress<'_>) -> Result<bool, Reason> {
         if self.host_goes_on(Way::Forward) {
             return Ok(true);
@@ -362,7 +362,7 @@ impl Debugger {
         if end == Time::NEVER { Reason::Rest } else { Reason::End }
     }
 
-    /// Where one stands, as if one had just gone there.
+    /// A stop at the present, as if a walk had just led there.
     pub fn here(&mut self) -> Stop {
         self.stopped(Reason::Gone, Vec::new())
     }
@@ -375,7 +375,7 @@ impl Debugger {
         mut problems: VecDeque<Output>,
     ) -> Stop {
         let mut stop = self.stopped(why, notes);
-        // What came out last is told of there.
+        // The last output is reported there.
         problems.retain(|problem| !stop.outputs.contains(problem));
         problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
         stop.problems = problems.into();
@@ -383,7 +383,7 @@ impl Debugger {
     }
 
     pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
-        /// So much is told of what came out last.
+        /// How much of the last output is reported.
         const OUTPUTS_MAX: usize = 100;
         let outputs: Vec<Output> = self.history.drain().take(OUTPUTS_MAX).collect();
         let said = outputs.iter().map(|output| self.say(output)).collect();
@@ -393,7 +393,7 @@ impl Debugger {
     }
 }
 
-/// The number of a breakpoint that nobody has made.
+/// A number that no breakpoint has.
 const NOBODYS: BreakpointId = BreakpointId(0);
 
 /// Waits for a command that leaves the buffer.
@@ -409,14 +409,14 @@ fn leaves_the_buffer() -> Breakpoint {
     }
 }
 
-/// How far the way is known that the present goes.
+/// How far the way of the present is known.
 pub(crate) fn end_of(history: &History<Controller>) -> Time {
     let heading = history.heading();
     let branch = history.branches().find(|branch| branch.id == heading);
     branch.map_or(Time::NEVER, |branch| branch.end.at)
 }
 
-/// Whether the present is beyond a place, at the same instant as that.
+/// Whether the present is beyond a place at the same instant.
 fn is_beyond(history: &History<Controller>, place: Option<Place>) -> bool {
     let here = history.present();
     place.is_some_and(|place| here.branch == place.branch && here.moment > place.moment)

@@ -1,4 +1,4 @@
-//! Reading on in a recording.
+//! Reading a recording piece by piece.
 
 use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Event, Input, Output, Time, escape};
@@ -9,17 +9,17 @@ use crate::debugger::{Debugger, uninterrupted};
 use crate::reel::{Read, Recorded, Reel, Unread};
 use crate::stop::Reason;
 
-/// So many things are read at most before somebody is asked whether to go on.
+/// The most entries read before asking whether to go on.
 const PATIENCE: usize = 32;
 
-/// So much is read at once where a walk has come to the end of what is known.
+/// How much is read at once when a walk reaches the end of what is known.
 const PIECE: usize = 16_384;
 
-/// So many commands are listed as lines.
+/// The most commands that are listed as lines.
 const LISTED: usize = 1_000_000;
 
 impl Debugger {
-    /// What comes is in a recording, which is read on from here.
+    /// Continues with a recording, which is read from here on.
     #[must_use]
     pub fn with_reel(mut self, reel: Box<dyn Reel>) -> Debugger {
         let branch = self.history.heading();
@@ -49,8 +49,8 @@ impl Debugger {
         self.unread.as_ref()?.reel.as_ref()?.share()
     }
 
-    /// Reads on, so many things at most or as long as `progress` says. The present stays. What goes on
-    /// with the recording goes on with what is read.
+    /// Reads on, at most this many entries or as long as `progress` allows. The present stays. A
+    /// way that continues with the recording continues with what is read.
     pub fn read_on(&mut self, most: usize, progress: &mut Progress<'_>) -> Read {
         let Some(unread) = &mut self.unread else { return Read::All };
         let Some(mut reel) = unread.reel.take() else {
@@ -86,13 +86,13 @@ impl Debugger {
             }
         }
         match read {
-            // What is wrong is behind what is known now, and is said where that ends.
+            // The fault lies after what is known now, and is reported where that ends.
             Read::Broken(_) if knows_more => Read::More,
             read => read,
         }
     }
 
-    /// Reads on until something is so, or everything is read.
+    /// Reads on until `is_enough` holds or everything is read.
     pub(crate) fn read_until(
         &mut self,
         is_enough: impl Fn(&Debugger) -> bool,
@@ -102,8 +102,8 @@ impl Debugger {
         Ok(())
     }
 
-    /// Reads on where the way that the present goes comes to its end, and says whether there may be
-    /// more now.
+    /// Reads on if the way of the present has reached its end, and says whether there may be more
+    /// now.
     pub(crate) fn read_ahead(&mut self, progress: &mut Progress<'_>) -> Result<bool, Reason> {
         if self.goes_on_reading() { self.read_piece(progress) } else { Ok(false) }
     }
@@ -118,8 +118,8 @@ impl Debugger {
         }
     }
 
-    /// Whether the way that the present goes goes on with what is still to be read, or with what
-    /// cannot be read.
+    /// Whether the way of the present continues with what is still to be read, or with what cannot
+    /// be read.
     pub(crate) fn goes_on_reading(&self) -> bool {
         let goes_on = |unread: &Unread| {
             (unread.reel.is_some() || unread.failure.is_some())
@@ -133,11 +133,11 @@ impl Debugger {
         self.unread.as_ref()?.last
     }
 
-    /// Gives the controller an input, now. It takes effect with what is walked next. In the past it
+    /// Gives the controller an input, now. It takes effect with the next walk. In the past it
     /// begins a branch.
     pub fn give(&mut self, input: Input<'_>) {
         if self.history.is_at_end() && self.goes_on_reading() {
-            // Behind the present comes what was recorded, though nobody has read it yet.
+            // After the present comes what was recorded, even if it has not been read yet.
             let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
         }
         self.history.give(input);

@@ -1,9 +1,9 @@
 //! A recording whose history is made while it is read.
 //!
-//! A long recording takes a while to be read and played. Nobody has to wait for that: what has been
-//! read by now is the history, and it is read on when there is time, and wherever a walk comes to its
-//! end. All that was recorded is on one way through the history; on another branch nothing of it
-//! comes.
+//! A long recording takes a while to be read and played. The user need not wait for that: the
+//! history is what has been read so far, and reading continues when there is time and wherever a
+//! walk reaches its end. The whole recording lies on one way through the history; other branches
+//! have nothing of it.
 
 use std::fmt;
 
@@ -11,54 +11,56 @@ use vimc4_catalogue::State;
 use vimc4_device::{CommandNumber, OwnedInput, Time};
 use vimc4_timeline::BranchId;
 
-/// What was recorded, one thing after the other. Whoever has the file reads it.
+/// A source of recorded entries, one after the other; implemented by the code that has the file.
 pub trait Reel {
     /// What comes next, and when; `None` at the end.
     ///
     /// # Errors
     ///
-    /// Why it cannot be read on, and where, in a sentence. It is not asked again then.
+    /// Why reading cannot continue, and where, in a sentence. After an error it is not called
+    /// again.
     fn next(&mut self) -> Result<Option<(Time, Recorded)>, String>;
 
-    /// How much of it has been read, in thousandths, as far as that can be known.
+    /// How much of it has been read, in thousandths, if that is known.
     fn share(&self) -> Option<u32>;
 }
 
-/// Something that was recorded, for the controller at hand.
+/// A recorded entry, for the controller at hand.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recorded {
-    /// Something was given.
+    /// An input was given.
     Given(OwnedInput),
-    /// Somebody, who is named, has put it into a state.
+    /// It was put into a state by the named party.
     Put(String, Box<State>),
-    /// The moment was given a name.
+    /// The moment got a name.
     Mark(String),
     /// Time has passed up to then.
     Passed,
 }
 
-/// How reading on has ended.
+/// How reading has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Read {
     /// More is known than before, and there may be more.
     More,
     /// Everything is read.
     All,
-    /// It was broken off.
+    /// It was interrupted.
     Cancelled,
-    /// What comes next cannot be read, and why, in a sentence.
+    /// The next entry cannot be read; with the reason, in a sentence.
     Broken(String),
 }
 
 /// What is still to be read of a recording.
 pub(crate) struct Unread {
-    /// `None` when there is no more: of a copy of a debugger is known what was read by then.
+    /// `None` when there is no more. A copy of a debugger knows what was read by the time of
+    /// copying.
     pub(crate) reel: Option<Box<dyn Reel>>,
-    /// The branch that goes on with what comes next.
+    /// The branch that continues with what is read next.
     pub(crate) branch: BranchId,
     /// The command that began last.
     pub(crate) last: Option<CommandNumber>,
-    /// Why it cannot be read on.
+    /// Why reading cannot continue.
     pub(crate) failure: Option<String>,
     /// Its commands are the lines of the source.
     pub(crate) lists: bool,

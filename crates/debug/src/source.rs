@@ -2,23 +2,23 @@
 
 use vimc4_device::CommandNumber;
 
-/// A job file, a list of commands or a plot whose commands a history is of, and which line each of
-/// them comes from.
+/// The job file, list of commands or plot that the commands of a history come from, and which line
+/// each of them comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Source {
     /// What it is called: the path of the file.
     pub name: String,
     /// Its lines.
     pub lines: Vec<String>,
-    /// The line (from 1) of each command, in the order of the commands, from that of the number
-    /// `first` on. 0 for a command that comes from no line.
+    /// The line (from 1) of each command, in their order, beginning with command number `first`. 0
+    /// for a command that comes from no line.
     pub of_command: Vec<u32>,
-    /// The number of the first of these commands; the first of all, if none is said.
+    /// The number of the first of these commands; by default the first of all.
     pub first: Option<CommandNumber>,
 }
 
 impl Source {
-    /// One whose every line is one command, except for lines that are empty.
+    /// A text in which every line that is not empty is one command.
     #[must_use]
     pub fn of_lines(name: impl Into<String>, text: &str) -> Source {
         let lines: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -36,7 +36,7 @@ impl Source {
         (line > 0).then_some(line)
     }
 
-    /// Whether a line is begun with a command: the one before it is of another.
+    /// Whether a command is the first of its line.
     #[must_use]
     pub fn begins_line(&self, command: CommandNumber) -> Option<u32> {
         let line = self.line_of(command)?;
@@ -45,7 +45,7 @@ impl Source {
         (before != Some(line)).then_some(line)
     }
 
-    /// The first command that comes from a line, or from the first after it that has one.
+    /// The first command of a line, or of the first line after it that has one.
     #[must_use]
     pub fn command_at(&self, line: u32) -> Option<(CommandNumber, u32)> {
         let found = self.of_command.iter().enumerate().filter(|(_, of)| **of >= line && **of > 0);

@@ -1,9 +1,9 @@
-//! When counters read something else, while nothing but time passes.
+//! When counters change, while nothing but time passes.
 
 use vimc4_catalogue::Controller;
 use vimc4_device::{AXES, Device, Fact, Point, Time};
 
-/// The axes that somebody asks about, X in bit 0.
+/// The axes in question, X in bit 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Axes(u32);
 
@@ -14,14 +14,13 @@ impl Axes {
         Axes(1 << (axis & 31))
     }
 
-    /// Whether they are somewhere else.
+    /// Whether any of them has moved.
     pub(crate) fn differ(self, one: &Point, other: &Point) -> bool {
         (0..AXES).any(|axis| self.0 >> axis & 1 == 1 && one[axis] != other[axis])
     }
 }
 
-/// The first instant after `from` and before `until` at which one of these counters reads something
-/// else.
+/// The first instant after `from` and before `until` at which one of these counters changes.
 pub(crate) fn first_step(device: &Controller, axes: Axes, from: Time, until: Time) -> Option<Time> {
     let begin = from.max(device.now());
     let here = device.position(begin);
@@ -50,8 +49,8 @@ pub(crate) fn last_step(device: &Controller, axes: Axes, until: Time) -> Option<
     }
     let place = device.position(end);
     let differs = |at: Time| axes.differ(&device.position(at), &place);
-    // No axis makes more than a step with a step of the clock, so going back by twice as much each
-    // time it is not passed over more than once before it is seen.
+    // No axis makes more than one step in a step of the clock. So, going back by twice as much each
+    // time, the search cannot miss a change.
     let mut same = end;
     let mut span = 1_u64;
     let mut before = loop {

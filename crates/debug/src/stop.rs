@@ -16,42 +16,42 @@ pub struct Stop {
     pub place: Place,
     /// The model time.
     pub at: Time,
-    /// The command that is executed there, or that what is under way belongs to.
+    /// The command that is executed there, or that caused what is in progress.
     pub command: Option<Executing>,
-    /// What breakpoints that only log have noted on the way.
+    /// The notes of breakpoints that only log, on the way.
     pub notes: Vec<Note>,
-    /// Answers that were errors, and warnings, on the way before that: the last of them.
+    /// The last error answers and warnings on the way before that.
     pub problems: Vec<Output>,
-    /// What came out by the act that the walk has ended with.
+    /// The output of the act at which the walk ended.
     pub outputs: Vec<Output>,
-    /// The same for people, each in a line.
+    /// The same for people, one line each.
     pub said: Vec<String>,
 }
 
 /// Why a walk has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// So many steps were made as were asked for.
+    /// All requested steps were made.
     Step(Unit),
     /// At one of these breakpoints, or several.
     Breakpoints(Vec<BreakpointId>),
-    /// What was looked for is there.
+    /// The search succeeded.
     Found,
-    /// It was gone to.
+    /// The requested place was reached.
     Gone,
     /// The beginning of everything.
     Beginning,
     /// The end of what has been recorded.
     End,
-    /// The controller does nothing more until something comes from outside.
+    /// The controller does nothing more without something from outside.
     Rest,
-    /// The time up to which it was to go has come.
+    /// The time limit was reached.
     Time,
-    /// What was looked for is not there; the present is where it was.
+    /// The search failed; the present is where it was.
     Nowhere,
     /// It was cancelled.
     Cancelled,
-    /// What comes next in the recording cannot be read; and why, in a sentence.
+    /// The recording cannot be read on; with the reason, in a sentence.
     Broken(String),
 }
 
@@ -146,7 +146,7 @@ impl fmt::Display for Stop {
     }
 }
 
-/// A time as people read it, and [`parse_duration`](vimc4_device::parse_duration) does.
+/// A time for people, in a form that [`parse_duration`](vimc4_device::parse_duration) reads too.
 pub(crate) fn time(at: Time) -> String {
     show_nanos(at.as_nanos())
 }

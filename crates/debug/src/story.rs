@@ -26,7 +26,7 @@ pub struct Told {
 pub(crate) struct EventSought<F> {
     kinds: Kinds,
     is_it: F,
-    /// The last one that was found.
+    /// The last match.
     pub(crate) found: Option<(Stamp, Event, Act)>,
 }
 
@@ -55,7 +55,7 @@ impl<F: FnMut(&Stamp, &Event) -> bool> Sought<Controller> for EventSought<F> {
     }
 }
 
-/// Looks for a command. A program that has run for hours is passed over.
+/// Looks for a command, skipping the lines of a program that has run for hours.
 #[derive(Default)]
 struct LastCommand {
     found: Option<Executing>,
@@ -80,8 +80,8 @@ impl Sought<Controller> for LastCommand {
 }
 
 impl Debugger {
-    /// The last event of one of these kinds at the present or before for which `is_it` says so. The
-    /// present stays. Where it is given up, nothing was found.
+    /// The last event of one of these kinds, at the present or before, for which `is_it` returns
+    /// true. The present stays. A search that is given up finds nothing.
     pub fn last_event(
         &mut self,
         kinds: Kinds,
@@ -129,7 +129,7 @@ impl Debugger {
             found = history.seek_last(&mut sought, &mut uninterrupted);
         }
         history.go_back_to(begin);
-        // What comes is shown as far as it is recorded.
+        // The future is shown as far as it is recorded.
         let heading = history.heading();
         let end = history.branches().find(|branch| branch.id == heading).map(|branch| branch.end);
         for _ in 0..around {

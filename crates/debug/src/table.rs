@@ -1,5 +1,5 @@
-//! The commands of the console: one table, from which help, completion and the manual come. What is
-//! done at a panel is in the table of [`Verb`](vimc4_device::Verb)s, and typed as it is everywhere.
+//! The commands of the console: one table, from which help, completion and the manual come. Orders
+//! of the panel are in the table of [`Verb`](vimc4_device::Verb)s, and typed as everywhere else.
 
 use std::fmt;
 
@@ -52,7 +52,7 @@ impl fmt::Display for Group {
 /// What can follow a command, for completion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Follows {
-    /// Nothing, or what nobody can list.
+    /// Nothing, or something that cannot be listed.
     Nothing,
     /// What a step is.
     Unit,
@@ -83,15 +83,15 @@ pub struct Directive {
     pub name: &'static str,
     /// Its short form, if it has one.
     pub short: Option<&'static str>,
-    /// What follows it, as people write grammars: `[COUNT] [UNIT]`.
+    /// Its arguments, in the usual notation: `[COUNT] [UNIT]`.
     pub arguments: &'static str,
     /// What it does, in one line.
     pub about: &'static str,
-    /// What else is to be known of it, in sentences; empty if nothing is.
+    /// Further details, in sentences; may be empty.
     pub more: &'static str,
     /// An example of it.
     pub example: &'static str,
-    /// What it is about.
+    /// Its group in the help.
     pub group: Group,
     /// What can follow it.
     pub follows: Follows,
@@ -107,7 +107,7 @@ impl Directive {
         })
     }
 
-    /// Whether it goes forward, so that it is of consequence what else has come for the controller.
+    /// Whether it goes forward, so that other input for the controller matters.
     #[must_use]
     pub fn goes_forward(&self) -> bool {
         matches!(self.name, "step" | "over" | "out" | "next" | "goto")

@@ -1,4 +1,4 @@
-//! What one goes by, and in which direction.
+//! Units of steps, and directions.
 
 use std::fmt;
 use std::time::Duration;
@@ -20,9 +20,9 @@ pub enum Unit {
     Line,
     /// A round of a loop of the stored program.
     Loop,
-    /// A motion that begins or ends.
+    /// The beginning or the end of a motion.
     Segment,
-    /// A step of a motor: a counter that reads something else.
+    /// A step of a motor: a change of a counter.
     Step,
     /// A span of time.
     Time(Duration),
@@ -77,7 +77,7 @@ pub enum Way {
     Back,
 }
 
-/// What a step by lines does about loops.
+/// How a step by lines treats loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depth {
     /// Every line counts.
@@ -85,7 +85,7 @@ pub enum Depth {
     Into,
     /// Lines of loops that are not open now do not count.
     Over,
-    /// Only what is outside of the innermost loop that is open now counts; where none is, what is
-    /// outside of the program.
+    /// Only lines outside the innermost loop that is open now count; if none is open, only what is
+    /// outside the program.
     Out,
 }

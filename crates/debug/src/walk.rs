@@ -12,16 +12,16 @@ use crate::expression::filled;
 use crate::steps::{Axes, first_step, last_step};
 use crate::{Depth, Source, Unit, Way};
 
-/// So many errors and warnings are told of that came on the way.
+/// The most errors and warnings on the way that are reported.
 pub(crate) const PROBLEMS_MAX: usize = 20;
 
-/// So many instants between two acts are looked at before somebody is asked whether to go on.
+/// The number of instants between two acts that are looked at before asking whether to go on.
 const INSTANTS_MAX: u32 = 256;
 
-/// So many notes are kept of one walk.
+/// The most notes kept of one walk.
 const NOTES_MAX: usize = 10_000;
 
-/// Looks for the first of several things.
+/// Looks for the first of several goals.
 pub(crate) struct Walk<'w> {
     way: Way,
     step: Option<Stepping<'w>>,
@@ -31,15 +31,15 @@ pub(crate) struct Walk<'w> {
     /// The breakpoints at which the walk has stopped, and when.
     pub(crate) met: Vec<(BreakpointId, Time)>,
     pub(crate) notes: Vec<Note>,
-    /// Notes that were too many.
+    /// The number of notes beyond the limit.
     pub(crate) left_out: u64,
-    /// Up to when was looked between two acts, if not further.
+    /// How far the search between two acts got, if it was interrupted.
     looked_until: Option<Time>,
-    /// What went wrong on the way, where somebody wants to be told.
+    /// What went wrong on the way, if that is wanted.
     pub(crate) problems: Option<Problems>,
 }
 
-/// Answers that are errors, and warnings: the last of them.
+/// The last error answers and warnings.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Problems {
     pub(crate) last: VecDeque<Output>,
@@ -98,7 +98,7 @@ struct Stepping<'w> {
     /// How many loops were open where the step began.
     open: usize,
     source: Option<&'w Source>,
-    /// What was before the act that comes next.
+    /// The state before the next act.
     before: Before,
 }
 
@@ -108,13 +108,13 @@ struct Before {
     position: vimc4_device::Point,
 }
 
-/// A breakpoint, and what was before.
+/// A breakpoint, and the values before.
 struct Waiting<'w> {
     breakpoint: &'w mut Breakpoint,
     source: Option<&'w Source>,
     /// Whether it held.
     holds: bool,
-    /// What the field was.
+    /// The value of the field.
     value: Value,
 }
 
@@ -154,7 +154,7 @@ impl<'w> Walk<'w> {
         self
     }
 
-    /// Stops at those of these breakpoints that are heeded.
+    /// Stops at those of these breakpoints that are enabled.
     pub(crate) fn heeding(
         mut self,
         breakpoints: &'w mut [Breakpoint],
@@ -222,7 +222,7 @@ fn events(outputs: &VecDeque<Output>) -> impl Iterator<Item = &Event> + Clone {
     outputs.iter().filter_map(Output::event)
 }
 
-/// Whether a line of the file is begun by what has come out, and which.
+/// The line of the file that the output shows to have begun, if any.
 fn line_of_source(source: Option<&Source>, outputs: &VecDeque<Output>) -> Option<u32> {
     let source = source?;
     outputs.iter().find_map(|output| match output {
@@ -367,7 +367,7 @@ impl Waiting<'_> {
 enum Coming<'c> {
     Condition(Beginnings<'c, Controller>),
     Steps(Time),
-    /// An expression is looked at in the next of the parts into which the time is divided.
+    /// An expression is evaluated in the next of the parts into which the time is divided.
     Parts(u64),
 }
 
@@ -398,7 +398,7 @@ impl Walk<'_> {
             let times = next.iter().enumerate();
             let first = times.filter_map(|(number, at)| Some((at.as_ref()?, number))).min();
             let Some((at, number)) = first.map(|(at, number)| (*at, number)) else { break };
-            // All that are met at one instant are looked at together.
+            // Breakpoints met at one instant are handled together.
             if instants >= INSTANTS_MAX && last.is_some_and(|last| last < at) {
                 self.looked_until = last;
                 break;
@@ -406,7 +406,7 @@ impl Walk<'_> {
             instants += 1;
             last = Some(at);
             if self.meets(number, device, at) {
-                // All that are met at the same instant are told of.
+                // All breakpoints met at the same instant are reported.
                 if which == Which::First && found.is_some_and(|before| before < at) {
                     break;
                 }
@@ -452,11 +452,11 @@ impl Walk<'_> {
 }
 
 impl Waiting<'_> {
-    /// The next instant before `until` at which an expression begins to be so, as far as it is still
-    /// so at the end of one of the parts of a motion: what begins and ends between two of them is
-    /// not seen. Where nothing moves nothing of an expression changes.
+    /// The next instant before `until` at which an expression becomes true, provided that it is
+    /// still true at the end of one of the parts of a motion: what begins and ends within a part is
+    /// not seen. While nothing moves, no expression changes.
     fn next_part(&mut self, device: &Controller, part: &mut u64, until: Time) -> Option<Time> {
-        /// So many parts are looked at.
+        /// The number of parts that are looked at.
         const PARTS: u64 = 32;
         let Trigger::Expression(expression) = &self.breakpoint.trigger else { return None };
         device.running()?;
@@ -488,7 +488,7 @@ impl Waiting<'_> {
         None
     }
 
-    /// The last step of the counter: going back, nobody asks about those before it.
+    /// The last step of the counter is enough: going back, earlier ones do not matter.
     fn last(&mut self, device: &Controller, from: &mut Time, until: Time) -> Option<Time> {
         let Trigger::Change(field) = &self.breakpoint.trigger else { return None };
         let axis = field.axis()?;
@@ -556,7 +556,7 @@ impl Sought<Controller> for Walk<'_> {
     }
 
     fn at_the_beginning(&mut self, _: &Controller) -> bool {
-        // Whoever steps back comes to the beginning, but nothing happens there.
+        // Stepping back reaches the beginning, but nothing happens there.
         self.step.is_some()
     }
 }

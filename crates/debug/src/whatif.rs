@@ -1,4 +1,4 @@
-//! What would have come if something had been otherwise.
+//! What would have happened after a change.
 
 use std::fmt;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::stop::time;
 use crate::walk::Walk;
 use crate::why::Begun;
 
-/// What is otherwise.
+/// What is changed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum WhatIf {
     /// A quirk of the model, by its name and a value as TOML writes it.
@@ -26,20 +26,20 @@ pub enum WhatIf {
     Model(Model),
     /// The machine.
     Machine(Arc<Machine>),
-    /// Something that comes from outside, at this moment, in this order.
+    /// Inputs from outside at this moment, in this order.
     Inputs(Vec<OwnedInput>),
 }
 
 /// How two futures part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parting {
-    /// What was otherwise, in words.
+    /// The change, in words.
     pub what: String,
     /// The branch on which it is.
     pub branch: BranchId,
     /// Where they part first; `None` if they do not, as far as they go.
     pub at: Option<Apart>,
-    /// How far they were held against each other.
+    /// How far they were compared.
     pub until: Time,
 }
 
@@ -50,7 +50,7 @@ pub struct Apart {
     pub at: Time,
     /// The command that was executed then, as it was.
     pub command: Option<(CommandNumber, Vec<u8>)>,
-    /// What came out first that differs, as it was: bytes and their time.
+    /// The first differing output, as it was: bytes and their time.
     pub ours: Option<(Time, Vec<u8>)>,
     /// The same, as it would be.
     pub theirs: Option<(Time, Vec<u8>)>,
@@ -60,7 +60,7 @@ pub struct Apart {
 
 impl fmt::Display for Parting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// So many fields are shown.
+        /// The most fields that are shown.
         const FIELDS: usize = 8;
         let Some(apart) = &self.at else {
             return write!(f, "{}: nothing else comes of it until {}", self.what, time(self.until));
@@ -96,17 +96,18 @@ impl fmt::Display for Parting {
     }
 }
 
-/// So many causes are followed at most when the inputs are over.
+/// The most causes that are followed after the last input.
 const CAUSES_MAX: u32 = 1_000_000;
 
 impl Debugger {
-    /// Begins a branch here on which something is otherwise, and that gets everything else that
-    /// comes; with another model or machine, from before the command on that is executed. Holds both futures against each other, in bytes, their times, and the counters at
-    /// each, and goes to where they part. Where they do not, the present stays.
+    /// Begins a branch here with a change, and gives it all later inputs of the present way. With
+    /// another model or machine the branch begins before the command that is executed. Compares
+    /// both futures in bytes, their times, and the counters at each, and goes to where they part.
+    /// If they do not part, the present stays.
     ///
     /// # Errors
     ///
-    /// If it cannot be so.
+    /// If the change is not possible.
     pub fn what_if(
         &mut self,
         what: &WhatIf,
@@ -150,12 +151,12 @@ impl Debugger {
         if let Some(state) = &state {
             theirs.restore(state.clone());
         }
-        // Both futures, each as far as is known, and then as far as something happens.
+        // Both futures, first as far as they are known, and then as long as something happens.
         let Some(at) = first_difference(ours, theirs, given, &inputs, end, progress) else {
             return Err(DebugError::new("cancelled"));
         };
         let history = self.history_mut();
-        // Also at the end of what is recorded: what would come is never what came.
+        // Even at the end of the recording: what would come is never part of what came.
         history.fork(name.clone(), state.unwrap_or(ours_state));
         given.iter().for_each(|input| history.give(input.as_input()));
         let branch = history.present().branch;
@@ -172,7 +173,7 @@ impl Debugger {
                 history.go_to_time(apart.at);
             }
             None => {
-                // As it was, on the way that it was.
+                // The original, on its own way.
                 history.go_to_end(heading);
                 history.go_back_to(begin);
             }
@@ -213,11 +214,11 @@ impl Debugger {
         }
     }
 
-    /// What comes from outside after the present, on the way that it goes.
+    /// The inputs after the present, on its way.
     fn inputs_ahead(&self) -> Vec<TimedInput> {
         let history = self.history();
         let branches: Vec<_> = history.branches().collect();
-        // The way from the present's branch to the one that it goes on with.
+        // The way from the present's branch to the one on which it continues.
         let mut way = vec![(history.heading(), u64::MAX)];
         while let Some((branch, _)) = way.last().copied()
             && branch != history.present().branch
@@ -246,7 +247,7 @@ impl Debugger {
         ahead
     }
 
-    /// How far the way goes that the present goes on with.
+    /// How far the way of the present goes.
     fn end_ahead(&self) -> Time {
         let heading = self.history().heading();
         let branch = self.history().branches().find(|branch| branch.id == heading);
@@ -269,7 +270,7 @@ fn run_to(
     Ok(())
 }
 
-/// The state if something were otherwise.
+/// The state with the change.
 fn otherwise(state: &State, mut device: Controller, what: &WhatIf) -> Result<State, DebugError> {
     let wrong = |error: serde_json::Error| {
         DebugError::new(format!("this controller cannot be so: {error}"))
@@ -323,7 +324,7 @@ fn otherwise(state: &State, mut device: Controller, what: &WhatIf) -> Result<Sta
     Ok(state)
 }
 
-/// What comes out of a future, piece by piece.
+/// The output of a future, piece by piece.
 struct Future<'i> {
     history: History<Controller>,
     inputs: std::slice::Iter<'i, TimedInput>,
@@ -343,8 +344,8 @@ impl<'i> Future<'i> {
         Future { next: inputs.next(), history, inputs, command: None, causes: 0 }
     }
 
-    /// The next piece that comes out by `until`, with its time; `Ok(None)` if nothing more does, and
-    /// nothing but what is asked now and then if it was given up.
+    /// The next piece of output by `until`, with its time; `Ok(None)` if there is no more; an error
+    /// if it was given up.
     fn piece(
         &mut self,
         until: Time,
@@ -394,7 +395,7 @@ impl<'i> Future<'i> {
 /// What comes out at once, and when.
 type Piece = (Time, Vec<u8>);
 
-/// Somebody has given up.
+/// The search was given up.
 struct Cancelled;
 
 /// Where two futures part, and how far they were looked at; `None` if it was cancelled.
@@ -408,7 +409,7 @@ fn first_difference(
 ) -> Option<(Time, Option<Apart>)> {
     let mut ours = Future::new(ours, &[], inputs);
     let mut theirs = Future::new(theirs, given, inputs);
-    // What is known, and then what comes of it.
+    // First what is known, and then what follows from it.
     for until in [end, Time::NEVER] {
         loop {
             let pieces = (ours.piece(until, progress), theirs.piece(until, progress));
@@ -455,7 +456,7 @@ fn apart(
     }
     let (mine, yours) = (ours.history.device().state(), theirs.history.device().state());
     let mut fields = differences(&mine, &yours);
-    // What was put in by hand differs all the time.
+    // The changed field itself always differs.
     fields.retain(|(path, ..)| {
         !path.starts_with("state.model") && !path.starts_with("state.plant.machine")
     });

@@ -18,14 +18,14 @@ use crate::story::Told;
 use crate::walk::Walk;
 use crate::{DebugError, Field, Way};
 
-/// What somebody asks about.
+/// What a question is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
     /// The last answer.
     Answer,
     /// The last error: an error answer, or a program that has ended with one.
     Error,
-    /// What has stopped or cut short something last.
+    /// What last stopped or cut short something.
     Stop,
     /// The last limit switch that has changed.
     Switch,
@@ -35,7 +35,7 @@ pub enum About {
     Port,
     /// The motion that was begun last.
     Motion,
-    /// Whatever has happened last.
+    /// The last event of any kind.
     Anything,
 }
 
@@ -92,8 +92,8 @@ impl About {
     }
 }
 
-/// What of the things of one instant matters most: an error and not the output that went off with
-/// it, what a button did and not that it was let go.
+/// Which event of one instant matters most: an error rather than the output that went off with it,
+/// the effect of a button rather than its release.
 #[derive(Default)]
 struct Weighed {
     at: Time,
@@ -101,7 +101,7 @@ struct Weighed {
 }
 
 impl Weighed {
-    /// Whether nothing that matters more belongs to what this belongs to.
+    /// Whether its command has no event that matters more.
     fn matters(&mut self, at: Time, event: &Event) -> bool {
         let is_new = match event {
             Event::Signal { value, .. } => *value != 0,
@@ -141,16 +141,16 @@ pub struct Explanation {
     pub at: Time,
     /// The moment just after it.
     pub place: Place,
-    /// It for people, in a line.
+    /// Its description for people, in one line.
     pub text: String,
 }
 
 /// What a link of a chain is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExplanationKind {
-    /// Something that happened in the controller.
+    /// An event in the controller.
     Event(Event),
-    /// Something that became so.
+    /// A condition that became true.
     State(Condition),
     /// A line of the stored program that began.
     Line(u32),
@@ -207,7 +207,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// Looks for the last thing from outside that has set going what was at rest.
+/// Looks for the last input that woke the controller from rest.
 #[derive(Default)]
 pub(crate) struct Begun {
     was_idle: bool,
@@ -248,7 +248,7 @@ impl Debugger {
         if has_had_enough { Err(DebugError::new("cancelled")) } else { chain }
     }
 
-    /// The same, from wherever one is led to. Where it is given up it is not the whole.
+    /// The same, wherever that leads. If it is given up the chain is incomplete.
     fn chain(&mut self, about: About, progress: &mut Progress<'_>) -> Result<Chain, DebugError> {
         if about == About::Switch {
             let chain = self.why_switch(progress);
@@ -298,7 +298,7 @@ impl Debugger {
                 (limit, format!("{}{}", axis.name, if positive { '+' } else { '-' }))
             })
             .collect();
-        // Each by itself: another one may be active all the time.
+        // Each by itself, because another one may be active all the time.
         let begin = self.place();
         let mut last: Option<(Place, &(Condition, String))> = None;
         for limit in &limits {
@@ -321,7 +321,7 @@ impl Debugger {
 
     /// Adds what led to an event.
     fn causes(&mut self, told: &Told, links: &mut Vec<Explanation>, progress: &mut Progress<'_>) {
-        // What a person or a control code does at once is its own cause.
+        // An immediate act of a person or a control code is its own cause.
         if let Some(input) = self.outside(told) {
             links.push(input);
             if told.stamp.command.is_none() {
@@ -379,7 +379,7 @@ impl Debugger {
         }
     }
 
-    /// Adds what has ended a motion before its time: a switch or a person, and where it began to brake.
+    /// Adds what ended a motion early: a switch or a person, and where it began to brake.
     fn ending(&mut self, told: &Told, links: &mut Vec<Explanation>, progress: &mut Progress<'_>) {
         let of = told.stamp.command;
         let braked = self.last_event(Kinds::MOTION, progress, |stamp, event| {
@@ -415,14 +415,14 @@ impl Debugger {
         }
     }
 
-    /// Whether something can be of a line of the stored program: the program runs.
+    /// Whether something can belong to a line of the stored program, because the program runs.
     fn is_of_program(&self, event: &Event) -> bool {
         let details = self.device().details();
         let has_run = details.program().is_some_and(|program| program.marker.is_some());
         has_run || matches!(event, Event::Warning(Warning::ProgramError { .. }))
     }
 
-    /// The input by whose own act an event came, if it came so.
+    /// The input whose own act produced an event, if one did.
     fn outside(&mut self, told: &Told) -> Option<Explanation> {
         match told.act {
             Act::Cause => None,
@@ -475,9 +475,9 @@ impl Debugger {
         }
     }
 
-    /// Where the line of a command that begins at the present came over the line.
+    /// Where the text of a command that begins at the present came over the line.
     fn received(&self, event: &Event) -> Option<Explanation> {
-        /// So many bytes are gone back over.
+        /// How many bytes the search goes back.
         const FAR: usize = 1 << 16;
         let Event::Command { bytes: line, .. } = event else { return None };
         let line = line.strip_suffix(b"...").unwrap_or(line);
@@ -521,7 +521,7 @@ impl Debugger {
                 looked = looked.max(come.len().saturating_sub(backwards.len()));
             }
             if let Some(found) = found {
-                // What ends the line came behind it.
+                // The end of the line came after it.
                 let end = (looked + found).saturating_sub(1).max(waiting);
                 let (byte, place, at) = *come.get(end)?;
                 let kind = ExplanationKind::Input(OwnedInput::from(Input::Bytes(&[byte])));
@@ -532,7 +532,7 @@ impl Debugger {
         None
     }
 
-    /// How many ends of commands wait that are not among the bytes that are said to wait.
+    /// How many waiting line ends are not among the bytes reported as waiting.
     fn ends_waiting(&self) -> usize {
         #[cfg(feature = "lpkf")]
         if let Some(details) = self.device().details().lpkf() {

@@ -1,4 +1,4 @@
-//! The commands that a conversation has told of, so that their answers can be told with them.
+//! The commands that a log has shown, so that their answers can be shown with them.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -15,21 +15,22 @@ pub(crate) struct Begun(VecDeque<OpenCommand>);
 struct OpenCommand {
     number: CommandNumber,
     bytes: Bytes,
-    /// When; `None` if it has had an answer. The time that it took counts for the first one only.
+    /// When it began; `None` once it has been answered. Only the first answer tells how long it
+    /// took.
     at: Option<Time>,
 }
 
-/// What is to be told with an answer.
+/// What is shown with an answer.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Answered<'a> {
-    /// The command that is answered, if it is not the one that was told last.
+    /// The command that is answered, if it is not the last one shown.
     pub(crate) to: Option<&'a Bytes>,
     /// How long the command took; `None` if it has had an answer before.
     pub(crate) took: Option<Duration>,
 }
 
 impl Begun {
-    /// So many are kept. More are hardly under way at a time; one that has had its answer goes first.
+    /// How many are kept. More are hardly open at a time; answered ones are dropped first.
     const MOST: usize = 64;
 
     /// A command has begun.

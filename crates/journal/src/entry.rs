@@ -15,7 +15,8 @@ pub struct Entry {
     /// The command that it belongs to: the command, its answer and all that comes of it have the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<CommandNumber>,
-    /// What people call a command: `relative move X +5,000 steps at 900 Hz`; empty for all else.
+    /// A description of a command: `relative move X +5,000 steps at 900 Hz`; empty for anything
+    /// else.
     #[serde(default, skip_serializing_if = "str::is_empty")]
     pub means: Arc<str>,
     /// What.

@@ -1,4 +1,4 @@
-//! What is expected of a controller.
+//! Expectations of a controller.
 //!
 //! A sentence says what has to happen, in which order, how often, never or always:
 //!
@@ -26,7 +26,7 @@
 //! # }
 //! ```
 //!
-//! A command or a condition without a number is no sentence, and nothing can be done with one:
+//! Without a count, a command or a condition is not a sentence yet, and cannot be checked:
 //!
 //! ```compile_fail
 //! # fn of(journal: &vimc4_journal::Journal, names: &vimc4_device::Names) {
@@ -59,34 +59,34 @@ pub use sentence::{
 };
 pub use watch::{Trial, Watch};
 
-/// What is expected: plain data, which can be written down.
+/// An expectation: plain data, which can be serialised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expectation {
     /// These things happen, stage after stage.
     ///
-    /// What happens counts for one stage only: for the latest in which it is expected and that it can
-    /// be the turn of. It is the turn of the next one when everything that is needed of those before has
-    /// come. What is not expected is let pass.
+    /// An event counts for one stage only: the latest that expects it and that can be reached. A
+    /// stage can be reached when everything required by those before it has come. Unexpected events
+    /// are ignored.
     Order(Vec<Stage>),
-    /// Whenever one thing happens, another is so.
+    /// Whenever one thing happens, another holds.
     Rule(Box<Rule>),
 }
 
 /// Things that happen in any order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stage {
-    /// Not before so much time after the stage before is complete, or after the beginning.
+    /// The least time after the stage before is complete, or after the beginning.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after: Option<Duration>,
-    /// Complete so much time after the stage before at the latest.
+    /// The most time after the stage before within which it is complete.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Duration>,
     /// The things.
     pub clauses: Vec<Clause>,
 }
 
-/// Something that happens so many times.
+/// Something that happens a number of times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clause {
     /// What.
@@ -111,7 +111,7 @@ pub enum Pattern {
         /// How it is answered.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         reply: Option<Reply>,
-        /// So much time after its beginning at the latest.
+        /// The most time after its beginning.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         within: Option<Duration>,
     },
@@ -129,19 +129,19 @@ pub enum Reply {
     Error(Option<String>),
 }
 
-/// What is so whenever something happens.
+/// What holds whenever something happens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rule {
     /// Whenever this happens.
     pub whenever: Pattern,
     /// This is so.
     pub then: Then,
-    /// Whether it is right, too, if it never comes to that.
+    /// Whether it is met too if that never happens.
     #[serde(default)]
     pub if_at_all: bool,
 }
 
-/// What is so then.
+/// What holds then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Then {
@@ -149,14 +149,14 @@ pub enum Then {
     Held {
         /// The state.
         state: Condition,
-        /// How long; 0 if it is enough that it is so.
+        /// How long; 0 if holding at that moment is enough.
         span: Duration,
     },
     /// Something else happens at the same time or after it.
     Follows {
         /// What.
         what: Pattern,
-        /// So much later at the latest.
+        /// The most time until then.
         within: Duration,
     },
 }
@@ -224,7 +224,7 @@ impl Clause {
         }
     }
 
-    /// Whether it has come often enough.
+    /// Whether this count is enough.
     pub(crate) fn is_complete(&self, count: u64) -> bool {
         count >= self.least
     }
@@ -254,7 +254,7 @@ impl Pattern {
 }
 
 impl Reply {
-    /// Whether an answer is this.
+    /// Whether an answer matches.
     pub(crate) fn is(&self, answer: &Event) -> bool {
         match self {
             Reply::Any => true,

@@ -13,7 +13,7 @@ use crate::moves::{Move, moves};
 use crate::words::{self, Words};
 use crate::{Entry, Picture, What};
 
-/// What happened, in its order, as far back as there is room: what was kept longest goes first, and is
+/// What happened, in order, as far back as there is room: the oldest entries are dropped first, and
 /// counted.
 ///
 /// ```
@@ -39,7 +39,7 @@ pub struct Journal {
     last: u64,
     dropped: u64,
     room: usize,
-    /// How far time has come, if that is further than the last entry.
+    /// How far time has advanced, if that is further than the last entry.
     until: Time,
 }
 
@@ -50,20 +50,19 @@ impl Default for Journal {
 }
 
 impl Journal {
-    /// An empty one, which begins with how things stand, and has room for so many entries.
+    /// An empty journal that begins with this picture and has room for this many entries.
     #[must_use]
     pub fn new(start: Picture, room: usize) -> Journal {
         let until = start.at();
         Journal { start, entries: VecDeque::new(), last: 0, dropped: 0, room, until }
     }
 
-    /// Something has happened. `means` is what people call a command.
+    /// Something has happened. `means` describes a command for people.
     pub fn keep(&mut self, stamp: Stamp, event: Event, means: impl Into<Arc<str>>) -> &Entry {
         self.push(stamp, means.into(), What::Event(event))
     }
 
-    /// Somebody has done something that is not a command. `means` is what people call a byte that acts at
-    /// once.
+    /// Something other than a command was done. `means` describes an immediate byte for people.
     pub fn keep_deed(
         &mut self,
         at: Time,
@@ -93,21 +92,21 @@ impl Journal {
         self.until = self.until.max(at);
     }
 
-    /// Forgets the entries so far, and begins with how things stand now. Numbers go on.
+    /// Forgets the entries so far, and begins with the present picture. Numbers go on.
     pub fn forget(&mut self, start: Picture) {
         self.start = start;
         self.entries.clear();
         self.dropped = 0;
     }
 
-    /// How many entries are not there any more because there was no room; not those that were
-    /// [forgotten](Journal::forget) by order.
+    /// How many entries were dropped for lack of room; those that were [forgotten](Journal::forget)
+    /// do not count.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// How things stood before the first entry that is there.
+    /// The picture before the first entry that is there.
     #[must_use]
     pub fn start(&self) -> &Picture {
         &self.start
@@ -143,14 +142,15 @@ impl Journal {
 
     // --- in words ---
 
-    /// All of it in words, a line for each, as a conversation is logged; between them what is done to the
-    /// machine. `names` are those of the device.
+    /// All of it in words, one line each, as a conversation is logged, with what is done to the
+    /// machine in between. `names` are those of the device.
     pub fn story(&self, names: &Names) -> Vec<String> {
         let mut words = Words::default();
         self.entries().map(|entry| story_line(&mut words, entry, names)).collect()
     }
 
-    /// The lines of the story around an entry, with their numbers: so many before it and after it.
+    /// The lines of the story around an entry, with their numbers: `context` of them before it and
+    /// after it.
     #[must_use]
     pub fn around(
         &self,
@@ -161,7 +161,7 @@ impl Journal {
     ) -> Vec<(u64, String)> {
         let (first, last) = (number.saturating_sub(before), number.saturating_add(after));
         let mut words = Words::default();
-        // An answer is told with its command, which may be long before.
+        // An answer is shown with its command, which may be long before.
         let from = first.saturating_sub(WITH_COMMANDS);
         let shown = self.entries().filter(|entry| (from..=last).contains(&entry.number));
         let lines = shown.map(|entry| (entry.number, story_line(&mut words, entry, names)));
@@ -193,7 +193,7 @@ impl Journal {
     }
 }
 
-/// So many entries before those that are shown are looked through for their commands.
+/// How many entries before the shown ones are searched for their commands.
 const WITH_COMMANDS: u64 = 64;
 
 fn story_line(words: &mut Words, entry: &Entry, names: &Names) -> String {
@@ -207,7 +207,7 @@ fn story_line(words: &mut Words, entry: &Entry, names: &Names) -> String {
     words::line(entry.at, text)
 }
 
-/// What a conversation leaves out: what happens to the machine.
+/// What happens to the machine, which the log of a conversation leaves out.
 fn machine_words(event: &Event, names: &Names) -> String {
     match event {
         Event::Motion(Motion::Begins { origin, segment }) => {
@@ -296,7 +296,7 @@ fn as_json(entry: &Entry, course: Option<&Move>, names: &Names) -> Map<String, V
                 };
                 put("began", course.began.as_nanos().into());
                 put("from", point(&course.from));
-                // Where it leads is not known of one that only something else ends.
+                // The end of a motion that only something else ends is not known.
                 if course.steps < ENDLESS {
                     put("to", point(&course.to));
                     put("low", point(&course.low));
@@ -312,7 +312,7 @@ fn as_json(entry: &Entry, course: Option<&Move>, names: &Names) -> Map<String, V
         }
         What::Event(event) => {
             let mut kind = Value::Null;
-            // Events can always be written.
+            // Serialising events cannot fail.
             if let Ok(Value::Object(own)) = serde_json::to_value(event) {
                 for (key, value) in own {
                     match (key.as_str(), event) {

@@ -1,4 +1,4 @@
-//! How things stand, as far as what happened tells it.
+//! The state of things, as far as the entries tell it.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use vimc4_device::{
 
 use crate::{Entry, What};
 
-/// How things stand at a moment: where the counters are, what the ports and signals are.
+/// The state of things at a moment: counters, ports and signals.
 ///
 /// It begins with a device and follows the entries. A motion is known from its beginning to its end,
 /// so where an axis is in between is computed. A counter that is set while its axis rests, by a
@@ -25,7 +25,7 @@ pub struct Picture {
     wired: BTreeMap<SignalId, (u16, u8)>,
 }
 
-/// No counter comes so far.
+/// Beyond any counter.
 const FARTHEST: i64 = 1 << 60;
 
 /// A motion that is under way.
@@ -93,7 +93,7 @@ impl Picture {
         self.signals.get(&signal).copied()
     }
 
-    /// Whether it is known of every bit of a port what it is, or of this one.
+    /// Whether every bit of a port is known, or this one.
     pub(crate) fn knows_bit(&self, port: u16, bit: u8) -> bool {
         let inputs = || self.wired.values().filter(move |(wired, _)| *wired == port);
         self.ports.contains_key(&port)
@@ -174,7 +174,7 @@ impl Picture {
         }
     }
 
-    /// The span that begins at `now`, in which nothing happens but what is under way.
+    /// The span that begins at `now`, in which nothing happens but motions going on.
     pub(crate) fn from(&self, now: Time) -> Span<'_> {
         Span { picture: self, now }
     }
@@ -216,7 +216,7 @@ impl Facts for Span<'_> {
                 };
                 let origin = *course.origin.get(axis)?;
                 let within = |offset: i64| (low..=high).contains(&(origin + offset));
-                // Further no way leads, and sums have their room.
+                // No motion leads further, and sums cannot overflow.
                 let ends = [low, high].map(|end| end.clamp(-FARTHEST, FARTHEST) - origin);
                 return course.running().first_time(axis, from, within, ends);
             }

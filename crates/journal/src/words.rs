@@ -1,4 +1,4 @@
-//! A conversation as people read it: the lines of `serve -v`.
+//! A conversation for people: the lines of `serve -v`.
 
 use std::fmt::{self, Display};
 use std::time::Duration;
@@ -7,16 +7,16 @@ use vimc4_device::{CommandNumber, Deed, Event, Time, escape};
 
 use crate::begun::{Answered, Begun};
 
-/// Puts what happens into words, one after the other: an answer is told with the command that it
-/// belongs to, and how long that took.
+/// Puts what happens into words, one line after the other: an answer is shown with its command and
+/// how long that took.
 #[derive(Debug, Default)]
 pub struct Words {
     begun: Begun,
 }
 
 impl Words {
-    /// An event, without its time; `None` for what a conversation leaves out. `explain` puts a command
-    /// into the words that people use.
+    /// The words for an event, without its time; `None` for what the log leaves out. `explain`
+    /// describes a command for people.
     pub fn event(
         &mut self,
         at: Time,
@@ -57,7 +57,7 @@ impl Words {
     }
 }
 
-/// What somebody did. `explain` puts a byte that acts at once into the words that people use.
+/// The words for an act. `explain` describes an immediate byte for people.
 pub fn deed(by: &impl Display, deed: &Deed, explain: impl FnOnce(&[u8]) -> String) -> String {
     match deed {
         Deed::Byte(byte) => format!("{by}: {byte}  {}", explain(&[*byte])),
@@ -81,7 +81,7 @@ pub(crate) fn seconds(at: Time) -> String {
     format!("{}.{:06} s", micros / 1_000_000, micros % 1_000_000)
 }
 
-/// No more of a line than a person reads.
+/// A line, shortened to what a person reads.
 #[derive(Clone, Copy, Debug)]
 pub struct Excerpt<'a>(pub &'a [u8]);
 

@@ -10,11 +10,11 @@ use crate::state::{Lines, Peer};
 #[derive(Clone, Debug)]
 pub struct Port(std::convert::Infallible);
 
-/// A program that runs; none does here.
+/// A running program; there is none here.
 #[derive(Debug)]
 pub struct Running(std::convert::Infallible);
 
-/// A process that is ready to run a program; none is here.
+/// A process that is ready to run a program; never so here.
 #[derive(Debug)]
 pub struct Launcher(std::convert::Infallible);
 
@@ -27,11 +27,11 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
     Err(LaunchError::NotHere)
 }
 
-/// Gives a terminal the line discipline back that it began with.
+/// Puts a terminal back to its default line discipline.
 ///
 /// # Errors
 ///
-/// Always: this takes unsafe code, which there is none of for this system.
+/// Always: this takes unsafe code, and the project has none for this system.
 #[cfg(unix)]
 pub fn use_default_discipline(_terminal: impl std::os::fd::AsFd) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
@@ -42,7 +42,7 @@ impl Launcher {
     ///
     /// # Errors
     ///
-    /// Never; there is nothing to run it with.
+    /// Never returns a program; nothing here can run one.
     pub fn launch(
         self,
         _command: Command,
@@ -61,11 +61,11 @@ impl Running {
         match self.0 {}
     }
 
-    /// Stands by the program to its end.
+    /// Attends the program until it ends.
     ///
     /// # Errors
     ///
-    /// Never; nothing runs.
+    /// Never happens; nothing runs.
     pub fn attend(self, _lingering: impl FnMut()) -> Result<Ending, LaunchError> {
         match self.0 {}
     }

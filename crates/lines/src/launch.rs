@@ -1,4 +1,4 @@
-//! What can be said of a program that was to be run: how it ended, or why it did not begin.
+//! The outcome of running a program: how it ended, or why it did not start.
 
 use std::error::Error;
 use std::fmt;
@@ -18,7 +18,7 @@ pub enum Ending {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LaunchError {
-    /// This is not a system on which modem lines can be answered.
+    /// Modem lines cannot be answered on this system.
     NotHere,
     /// The kernel is too old; its release.
     OldKernel(String),
@@ -29,7 +29,7 @@ pub enum LaunchError {
     Filter(io::Error),
     /// There is no terminal of this name.
     NoTerminal(PathBuf),
-    /// This is a port with lines of its own.
+    /// The port has modem lines of its own.
     RealPort(PathBuf),
     /// The program cannot be executed.
     Program {
@@ -38,7 +38,7 @@ pub enum LaunchError {
         /// What the system says.
         source: io::Error,
     },
-    /// Something else that is needed cannot be had.
+    /// Something else that is needed is missing.
     System(io::Error),
 }
 

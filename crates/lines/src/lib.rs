@@ -1,13 +1,13 @@
 //! Modem lines for a terminal that has none.
 //!
-//! A pseudo-terminal answers `TIOCMGET` and its relatives with `ENOTTY`, and programs that read
-//! CTS or set DTR fail on it. Here a program is run under a filter that makes the kernel ask
-//! about these requests; a thread of this process answers them for one terminal, and lets the
-//! kernel go on with all others. The program needs no library and no privilege, may be static or
-//! of 32 bits, and so may everything that it starts.
+//! A pseudo-terminal answers `TIOCMGET` and its relatives with `ENOTTY`, and programs that read CTS
+//! or set DTR fail on it. This crate runs a program under a filter that makes the kernel ask about
+//! these requests; a thread of this process answers them for one terminal and lets the kernel
+//! handle all others. The program needs no library and no privilege, may be static or of 32 bits,
+//! and so may everything that it starts.
 //!
-//! [`Lines`] is the port as the program sees it, without a process or a kernel. [`prepare`] makes
-//! a process one that can run programs, and [`Running`] is what stands by one to its end.
+//! [`Lines`] is the port as the program sees it, without a process or a kernel. [`prepare`] makes a
+//! process ready to run programs, and [`Running`] attends one until it ends.
 //!
 //! [`use_default_discipline`] is here because it needs unsafe code too.
 //!

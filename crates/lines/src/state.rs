@@ -1,4 +1,4 @@
-//! The modem lines of one serial port: who drives which, and what a program is told.
+//! The modem lines of one serial port: which side drives which line, and what a program is told.
 //!
 //! Nothing here knows a process or a kernel. The bits are those of `TIOCMGET`, which are the
 //! same on every architecture that is served.
@@ -11,7 +11,7 @@ pub const RTS: u32 = 0x004;
 pub const CTS: u32 = 0x020;
 /// Data carrier detect, driven by the far side.
 pub const DCD: u32 = 0x040;
-/// Ring indicator, which nobody drives here.
+/// Ring indicator, which is never driven here.
 pub const RI: u32 = 0x080;
 /// Data set ready, driven by the far side.
 pub const DSR: u32 = 0x100;
@@ -22,7 +22,7 @@ const OUT: u32 = 0x2000 | 0x4000;
 /// What a program can set, as the kernel's serial ports have it.
 const OUTPUTS: u32 = DTR | RTS | OUT;
 
-/// What changes by itself, and what `TIOCMIWAIT` can wait for.
+/// The lines that the far side changes, which `TIOCMIWAIT` can wait for.
 const INPUTS: u32 = CTS | DCD | RI | DSR;
 
 /// What is at the far end of the handshake lines.
@@ -31,22 +31,22 @@ pub enum Far {
     /// A device that is switched on: DSR is on, and CTS is on while the device takes more.
     #[default]
     On,
-    /// A plug that connects RTS with CTS and DTR with DSR, as in most cables that feign a
+    /// A plug that connects RTS with CTS and DTR with DSR, as most cables do that only imitate a
     /// handshake.
     Loop,
     /// Nothing: a cable of three wires. The program's own lines can still be set and read.
     None,
 }
 
-/// Who is at the far side of the lines, and wants to know what the program does to its own.
+/// The device at the far side of the lines, which is told what the program does to its own lines.
 ///
 /// It is called by the thread that answers: it must not take long.
 pub trait Peer: Send {
     /// The program has switched one of its lines.
     fn hears(&mut self, line: HostLine, on: bool);
 
-    /// Whether more would be taken now, with all that the program has written so far taken into
-    /// account. Nothing if that is not known better than it was last told.
+    /// Whether the device would take more now, counting everything that the program has written so
+    /// far. `None` if nothing newer is known than what was last reported.
     fn takes_more(&mut self) -> Option<bool> {
         None
     }
@@ -132,9 +132,9 @@ impl Changed {
 }
 
 impl Lines {
-    /// A port that nobody has opened. `dcd` connects DCD too, in the way of the other lines; it
-    /// is off otherwise, because most devices that are no modems leave it so, and DOS programs
-    /// take a carrier for a caller.
+    /// A port that is not open yet. `dcd` connects DCD like the other lines. Otherwise DCD stays
+    /// off, because most devices other than modems leave it so, and DOS programs take a carrier for
+    /// a caller.
     #[must_use]
     pub fn new(far: Far, dcd: bool) -> Lines {
         let (counts, settings) = (Counts::default(), Settings::default());
@@ -168,7 +168,7 @@ impl Lines {
         self.settings
     }
 
-    /// Takes settings over.
+    /// Takes over new settings.
     pub fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
     }
@@ -251,7 +251,7 @@ mod tests {
             assert!(lines.switch_on(output).wakes(inputs));
             assert_eq!(lines.levels() & (output | inputs), output | inputs);
         }
-        // Once on when it was opened, off and on since.
+        // Once when it was switched on at the opening, then off and on again.
         assert_eq!(lines.counts(), Counts { cts: 3, dsr: 3, dcd: 3 });
     }
 
@@ -281,7 +281,7 @@ mod tests {
             assert!(!lines.set_ready(false).wakes(CTS), "nothing has changed");
             assert_eq!(lines.set_ready(true).wakes(CTS), moves);
             assert_eq!(lines.counts().cts - before, if moves { 2 } else { 0 });
-            // Nobody is woken by a line that was not asked about.
+            // A line that was not asked about wakes no waiting thread.
             assert!(!lines.set_ready(false).wakes(DSR | DCD | RI | RTS));
         }
     }

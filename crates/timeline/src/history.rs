@@ -1,4 +1,4 @@
-//! A history and the one moment of it that is present.
+//! A history and the one moment of it that is the present.
 
 use std::collections::{VecDeque, vec_deque};
 
@@ -40,9 +40,9 @@ use crate::{Act, BranchId, Found, Moment, Place, Progress, Sought, Stretch, Whic
 pub struct History<D: Device> {
     device: D,
     present: Place,
-    /// The branch that the present goes on with: its own, or one that leaves it later on.
+    /// The branch on which the present continues: its own, or one that leaves it later on.
     heading: BranchId,
-    /// The kinds of events that are wanted.
+    /// The kinds of events that are watched.
     watched: Kinds,
     /// When the last act before the present was. Since then only time has passed.
     acted: Time,
@@ -68,29 +68,29 @@ struct Track<S> {
 /// How much is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// So many acts lie between two snapshots. It is what a step back costs at most, and later on,
-    /// where snapshots have been thinned out, a multiple of it.
+    /// The number of acts between two snapshots. A step back costs at most this many acts, or a
+    /// multiple of it where old snapshots have been thinned out.
     pub spacing: u64,
-    /// So many snapshots are kept for a branch. At least two.
+    /// How many snapshots are kept for a branch. At least two.
     pub snapshots: usize,
 }
 
-/// Fit for millions of commands: a step back takes less than a millisecond, and all snapshots of a
-/// branch take some MB.
+/// Suits millions of commands: a step back takes less than a millisecond, and all snapshots of a
+/// branch take a few MB.
 impl Default for Limits {
     fn default() -> Limits {
         Limits { spacing: 8_192, snapshots: 8_192 }
     }
 }
 
-/// A branch as its history tells of it.
+/// What a history tells about one of its branches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Branch {
     /// Its number.
     pub id: BranchId,
     /// What it is called.
     pub name: String,
-    /// Where it left another branch; `None` for the first. Its first input says by what.
+    /// Where it left another branch; `None` for the first. Its first input is what made it leave.
     pub parted: Option<Place>,
     /// Its first moment.
     pub first: Moment,
@@ -100,7 +100,7 @@ pub struct Branch {
     pub inputs: u64,
 }
 
-/// What a history takes of the memory.
+/// How much memory a history takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Usage {
     /// How many inputs it has.
@@ -109,7 +109,7 @@ pub struct Usage {
     pub input_bytes: u64,
     /// How many states are kept.
     pub snapshots: u64,
-    /// What they take at least, in bytes. What a state shares with others is not counted.
+    /// What they take at least, in bytes. Memory that a state shares with others is not counted.
     pub snapshot_bytes: u64,
 }
 
@@ -119,7 +119,7 @@ impl<D: Device> History<D> {
         History::within(device, Limits::default())
     }
 
-    /// Begins with a device as it is now, and keeps so much.
+    /// Begins with a device as it is now, and keeps as much as `limits` says.
     pub fn within(mut device: D, limits: Limits) -> History<D> {
         let mut outputs = VecDeque::new();
         while let Some(output) = device.poll_output() {
@@ -147,12 +147,12 @@ impl<D: Device> History<D> {
         &self.device
     }
 
-    /// The device at the present moment, to be driven by somebody else.
+    /// The device at the present moment, to be driven by other code.
     pub fn into_device(self) -> D {
         self.device
     }
 
-    /// Says which kinds of events are wanted from now on, also of what is over.
+    /// Says which kinds of events to watch from now on, in the past too.
     pub fn watch(&mut self, kinds: Kinds) {
         self.device.watch(kinds);
         self.watched = kinds;
@@ -161,13 +161,13 @@ impl<D: Device> History<D> {
         }
     }
 
-    /// Which kinds of events are wanted.
+    /// Which kinds of events are watched.
     pub fn watched(&self) -> Kinds {
         self.watched
     }
 
-    /// The branch that the present goes on with: that of the present, or one that has left it later
-    /// on and that was gone back from.
+    /// The branch on which the present continues: its own, or one that leaves it later and from
+    /// which the present was reached by going back.
     pub fn heading(&self) -> BranchId {
         self.heading
     }
@@ -220,13 +220,13 @@ impl<D: Device> History<D> {
         (from..).map_while(input)
     }
 
-    /// The moments of a branch of which the states are kept, from which all others are gone to.
+    /// The moments of a branch whose states are kept. All other moments are reached from these.
     pub fn snapshots(&self, branch: BranchId) -> impl Iterator<Item = Moment> {
         let track = self.tracks.get(branch.0 as usize);
         track.into_iter().flat_map(|track| track.snapshots.iter().map(|kept| kept.moment))
     }
 
-    /// What all of it takes of the memory.
+    /// How much memory all of it takes.
     pub fn usage(&self) -> Usage {
         let mut usage = Usage::default();
         for track in &self.tracks {
@@ -241,8 +241,8 @@ impl<D: Device> History<D> {
 
     // --- what comes out ---
 
-    /// What has come out since the present was last gone to, and was not taken. What is over says
-    /// again what it said.
+    /// What has come out since the last jump and has not been taken. Going over the past again
+    /// yields its output again.
     pub fn outputs(&self) -> &VecDeque<Output> {
         &self.outputs
     }
@@ -255,8 +255,8 @@ impl<D: Device> History<D> {
     // --- forward ---
 
     /// Gives the device an input, now. It comes after what is due by now and takes effect with the
-    /// [steps](History::step) that follow. In the past it begins a branch, on which nothing of what
-    /// comes after the present has happened; the present is then there.
+    /// [steps](History::step) that follow. In the past it begins a branch, on which nothing after
+    /// the present has happened, and the present moves there.
     pub fn give(&mut self, input: Input<'_>) {
         if matches!(input, Input::Bytes([]) | Input::Wake) {
             return;
@@ -275,22 +275,23 @@ impl<D: Device> History<D> {
         self.act(Time::NEVER)
     }
 
-    /// Lets time pass up to `at`, with everything that happens until then and just then, as far as
-    /// it is known. A time that is over changes nothing.
+    /// Lets time pass up to `at`, with everything that is known to happen by then. A time in the
+    /// past changes nothing.
     pub fn run_to(&mut self, at: Time) {
         while self.act(at).is_some() {}
         self.wait_until(at);
     }
 
-    /// Lets everything happen that follows without an input, which is a lot if the device never rests.
+    /// Lets everything happen that follows without further input, which is endless if the device
+    /// never rests.
     pub fn run_to_rest(&mut self) {
         while self.act(Time::NEVER).is_some() {
             self.outputs.clear();
         }
     }
 
-    /// Goes forward until an act after which `found` says so, and says whether it did. If not, the
-    /// present is where nothing more happens by `until` at the latest.
+    /// Goes forward to the first act for which `found` returns true, and says whether there was
+    /// one. If not, the present ends where nothing more happens, at `until` at the latest.
     ///
     /// `found` sees the device after the act, the act, and what came out by it.
     pub fn find_next(
@@ -308,8 +309,8 @@ impl<D: Device> History<D> {
     }
 
     /// Goes forward to the first moment after the present at which `sought` is, up to and including
-    /// `until`. Where it is nowhere, the present is where nothing more happens by then; where the
-    /// search is given up, wherever it has come to.
+    /// `until`. If there is none, the present ends where nothing more happens by then; if the
+    /// search is given up, it stays where the search has got to.
     pub fn seek_next(
         &mut self,
         until: Time,
@@ -317,7 +318,7 @@ impl<D: Device> History<D> {
         progress: &mut Progress<'_>,
     ) -> Found {
         sought.begin(&self.device);
-        // The last moment that nothing has to be known of beyond what is known of its stretch.
+        // The last moment up to which knowing the stretch is enough.
         let mut looked_up = None;
         let mut acts = 0_u64;
         loop {
@@ -359,7 +360,7 @@ impl<D: Device> History<D> {
         }
     }
 
-    /// The kept moment at the end of the present's stretch, if what is sought cannot be before.
+    /// The kept moment at the end of the present's stretch, if what is sought cannot be before it.
     fn leave_out(
         &self,
         until: Time,
@@ -384,14 +385,15 @@ impl<D: Device> History<D> {
     // --- back ---
 
     /// Goes one act back: to just after the act before the last, or, where time has passed since
-    /// the last, to just after that. From the first act of a branch it goes on with the branch that
-    /// this one has left, and forward again from there into this one. `false` at the very beginning.
+    /// the last, to just after that. From the first act of a branch it continues on the branch that
+    /// this one has left; going forward from there leads back into this one. `false` at the very
+    /// beginning.
     pub fn back(&mut self) -> bool {
         self.find_last(|_, _, _| true)
     }
 
-    /// Goes back to the last moment before the present of which `found` says so, and says whether
-    /// there is one; if not, the present stays.
+    /// Goes back to the last moment before the present for which `found` returns true, and says
+    /// whether there is one; if not, the present stays.
     ///
     /// `found` sees the device just after an act, the act, and what came out by it; at the very
     /// beginning there is no act. It is asked of the moments between two snapshots from the first
@@ -404,13 +406,13 @@ impl<D: Device> History<D> {
         self.seek_last(&mut ByAct(found), go_on) == Found::Here
     }
 
-    /// Goes back to the last moment before the present at which `sought` is. Where it is nowhere, or
+    /// Goes back to the last moment before the present at which `sought` is. If there is none, or
     /// the search is given up, the present stays.
     pub fn seek_last(&mut self, sought: &mut impl Sought<D>, progress: &mut Progress<'_>) -> Found {
         self.seek_back(false, sought, progress)
     }
 
-    /// The same, but what is at the present itself is found there.
+    /// The same, but the present itself counts too.
     pub fn seek_last_or_here(
         &mut self,
         sought: &mut impl Sought<D>,
@@ -500,7 +502,7 @@ impl<D: Device> History<D> {
 
     // --- anywhere ---
 
-    /// Goes to a moment of any branch, and says whether it is one of the history; if not, the
+    /// Goes to a moment of any branch, and says whether the history has that moment; if not, the
     /// present stays.
     pub fn go_to(&mut self, place: Place) -> bool {
         let is_there = self.go_to_place(place);
@@ -510,7 +512,7 @@ impl<D: Device> History<D> {
         is_there
     }
 
-    /// The same, and goes on from there as before if the place is on the way there.
+    /// The same, and continues from there on the same way as before if the place is on that way.
     pub fn go_back_to(&mut self, place: Place) -> bool {
         let is_there = self.go_to_place(place);
         let is_on_the_way = self.parting().is_some_and(|(_, parting)| place.moment <= parting);
@@ -520,8 +522,8 @@ impl<D: Device> History<D> {
         is_there
     }
 
-    /// Goes to a time of the branch that the present goes on with, or of those it has come from,
-    /// after everything that happens then; beyond the end, to the end.
+    /// Goes to a time of the branch on which the present continues, or of those it came from, after
+    /// everything that happens then. A time beyond the end leads to the end.
     pub fn go_to_time(&mut self, at: Time) {
         let mut branch = self.heading;
         let mut track = &self.tracks[branch.0 as usize];
@@ -544,8 +546,8 @@ impl<D: Device> History<D> {
         end.is_some_and(|moment| self.go_to(Place { branch, moment }))
     }
 
-    /// Does something at the end of a branch, and comes back to the present: more becomes known of
-    /// what comes. A present that goes on with the branch goes on with what it has become then.
+    /// Does something at the end of a branch and comes back to the present, so that more of the
+    /// future becomes known. A present that continues on the branch continues on the longer branch.
     pub fn at_end<T>(&mut self, branch: BranchId, work: impl FnOnce(&mut Self) -> T) -> T {
         let (begin, heading, acted) = (self.present, self.heading, self.acted);
         let outputs = std::mem::take(&mut self.outputs);
@@ -560,7 +562,7 @@ impl<D: Device> History<D> {
     }
 
     /// Begins a branch at the present moment with another state of the device, which is put in by
-    /// hand. The present is then there.
+    /// hand. The present moves there.
     pub fn fork(&mut self, name: impl Into<String>, state: D::State) {
         self.device.restore(state);
         self.outputs.clear();
@@ -572,7 +574,7 @@ impl<D: Device> History<D> {
 
     // --- inside ---
 
-    /// Where the present's branch is left by the one that it goes on with, and by which.
+    /// Where the present continues on another branch, and on which.
     fn parting(&self) -> Option<(BranchId, Moment)> {
         let mut branch = self.heading;
         while branch != self.present.branch {
@@ -585,8 +587,8 @@ impl<D: Device> History<D> {
         None
     }
 
-    /// If the present is where its branch is left, it goes on with the other one, if that is by `at`
-    /// at the latest.
+    /// Where the present's branch is left by `at` at the latest, the present moves to the other
+    /// branch.
     fn turn_off(&mut self, at: Time) -> bool {
         if self.heading == self.present.branch {
             return false;
@@ -609,8 +611,8 @@ impl<D: Device> History<D> {
         input.into_iter().chain(wake).min().map(|due| due.max(self.now()))
     }
 
-    /// Up to when nothing happens on the way that the present goes. That instant does not belong to
-    /// it, and the one at which a branch is left does.
+    /// Until when nothing happens on the way of the present. That instant is excluded, except where
+    /// it is the one at which a branch is left.
     fn quiet_until(&self) -> Time {
         match self.parting() {
             Some((_, parting)) if parting.counts() == self.present.moment.counts() => {
@@ -637,7 +639,7 @@ impl<D: Device> History<D> {
         let tape = &self.tracks[self.present.branch.0 as usize].tape;
         let input = tape.get(moment.inputs).filter(|(given, _)| *given <= at);
         let limit = input.map_or(at, |(given, _)| given);
-        // What is never due is no cause, even for those who have no limit.
+        // What is never due is no cause, even without a limit.
         let due = self.device.wake().is_some_and(|due| due <= limit && due != Time::NEVER);
         let act = if due && self.device.perform(limit) {
             moment.causes += 1;
@@ -690,7 +692,7 @@ impl<D: Device> History<D> {
         let stretch = track.snapshots.open_stretch();
         self.outputs.range(before..).for_each(|output| stretch.saw(output));
         let (low, high) = match act {
-            // What is only received sets nothing in motion.
+            // Receiving alone starts nothing.
             Some(Act::Byte(byte)) if !self.device.is_urgent(byte) => {
                 let here = self.device.position(moment.at);
                 (here, here)
@@ -699,7 +701,7 @@ impl<D: Device> History<D> {
             None => return,
         };
         stretch.reaches(&low, &high);
-        // A snapshot is taken just after an act, which everybody passes who goes over it again.
+        // A snapshot is taken just after an act, a place that every later replay passes too.
         if self.since >= self.limits.spacing.max(1) {
             let state = self.device.state();
             let stretch = Stretch::new(&self.device, self.watched);
@@ -708,7 +710,7 @@ impl<D: Device> History<D> {
         }
     }
 
-    /// Goes to a moment, or stays, and says whether there is one.
+    /// Goes to a moment and says whether it exists; if not, stays.
     fn go_to_place(&mut self, place: Place) -> bool {
         let begin = self.present;
         if !self.reach(place) {
@@ -717,7 +719,7 @@ impl<D: Device> History<D> {
         self.present == place
     }
 
-    /// Goes to a moment if there is one, and somewhere if not.
+    /// Goes to a moment; if it does not exist, the present may end anywhere.
     fn reach(&mut self, place: Place) -> bool {
         let Some(track) = self.tracks.get(place.branch.0 as usize) else { return false };
         if place.moment < track.snapshots.first().moment || place.moment > track.end {
@@ -743,7 +745,7 @@ impl<D: Device> History<D> {
         self.present == place
     }
 
-    /// Goes to a moment of which the state is kept.
+    /// Goes to a moment whose state is kept.
     fn restore(&mut self, kept: Place) {
         let track = &self.tracks[kept.branch.0 as usize];
         let Kept { moment, state, .. } = track.snapshots.not_after(kept.moment);

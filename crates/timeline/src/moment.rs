@@ -1,11 +1,11 @@
-//! Where in a history something is.
+//! Places in a history.
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::Time;
 
-/// A point of one branch, exact to the single cause: so many inputs of the branch have been given
-/// to the device, so many bytes of the next one, so many causes have been performed since, and it
-/// is so late.
+/// A point of one branch, exact to the single cause: how many inputs of the branch the device has
+/// been given, how many bytes of the next one, how many causes have been performed since, and the
+/// time.
 ///
 /// Moments of a branch are ordered as they come one after the other. Two things that happen at
 /// one instant have two moments.
@@ -53,6 +53,6 @@ pub enum Act {
     Cause,
     /// A byte of an input came.
     Byte(u8),
-    /// An input came that is no bytes.
+    /// An input came that is not bytes.
     Input,
 }

@@ -1,4 +1,4 @@
-//! What is looked for in a history.
+//! Searches in a history.
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -9,40 +9,38 @@ use crate::{Act, Stretch};
 
 /// Something that can be found in a history: an act, or an instant between two.
 ///
-/// It is asked about the moments of one stretch after the other, each from its first moment to its
+/// It is asked about one stretch after the other, and within each about the moments from first to
 /// last.
 pub trait Sought<D: Device> {
-    /// Whether it can be in a stretch of which so much is known; if not, it is not asked about it.
+    /// Whether the stretch can contain it, by what is known of the stretch; if not, the stretch is
+    /// skipped.
     fn can_be_in(&self, stretch: &Stretch) -> bool {
         let _ = stretch;
         true
     }
 
-    /// It is asked from this moment on, which is not asked about itself. Nothing is known of what
-    /// was before.
+    /// The questions begin after this moment. Nothing is known of what was before it.
     fn begin(&mut self, device: &D) {
         let _ = device;
     }
 
-    /// Nothing happens from the device's present on until the next act, or until it is asked no
-    /// further. Whether it is at an instant after the present and before `until`: the first or the
-    /// last one.
+    /// Looks for the first or the last instant after the device's present and before `until`. No
+    /// act happens in between.
     fn between(&mut self, device: &D, until: Time, which: Which) -> Option<Time> {
         let _ = (device, until, which);
         None
     }
 
-    /// Up to when the last question was looked into, if not as far as it was asked: a motion can have
-    /// millions of instants to be looked at, and somebody may not want to wait for it. It is asked on from
-    /// there.
+    /// How far the last question was answered, if not to its end: a motion can have millions of
+    /// instants to look at, and the user may not want to wait. The next question begins there.
     fn looked_until(&mut self) -> Option<Time> {
         None
     }
 
-    /// Whether it is where the device has come to by an act, with what came out by it.
+    /// Whether it is at the moment just after an act, given what came out by that act.
     fn after(&mut self, device: &D, act: Act, outputs: &VecDeque<Output>) -> bool;
 
-    /// Whether it is at the beginning of everything, where no act leads.
+    /// Whether it is at the very beginning, where there was no act.
     fn at_the_beginning(&mut self, device: &D) -> bool {
         let _ = device;
         false
@@ -61,19 +59,19 @@ pub enum Which {
 /// How a search has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// It is found, and the present is there.
+    /// It was found, and the present is there.
     Here,
-    /// It is not to be found.
+    /// There is none.
     Nowhere,
     /// The search was given up.
     GivenUp,
 }
 
-/// Is asked every now and then, with the time that a search has come to, whether to go on.
+/// Asked now and then, with the time that a search has reached, whether to go on.
 pub type Progress<'p> = dyn FnMut(Time) -> ControlFlow<()> + 'p;
 
-/// So many acts are between two questions whether to go on: far less than 50 ms, also where much is to
-/// be looked at between any two of them.
+/// The number of acts between two questions whether to go on: far less than 50 ms, even where there
+/// is much to look at between two acts.
 pub(crate) const ACTS_BETWEEN: u64 = 16;
 
 /// The instants at which a condition begins to hold, and the happenings in it.
@@ -125,7 +123,7 @@ impl<D: Device> Sought<D> for Begins<'_> {
     }
 }
 
-/// What a closure says of an act.
+/// A search by a closure over acts.
 pub(crate) struct ByAct<F>(pub(crate) F);
 
 impl<D: Device, F: FnMut(&D, Option<Act>, &VecDeque<Output>) -> bool> Sought<D> for ByAct<F> {

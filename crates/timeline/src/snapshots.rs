@@ -1,14 +1,14 @@
-//! States that have been kept, so that nobody has to begin at the beginning.
+//! Kept states, so that reaching a moment need not start from the beginning.
 
 use vimc4_device::Time;
 
 use crate::{Moment, Stretch};
 
-/// The states of a branch at some of its moments, the older the sparser. The first stays. Of what
-/// lies behind each of them, up to the next, something is known.
+/// The states of a branch at some of its moments, sparser the older they are. The first always
+/// stays. With each goes what is known of the stretch from it to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Snapshots<S> {
-    /// There is always one.
+    /// Never empty.
     first: Kept<S>,
     later: Vec<Kept<S>>,
 }
@@ -44,7 +44,7 @@ impl<S> Snapshots<S> {
         self.later.last().unwrap_or(&self.first)
     }
 
-    /// What is known of what lies behind the last of them.
+    /// What is known of the stretch after the last of them.
     pub(crate) fn open_stretch(&mut self) -> &mut Stretch {
         &mut self.later.last_mut().unwrap_or(&mut self.first).stretch
     }
@@ -69,7 +69,7 @@ impl<S> Snapshots<S> {
         self.nth(self.later.partition_point(|kept| kept.moment.at < at))
     }
 
-    /// Keeps a state behind all others. Where there are more than `most`, every second one of the
+    /// Adds a state after all others. Where there are more than `most`, every second one of the
     /// older half goes: what was kept at even distances ends up at distances that grow with age.
     pub(crate) fn push(&mut self, kept: Kept<S>, most: usize) {
         self.later.push(kept);

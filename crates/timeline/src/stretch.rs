@@ -1,9 +1,9 @@
-//! What is known of a stretch of a history without going over it again.
+//! What is known of a stretch of a history without replaying it.
 
 use vimc4_device::{AXES, CommandNumber, Condition, Device, Event, Kinds, Output, Point, SignalId};
 
-/// What has been seen between two states that are kept. It leaves out a lot, but what it says cannot
-/// have been there was not there: that is what searches are fast by.
+/// What has been seen between two kept states. It leaves out a lot, but whatever it rules out did
+/// not happen. That makes searches fast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
     /// Where the counters of the axes have been.
@@ -24,7 +24,7 @@ pub struct Stretch {
     numbers: Option<(CommandNumber, CommandNumber)>,
 }
 
-/// A set of things that may hold more than was put in.
+/// A set that may seem to hold more than was put in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Marks(u128);
 
@@ -46,10 +46,10 @@ impl Marks {
     }
 }
 
-/// So many bytes of a command are told apart.
+/// How many bytes of a command are compared.
 const BEGINNING: usize = 4;
 
-/// Counters that wrap read other numbers than they are named by beyond this, in steps.
+/// Beyond this, in steps, counters that wrap show other numbers than their names say.
 const WRAPS: i64 = 1 << 23;
 
 impl Stretch {
@@ -80,7 +80,7 @@ impl Stretch {
         }
     }
 
-    /// Only these kinds of events have been watched for a while.
+    /// From now on only these kinds of events count as watched throughout.
     pub(crate) fn watched(&mut self, kinds: Kinds) {
         self.watched = self.watched.also_in(kinds);
     }
@@ -121,7 +121,7 @@ impl Stretch {
         }
     }
 
-    /// This one and the one behind it as one.
+    /// Joins this stretch and the one after it.
     pub(crate) fn join(&mut self, next: &Stretch) {
         fn range<T: Ord + Copy>(one: Option<(T, T)>, other: Option<(T, T)>) -> Option<(T, T)> {
             match (one, other) {

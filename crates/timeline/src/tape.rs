@@ -2,8 +2,8 @@
 
 use vimc4_device::{Faulting, Input, SignalId, Time};
 
-/// The inputs of a branch with their times, in order. What each has besides lies behind one another,
-/// so a million commands take some 30 MB.
+/// The inputs of a branch with their times, in order. Their contents are stored one after the
+/// other, so a million commands take some 30 MB.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Tape {
     entries: Vec<Entry>,
@@ -11,12 +11,11 @@ pub(crate) struct Tape {
     faults: Vec<Faulting>,
 }
 
-/// An input. It has the tape's bytes behind those of the one before it.
+/// An input. Its bytes follow those of the input before it on the tape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Entry {
     at: Time,
-    /// Which of the tape's bytes is the first that is not its own, and in the uppermost bits what
-    /// the bytes are.
+    /// The end of its bytes on the tape; the uppermost bits say what the bytes are.
     end: u64,
 }
 
@@ -26,7 +25,7 @@ impl Entry {
     /// The number of a signal and its value.
     const SIGNAL: u64 = 1;
     const POWER: u64 = 2;
-    /// Which one of the tape's faults.
+    /// The index of a fault on the tape.
     const FAULT: u64 = 3;
     const WAKE: u64 = 4;
 
@@ -40,7 +39,7 @@ impl Tape {
         self.entries.len() as u64
     }
 
-    /// Adds an input behind the others. Bytes that come at the same time as those before them are
+    /// Adds an input after the others. Bytes that come at the same time as those before them are
     /// another input all the same.
     pub(crate) fn push(&mut self, at: Time, input: Input<'_>) {
         let sort = match input {

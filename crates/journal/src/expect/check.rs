@@ -1,4 +1,4 @@
-//! What could never be met.
+//! Mistakes in expectations.
 
 use std::fmt;
 
@@ -8,7 +8,8 @@ use vimc4_device::{AXES, Condition, ConditionError, Names};
 use super::{Clause, Expectation, Pattern, Reply, Rule, Then};
 use crate::Picture;
 
-/// An expectation that could never be met, or never fail: why, and what would be right.
+/// A mistake in an expectation that could never be met, or never fail: why, and what would be
+/// right.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mistake {
     why: String,
@@ -40,7 +41,7 @@ fn wrong(why: String) -> Checked {
     Err(Mistake::new(why))
 }
 
-/// A number that anything would fit.
+/// A count that anything would fit.
 pub(super) fn number(clause: &Clause, names: &Names) -> Option<Mistake> {
     let what = clause.what.in_words(names);
     match (clause.least, clause.most) {
@@ -54,7 +55,7 @@ pub(super) fn number(clause: &Clause, names: &Names) -> Option<Mistake> {
     }
 }
 
-/// Everything about an expectation: also of one that was written down.
+/// Checks everything about an expectation, also one that was deserialised.
 pub(super) fn expectation(expected: &Expectation, names: &Names, picture: &Picture) -> Checked {
     match expected {
         Expectation::Order(stages) => {
@@ -104,7 +105,7 @@ fn pattern(pattern: &Pattern, names: &Names, picture: &Picture) -> Checked {
     }
 }
 
-/// A condition, and whether what it is about can be seen in a journal.
+/// Checks a condition, and whether a journal shows what it is about.
 fn seen(condition: &Condition, names: &Names, picture: &Picture) -> Checked {
     self::condition(condition, names)?;
     match condition {
@@ -202,7 +203,7 @@ fn contradiction(parts: &[Condition], names: &Names) -> Checked {
     Ok(())
 }
 
-/// In which sort of entry a condition is seen that happens.
+/// Which sort of entry shows an event condition.
 fn happening(condition: &Condition) -> Option<u8> {
     match condition {
         Condition::Command { .. } => Some(0),

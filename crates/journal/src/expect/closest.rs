@@ -11,15 +11,15 @@ use crate::journal::signal_words;
 use crate::words::{Excerpt, seconds, short};
 use crate::{Entry, Journal, Move, Picture, What};
 
-/// Something that came close, and in what it differs.
+/// Something that came close, and how it differs.
 #[derive(Debug)]
 pub(super) struct Near {
     pub(super) entry: Option<u64>,
     pub(super) text: String,
 }
 
-/// What came closest to a pattern behind an entry and up to a time. It may have come `early`, before its
-/// turn.
+/// What came closest to a pattern after an entry and up to a time. It may have come `early`, before
+/// its turn.
 pub(super) fn closest(
     pattern: &Pattern,
     early: bool,
@@ -64,7 +64,8 @@ impl<'a> Past<'a> {
     fn command(&self, like: &str, reply: Option<&Reply>, within: Option<Duration>) -> Option<Near> {
         let wanted = Condition::Command { like: Some(like.to_owned()) };
         let is_it = |entry: &Entry| entry.event().is_some_and(|event| wanted.is_seen_in(event));
-        // The same command, with a right answer too late, with a wrong one, with other numbers.
+        // The same command: with the right answer too late, with a wrong answer, or with other
+        // numbers.
         let score = |(entry, mnemonic, bytes): &(&'a Entry, &str, &Bytes)| {
             if is_it(entry) {
                 let right =
@@ -132,7 +133,7 @@ impl<'a> Past<'a> {
         })
     }
 
-    /// In what the answer to a command differs.
+    /// How the answer to a command differs.
     fn other_answer(&self, command: &'a Entry, reply: &Reply, place: &str) -> String {
         let Some((_, Event::Answer { bytes, why, .. })) = self.answers(command).next() else {
             return format!("{place} has not been answered");
@@ -220,7 +221,7 @@ impl<'a> Past<'a> {
         near.into_iter().collect()
     }
 
-    /// When a condition was so first.
+    /// When a condition first held.
     fn first(&self, condition: &Condition) -> Option<(Time, Option<u64>)> {
         let mut picture = self.start();
         let mut from = picture.at();
@@ -243,7 +244,7 @@ impl<'a> Past<'a> {
         Some((at, before))
     }
 
-    /// How things stood when the time that counts began.
+    /// The picture when the time that counts began.
     fn start(&self) -> Picture {
         let mut picture = self.journal.start().clone();
         let earlier = self.journal.entries().take_while(|entry| entry.number <= self.before);
@@ -334,7 +335,7 @@ impl<'a> Past<'a> {
     }
 }
 
-/// Whether what a command begins with may be a command of this mnemonic: `@0A900` one of `@A`.
+/// Whether a command that begins so may have this mnemonic: `@0A900` has `@A`.
 fn is_form_of(like: &str, mnemonic: &str) -> bool {
     let mut rest = like.to_owned();
     if let Some(line) = rest.strip_prefix('@') {

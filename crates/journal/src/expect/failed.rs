@@ -9,28 +9,28 @@ use vimc4_device::Time;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Failed {
     pub(super) at: Time,
-    /// The entry in which it shows; `None` if it is between two.
+    /// The entry that shows it; `None` if it is between two.
     pub(super) entry: Option<u64>,
     pub(super) why: Why,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Why {
-    /// A clause has come no more than so many times, and it is over.
+    /// A clause has come only this many times, and the watch is over.
     Missing { stage: usize, clause: usize, came: u64 },
-    /// A clause has come so many times.
+    /// A clause has come this many times, which is too many.
     TooOften { stage: usize, clause: usize, came: u64 },
-    /// A stage has begun so soon after the one before.
+    /// A stage has begun this soon after the one before, which is too soon.
     TooEarly { stage: usize, clause: usize, waited: Duration },
     /// A stage was not complete in time.
     TooLate { stage: usize, clause: usize, came: u64 },
-    /// The state of a rule was not so, or only since then.
+    /// The state of a rule did not hold, or only since then.
     NotHeld { since: Option<Time> },
     /// What had to follow has not, in time or at all.
     NotFollowed { began: Time, over: bool },
-    /// It has never come to what a rule is about.
+    /// What a rule is about has never happened.
     NeverCame,
-    /// So many entries at the beginning are not there any more.
+    /// This many entries at the beginning have been dropped.
     Forgotten { dropped: u64 },
 }
 
@@ -63,12 +63,12 @@ pub enum Reason {
     TooEarly,
     /// Something has not come in time.
     TooLate,
-    /// A state was not so, or not for long enough.
+    /// A state did not hold, or not for long enough.
     NotHeld,
     /// What had to follow has not.
     NotFollowed,
-    /// It has never come to what a rule is about.
+    /// What a rule is about has never happened.
     NeverCame,
-    /// What was longest ago is not in the journal any more.
+    /// The oldest entries are no longer in the journal.
     Forgotten,
 }

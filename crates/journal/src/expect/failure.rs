@@ -26,10 +26,10 @@ pub struct Failure {
     pub but: String,
     /// When that was clear.
     pub at: Time,
-    /// The number of the entry in which it shows, if it shows in one.
+    /// The number of the entry that shows it, if one does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entry: Option<u64>,
-    /// What came closest, and in what it differs.
+    /// What came closest, and how it differs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub closest: Vec<String>,
     /// What happened around it, in the words of the log.
@@ -60,7 +60,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// As people read it, because a test that fails prints it so.
+/// Written for people, because failing tests print it so.
 impl fmt::Debug for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "\n{self}\n")
@@ -69,7 +69,7 @@ impl fmt::Debug for Failure {
 
 impl std::error::Error for Failure {}
 
-/// So many lines are shown before and after what it is about.
+/// How many lines are shown before and after the place in question.
 const BEFORE: u64 = 8;
 const AFTER: u64 = 5;
 
@@ -86,7 +86,7 @@ impl Failure {
         let near = searched(expected, *why)
             .map(|(pattern, early)| closest(pattern, early, journal, before, *at, names))
             .unwrap_or_default();
-        // Where nothing shows in an entry it is about what came closest, or what was last.
+        // Where no entry shows it, the place in question is what came closest, or the last entry.
         let there = entry.or_else(|| near.iter().find_map(|near| near.entry));
         let upto = |at: &Time| {
             let mut past = journal.entries().rev();
@@ -117,7 +117,7 @@ fn clause(expected: &Expectation, stage: usize, clause: usize) -> Option<(&Claus
     Some((stages.get(stage)?.clauses.get(clause)?, alone))
 }
 
-/// What has to be looked for that came closest, and whether it may have come before its turn.
+/// Which pattern to look for as the closest, and whether it may have come before its turn.
 fn searched(expected: &Expectation, why: Why) -> Option<(&Pattern, bool)> {
     match (expected, why) {
         (_, Why::Missing { stage, clause: of, .. } | Why::TooLate { stage, clause: of, .. }) => {

@@ -1,4 +1,4 @@
-//! How an expectation is put: as a sentence.
+//! Building expectations as sentences.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use crate::Journal;
 #[must_use = "nothing is expected yet"]
 pub struct Expect<C>(Draft<C>);
 
-/// Something that happens, of which it is still to be said how often.
+/// An event; how often it happens is still to be said.
 #[derive(Clone, Debug)]
 #[must_use = "say how often: `once()`, `times(n)`, `at_least(n)`, `at_most(n)` or `never()`"]
 pub struct Clauses<C> {
@@ -23,7 +23,7 @@ pub struct Clauses<C> {
     what: Pattern,
 }
 
-/// A command, of which it is still to be said how often it comes, and perhaps how it is answered.
+/// A command; how often it comes, and perhaps how it is answered, is still to be said.
 #[derive(Clone, Debug)]
 #[must_use = "say how often: `once()`, `times(n)`, `at_least(n)`, `at_most(n)` or `never()`"]
 pub struct CommandClause<C> {
@@ -67,7 +67,7 @@ pub struct Following<C> {
     what: Pattern,
 }
 
-/// A condition in a sentence: as text, in which places may be in mm, or as a value.
+/// A condition in a sentence: as text, where positions may be in mm, or as a value.
 #[derive(Clone, Debug)]
 pub enum ConditionLike {
     /// As people type it.
@@ -100,7 +100,7 @@ impl From<&Condition> for ConditionLike {
     }
 }
 
-/// What can be watched from now on.
+/// A target that can be watched from now on.
 pub trait Follower {
     /// What watches it.
     type Watching;
@@ -109,9 +109,9 @@ pub trait Follower {
     fn watch(self, expected: Result<Expectation, Mistake>, names: &Names) -> Self::Watching;
 }
 
-/// What has happened already, and can be looked at.
+/// A target with a past that can be checked.
 pub trait Looker {
-    /// What comes of it.
+    /// The result of the check.
     type Outcome;
 
     /// Looks at what has happened so far, unless the sentence has a mistake.
@@ -127,7 +127,7 @@ impl Looker for &Journal {
 }
 
 impl Journal {
-    /// Begins a sentence about what has to be in it. `names` are those of the device.
+    /// Begins a sentence about what this journal must contain. `names` are those of the device.
     pub fn expect<'a>(&'a self, names: &Names) -> Expect<&'a Journal> {
         Expect::of(self, names.clone())
     }
@@ -203,8 +203,9 @@ impl<C> Expect<C> {
         CommandClause { draft: self.0, like, reply: None, within: None }
     }
 
-    /// A condition becomes true: `z < -5mm`, `port 2 bit 0 on`, `answer error 2`, `line 12`. A state that
-    /// is so at the beginning becomes so then, and counts again when it has not been so in between.
+    /// A condition becomes true: `z < -5mm`, `port 2 bit 0 on`, `answer error 2`, `line 12`. A
+    /// state that holds at the beginning counts as becoming true then, and counts again after it
+    /// has not held in between.
     pub fn when(mut self, condition: impl Into<ConditionLike>) -> Clauses<C> {
         let condition = self.0.condition(condition);
         Clauses { draft: self.0, what: Pattern::When(condition) }
@@ -215,7 +216,7 @@ impl<C> Expect<C> {
         self.when(condition).never()
     }
 
-    /// Whenever a condition becomes true, something is so.
+    /// Whenever a condition becomes true, something holds.
     pub fn whenever(mut self, condition: impl Into<ConditionLike>) -> Whenever<C> {
         let whenever = Pattern::When(self.0.condition(condition));
         Whenever { draft: self.0, whenever }
@@ -241,7 +242,7 @@ impl<C> CommandClause<C> {
         CommandClause { reply: Some(Reply::Error(Some(code.to_owned()))), ..self }
     }
 
-    /// It is answered so much time after it has begun at the latest.
+    /// It is answered within this time after it has begun.
     pub fn within(self, span: Duration) -> CommandClause<C> {
         let reply = self.reply.or(Some(Reply::Any));
         CommandClause { reply, within: Some(span), ..self }
@@ -257,17 +258,17 @@ impl<C> CommandClause<C> {
         self.clauses().once()
     }
 
-    /// Exactly so many times.
+    /// Exactly this many times.
     pub fn times(self, count: u64) -> Sentence<C> {
         self.clauses().times(count)
     }
 
-    /// So many times or more.
+    /// This many times or more.
     pub fn at_least(self, count: u64) -> Sentence<C> {
         self.clauses().at_least(count)
     }
 
-    /// So many times or less.
+    /// This many times or fewer.
     pub fn at_most(self, count: u64) -> Sentence<C> {
         self.clauses().at_most(count)
     }
@@ -284,17 +285,17 @@ impl<C> Clauses<C> {
         self.times(1)
     }
 
-    /// Exactly so many times.
+    /// Exactly this many times.
     pub fn times(self, count: u64) -> Sentence<C> {
         self.number(count, Some(count))
     }
 
-    /// So many times or more.
+    /// This many times or more.
     pub fn at_least(self, count: u64) -> Sentence<C> {
         self.number(count, None)
     }
 
-    /// So many times or less.
+    /// This many times or fewer.
     pub fn at_most(self, count: u64) -> Sentence<C> {
         self.number(0, Some(count))
     }
@@ -311,12 +312,12 @@ impl<C> Clauses<C> {
 }
 
 impl<C> Whenever<C> {
-    /// This state is so in that moment.
+    /// This state holds at that moment.
     pub fn must_be(self, state: impl Into<ConditionLike>) -> Sentence<C> {
         self.must_have_been(state).for_at_least(Duration::ZERO)
     }
 
-    /// This state has been so for some time.
+    /// This state has held for some time.
     pub fn must_have_been(mut self, state: impl Into<ConditionLike>) -> Must<C> {
         let state = self.draft.condition(state);
         if state.has_happenings() {
@@ -335,7 +336,7 @@ impl<C> Whenever<C> {
         Following { draft: self.draft, whenever: self.whenever, what }
     }
 
-    /// A command that begins so is sent, in the same moment or after it.
+    /// A command that begins with this text is sent, in the same moment or after it.
     pub fn must_follow_command(mut self, like: &str) -> Following<C> {
         let like = self.draft.command(like);
         let what = Pattern::Command { like, reply: None, within: None };
@@ -344,7 +345,7 @@ impl<C> Whenever<C> {
 }
 
 impl<C> Must<C> {
-    /// At least so long.
+    /// At least this long.
     pub fn for_at_least(self, span: Duration) -> Sentence<C> {
         let Must { draft, whenever, state } = self;
         let rule = Rule { whenever, then: Then::Held { state, span }, if_at_all: false };
@@ -353,7 +354,7 @@ impl<C> Must<C> {
 }
 
 impl<C> Following<C> {
-    /// So much later at the latest.
+    /// No later than this time after it.
     pub fn within(self, span: Duration) -> Sentence<C> {
         let Following { draft, whenever, what } = self;
         let then = Then::Follows { what, within: span };
@@ -367,12 +368,12 @@ impl<C> Sentence<C> {
         self.next(None, None)
     }
 
-    /// What comes next happens after all this, and no later than so much time after it.
+    /// What comes next happens after all this, and no later than this time after it.
     pub fn then_within(self, span: Duration) -> Expect<C> {
         self.next(None, Some(span))
     }
 
-    /// What comes next happens after all this, and no sooner than so much time after it.
+    /// What comes next happens after all this, and no sooner than this time after it.
     pub fn then_after(self, span: Duration) -> Expect<C> {
         self.next(Some(span), None)
     }
@@ -383,7 +384,7 @@ impl<C> Sentence<C> {
         Expect(self.draft)
     }
 
-    /// It is right, too, if it never comes to what the rule is about.
+    /// The rule is met too if what it is about never happens.
     pub fn if_at_all(mut self) -> Sentence<C> {
         match &mut self.rule {
             Some(rule) => rule.if_at_all = true,
@@ -439,7 +440,7 @@ impl<C> Sentence<C> {
 }
 
 impl<C: Follower> Sentence<C> {
-    /// Watches from now on. Whoever has what comes back has to ask it how that has come out.
+    /// Watches from now on. The caller must ask the returned watch for the outcome.
     pub fn watch(self) -> C::Watching {
         let (of, expected, names) = self.split();
         of.watch(expected, &names)

@@ -1,4 +1,4 @@
-//! Whether what happens is what was expected.
+//! Following an expectation while things happen.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -23,12 +23,12 @@ pub struct Watch {
     course: Course,
     /// The kinds of events that can make a difference.
     kinds: Kinds,
-    /// When it has to be looked at next, if nothing happens before.
+    /// When it has to be checked next, if nothing happens before.
     next: Option<Time>,
     failed: Option<Failed>,
 }
 
-/// How far an expectation has come.
+/// The progress of an expectation.
 #[derive(Clone, Debug)]
 enum Course {
     Order {
@@ -122,7 +122,7 @@ impl Watch {
         course.each(|eye| kinds = kinds.and(eye.kinds()));
         let now = start.at();
         let mut watch = Watch { expected, before, now, course, kinds, next: None, failed: None };
-        // What is so at the beginning becomes so then.
+        // What holds at the beginning becomes true then.
         watch.look(start, None);
         watch.next = watch.next_look(start);
         Ok(watch)
@@ -152,13 +152,13 @@ impl Watch {
         self.clone().finish(self.now).is_none()
     }
 
-    /// When it has to be looked at next, if nothing happens before.
+    /// When it has to be checked next, if nothing happens before.
     #[must_use]
     pub fn due(&self) -> Option<Time> {
         self.next
     }
 
-    /// Time has passed up to then, and what was under way has gone on.
+    /// Time has passed up to then, and motions have gone on.
     pub fn pass(&mut self, picture: &Picture, to: Time) {
         while let Some(next) = self.next.filter(|next| *next <= to && self.failed.is_none()) {
             self.now = next;
@@ -194,7 +194,7 @@ impl Watch {
         self.failed
     }
 
-    /// Why it is not met, if that is clear already. The journal is that in which it was followed.
+    /// Why it is not met, if that is already clear. The journal must be the one that was followed.
     #[must_use]
     pub fn failure(&self, journal: &Journal, names: &Names) -> Option<Box<Failure>> {
         let failed = self.failed.as_ref()?;
@@ -208,7 +208,7 @@ impl Watch {
         Some(Box::new(Failure::of(&self.expected, &failed, self.before, journal, names)))
     }
 
-    // --- how it goes on ---
+    // --- progress ---
 
     fn fail(&mut self, entry: Option<&Entry>, why: Why) {
         let failed = Failed { at: self.now, entry: entry.map(|entry| entry.number), why };
@@ -322,13 +322,13 @@ impl Watch {
         let now = self.now;
         let mut next: Option<Time> = None;
         self.course.each(|eye| next = [next, eye.next(picture, now)].into_iter().flatten().min());
-        // What comes just at the deadline is in time.
+        // An event exactly at the deadline is in time.
         let late = self.deadline().map(|deadline| deadline.after_nanos(1));
         next.into_iter().chain(late).min().filter(|at| *at != Time::NEVER)
     }
 }
 
-/// What of several stages is met in a moment counts for the latest that it can be the turn of.
+/// An event that several stages expect counts for the latest stage that can be reached.
 fn order(
     expected: &[Stage],
     stages: &mut [Vec<Progress>],
@@ -364,13 +364,13 @@ fn order(
     None
 }
 
-/// The last stage that it can be the turn of: behind the present one if that is complete, and behind
-/// those of which nothing is needed.
+/// The last stage that can be reached: beyond the present one if that is complete, and beyond
+/// stages that require nothing.
 fn window(expected: &[Stage], stages: &[Vec<Progress>], stage: usize) -> usize {
     needed(expected, stages, stage).unwrap_or(expected.len().saturating_sub(1))
 }
 
-/// The first stage, from this one on, of which something is still needed.
+/// The first stage, from this one on, that still requires something.
 fn needed(expected: &[Stage], stages: &[Vec<Progress>], stage: usize) -> Option<usize> {
     let mut open = expected.iter().zip(stages).enumerate().skip(stage);
     open.find(|(_, (stage, clauses))| !is_complete(stage, clauses)).map(|(place, _)| place)
@@ -423,7 +423,7 @@ impl Trial {
 
     /// Something has happened.
     pub fn see(&mut self, entry: &Entry) {
-        // Who goes back to an earlier state begins anew from there.
+        // After going back to an earlier state it begins anew from there.
         self.watch.pass(&self.picture, entry.at);
         self.picture.apply(entry);
         self.watch.see(&self.picture, entry);
@@ -451,7 +451,7 @@ impl Trial {
         if let Some(failure) = trial.watch.outcome(at, journal, names) {
             return Err(failure.into());
         }
-        // What is not there any more could have been anything.
+        // A dropped entry could have been anything.
         if journal.dropped() > 0 {
             let why = Why::Forgotten { dropped: journal.dropped() };
             let failed = Failed { at, entry: None, why };

@@ -1,8 +1,8 @@
-//! The filter that the kernel runs before every system call of the program: which calls are asked
-//! about. It is data here; [`sys`](super::sys) hands it to the kernel.
+//! The filter that the kernel runs before every system call of the program: which calls the kernel
+//! asks about. Here it is data; [`sys`](super::sys) hands it to the kernel.
 //!
-//! Everything but `ioctl` is let through by its number alone, which the kernel notices and
-//! remembers, so that those calls cost nothing.
+//! Everything but `ioctl` is allowed by its number alone. The kernel notices that and remembers it,
+//! so those calls cost nothing.
 
 use super::request::{Layout, REQUESTS};
 
@@ -38,8 +38,8 @@ pub(crate) const ASK: u32 = 0x7FC0_0000;
 /// A way into the kernel: the architecture as audit names it, the number of `ioctl`, the layout.
 type Entry = (u32, u32, Layout);
 
-/// All ways into the kernels that are served, of which each kernel has two or three. x32 shares
-/// its architecture with x86-64 and has a bit of its own in the number.
+/// All ways into the kernels that are served; each kernel has two or three of them. x32 shares its
+/// architecture with x86-64 and has a bit of its own in the number.
 const ENTRIES: [Entry; 5] = [
     (0xC000_003E, 16, Layout::Wide),
     (0xC000_003E, 0x4000_0000 | 514, Layout::Narrow),
@@ -59,7 +59,7 @@ pub(crate) fn program() -> Vec<Instruction> {
     let load = |value| Instruction { code: LOAD, yes: 0, no: 0, value };
     let verdict = |value| Instruction { code: RETURN, yes: 0, no: 0, value };
     let skip_if = |value, yes, no| Instruction { code: JUMP_IF_EQUAL, yes, no, value };
-    // The end first, because jumps lead forward only.
+    // Built from its end, because jumps only lead forward.
     let asked = u8::try_from(REQUESTS.len()).unwrap_or_default();
     let mut end = vec![load(REQUEST)];
     end.extend(REQUESTS.iter().zip((1..=asked).rev()).map(|(&r, left)| skip_if(r, left, 0)));
@@ -144,7 +144,7 @@ mod tests {
         for (architecture, number) in elsewhere {
             assert_eq!(verdict(architecture, number, [3, tiocmget, 0, 0, 0, 0]), ALLOW);
         }
-        // An architecture that nobody has heard of.
+        // An unknown architecture.
         assert_eq!(verdict(0x1234, 16, [3, tiocmget, 0, 0, 0, 0]), ALLOW);
         assert_eq!(verdict(X86_64, 0x4000_0000 | 16, [3, tiocmget, 0, 0, 0, 0]), ALLOW);
     }

@@ -1,4 +1,4 @@
-//! A program under a filter, and who stands by it.
+//! A program under a filter, and the process that attends it.
 
 mod filter;
 mod request;
@@ -28,8 +28,8 @@ use crate::ignored_signals;
 use crate::launch::{Ending, LaunchError};
 use crate::state::{Lines, Peer};
 
-/// How long what a program has started may go on after it before somebody is told. Wine's server
-/// stays for three seconds by itself.
+/// How long the processes that a program started may outlive it before the user is told. Wine's
+/// server stays for three seconds by itself.
 const LINGER_LIMIT: Duration = Duration::from_secs(5);
 
 /// Signals that are meant for the program, whichever process receives them.
@@ -45,8 +45,8 @@ const PASSED_ON: [i32; 9] = [
     libc::SIGWINCH,
 ];
 
-/// Those that are waited for besides: children end and stop, and writing to a terminal from the
-/// background must not stop who answers.
+/// Further signals that are waited for: children end and stop, and writing to the terminal from the
+/// background must not stop the answering process.
 const OTHERS: [i32; 3] = [libc::SIGCHLD, libc::SIGTTOU, libc::SIGTTIN];
 
 /// The far side's hold on the lines of a running program.
@@ -76,17 +76,17 @@ pub struct Running {
     ignored: u64,
 }
 
-/// A process that is ready to run a program and to stand by it.
+/// A process that is ready to run a program and to attend it.
 #[derive(Debug)]
 pub struct Launcher {
     signals: Signals,
-    /// What was kept from this process before, and so is kept from the program.
+    /// Signals that were blocked for this process before, and so stay blocked for the program.
     before: Signals,
     ignored: u64,
 }
 
-/// Makes this process one that can run a program. Signals wait for [`Running::attend`] from here
-/// on, so this is called once and before any thread is started: a thread inherits it.
+/// Makes this process ready to run a program. From here on signals wait for [`Running::attend`].
+/// Call it once and before any thread is started, because threads inherit the blocked signals.
 ///
 /// # Errors
 ///
@@ -100,10 +100,10 @@ pub fn prepare() -> Result<Launcher, LaunchError> {
     if !Listener::is_understood().map_err(LaunchError::Filter)? {
         return Err(LaunchError::Filter(io::ErrorKind::Unsupported.into()));
     }
-    // Whatever loses its parent becomes our child: we learn of its end, and where a system lets
-    // a process look only into the memory of its own offspring, it stays that.
+    // Orphaned processes become our children: we learn of their end, and they stay our offspring on
+    // systems that let a process look into the memory of its offspring only.
     rustix::process::set_child_subreaper(Some(getpid())).map_err(|e| system(e.into()))?;
-    // Ignored children would end without a word.
+    // With SIGCHLD ignored, we would not learn that a child has ended.
     sys::take_default(libc::SIGCHLD);
     let all = [&PASSED_ON[..], &OTHERS[..]].concat();
     let signals = Signals::of(&all);
@@ -170,8 +170,8 @@ impl Launcher {
     }
 }
 
-/// Gives a terminal the line discipline back that every terminal begins with. A pseudo-terminal
-/// whose near end stays open does not get it back by itself when its last client closes it.
+/// Puts a terminal back to the line discipline that every terminal begins with. A pseudo-terminal
+/// whose near end stays open is not put back by itself when its last client closes it.
 ///
 /// # Errors
 ///
@@ -181,7 +181,7 @@ pub fn use_default_discipline(terminal: impl AsFd) -> io::Result<()> {
     sys::set_discipline(terminal.as_fd(), N_TTY)
 }
 
-/// Whether a kernel can let a call go on that somebody was asked about.
+/// Whether the kernel can continue a call after asking about it.
 fn is_recent(release: &str) -> bool {
     let mut numbers = release.split(|c: char| !c.is_ascii_digit()).map(str::parse::<u32>);
     match (numbers.next(), numbers.next()) {
@@ -222,9 +222,9 @@ impl Running {
         self.port.clone()
     }
 
-    /// Stands by the program until it and everything that it has started have ended, as a shell
-    /// stands by a job: passes signals on, and stops when the program is stopped. `lingering` is
-    /// called once if something goes on after the program; a signal then ends the waiting.
+    /// Attends the program until it and everything that it has started have ended, as a shell
+    /// attends a job: passes signals on, and stops when the program is stopped. `lingering` is
+    /// called once if anything outlives the program; a signal then ends the waiting.
     ///
     /// # Errors
     ///
@@ -246,7 +246,7 @@ impl Running {
                 _ => {}
             }
         }
-        // Whoever has started a program hears of its end before nobody is left.
+        // No child is left, so the end of the program itself has been seen.
         Ok(ending.unwrap_or(Ending::Code(0)))
     }
 
@@ -271,7 +271,7 @@ impl Running {
         }
     }
 
-    /// Whether a signal ends the waiting for what goes on after the program.
+    /// Whether a signal ends the waiting for processes that outlive the program.
     fn asks_for_an_end(&self, signal: i32) -> bool {
         [libc::SIGHUP, libc::SIGINT, libc::SIGQUIT, libc::SIGTERM].contains(&signal)
             && self.ignored >> (signal - 1) & 1 == 0
@@ -279,18 +279,18 @@ impl Running {
 
     /// The program has been stopped. If the shell is to notice, we stop too, and it wakes both.
     fn stop_too(&self, signal: i32) {
-        // A debugger stops a program alone and wakes it alone, and must not leave it without
-        // answers. But where a shell waits for us, nobody else could wake it.
+        // A debugger stops and wakes the program alone, and the program must still get its answers.
+        // But where a shell waits for us, only that shell can wake the program.
         if signal == libc::SIGSTOP && !in_foreground() {
             return;
         }
         let _ = kill_process(getpid(), Signal::STOP);
-        // Here it goes on; whoever has woken us alone means the program too.
+        // We go on from here; a signal that woke us alone is meant for the program too.
         let _ = kill_process(self.program, Signal::CONT);
     }
 
-    /// Passes a signal on that somebody has sent to us alone. What comes from the terminal goes
-    /// to the whole group, and so to the program anyway.
+    /// Passes on a signal that was sent to us alone. What comes from the terminal goes to the whole
+    /// group, and so to the program anyway.
     fn pass_on(&self, told: Told) {
         let Some(by) = told.by else { return };
         if !PASSED_ON.contains(&told.signal) || by == self.program.as_raw_nonzero().get() {
@@ -312,8 +312,8 @@ fn in_foreground() -> bool {
 }
 
 impl Ending {
-    /// Ends this process as the program has ended, so that whoever waits for it cannot tell the
-    /// difference. The program has left its core already, if it was to leave one.
+    /// Ends this process as the program has ended, so that its parent cannot tell the difference.
+    /// The program has left its core already, if it was to leave one.
     pub fn pass_on(self) -> ! {
         let signal = match self {
             Ending::Code(code) => std::process::exit(code.into()),

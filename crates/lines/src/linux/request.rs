@@ -43,8 +43,8 @@ pub(crate) enum Layout {
 /// An integer, as it lies in memory.
 pub(crate) const INTEGER: usize = 4;
 
-/// `struct serial_icounter_struct`: twenty integers in every layout. Characters and their
-/// errors are not counted; nobody but the program sees its characters pass.
+/// `struct serial_icounter_struct`: twenty integers in every layout. Characters and their errors
+/// are not counted, because only the program sees them.
 pub(crate) fn counters(counts: Counts) -> [u8; 80] {
     let mut bytes = [0; 80];
     for (at, count) in [(0, counts.cts), (4, counts.dsr), (12, counts.dcd)] {

@@ -1,4 +1,4 @@
-//! Who answers the kernel.
+//! The supervisor: answers the kernel's questions for one terminal.
 
 use std::collections::VecDeque;
 use std::fs;
@@ -19,12 +19,12 @@ use super::sys::{Asked, Listener, read_memory, write_memory};
 use super::terminal::{Held, Identity, Terminal};
 use crate::state::{Changed, Lines, Peer};
 
-/// How often those who wait for a change of a line are looked after. The kernel does not tell
-/// when a signal is to interrupt a thread whose call is being answered, nor when a terminal ends;
-/// nothing is looked at while nobody waits so.
+/// How often threads that wait for a line to change are checked. The kernel does not tell when a
+/// signal is to interrupt a thread whose call is being answered, nor when a terminal goes away.
+/// Nothing is checked while no thread waits.
 const ROUND: Duration = Duration::from_millis(50);
 
-/// How many of them at a time, so that hundreds do not hold up the calls of others.
+/// How many of them are checked at a time, so that hundreds of them do not delay other calls.
 const AT_ONCE: usize = 16;
 
 /// What the kernel returns from a call that a signal interrupts: it becomes `EINTR`, or the call
@@ -36,7 +36,7 @@ pub(super) struct Supervisor {
     listener: Listener,
     terminal: Terminal,
     state: Mutex<State>,
-    /// Asked without the state in hand, because it may want to change it.
+    /// Called without holding the state, because it may want to change the state.
     peer: Mutex<Box<dyn Peer>>,
 }
 
@@ -54,8 +54,9 @@ struct Waiting {
     terminal: Identity,
 }
 
-/// Who has the terminal open, as inotify tells it. Two openings at one instant may be told as
-/// one; a port that then counts as closed too early is open again with its next request.
+/// How often the terminal is open, as inotify reports it. Two openings at one instant may be
+/// reported as one; a port that then counts as closed too early counts as open again with its next
+/// request.
 pub(super) struct Watch {
     inotify: Option<OwnedFd>,
     watched: Option<(Identity, i32)>,
@@ -64,13 +65,13 @@ pub(super) struct Watch {
 
 /// What a request comes to.
 enum Answer {
-    /// It is none of ours, or the kernel knows best what is wrong with it.
+    /// It is not ours, or the kernel can best say what is wrong with it.
     GoOn,
     /// It returns 0 or this error.
     Is(i32),
     /// Nothing yet.
     Wait(Waiting),
-    /// Nobody waits for an answer any more.
+    /// No thread waits for an answer any more.
     Nobody,
 }
 
@@ -106,8 +107,8 @@ impl Supervisor {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes the lines, says what the program did to its own, and lets those go on who have
-    /// waited for it.
+    /// Changes the lines, reports what the program did to its own, and releases the threads that
+    /// waited for the change.
     fn change(&self, change: impl FnOnce(&mut Lines) -> Changed) {
         let mut state = self.state();
         let State { lines, waiting } = &mut *state;
@@ -133,7 +134,7 @@ impl Supervisor {
             let somebody_waits = !self.state().waiting.is_empty();
             round = somebody_waits.then(|| round.unwrap_or_else(|| Instant::now() + ROUND));
             let Some((asked, opened)) = self.sleep(&watch, round) else { return };
-            // First: whoever asks has opened the terminal before.
+            // Openings first: a thread that asks has opened the terminal before.
             if opened {
                 self.follow(&mut watch);
             }
@@ -147,8 +148,8 @@ impl Supervisor {
         }
     }
 
-    /// Waits until somebody asks, opens or closes, or it is time for a round. Returns whether
-    /// somebody asked and whether somebody opened or closed; nothing when nobody is left.
+    /// Waits for a question, an opening or closing, or the next check. Returns whether there is a
+    /// question and whether there was an opening or closing; `None` when no task is left.
     fn sleep(&self, watch: &Watch, round: Option<Instant>) -> Option<(bool, bool)> {
         let left = round.map(|round| {
             let left = round.saturating_duration_since(Instant::now());
@@ -208,7 +209,7 @@ impl Supervisor {
             0 => Held::Not,
             thread => terminal.held_as(thread, descriptor),
         };
-        // What was looked at belongs to the thread that asked only if that still waits.
+        // What we read is that thread's memory only if the thread still waits.
         if held == Held::Not || !self.listener.waits(asked.id) {
             return Answer::GoOn;
         }
@@ -296,10 +297,10 @@ impl Supervisor {
         }
     }
 
-    // --- those who wait for a change ---
+    // --- threads that wait for a change ---
 
-    /// Looks after the next few of those who wait: whether they are still there, are to be
-    /// interrupted, or wait at a terminal that has gone.
+    /// Checks the next few waiting threads: whether they still exist, are to be interrupted, or
+    /// wait at a terminal that has gone.
     fn look_after(&self, watch: &mut Watch) {
         let now = self.identity(watch);
         let mut state = self.state();
@@ -318,9 +319,9 @@ impl Supervisor {
         }
     }
 
-    // --- who has it open ---
+    // --- openings and closings ---
 
-    /// What the name leads to now, watched from now on.
+    /// Watches the file that the name leads to now.
     fn identity(&self, watch: &mut Watch) -> Option<Identity> {
         let identity = self.terminal.identity();
         if identity != watch.watched.map(|(identity, _)| identity) {
@@ -330,7 +331,7 @@ impl Supervisor {
         identity
     }
 
-    /// Takes in what inotify has to tell.
+    /// Reads what inotify reports.
     fn follow(&self, watch: &mut Watch) {
         for opened in watch.events() {
             let before = watch.opens;
@@ -397,9 +398,9 @@ fn interruption(thread: u32) -> Option<i32> {
 
 /// As [`interruption`], from what the system says of the thread.
 ///
-/// A signal for the thread stays until the thread takes it, so the kernel is there to make the
-/// call anew if that is what the handler wants. One for its process may be taken by another thread
-/// meanwhile, and nobody would translate [`RESTART`] then.
+/// A signal for the thread stays until the thread takes it, so the kernel is there to make the call
+/// anew if that is what the handler wants. A signal for its process may be taken by another thread
+/// meanwhile, and then [`RESTART`] would not be translated.
 fn interruption_of(status: &str) -> Option<i32> {
     let field = |name: &str| {
         status.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':')).map(str::trim)

@@ -33,8 +33,8 @@ impl Filter {
     /// called between fork and exec.
     ///
     /// A call that has been asked about is then interrupted by nothing but the program's death,
-    /// where the kernel can do that (5.19): what is written into the program's memory cannot
-    /// hit a program that has gone on to something else.
+    /// where the kernel can do that (5.19): so we never write into the memory of a program that has
+    /// gone on to something else.
     pub(crate) fn install(&self) -> io::Result<OwnedFd> {
         let filter = libc::sock_fprog {
             len: u16::try_from(self.0.len()).map_err(|_| io::ErrorKind::InvalidInput)?,
@@ -61,7 +61,7 @@ impl Filter {
             return Err(io::Error::last_os_error());
         }
         let descriptor = RawFd::try_from(descriptor).map_err(|_| io::ErrorKind::InvalidData)?;
-        // SAFETY: the kernel has just made this descriptor for us and nobody else knows it.
+        // SAFETY: the kernel has just made this descriptor for us and nothing else refers to it.
         Ok(unsafe { OwnedFd::from_raw_fd(descriptor) })
     }
 }
@@ -88,7 +88,7 @@ pub(crate) struct Listener(OwnedFd);
 /// A call that the kernel asks about.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Asked {
-    /// By which it is answered.
+    /// The number to answer it by.
     pub(crate) id: u64,
     /// The thread, which waits; 0 if it cannot be seen from here.
     pub(crate) thread: u32,
@@ -165,7 +165,7 @@ impl Listener {
 
     /// Whether the thread still waits in this call. If it does not, its number may be another's.
     pub(crate) fn waits(&self, id: u64) -> bool {
-        // The request as the first kernels with it had it; it is understood by all.
+        // The request as the first kernels defined it; all kernels understand it.
         const ID_VALID: libc::Ioctl = 0x8008_2102_u32 as libc::Ioctl;
         // SAFETY: the kernel reads one 64-bit number.
         unsafe { libc::ioctl(self.0.as_raw_fd(), ID_VALID, ptr::from_ref(&id)) == 0 }
@@ -176,13 +176,13 @@ impl Listener {
         self.send(libc::seccomp_notif_resp { id, val: 0, error: -error, flags: 0 });
     }
 
-    /// The kernel carries the call out as if nobody had been asked.
+    /// The kernel carries the call out as if it had not asked.
     pub(crate) fn go_on(&self, id: u64) {
         const CONTINUE: u32 = 1;
         self.send(libc::seccomp_notif_resp { id, val: 0, error: 0, flags: CONTINUE });
     }
 
-    /// It fails if nobody waits for the answer any more, and then there is nobody to tell.
+    /// It fails if no thread waits for the answer any more, and then nothing is lost.
     fn send(&self, answer: libc::seccomp_notif_resp) {
         // SAFETY: the kernel reads one `seccomp_notif_resp`, whose size is part of the request.
         let _ = unsafe {
@@ -223,7 +223,7 @@ fn far_side(thread: u32, address: u64, length: usize) -> io::Result<(libc::pid_t
     Ok((thread, iovec { iov_base, iov_len: length }))
 }
 
-/// A part that could be read or written is a fault, as it is for the kernel.
+/// A partial read or write counts as a fault, as it does for the kernel.
 fn all(done: isize, length: usize) -> io::Result<()> {
     match usize::try_from(done) {
         Ok(done) if done == length => Ok(()),
@@ -273,13 +273,13 @@ impl Signals {
         Signals(set)
     }
 
-    /// Keeps these from this thread and those that it starts, so that [`Signals::wait`] gets
-    /// them. Returns what was kept from it before.
+    /// Blocks these signals for this thread and those that it starts, so that [`Signals::wait`]
+    /// gets them. Returns what was blocked before.
     pub(crate) fn block(self) -> io::Result<Signals> {
         self.mask(libc::SIG_BLOCK)
     }
 
-    /// Keeps these from this thread and no others.
+    /// Blocks exactly these signals for this thread.
     pub(crate) fn set(self) -> io::Result<Signals> {
         self.mask(libc::SIG_SETMASK)
     }

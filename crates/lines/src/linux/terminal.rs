@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf, absolute};
 
 use rustix::fs::{FileType, lstat, major, minor, stat};
 
-/// The terminal that has modem lines, by a name that may come to lead elsewhere: whoever keeps
-/// the link may have been started anew.
+/// The terminal that has modem lines, by a name that may later lead elsewhere: the program that
+/// owns the link may have been restarted.
 #[derive(Debug)]
 pub(crate) struct Terminal(PathBuf);
 
-/// A terminal of this moment.
+/// The terminal that the name leads to at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Identity {
     device: u64,
@@ -73,8 +73,8 @@ impl Identity {
         if other != self && !(alias && self.controls(thread)) {
             return Held::Not;
         }
-        // The link has the rights of the descriptor. One without any names the file only, or was
-        // opened for requests only, which is rare enough to be looked at closely.
+        // The link has the rights of the descriptor. A descriptor without any either only names the
+        // file or was opened for requests only; the latter is rare enough to be checked separately.
         match lstat(&link) {
             Ok(link) if link.st_mode & 0o600 != 0 => Held::Open,
             Ok(_) if names_only(thread, descriptor) => Held::Named,

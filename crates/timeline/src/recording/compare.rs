@@ -1,4 +1,4 @@
-//! Where what was recorded and what is played part.
+//! Where a recording and its playback differ.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,8 @@ use super::read::Recording;
 pub enum Tolerance {
     /// To the nanosecond.
     Exact,
-    /// So many nanoseconds earlier or later; never less than a hundredth of the time since
-    /// something was given last.
+    /// Up to this many nanoseconds earlier or later; at least a hundredth of the time since the
+    /// last input.
     Nanos(u64),
 }
 
@@ -33,11 +33,11 @@ pub struct Said {
 pub struct SaidDifference {
     /// How many bytes came out before, all equal.
     pub before: u64,
-    /// What was recorded, or said by the one.
+    /// What was recorded, or sent by the first device.
     pub one: Option<Said>,
-    /// What was played, or said by the other.
+    /// What was played, or sent by the second device.
     pub other: Option<Said>,
-    /// What followed on either side, as far as it is known, with this byte.
+    /// What followed on either side, beginning with this byte, as far as it is known.
     pub rest: [Vec<u8>; 2],
     /// The line of the recording at which it was found.
     pub line: u32,
@@ -65,7 +65,7 @@ pub struct FieldDifference {
 /// What was happening on a side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Side {
-    /// What led there, oldest first. Of a recording that is not played it is not known.
+    /// What led there, oldest first. It is not known for a recording that is not played.
     pub told: Vec<Told>,
 }
 
@@ -82,23 +82,23 @@ pub struct Difference {
     pub other: Side,
 }
 
-/// Where it was found, and how far all was equal.
+/// Where the two differ, and how far they were equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
     /// What differs, if anything does.
     pub difference: Option<Difference>,
     /// How many bytes came out, equal on both sides.
     pub bytes: u64,
-    /// How many things were given.
+    /// How many inputs were given.
     pub inputs: u64,
     /// How far time came.
     pub end: Time,
 }
 
-/// How a state is read, or why it cannot be.
+/// Reads a state, or says why it cannot be read.
 type Read<'a, D> = &'a dyn Fn(&Value) -> Result<<D as Device>::State, String>;
 
-/// The bytes on one side that the other has not said yet.
+/// The bytes of one side that the other has not sent yet.
 #[derive(Default)]
 struct Count {
     equal: u64,
@@ -106,8 +106,8 @@ struct Count {
 }
 
 impl Count {
-    /// Compares what both have said. With `over` nothing more will come, so that what one has more
-    /// than the other is a difference.
+    /// Compares what both have sent. With `over` nothing more will come, so anything that only one
+    /// of them sent is a difference.
     fn compare(
         &mut self,
         one: &mut VecDeque<(Time, u8)>,
@@ -191,11 +191,11 @@ pub fn check<D: Device + Clone>(
             _ => {}
         }
         if place == last {
-            // A recording that was broken off may lack what came of its last input.
+            // A recording that was cut short may lack the effects of its last input.
             let whole = recording.is_whole();
             missing = [whole, true];
             if tolerance != Tolerance::Exact {
-                // What was still to come on a real line comes a little later here.
+                // Output that was still to come on a real line comes a little later here.
                 player.run_to(entry.at.after_nanos(slack(tolerance, entry.at, given_at)));
                 missing[0] = false;
             }
@@ -229,8 +229,8 @@ pub fn check<D: Device + Clone>(
     Ok(Divergence { difference, bytes, inputs, end })
 }
 
-/// Holds a state that was written down against the present one, after everything that is due just
-/// then. Returns what the recorded one still had to say at that instant.
+/// Compares a recorded state with the present one, after everything that is due at that instant.
+/// Returns what the recorded controller still had to send at that instant.
 fn differing_state<D: Device + Clone>(
     player: &Player<D>,
     entry: &Entry,
@@ -256,16 +256,17 @@ fn differing_state<D: Device + Clone>(
     recorded.said().drain(..).collect()
 }
 
-/// What two devices that are compared do not share.
+/// How two devices that are compared are meant to differ.
 pub struct Aside<'a, D: Device> {
     /// Pairs of values that stand for each other in their states, such as the two models.
     pub values: &'a [(Value, Value)],
-    /// Whether two states are the same but for these. Where it says that they are not, they are written
-    /// down and compared, which takes a hundred times as long.
+    /// Whether two states are the same apart from these. If it says no, the states are serialised
+    /// and compared, which takes a hundred times as long.
     pub is_same: &'a dyn Fn(&D::State, &D::State) -> bool,
 }
 
-/// Whether two devices say different bytes, or at other times, when a recording is played into them.
+/// Whether two devices send different bytes, or at other times, when a recording is played into
+/// them.
 ///
 /// # Errors
 ///
@@ -289,8 +290,8 @@ pub fn say_otherwise<D: Device + Clone>(
     Ok(false)
 }
 
-/// Plays a recording into two devices and says where they part: the first byte, and the first field
-/// of the state, of those that are not `aside`.
+/// Plays a recording into two devices and says where they differ: the first byte, and the first
+/// field of the state that is not `aside`.
 ///
 /// # Errors
 ///
@@ -310,7 +311,7 @@ pub fn part<D: Device + Clone>(
         other.play(entry, states[1])?;
         inputs += u64::from(matches!(entry.what, What::Given { .. }));
         let done = [true, true];
-        // Both have come to the same time, so that what one has said more the other has not.
+        // Both have reached the same time, so anything that only one has sent is a difference.
         let found = count.compare(one.said(), other.said(), |one, other| one == other, done);
         if let Some(found) = count.found.as_mut().filter(|_| found) {
             found.line = entry.line;
@@ -351,8 +352,8 @@ pub fn part<D: Device + Clone>(
     Ok(Divergence { difference, bytes, inputs, end })
 }
 
-/// The first thing that was given in one recording and not, or not then, in the other, as it stands in
-/// each. Who has done it makes no difference.
+/// The first input of one recording that the other does not have, or has at another time, as it
+/// stands in each. The origin of an input does not count.
 #[must_use]
 pub fn given_apart<'a>(one: &'a Recording, other: &'a Recording) -> Option<[Option<&'a Entry>; 2]> {
     let given = |recording: &'a Recording| {
@@ -379,7 +380,7 @@ pub fn given_apart<'a>(one: &'a Recording, other: &'a Recording) -> Option<[Opti
     }
 }
 
-/// The first byte that came out in one recording and not, or not then, in the other.
+/// The first output byte of one recording that the other does not have, or has at another time.
 #[must_use]
 pub fn said_apart(one: &Recording, other: &Recording) -> Option<SaidDifference> {
     let said = |recording: &Recording| {

@@ -1,4 +1,4 @@
-//! What the lines of a recording say.
+//! The lines of a recording: its head and its entries.
 
 use std::sync::Arc;
 
@@ -12,32 +12,32 @@ use super::text;
 /// The version of the format that is written, and the highest that is read.
 pub const VERSION: u32 = 1;
 
-/// The first line: of which controller it is a recording, and where it comes from.
+/// The first line: which controller was recorded, and by what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Head {
     /// The version of the format.
     pub recording: u32,
-    /// The program that has written it, with its version.
+    /// The program that wrote it, with its version.
     pub program: String,
     /// The family of the controller.
     pub family: String,
-    /// The profile of the model, whole, with its quirks: a profile file that is edited later
+    /// The complete profile of the model with its quirks, so that editing a profile file later
     /// changes no recording.
     pub model: Value,
-    /// The profile of the machine, whole.
+    /// The complete profile of the machine.
     pub machine: Value,
     /// The clock, as on the command line: `real`, `8x`, `manual`, `instant`; `wall` for what was
     /// heard on the line of a real controller, whose times are those of this computer.
     pub clock: String,
-    /// Whether characters take their time on the line.
+    /// Whether characters take time on the line.
     pub line: LineSort,
-    /// What chance began with, where there is chance.
+    /// The seed of the random numbers, if there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Who has recorded: `serve`, `run`, `library`, a device.
+    /// What made the recording: `serve`, `run`, `library`, a device.
     pub from: String,
-    /// Which of several controllers, by its name.
+    /// The name of the controller, where there are several.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub controller: String,
     /// The number of the file, from 1, of a recording in several files.
@@ -57,7 +57,7 @@ fn is_first(part: &u32) -> bool {
     *part == 1
 }
 
-/// How fast characters are on a line.
+/// How fast characters pass on a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LineSort {
@@ -74,7 +74,7 @@ pub struct Entry {
     pub at: Time,
     /// What.
     pub what: What,
-    /// On which line of the file it stands, from 1; 0 if it stands in none.
+    /// Its line in the file, from 1; 0 if it is in no file.
     pub line: u32,
 }
 
@@ -83,36 +83,36 @@ pub struct Entry {
 pub enum What {
     /// Something went in.
     Given {
-        /// Who has done it.
+        /// Where it came from.
         by: Arc<str>,
         /// What.
         given: Given,
     },
     /// Bytes left on the line.
     Sent(Bytes),
-    /// The whole state. The first is where everything begins; with `by`, somebody has put the
-    /// controller into it; any other says how it was then.
+    /// The whole state. The first one is where everything begins. One with `by` was put into the
+    /// controller; any other records how the controller was then.
     State {
-        /// Who has put it into the state.
+        /// What put the controller into this state.
         by: Option<Arc<str>>,
-        /// The state, as it is written down.
+        /// The serialised state.
         state: Value,
     },
-    /// From here on the controller is led cause by cause, because its time is paused or may be: it
-    /// has done everything that was due before, and of what is due at this instant so many causes more;
-    /// `None` if all of it.
+    /// From here on the controller is led cause by cause, because its time is paused or may be. It
+    /// has done everything that was due before this instant, and this many causes of those due at
+    /// this instant; `None` means all of them.
     Stands(Option<u32>),
-    /// It is not led any more: all that is due is done.
+    /// It is no longer led: everything that is due is done.
     Goes,
-    /// Something about the clients of the line.
+    /// Something happened to the clients of the line.
     News(Value),
     /// A note.
     Mark(String),
-    /// The recording ends here, with the controller or because there is no room for more.
+    /// The recording ends here, because the controller ended or there is no room for more.
     End(String),
 }
 
-/// What went in. A signal has its name, which says the same to other controllers.
+/// An input. A signal is recorded by its name, which other controllers understand too.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Given {
     /// Bytes on the line.
@@ -129,12 +129,12 @@ pub enum Given {
     /// A fault begins or ends, in the words that
     /// [`write_faulting`](vimc4_device::Names::write_faulting) finds with the names of the controller.
     Fault(String),
-    /// Time has passed because somebody has ordered it.
+    /// Time has passed because an order said so.
     Wait,
 }
 
 impl Given {
-    /// An input, as it is written down for a device with these names.
+    /// The recorded form of an input to a device with these names.
     #[must_use]
     pub fn of(input: &OwnedInput, names: impl FnOnce() -> Names) -> Given {
         match input {
@@ -151,11 +151,11 @@ impl Given {
         }
     }
 
-    /// The input that it is to a device with these names.
+    /// The input that it means for a device with these names.
     ///
     /// # Errors
     ///
-    /// If it has no such signal, or knows no such fault: what it does not have, for people.
+    /// If the device has no such signal or fault: what is missing, for people.
     pub fn input(&self, names: impl FnOnce() -> Names) -> Result<OwnedInput, String> {
         Ok(match self {
             Given::Bytes(bytes) => OwnedInput::Bytes(bytes.clone()),
@@ -177,14 +177,14 @@ impl Given {
 impl Head {
     /// Adds the line.
     pub fn put(&self, out: &mut Vec<u8>) {
-        // A structure of values can always be written.
+        // Serialising plain values cannot fail.
         out.extend(serde_json::to_vec(self).unwrap_or_default());
         out.push(b'\n');
     }
 }
 
 impl Entry {
-    /// An entry that stands in no file yet.
+    /// An entry that is in no file yet.
     #[must_use]
     pub fn new(at: Time, what: What) -> Entry {
         Entry { at, what, line: 0 }
@@ -195,14 +195,14 @@ impl Entry {
         put(out, self.at, &self.what);
     }
 
-    /// Adds the line of bytes that were given, without an entry of them.
+    /// Adds a line for input bytes, without making an entry of them.
     pub fn put_given_bytes(out: &mut Vec<u8>, at: Time, bytes: &[u8], by: &str) {
         put_bytes(out, at, "in", bytes);
         put_by(out, by);
         out.extend(b"}\n");
     }
 
-    /// Adds the line of bytes that left, without an entry of them.
+    /// Adds a line for output bytes, without making an entry of them.
     pub fn put_sent(out: &mut Vec<u8>, at: Time, bytes: &[u8]) {
         put_bytes(out, at, "out", bytes);
         out.extend(b"}\n");
@@ -310,7 +310,7 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
 }
 
 fn put_json<T: Serialize + ?Sized>(out: &mut Vec<u8>, value: &T) {
-    // Strings, numbers and values can always be written, and there is always room.
+    // Serialising strings, numbers and values into a vector cannot fail.
     let _ = serde_json::to_writer(out, value);
 }
 

@@ -1,9 +1,9 @@
-//! Recordings: what happened to a controller, written down line by line, and played again.
+//! Recordings: what happened to a controller, written line by line, and played again.
 //!
-//! A recording is text, one JSON object a line: a [`Head`] that says of what controller it is, and
-//! then an [`Entry`] for each thing that went in or came out, at its exact time. It is all that is
-//! needed to do everything again: a device that is put into the recorded state and is given the
-//! recorded inputs at their times says the recorded bytes.
+//! A recording is text, one JSON object a line: a [`Head`] that says which controller was recorded,
+//! and then an [`Entry`] for each thing that went in or came out, with its exact time. That is
+//! enough to repeat everything: a device that starts from the recorded state and gets the recorded
+//! inputs at their times sends the recorded bytes.
 //!
 //! ```
 //! use vimc4_timeline::recording::{Given, Recording, What};

@@ -1,4 +1,4 @@
-//! Playing what was recorded into a device.
+//! Playing a recording into a device.
 
 use std::collections::VecDeque;
 
@@ -19,7 +19,7 @@ pub struct Player<D: Device> {
     harness: Harness<D>,
     /// Whether it has been put into the state in which the recording begins.
     begun: bool,
-    /// It is led: nothing is done but what is told.
+    /// The device is led: it does nothing but what the recording says.
     led: bool,
     said: VecDeque<(Time, u8)>,
     told: VecDeque<Told>,
@@ -41,7 +41,7 @@ pub struct Told {
     pub means: String,
 }
 
-/// A recorded state that is none of the device's.
+/// A recorded state that does not fit the device.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}: it is not a state of this controller: {why}")]
 pub struct StateError {
@@ -60,7 +60,7 @@ impl<D: Device> Player<D> {
         Player { harness, begun: false, led: false, said, told, remembered: REMEMBERED, unknown }
     }
 
-    /// Remembers so many of the things that happen, instead of a dozen.
+    /// Sets how many of the last events are remembered; a dozen otherwise.
     #[must_use]
     pub fn remembering(self, remembered: usize) -> Player<D> {
         Player { remembered, ..self }
@@ -76,8 +76,8 @@ impl<D: Device> Player<D> {
         self.begun
     }
 
-    /// Whether the recorded controller was led cause by cause: then what came out at an instant is
-    /// only known later, and a state is as it was in the middle of things.
+    /// Whether the recorded controller was led cause by cause. Then the complete output of an
+    /// instant is known only later, and a state may have been taken in the middle of an instant.
     pub fn is_led(&self) -> bool {
         self.led
     }
@@ -89,13 +89,12 @@ impl<D: Device> Player<D> {
         self.take();
     }
 
-    /// Does what a line says was done, when the time for it has come. The first state is where it
-    /// begins. What came out, and
-    /// a state to compare, only let time pass up to then.
+    /// Does what a line records, at its time. The first state is where playing begins. Lines of
+    /// output, and states to compare, only let time pass up to then.
     ///
     /// # Errors
     ///
-    /// If `state` cannot read the first state, or one that somebody has put the controller into.
+    /// If `state` cannot read the first state or one that was put into the controller.
     pub fn play(
         &mut self,
         entry: &Entry,
@@ -103,7 +102,7 @@ impl<D: Device> Player<D> {
     ) -> Result<(), StateError> {
         let first = !self.begun && matches!(entry.what, What::State { .. });
         let lets_time_pass = match entry.what {
-            // What is told about clients has the time of the clock, of which the device may not know
+            // Lines about clients have the time of the clock, which the device may not have reached
             // yet.
             What::News(_) | What::Mark(_) | What::Stands(Some(_)) => false,
             What::Given { .. } | What::Stands(None) | What::Goes => true,
@@ -139,7 +138,7 @@ impl<D: Device> Player<D> {
         self.take();
     }
 
-    /// What has come out, byte by byte, and was not taken.
+    /// What has come out, byte by byte, and has not been taken.
     pub fn said(&mut self) -> &mut VecDeque<(Time, u8)> {
         &mut self.said
     }
@@ -149,7 +148,7 @@ impl<D: Device> Player<D> {
         self.told.iter()
     }
 
-    /// The signals that were set and the faults that were begun and that the device does not have.
+    /// The recorded signals and faults that the device does not have.
     pub fn unknown(&self) -> &[String] {
         &self.unknown
     }
@@ -186,8 +185,8 @@ impl<D: Device> Player<D> {
     }
 }
 
-/// Puts `new` wherever `old` stands in a state that is written down, so that a controller that was
-/// recorded goes on as another one: its model and its machine stand in its state whole.
+/// Replaces `old` by `new` everywhere in a serialised state, so that a recorded controller goes on
+/// as another one. Its complete model and machine are part of its state.
 pub fn exchange(state: &mut Value, old: &Value, new: &Value) {
     if state == old {
         state.clone_from(new);

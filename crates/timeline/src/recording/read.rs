@@ -1,4 +1,4 @@
-//! Reading a recording, with errors that point at the place.
+//! Reading a recording. Errors name the line and column.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use vimc4_device::Time;
 use super::entry::{Entry, Given, Head, VERSION, What};
 use super::text;
 
-/// A recording that was read, or is to be written.
+/// A recording in memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Of which controller.
+    /// Which controller was recorded.
     pub head: Head,
     /// What happened, in order.
     pub entries: Vec<Entry>,
@@ -28,7 +28,7 @@ pub struct Recording {
 pub struct ReadError {
     /// The line, from 1.
     pub line: u32,
-    /// The character of the line, from 1; 0 if it is about the line as a whole.
+    /// The column of the line, from 1; 0 if the error concerns the line as a whole.
     pub column: u32,
     /// What is wrong, in one lower-case sentence.
     pub message: String,
@@ -36,13 +36,13 @@ pub struct ReadError {
     pub help: String,
 }
 
-/// The one thing that every version of the format has.
+/// The field that every version of the format has.
 #[derive(Deserialize)]
 struct Version {
     recording: Option<Value>,
 }
 
-/// A line as it is written.
+/// A line as it stands in the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenLine {
@@ -77,7 +77,7 @@ struct WrittenLine {
     by: Option<Arc<str>>,
 }
 
-/// A value that is there, also if it is `null`.
+/// A field that is present, even if it is `null`.
 fn present<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Value>, D::Error> {
     Value::deserialize(value).map(Some)
 }
@@ -85,8 +85,8 @@ fn present<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Value>, D::Erro
 impl Recording {
     /// Reads a recording.
     ///
-    /// A last line without its end was torn off when whoever wrote it was killed: it is left out, and
-    /// [said](Recording::torn).
+    /// A last line without its end was torn off when the writing program was killed: it is left
+    /// out, and its number is in [`Recording::torn`].
     ///
     /// # Errors
     ///
@@ -111,8 +111,8 @@ impl Recording {
         out
     }
 
-    /// Whether it has a written end; otherwise the program that wrote it was killed, or is
-    /// still writing.
+    /// Whether it has an `end` line; otherwise the program that wrote it was killed or is still
+    /// writing.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         matches!(self.entries.last().map(|entry| &entry.what), Some(What::End(_)))
@@ -128,7 +128,7 @@ impl Recording {
     }
 }
 
-/// Reads a recording line by line, and keeps none of them.
+/// Reads a recording line by line without keeping the lines.
 ///
 /// ```
 /// use vimc4_timeline::recording::Reader;
@@ -147,15 +147,15 @@ pub struct Reader {
     head: Head,
     /// The number of the line that was read last.
     line: u32,
-    /// What happens has a time that does not go back, but for what came out late.
+    /// The time of the last entry. Times never go back, except for output that came late.
     last: Time,
     has_ended: bool,
     torn: Option<u32>,
 }
 
 impl Reader {
-    /// No line has more bytes. The longest are states, with all that a controller has stored: some
-    /// hundred thousand.
+    /// The longest line that is read, in bytes. States are the longest lines; with everything that
+    /// a controller has stored they reach some hundred thousand.
     pub const LONGEST_LINE: usize = 8 << 20;
 
     /// Begins with the first line, the head.
@@ -172,12 +172,12 @@ impl Reader {
         Ok(Reader { head, line: 1, last: Time::ZERO, has_ended: false, torn: None })
     }
 
-    /// Reads the next line, with its end. Only the last one can have none: it was torn off, and is
-    /// nothing. Neither is an empty line.
+    /// Reads the next line, including its line end. Only the last line can lack it: that line was
+    /// torn off and yields nothing. An empty line yields nothing either.
     ///
     /// # Errors
     ///
-    /// If it is none of a recording.
+    /// If it is not a line of a recording.
     pub fn line(&mut self, text: &[u8]) -> Result<Option<Entry>, ReadError> {
         self.line = self.line.saturating_add(1);
         let line = self.line;
@@ -203,7 +203,7 @@ impl Reader {
             });
         }
         match &entry.what {
-            // Who goes back to a state goes back to its time.
+            // Going back to a state goes back to its time.
             What::State { by: Some(_), .. } => self.last = Time::ZERO,
             What::Given { .. } if entry.at < self.last => {
                 return Err(ReadError {
@@ -242,7 +242,7 @@ impl Reader {
         self.torn
     }
 
-    /// Whether the end has come that was written down.
+    /// Whether the `end` line has been read.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.has_ended
@@ -316,7 +316,7 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
     } = read;
     let WrittenLine { causes, news, mark, end, by, .. } = read;
     let by_nobody = by.is_none();
-    // Each field is one thing that a line can say.
+    // Each field is one kind of content that a line can have.
     let mut said = Vec::new();
     if let Some(text) = input {
         said.push(given(Given::Bytes(bytes(&text, "in")?), by.clone()));

@@ -1,4 +1,4 @@
-//! Less of a recording: a part of its time, or what of its inputs still shows something.
+//! Shortening a recording: to a part of its time, or to the inputs that still show something.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::entry::{Entry, Given, What};
 use super::play::{Player, StateError};
 use super::read::Recording;
 
-/// What is between two times, from the state that it was in then, so that it plays by itself.
+/// The part between two times, with the state at its beginning, so that it plays by itself.
 ///
 /// # Errors
 ///
@@ -47,15 +47,14 @@ pub fn cut<D: Device>(
             cut.entries.push(Entry { line: 0, ..entry.clone() });
         }
     }
-    // What came out up to the end that was asked for is there, and is what was recorded.
+    // The output up to the requested end is present and equals the recorded output.
     player.run_to(if to == Time::NEVER { last } else { to });
     cut.entries.push(Entry::new(player.device().now(), written(&player)));
     cut.entries.push(Entry::new(player.device().now(), What::End("it was cut here".to_owned())));
     Ok(cut)
 }
 
-/// The same again, with what comes out when it is played: the inputs of a recording and the answers
-/// to them.
+/// The recording with its output replaced by what playing its inputs gives.
 ///
 /// # Errors
 ///
@@ -87,9 +86,9 @@ pub fn rerecord<D: Device>(
     Ok(made)
 }
 
-/// Leaves inputs out as long as what is left still `shows` it, by delta debugging: halves, then
-/// quarters, down to single lines. What came out is not part of the result, for it came of what was
-/// left out too.
+/// Leaves inputs out as long as the rest still `shows` it, by delta debugging: halves, then
+/// quarters, down to single lines. The result has no output, because the recorded output also came
+/// from the inputs left out.
 ///
 /// `ends` are the bytes that end a line, so that commands stay whole.
 pub fn minimise(
@@ -139,7 +138,7 @@ fn is_given(entry: &Entry) -> bool {
     matches!(entry.what, What::Given { .. })
 }
 
-/// What goes together: a line with all its pieces, or one thing that was done.
+/// Inputs that stay together: a line with all its pieces, or one other input.
 fn units(entries: &[Entry], ends: &[u8]) -> Vec<Vec<Entry>> {
     let mut units: Vec<Vec<Entry>> = Vec::new();
     let mut open: Vec<Entry> = Vec::new();
@@ -164,7 +163,7 @@ fn units(entries: &[Entry], ends: &[u8]) -> Vec<Vec<Entry>> {
     if !open.is_empty() {
         units.push(open);
     }
-    // A line that somebody broke in two keeps its place by its first piece.
+    // A line that arrived in pieces keeps the place of its first piece.
     units.sort_by_key(|unit| unit.first().map(|entry| entry.at));
     units
 }

@@ -1,9 +1,9 @@
 //! Bytes as a string of JSON.
 //!
-//! Each byte is the character with its number, U+0000 to U+00FF, and what is not printable ASCII is
-//! written with the escapes that JSON has anyway: `"@0P\r"`, `"\u00fd"`. So there is one escape and
-//! not one within another, every program that reads JSON gives the bytes back, one for each
-//! character, and the file is plain ASCII, which no editor or terminal changes.
+//! Each byte is the character with its number, U+0000 to U+00FF, and anything but printable ASCII
+//! is written with the escapes of JSON: `"@0P\r"`, `"\u00fd"`. So there is a single level of
+//! escapes, any JSON reader gives the bytes back, one for each character, and the file is plain
+//! ASCII, which no editor or terminal changes.
 
 use bytes::Bytes;
 
@@ -27,7 +27,7 @@ pub(super) fn put(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
 }
 
-/// The bytes that a string stands for, or the first character that stands for none.
+/// The bytes of a string, or the first character that is not a byte.
 pub(super) fn bytes(text: &str) -> Result<Bytes, char> {
     text.chars()
         .map(|c| u8::try_from(u32::from(c)).map_err(|_| c))
