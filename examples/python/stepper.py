@@ -56,6 +56,10 @@ class Stepper:
         self.ask(f"@0b{port}")
         return int(self.port.read(2), 16)
 
+    def spindle(self, on):
+        """Switches the spindle, which hangs on the first output."""
+        self.ask(f"@0B2,{on:d}")
+
     def ask(self, command):
         self.send(command)
         self.wait()

@@ -1,22 +1,29 @@
 //! The emulator: what is asked of it comes back as a [`Pending`].
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
+use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
+use std::thread;
 
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vimc4::device::Device;
 use vimc4::{
-    BreakpointId, Clock, Condition, Control, Effect, Emulator, HostCommand, HostLines, Names,
-    Order, Pause, Signal, SignalKind, SinkId, Step, Terminal, Time, Traffic, Verbosity,
+    BreakpointId, Clock, Condition, Control, ControlError, Effect, Emulator, FaultNumber,
+    FaultStage, HostCommand, HostLines, Names, Order, Pause, Signal, SignalKind, SinkId, Step,
+    Terminal, Time, Traffic, Trial, Unmet, Verbosity, Watched,
 };
 
+use crate::alarm::Alarms;
 use crate::convert::{event, plain, span, typed};
+use crate::expect::{Expect, Expectation};
 use crate::harness::Harness;
+use crate::journal::Journal;
 use crate::pending::{Journey, Pending};
 use crate::port::Port;
 use crate::reports::Reports;
@@ -34,6 +41,13 @@ pub(crate) struct Core {
     names: OnceLock<Names>,
     conversation: Arc<Mutex<VecDeque<String>>>,
     recording_errors: Arc<Mutex<Vec<String>>>,
+    /// What is expected, by numbers.
+    watched: Mutex<BTreeMap<u64, Watched>>,
+    /// The number of the next expectation.
+    next: AtomicU64,
+    alarms: Arc<Alarms>,
+    /// Whether there is a journal.
+    records: bool,
     /// The process that it runs in.
     process: u32,
     recording: Option<vimc4::RecordingFile>,
@@ -159,6 +173,10 @@ impl Core {
             control: emulator.control().clone(),
             recording: emulator.recording().cloned(),
             emulator: Mutex::new(Some(emulator)),
+            watched: Mutex::default(),
+            next: AtomicU64::new(1),
+            alarms: Arc::default(),
+            records: record,
             process: std::process::id(),
             names: OnceLock::new(),
             conversation,
@@ -246,26 +264,26 @@ impl Core {
     fn connect(&self) -> Pending {
         let clear = Arc::new(crate::port::Clear::default());
         let tell = Arc::clone(&clear);
-        let control = self.control.clone();
+        let (control, alarms) = (self.control.clone(), Arc::clone(&self.alarms));
         let ports = self.control.connect_with_lines(move |cts| tell.set(cts));
-        Pending::of(ports, move |py, (port, lines): (vimc4::MemoryPort, HostLines)| {
-            Ok(Py::new(py, Port::new(port, lines, clear, control))?.into_any())
+        self.pending(ports, move |py, (port, lines): (vimc4::MemoryPort, HostLines)| {
+            Ok(Py::new(py, Port::new(port, lines, clear, control, alarms))?.into_any())
         })
     }
 
     // --- time ---
 
     fn now(&self) -> Pending {
-        Pending::of(self.control.now(), time)
+        self.pending(self.control.now(), time)
     }
 
     fn advance(&self, py: Python<'_>, by: &Bound<'_, PyAny>) -> PyResult<Py<Journey>> {
-        Pending::journey(py, self.control.advance(span(by)?))
+        Pending::journey(py, self.control.advance(span(by)?), self.alarms.ear())
     }
 
     fn run_until(&self, py: Python<'_>, condition: &str) -> PyResult<Py<Journey>> {
         let condition = self.condition(py, condition)?;
-        Pending::journey(py, self.control.run_until(condition))
+        Pending::journey(py, self.control.run_until(condition), self.alarms.ear())
     }
 
     fn cancel_all(&self) {
@@ -275,26 +293,26 @@ impl Core {
     // --- what it sees ---
 
     fn position(&self) -> Pending {
-        Pending::of(self.control.position(), |py, axes| Ok(axes.into_pyobject(py)?.unbind()))
+        self.pending(self.control.position(), |py, axes| Ok(axes.into_pyobject(py)?.unbind()))
     }
 
     fn view(&self) -> Pending {
-        Pending::of(self.control.view(), |py, view| Ok(plain(py, &view)?.unbind()))
+        self.pending(self.control.view(), |py, view| Ok(plain(py, &view)?.unbind()))
     }
 
     fn commands(&self) -> Pending {
-        Pending::of(self.control.commands(), |py, commands| {
+        self.pending(self.control.commands(), |py, commands| {
             let list: PyResult<Vec<_>> = commands.into_iter().map(|one| command(py, one)).collect();
             Ok(list?.into_pyobject(py)?.unbind())
         })
     }
 
     fn next_command(&self, mnemonic: &str) -> Pending {
-        Pending::of(self.control.next_command(mnemonic), command)
+        self.pending(self.control.next_command(mnemonic), command)
     }
 
     fn events(&self) -> Pending {
-        Pending::of(self.control.events(), |py, events| {
+        self.pending(self.control.events(), |py, events| {
             let list: PyResult<Vec<_>> =
                 events.iter().map(|(stamp, happened)| event(py, *stamp, happened)).collect();
             Ok(list?.into_pyobject(py)?.unbind())
@@ -304,6 +322,7 @@ impl Core {
     /// The conversation, when what was sent before has arrived.
     fn conversation(&self) -> Pending {
         let lines = Arc::clone(&self.conversation);
+        // It is told whatever has failed, for it is part of the report of that.
         Pending::of(self.control.now(), move |py, _| {
             let lines = lock(&lines).iter().map(|line| format!("{line}\n")).collect::<String>();
             Ok(lines.into_pyobject(py)?.into_any().unbind())
@@ -317,26 +336,153 @@ impl Core {
 
     fn forget(&self) -> Pending {
         lock(&self.conversation).clear();
-        Pending::of(self.control.forget(), none)
+        self.pending(self.control.forget(), none)
     }
 
     fn watch(&self, reports: &Bound<'_, Reports>) -> PyResult<Pending> {
         let tap = reports.get().tap()?;
-        Ok(Pending::of(self.control.watch(tap), |py, id: SinkId| {
+        Ok(self.pending(self.control.watch(tap), |py, id: SinkId| {
             Ok(Py::new(py, Sink(id))?.into_any())
         }))
     }
 
     fn detach(&self, sink: &Bound<'_, Sink>) -> Pending {
-        Pending::of(self.control.detach(sink.get().0), |py, was_there| {
+        self.pending(self.control.detach(sink.get().0), |py, was_there| {
             Ok(was_there.into_pyobject(py)?.to_owned().into_any().unbind())
         })
+    }
+
+    // --- what is expected ---
+
+    /// What happened, as far back as it is kept.
+    fn journal(&self, py: Python<'_>) -> PyResult<Pending> {
+        let (names, axes) = (self.names(py)?.clone(), self.control.model().axis_names().len());
+        Ok(Pending::of(self.control.journal(), move |py, journal| {
+            let class = py.import("vimc4._journal")?.getattr("Journal")?;
+            Ok(class.call1((Journal::new(journal, names, axes),))?.unbind())
+        }))
+    }
+
+    /// Begins a sentence; `said` is told how it ends.
+    fn expect(&self, py: Python<'_>, said: Py<PyAny>) -> PyResult<Py<Expect>> {
+        Expect::begin(py, said, self.names(py)?.clone())
+    }
+
+    /// Expects something from now on, and returns its number. Ctrl-C does not end this: what is
+    /// expected would never be asked for.
+    fn watch_for(&self, py: Python<'_>, expected: &Bound<'_, Expectation>) -> PyResult<u64> {
+        let (names, expected) = (self.names(py)?, expected.get().0.clone());
+        let watched = py.detach(|| self.control.watch_for(expected, names).wait());
+        let watched = watched
+            .map_err(|error| error::of_control(py, &error))?
+            .map_err(|mistake| error::raise(py, "Mistake", mistake.to_string()))?;
+        let number = self.next.fetch_add(1, Ordering::Relaxed);
+        let (recording, alarms) = (self.recording.clone(), Arc::clone(&self.alarms));
+        let hearer = thread::current().id();
+        let watched = watched.or_tell(move |failure| {
+            if let Some(file) = &recording {
+                file.cut(failure);
+            }
+            alarms.raise(number, hearer, failure);
+        });
+        lock(&self.watched).insert(number, watched);
+        Ok(number)
+    }
+
+    /// Why the expectation of this number cannot be met any more, if that is clear already.
+    fn failure(&self, py: Python<'_>, number: u64) -> Option<Py<PyAny>> {
+        let all = lock(&self.watched);
+        let failure = all.get(&number)?.failure()?;
+        drop(all);
+        Some(error::unmet(py, &failure).into_value(py).into_any())
+    }
+
+    /// Answers when the expectation of this number is met, or cannot be any more.
+    fn met(&self, number: u64) -> PyResult<Pending> {
+        let all = lock(&self.watched);
+        let Some(watched) = all.get(&number) else {
+            return Err(PyValueError::new_err("it is not expected any more"));
+        };
+        Ok(self.pending(watched.until_met(), none))
+    }
+
+    /// The emulator ends as soon as the expectation of this number cannot be met any more.
+    fn or_stop(&self, number: u64) {
+        let mut all = lock(&self.watched);
+        if let Some(watched) = all.remove(&number) {
+            all.insert(number, watched.or_stop());
+        }
+    }
+
+    /// Nothing is expected of this number any more. Says why it is not met, if it is not.
+    fn unwatch(&self, py: Python<'_>, number: u64) -> Option<Py<PyAny>> {
+        let watched = lock(&self.watched).remove(&number)?;
+        let outcome = py.detach(|| watched.check());
+        self.alarms.silence(number);
+        Some(error::of(py, &outcome.err()?).into_value(py).into_any())
+    }
+
+    /// Looks at everything that has happened so far.
+    fn so_far(&self, py: Python<'_>, expected: &Bound<'_, Expectation>) -> PyResult<Pending> {
+        if !self.records {
+            let text =
+                "nothing is remembered; do without record=False, or watch from the beginning";
+            return Err(error::raise(py, "ControlError", text.to_owned()));
+        }
+        let (names, expected) = (self.names(py)?.clone(), expected.get().0.clone());
+        Ok(self.pending(self.control.journal(), move |py, journal| {
+            match py.detach(|| Trial::of(expected, &journal, &names)) {
+                Ok(()) => Ok(py.None()),
+                Err(Unmet::Failure(failure)) => Err(error::unmet(py, &failure)),
+                Err(Unmet::Mistake(mistake)) => {
+                    Err(error::raise(py, "Mistake", mistake.to_string()))
+                }
+            }
+        }))
+    }
+
+    // --- what goes wrong ---
+
+    /// Begins a fault and answers with its number.
+    fn fault(&self, py: Python<'_>, words: &str) -> PyResult<Pending> {
+        let fault = self.names(py)?.read_fault(words);
+        let fault = fault.map_err(|error| error::raise(py, "FaultError", error.to_string()))?;
+        Ok(self.pending(self.control.fault(fault), |py, number| {
+            Ok(number.0.into_pyobject(py)?.into_any().unbind())
+        }))
+    }
+
+    fn faults(&self, py: Python<'_>) -> PyResult<Pending> {
+        let names = self.names(py)?.clone();
+        Ok(self.pending(self.control.faults(), move |py, views| {
+            let list: PyResult<Vec<_>> = views
+                .iter()
+                .map(|view| {
+                    let what = names.write_fault(&view.fault);
+                    let stage = match view.stage {
+                        FaultStage::Waits => "waits",
+                        FaultStage::Strikes => "strikes",
+                        FaultStage::Over => "over",
+                    };
+                    typed(py, "FaultView", (view.number.0, what, stage, view.struck))
+                })
+                .collect();
+            Ok(list?.into_pyobject(py)?.unbind())
+        }))
+    }
+
+    fn end_fault(&self, number: u32) -> Pending {
+        self.pending(self.control.end_fault(FaultNumber(number)), effect)
+    }
+
+    fn end_faults(&self) -> Pending {
+        self.pending(self.control.end_faults(), effect)
     }
 
     // --- what happens to it ---
 
     fn signals(&self) -> Pending {
-        Pending::of(self.control.signals(), |py, signals| {
+        self.pending(self.control.signals(), |py, signals| {
             let list: PyResult<Vec<_>> = signals.iter().map(|one| signal(py, one)).collect();
             Ok(list?.into_pyobject(py)?.unbind())
         })
@@ -360,57 +506,58 @@ impl Core {
         let Some(order) = Order::read(line, self.names(py)?).map_err(wrong)? else {
             return Err(error::raise(py, "OrderError", "an empty line is not an order".to_owned()));
         };
-        Ok(Pending::new(self.control.give(&order), |py, said| match said {
+        let given = Pending::new(self.control.give(&order), |py, said| match said {
             Ok(text) => Ok(text.into_pyobject(py)?.into_any().unbind()),
             Err(error) => Err(error::of(py, &error)),
-        }))
+        });
+        Ok(given.hearing(self.alarms.ear()))
     }
 
     fn set_signal(&self, name: &str, value: i32) -> Pending {
-        Pending::of(self.control.set_signal(name, value), effect)
+        self.pending(self.control.set_signal(name, value), effect)
     }
 
     fn press(&self, button: &str) -> Pending {
-        Pending::of(self.control.press(button), effect)
+        self.pending(self.control.press(button), effect)
     }
 
     fn hold(&self, button: &str) -> Pending {
-        Pending::of(self.control.hold(button), effect)
+        self.pending(self.control.hold(button), effect)
     }
 
     fn release(&self, button: &str) -> Pending {
-        Pending::of(self.control.release(button), effect)
+        self.pending(self.control.release(button), effect)
     }
 
     fn turn(&self, switch: &str, position: &str) -> Pending {
-        Pending::of(self.control.turn(switch, position), effect)
+        self.pending(self.control.turn(switch, position), effect)
     }
 
     fn input(&self, port: u16, bit: u8, level: bool) -> Pending {
-        Pending::of(self.control.input(port, bit, level), effect)
+        self.pending(self.control.input(port, bit, level), effect)
     }
 
     fn erase(&self) -> Pending {
-        Pending::of(self.control.erase(), effect)
+        self.pending(self.control.erase(), effect)
     }
 
     fn power(&self, on: bool) -> Pending {
-        Pending::of(self.control.power(on), effect)
+        self.pending(self.control.power(on), effect)
     }
 
     fn snapshot(&self) -> Pending {
-        Pending::of(self.control.snapshot(), |py, snapshot| {
+        self.pending(self.control.snapshot(), |py, snapshot| {
             Ok(Py::new(py, Snapshot(snapshot))?.into_any())
         })
     }
 
     fn restore(&self, snapshot: &Bound<'_, Snapshot>) -> Pending {
-        Pending::of(self.control.restore(&snapshot.get().0), none)
+        self.pending(self.control.restore(&snapshot.get().0), none)
     }
 
     fn harness(&self, py: Python<'_>) -> PyResult<Pending> {
         let (family, names) = (self.control.model().family(), self.names(py)?.clone());
-        Ok(Pending::of(self.control.controller(), move |py, controller| {
+        Ok(self.pending(self.control.controller(), move |py, controller| {
             let harness = Harness::of(vimc4::device::Harness::new(controller), family, names);
             Ok(Py::new(py, harness)?.into_any())
         }))
@@ -422,32 +569,32 @@ impl Core {
             let text = "this is a controller of another family; put it into one of its own";
             return Err(error::raise(py, "ControlError", text.to_owned()));
         }
-        Ok(Pending::of(self.control.put(harness.device().state()), none))
+        Ok(self.pending(self.control.put(harness.device().state()), none))
     }
 
     // --- time stands still ---
 
     fn pause(&self) -> Pending {
-        Pending::of(self.control.pause(), time)
+        self.pending(self.control.pause(), time)
     }
 
     fn resume(&self) -> Pending {
-        Pending::of(self.control.resume(), time)
+        self.pending(self.control.resume(), time)
     }
 
     fn paused(&self) -> Pending {
-        Pending::of(self.control.paused(), |py, pause| match pause {
+        self.pending(self.control.paused(), |py, pause| match pause {
             Some(pause) => paused(py, pause),
             None => Ok(py.None()),
         })
     }
 
     fn until_paused(&self) -> Pending {
-        Pending::of(self.control.until_paused(), paused)
+        self.pending(self.control.until_paused(), paused)
     }
 
     fn step(&self) -> Pending {
-        Pending::of(self.control.step(), |py, step| {
+        self.pending(self.control.step(), |py, step| {
             let word = match step {
                 Step::Cause => "cause",
                 Step::Input => "input",
@@ -459,27 +606,27 @@ impl Core {
     }
 
     fn hear(&self, bytes: usize) -> Pending {
-        Pending::of(self.control.hear(bytes), |py, heard| {
+        self.pending(self.control.hear(bytes), |py, heard| {
             Ok(heard.into_pyobject(py)?.into_any().unbind())
         })
     }
 
     fn break_when(&self, py: Python<'_>, condition: &str) -> PyResult<Pending> {
         let condition = self.condition(py, condition)?;
-        Ok(Pending::of(self.control.break_when(condition), |py, BreakpointId(number)| {
+        Ok(self.pending(self.control.break_when(condition), |py, BreakpointId(number)| {
             Ok(number.into_pyobject(py)?.into_any().unbind())
         }))
     }
 
     fn remove_breakpoint(&self, breakpoint: u64) -> Pending {
-        Pending::of(self.control.remove_breakpoint(BreakpointId(breakpoint)), |py, was_there| {
+        self.pending(self.control.remove_breakpoint(BreakpointId(breakpoint)), |py, was_there| {
             Ok(was_there.into_pyobject(py)?.to_owned().into_any().unbind())
         })
     }
 
     fn breakpoints(&self, py: Python<'_>) -> PyResult<Pending> {
         let names = self.names(py)?.clone();
-        Ok(Pending::of(self.control.breakpoints(), move |py, views| {
+        Ok(self.pending(self.control.breakpoints(), move |py, views| {
             let list: PyResult<Vec<_>> = views
                 .iter()
                 .map(|view| {
@@ -501,11 +648,24 @@ impl Drop for Core {
 impl Core {
     fn end(&self) {
         let emulator = lock(&self.emulator).take();
+        let watched = std::mem::take(&mut *lock(&self.watched));
         if self.process != std::process::id() {
             // A copy of the process has no threads, and nobody to wait for; ports and links belong
             // to the original.
-            std::mem::forget(emulator);
+            std::mem::forget((emulator, watched));
+            return;
         }
+        // Who has not asked by now has given up: the package has asked for all of them before.
+        watched.into_values().for_each(Watched::give_up);
+    }
+
+    /// An answer of its controller; an expectation that fails meanwhile is raised instead of it.
+    fn pending<T: Send + 'static>(
+        &self,
+        reply: impl Future<Output = Result<T, ControlError>> + Send + 'static,
+        tell: impl FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+    ) -> Pending {
+        Pending::of(reply, tell).hearing(self.alarms.ear())
     }
 
     /// What people call its axes and signals, asked once.

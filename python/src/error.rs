@@ -4,6 +4,8 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use vimc4::ControlError;
 
+use crate::convert::plain;
+
 /// An exception of the package by its name.
 pub(crate) fn raise(py: Python<'_>, name: &str, text: String) -> PyErr {
     raise_with(py, name, (text,))
@@ -23,19 +25,30 @@ where
 /// What an emulator does not do, or does not start.
 pub(crate) fn of(py: Python<'_>, error: &vimc4::Error) -> PyErr {
     use vimc4::Error::{
-        Address, Control, File, Flash, FlashFile, Link, NoPty, Profile, Pty, Recording, Run,
-        Serial, Start, Tcp, Unknown,
+        Address, Control, Fault, File, Flash, FlashFile, Link, Mistake, NoPty, Profile, Pty,
+        Recording, Run, Serial, Start, Tcp, Unknown, Unmet,
     };
     let name = match error {
         Control(error) => return of_control(py, error),
+        Unmet(failure) => return unmet(py, failure),
         Unknown { .. } | File { .. } | Profile(_) => "ProfileError",
         Address { .. } | Tcp(_) | Serial(_) | Pty(_) | Link(_) | NoPty => "PortError",
         FlashFile(_) | Flash { .. } => "FlashError",
         Recording(_) => "RecordingError",
+        Fault(_) => "FaultError",
+        Mistake(_) => "Mistake",
         Run(_) | Start(_) => "Error",
         _ => "Error",
     };
     raise(py, name, error.to_string())
+}
+
+/// An expectation that is not met.
+pub(crate) fn unmet(py: Python<'_>, failure: &vimc4::Failure) -> PyErr {
+    match plain(py, failure) {
+        Ok(told) => raise_with(py, "Unmet", (failure.to_string(), told)),
+        Err(error) => error,
+    }
 }
 
 /// What a running emulator does not do.

@@ -9,12 +9,15 @@
 //!   is in its way when the interpreter ends.
 #![deny(unsafe_code)]
 
+mod alarm;
 #[cfg(unix)]
 mod bell;
 mod convert;
 mod emulator;
 mod error;
+mod expect;
 mod harness;
+mod journal;
 mod pending;
 mod port;
 mod profiles;
@@ -32,7 +35,13 @@ mod _vimc4 {
     #[pymodule_export]
     use super::emulator::{Core, Recording, Sink, Snapshot, Worker};
     #[pymodule_export]
+    use super::expect::{
+        Clauses, CommandClause, Expect, Expectation, Following, Must, Part, Sentence, Whenever,
+    };
+    #[pymodule_export]
     use super::harness::Harness;
+    #[pymodule_export]
+    use super::journal::Journal;
     #[pymodule_export]
     use super::pending::{Journey, Pending};
     #[pymodule_export]

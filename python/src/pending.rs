@@ -8,6 +8,7 @@ use std::task::{Context, Poll};
 use pyo3::prelude::*;
 use vimc4::{ControlError, Progress};
 
+use crate::alarm::Ear;
 #[cfg(unix)]
 use crate::bell::Bell;
 use crate::convert::typed;
@@ -26,6 +27,8 @@ pub(crate) struct Pending {
     stage: Mutex<Stage>,
     /// What is given up when somebody stops waiting.
     journey: Option<Arc<Mutex<vimc4::Journey>>>,
+    /// Hears of expectations that fail meanwhile.
+    ear: Option<Ear>,
 }
 
 enum Stage {
@@ -48,6 +51,11 @@ impl Pending {
         })
     }
 
+    /// An expectation that fails meanwhile is heard.
+    pub(crate) fn hearing(self, ear: Ear) -> Pending {
+        Pending { ear: Some(ear), ..self }
+    }
+
     /// Any answer.
     pub(crate) fn new<T: Send + 'static>(
         future: impl Future<Output = T> + Send + 'static,
@@ -57,21 +65,28 @@ impl Pending {
             let value = future.await;
             Box::new(move |py: Python<'_>| tell(py, value)) as Answer
         };
-        Pending { stage: Mutex::new(Stage::Awaited(Box::pin(answer))), journey: None }
+        Pending { stage: Mutex::new(Stage::Awaited(Box::pin(answer))), journey: None, ear: None }
     }
 
     /// Time on its way.
-    pub(crate) fn journey(py: Python<'_>, journey: vimc4::Journey) -> PyResult<Py<Journey>> {
+    pub(crate) fn journey(
+        py: Python<'_>,
+        journey: vimc4::Journey,
+        ear: Ear,
+    ) -> PyResult<Py<Journey>> {
         let journey = Arc::new(Mutex::new(journey));
         let goes = Arc::clone(&journey);
         let reply = std::future::poll_fn(move |cx| Pin::new(&mut *lock(&goes)).poll(cx));
         let mut pending = Pending::of(reply, |py, at| Ok(at.as_nanos().into_pyobject(py)?.into()));
-        pending.journey = Some(journey);
+        (pending.journey, pending.ear) = (Some(journey), Some(ear));
         Py::new(py, PyClassInitializer::from(pending).add_subclass(Journey))
     }
 
-    /// Whether the answer is there; if not, the waker is told when it is.
+    /// Whether the answer is there, or something has failed; if not, the waker is told when it is.
     fn poll(&self, cx: &mut Context<'_>) -> Poll<()> {
+        if self.ear.as_ref().is_some_and(|ear| ear.hears(cx)) {
+            return Poll::Ready(());
+        }
         let mut stage = lock(&self.stage);
         if let Stage::Awaited(future) = &mut *stage {
             match future.as_mut().poll(cx) {
@@ -110,6 +125,9 @@ impl Pending {
 
     /// The answer that is there.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        if let Some(ear) = &self.ear {
+            ear.check(py).inspect_err(|_| self.give_up())?;
+        }
         let stage = std::mem::replace(&mut *lock(&self.stage), Stage::Changing);
         // Python code runs here: the lock must not be held.
         let known = match stage {

@@ -12,6 +12,7 @@ use pyo3::types::PyBytes;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use vimc4::{Control, HostLines, MemoryPort};
 
+use crate::alarm::Alarms;
 use crate::error;
 use crate::pending::Pending;
 use crate::waiting::{answer, deadline, lock, wait};
@@ -24,6 +25,7 @@ pub(crate) struct Port {
     clear: Arc<Clear>,
     lines: Mutex<Option<HostLines>>,
     control: Control,
+    alarms: Arc<Alarms>,
 }
 
 struct Line {
@@ -121,6 +123,7 @@ impl Port {
         lines: HostLines,
         clear: Arc<Clear>,
         control: Control,
+        alarms: Arc<Alarms>,
     ) -> Port {
         let line = Line {
             port: Some(port),
@@ -130,7 +133,8 @@ impl Port {
             no_writing: false,
             waiting: Vec::new(),
         };
-        Port { line: Arc::new(Mutex::new(line)), clear, lines: Mutex::new(Some(lines)), control }
+        let (line, lines) = (Arc::new(Mutex::new(line)), Mutex::new(Some(lines)));
+        Port { line, clear, lines, control, alarms }
     }
 
     fn is_open(&self) -> PyResult<()> {
@@ -172,7 +176,12 @@ impl Port {
         timeout: Option<f64>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         self.is_open()?;
-        let read = wait(py, deadline(timeout), |cx| lock(&self.line).poll_read(size, cx))?;
+        let ear = self.alarms.ear();
+        let read = wait(py, deadline(timeout), |cx| match ear.hears(cx) {
+            true => Poll::Ready(Vec::new()),
+            false => lock(&self.line).poll_read(size, cx),
+        })?;
+        ear.check(py)?;
         let read = read.unwrap_or_else(|| lock(&self.line).take(size));
         Ok(PyBytes::new(py, &read))
     }
@@ -188,6 +197,7 @@ impl Port {
         heeds_cts: bool,
     ) -> PyResult<usize> {
         self.is_open()?;
+        self.alarms.ear().check(py)?;
         lock(&self.line).no_writing = false;
         let until = deadline(timeout);
         let mut written = 0;
@@ -224,8 +234,9 @@ impl Port {
 
     /// How many bytes have come and are not read.
     #[getter]
-    fn in_waiting(&self) -> PyResult<usize> {
+    fn in_waiting(&self, py: Python<'_>) -> PyResult<usize> {
         self.is_open()?;
+        self.alarms.ear().check(py)?;
         let mut line = lock(&self.line);
         // Who waits is known to the port; it is told that it may look again.
         line.fill(&mut Context::from_waker(Waker::noop()));
@@ -241,8 +252,8 @@ impl Port {
     }
 
     /// Forgets what has come.
-    fn reset_input_buffer(&self) -> PyResult<()> {
-        self.in_waiting()?;
+    fn reset_input_buffer(&self, py: Python<'_>) -> PyResult<()> {
+        self.in_waiting(py)?;
         lock(&self.line).kept.clear();
         Ok(())
     }

@@ -11,8 +11,6 @@ TWINS = {
     "Python": "Without pytest",
     "C": None,
     "In the same process": None,
-    # Rust alone has expectations so far.
-    "Say what the host has to do": None,
 }
 
 

@@ -128,6 +128,13 @@ def test_never_comes_here(referenced):
     pass
 
 @pytest.fixture
+def expects(vimc4):
+    vimc4.expect().command("@B").once().watch()
+
+def test_nor_here(expects, referenced):
+    pass
+
+@pytest.fixture
 def ends_badly(port):
     yield
     port.write(MOVE)
@@ -138,9 +145,9 @@ def test_comes_here(ends_badly):
 """
     )
     result = pytester.runpytest("--basetemp", pytester.path / "kept")
-    result.assert_outcomes(passed=1, errors=2)
+    result.assert_outcomes(passed=1, errors=3)
     text = result.stdout.str()
-    assert text.count(": conversation") == 2
+    assert text.count(": conversation") == 3
     assert "@0R7" in text and "@0A100" in text
 
 
@@ -234,3 +241,127 @@ def test_nothing_is_left_of_what_is_killed(pytester):
     again = f"import vimc4; vimc4.Emulator(pty={str(link)!r}).close()"
     subprocess.run([sys.executable, "-c", again], check=True)
     assert not os.path.lexists(link)
+
+
+def test_what_is_expected_is_checked_with_the_test(pytester):
+    pytester.makepyfile(
+        MOVES
+        + """
+import vimc4 as virtual
+
+def test_passes(vimc4, port):
+    vimc4.expect().command("@A").once().watch()
+    port.write(MOVE)
+
+def test_forgets_to_move(vimc4):
+    vimc4.expect().command("@A").once().watch()
+
+def test_moves_too_far(vimc4, port):
+    vimc4.expect().never("x > 50").watch()
+    port.write(MOVE)
+    assert port.read() == b"0"
+
+def test_has_a_driver_that_swallows_it(vimc4, port):
+    vimc4.expect().never("x > 50").watch()
+    try:
+        port.write(MOVE)
+        port.read()
+    except AssertionError:
+        pass
+
+def test_never_says_how_often(vimc4):
+    vimc4.expect().command("@A")
+
+def test_gives_up(vimc4):
+    vimc4.expect().command("@B").once().watch()
+    raise RuntimeError("the driver gave up")
+
+@pytest.fixture
+def moves(vimc4):
+    vimc4.expect().command("@A").once().watch()
+
+def test_of_a_fixture(moves):
+    pass
+"""
+    )
+    result = pytester.runpytest("--basetemp", pytester.path / "kept")
+    result.assert_outcomes(passed=1, failed=6)
+    result.stdout.fnmatch_lines(
+        [
+            "*test_forgets_to_move*",
+            "*test_what*.py:*: expected here, and not met",
+            "expected command @A, once",
+            "  but it never came",
+            "*test_moves_too_far*",
+            ">*port.read() == b*",
+            "E*Unmet: expected x > 50, never",
+            "*: recording*",
+            "*test_has_a_driver_that_swallows_it*",
+            "expected x > 50, never",
+            "*test_never_says_how_often*",
+            "the sentence that begins at *test_what*.py:* has no end*",
+            "*test_gives_up*",
+            "E*RuntimeError: the driver gave up",
+            "*: not met*",
+            "expected command @B, once",
+            "*: conversation*",
+            "*test_of_a_fixture*",
+            "expected command @A, once",
+        ]
+    )
+    assert result.stdout.str().count(": not met") == 1
+
+
+def test_what_goes_wrong_ends_with_the_test(pytester):
+    pytester.makepyfile(
+        """
+        import pytest, vimc4
+
+        @pytest.fixture(scope="module")
+        def shared():
+            with vimc4.Emulator(time="instant") as emulator:
+                emulator.fault("delay 1ms to-host always")
+                emulator.expect().command("@B").never().watch()
+                yield emulator
+
+        def test_begins_one(shared):
+            shared.fault("cut")
+            assert len(shared.faults()) == 2
+
+        def test_has_none(shared):
+            assert [view.number for view in shared.faults()] == [1]
+
+        def test_expects_something(shared):
+            shared.expect().command("@A").once().watch()
+
+        def test_breaks_what_another_expects(shared):
+            shared.connect().write(b"@0B2,1\\r")
+
+        def test_fails(shared):
+            shared.fault("cut")
+            assert False
+
+        def test_has_none_either(shared):
+            assert [view.number for view in shared.faults()] == [1]
+
+        @pytest.fixture(scope="module")
+        def another():
+            with vimc4.Emulator(time="instant") as emulator:
+                emulator.expect().command("@B").once().watch()
+                yield emulator
+
+        def test_does_not_do_what_another_expects(another):
+            pass
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=4, failed=3, errors=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*ERROR at teardown of test_does_not_do*",
+            "*expected command @B, once*",
+            "*test_expects_something*",
+            "*test_breaks_what_another_expects*",
+            "expected command @B, never",
+        ]
+    )

@@ -13,7 +13,19 @@ if TYPE_CHECKING:
     from datetime import timedelta
 
     from ._emulator import Emulator
-    from ._types import Breakpoint, Command, Effect, Event, Pause, Report, Signal, Step, View
+    from ._journal import Journal
+    from ._types import (
+        Breakpoint,
+        Command,
+        Effect,
+        Event,
+        FaultView,
+        Pause,
+        Report,
+        Signal,
+        Step,
+        View,
+    )
     from ._vimc4 import Harness, Journey, Pending, Port, Snapshot
 
 
@@ -232,6 +244,18 @@ class Aio:
         reports = self._emulator.reports(*wants, room=room)
         while (report := await reports.next_report()) is not None:
             yield report
+
+    def journal(self) -> Pending[Journal]:
+        """Everything that happened, oldest first."""
+        return self._core.journal()
+
+    def end_faults(self) -> Pending[Effect]:
+        """Ends all faults, whoever has begun them."""
+        return self._core.end_faults()
+
+    def faults(self) -> Pending[list[FaultView]]:
+        """The present faults, and how often each has struck."""
+        return self._core.faults()
 
     def signals(self) -> Pending[list[Signal]]:
         """What can be pressed, turned and set."""

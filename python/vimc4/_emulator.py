@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import itertools
 import os
+import sys
 import warnings
 import weakref
 from typing import TYPE_CHECKING, Any, Iterable, Iterator
@@ -12,15 +13,28 @@ from typing import TYPE_CHECKING, Any, Iterable, Iterator
 from . import _vimc4
 from ._errors import Ended, RecordingWarning
 from ._port import Port
+from ._scope import Fault, Marks, Said, Watched, raise_first, tell
 
 if TYPE_CHECKING:
     from datetime import timedelta
     from types import TracebackType
 
     from ._aio import Aio
+    from ._journal import Journal
     from ._serial import Serial
-    from ._types import Breakpoint, Command, Effect, Event, Pause, Report, Signal, Step, View
-    from ._vimc4 import Harness, Machine, Model, Recording, Snapshot, Worker
+    from ._types import (
+        Breakpoint,
+        Command,
+        Effect,
+        Event,
+        FaultView,
+        Pause,
+        Report,
+        Signal,
+        Step,
+        View,
+    )
+    from ._vimc4 import Expect, Harness, Machine, Model, Recording, Snapshot, Worker
 
 running: weakref.WeakValueDictionary[str, Emulator] = weakref.WeakValueDictionary()
 """The emulators of this process, by their names."""
@@ -104,6 +118,9 @@ class Emulator:
         if name is None:
             name = next(number for number in map(str, _numbers) if number not in running)
         self.name = name
+        self._watched: list[Watched] = []
+        self._said: list[Said] = []
+        self._faults: list[Fault] = []
         self._failed_only = record_failure is not None
         self._core: _vimc4.Core = _vimc4.Core(
             model=model,
@@ -146,8 +163,9 @@ class Emulator:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if kind is not None:
+        if error is not None:
             self.keep_recording()
+            tell(error, Marks(()).outcome(self))
         self.close()
 
     def __del__(self) -> None:
@@ -156,16 +174,21 @@ class Emulator:
             self.close()
 
     def close(self) -> None:
-        """Ends it, and waits for that: its ports and its link are free afterwards. Once is enough."""
+        """Ends it, and waits for that: its ports and its link are free afterwards. Once is enough.
+        Raises what was expected of it, is not met, and was not checked before."""
         core = self._core
         if core.closed:
             return
+        unmet = Marks(()).outcome(self)
+        if unmet:
+            self.keep_recording()
         recording = core.recording
         core.close()
         if recording is not None and self._failed_only:
             recording.discard()
         for error in core.take_recording_errors():
             warnings.warn(error, RecordingWarning, stacklevel=2)
+        raise_first(unmet)
 
     @property
     def closed(self) -> bool:
@@ -335,6 +358,67 @@ class Emulator:
         """What happens from now on, to be taken whenever there is time for it; see `Reports`."""
         return Reports(self, wants=wants, room=room)
 
+    # --- what is expected ---
+
+    def expect(self) -> Expect:
+        """Begins a sentence about what has to happen: from now on, if it ends with ``watch()``, or so
+        far, if it ends with ``so_far()``.
+
+        >>> import vimc4
+        >>> with vimc4.Emulator("imc4", "mill", "manual") as emulator:
+        ...     moved = emulator.expect().command("@A").answered("0").once().watch()
+        ...     inside = emulator.expect().never("x > 20mm").watch()
+        ...     written = emulator.connect().write(b"@07\\r@0A800,900,0,900,0,900,0,900\\r")
+        ...     at = emulator.run_until_idle()
+        ...     moved.check()
+        ...     inside.check()
+        ...     emulator.expect().command("@P").never().so_far()
+        """
+        caller = sys._getframe(1)
+        said = Said(self, f"{caller.f_code.co_filename}:{caller.f_lineno}")
+        try:
+            return self._core.expect(said)
+        except BaseException:
+            said.over()
+            raise
+
+    def check(self) -> None:
+        """Checks everything that is expected of it, which is not expected any more then. Its end does
+        that, too, and at the end of a test the plugin of pytest."""
+        raise_first(Marks(()).outcome(self))
+
+    def journal(self) -> Journal:
+        """Everything that happened, oldest first: commands, answers, motions, ports, what people did."""
+        return self._core.journal().wait()
+
+    # --- what goes wrong ---
+
+    def fault(self, words: str) -> Fault:
+        """Something goes wrong from now on, on the line or at the machine, until it ends: ``with
+        emulator.fault("drop to-host once"):``. The words are those of the orders.
+
+        >>> import vimc4
+        >>> with vimc4.Emulator(time="instant") as emulator:
+        ...     port = emulator.connect()
+        ...     with emulator.fault("garble into ? to-host after command @0P") as fault:
+        ...         written = port.write(b"@07\\r@0P\\r")
+        ...         port.read(2), fault.struck
+        ...     emulator.faults()
+        (b'0?', 1)
+        []
+        """
+        return Fault(self, words)
+
+    def faults(self) -> list[FaultView]:
+        """The present faults, and how often each has struck."""
+        return self._core.faults().wait()
+
+    def end_faults(self) -> None:
+        """Ends all faults, whoever has begun them."""
+        for fault in list(self._faults):
+            fault.end()
+        self._core.end_faults().wait()
+
     # --- what happens to it ---
 
     def signals(self) -> list[Signal]:
@@ -501,7 +585,11 @@ class _Elsewhere:
 
 def _close_all() -> None:
     for emulator in list(running.values()):
-        emulator.close()
+        try:
+            emulator.close()
+        except Exception:
+            # What nobody has checked is told, and the others are closed all the same.
+            sys.excepthook(*sys.exc_info())
 
 
 def _leave_all() -> None:

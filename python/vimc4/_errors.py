@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from typing import Literal
+
 
 class Error(Exception):
     """Something that an emulator cannot do. All others are this one, too."""
@@ -29,6 +34,68 @@ class ConditionError(Error, ValueError):
 
 class OrderError(Error, ValueError):
     """A text is not an order. It says where it goes wrong, and what would be right there."""
+
+
+class FaultError(Error, ValueError):
+    """A text describes no fault. It says where it goes wrong, and what would be right there."""
+
+
+class Mistake(Error, ValueError):
+    """What is expected could never be met, or never fail."""
+
+
+class Unmet(Error, AssertionError):
+    """What was expected is not met: what is wrong, what came closest, and what happened around it."""
+
+    expected: str
+    """The expectation in words."""
+    reason: Literal[
+        "missing", "too-often", "too-early", "too-late", "not-held", "not-followed", "never-came",
+        "forgotten",
+    ]  # fmt: skip
+    """Which sort of failure it is, for programs."""
+    but: str
+    """What is wrong, in words."""
+    at: int
+    """When that was clear, in nanoseconds."""
+    entry: int | None
+    """The number of the entry of the journal in which it shows, if it shows in one."""
+    closest: list[str]
+    """What came closest, and in what it differs."""
+    around: list[str]
+    """What happened around it, in the words of the log."""
+    place: str | None = None
+    """Where the sentence begins: the file and the line, where that is known."""
+
+    def __init__(self, text: str, told: dict[str, Any]) -> None:
+        super().__init__(text, told)
+        self.expected = told["expected"]
+        self.reason = told["reason"]
+        self.but = told["but"]
+        self.at = told["at"]
+        self.entry = told.get("entry")
+        self.closest = told.get("closest", [])
+        self.around = told["around"]
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Unfinished(Error, AssertionError):
+    """A sentence about what is expected was begun and has no end, so that nobody looks."""
+
+    place: str
+    """Where it begins: the file and the line."""
+
+    def __init__(self, place: str) -> None:
+        super().__init__(place)
+        self.place = place
+
+    def __str__(self) -> str:
+        return (
+            f"the sentence that begins at {self.place} has no end, so nobody looks whether it is so: end "
+            "it with watch() or so_far()"
+        )
 
 
 class ControlError(Error):

@@ -59,6 +59,40 @@ class Signal(NamedTuple):
     """What it does, in a few words."""
 
 
+class FaultView(NamedTuple):
+    """A fault that an emulator has."""
+
+    number: int
+    """Its number."""
+    fault: str
+    """What it is, as people type it."""
+    stage: Literal["waits", "strikes", "over"]
+    """Whether it waits for something, strikes when there is something to strike, or is over."""
+    struck: int
+    """How often it has struck."""
+
+
+class Move(NamedTuple):
+    """A motion: where it led, and the box that it stayed in. Places are in steps, X first."""
+
+    command: int | None
+    """The number of the command that it belongs to."""
+    began: int
+    """When it began, in nanoseconds."""
+    ended: int | None
+    """When it ended; None if it has not yet: the rest is then as it will be."""
+    start: list[int]
+    """Where the counters were at its beginning."""
+    end: list[int]
+    """Where they were at its end."""
+    low: list[int]
+    """The smallest that each was."""
+    high: list[int]
+    """The largest that each was."""
+    steps: int
+    """How many steps of the step clock it had."""
+
+
 class Pause(NamedTuple):
     """Time is paused."""
 

@@ -5,21 +5,25 @@
         port = vimc4.serial()
         ...
 
-A test that fails shows the conversation in its report, and leaves a recording that ``vimc4 replay``
+What a test expects (``vimc4.expect()…watch()``) is checked at its end, and faults that it has begun end
+with it. A test that fails shows the conversation in its report, and leaves a recording that ``vimc4 replay``
 and ``vimc4 console`` open. Emulators live in the process of the test, on ports and in folders of their
 own: with ``pytest -n`` each worker has its own, and whatever ends the process ends them.
 """
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Generator, Iterator
 
 import pytest
 
+from ._emulator import Emulator, running
+from ._errors import Unfinished, Unmet
+from ._scope import Marks, raise_first
+
 if TYPE_CHECKING:
     from typing import Protocol
-
-    from . import Emulator
 
     class StartsEmulators(Protocol):
         """Starts an emulator: see `vimc4.Emulator`."""
@@ -28,6 +32,8 @@ if TYPE_CHECKING:
 
 
 _EMULATORS: pytest.StashKey[list[Emulator]] = pytest.StashKey()
+_AT_END: pytest.StashKey[Unmet | Unfinished] = pytest.StashKey()
+_UNMET: pytest.StashKey[list[tuple[str, str]]] = pytest.StashKey()
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -43,8 +49,6 @@ def pytest_configure(config: pytest.Config) -> None:
 def vimc4_start(request: pytest.FixtureRequest) -> Iterator[StartsEmulators]:
     """Starts as many emulators as wanted: a function that takes what `vimc4.Emulator` does. What is
     not said is as the marker ``vimc4`` has it. They end with the test, and are in its report."""
-    from . import Emulator
-
     node: pytest.Item = request.node
     marked = _marked(node)
     emulators = node.stash.setdefault(_EMULATORS, [])
@@ -62,8 +66,12 @@ def vimc4_start(request: pytest.FixtureRequest) -> Iterator[StartsEmulators]:
         return emulator
 
     yield start
-    for emulator in emulators:
-        emulator.close()
+    with ExitStack() as closing:
+        for emulator in emulators:
+            if _UNMET not in node.stash:
+                # The test itself was never begun.
+                Marks(()).outcome(emulator)
+            closing.callback(emulator.close)
 
 
 @pytest.fixture
@@ -71,6 +79,31 @@ def vimc4(vimc4_start: StartsEmulators) -> Emulator:
     """A virtual controller, as the marker ``vimc4`` has it; without one it is an IMC4 on the machine
     ``bench`` with the clock ``instant``."""
     return vimc4_start()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """What a test expects is checked at its end, and what goes wrong by its order ends with it: of its
+    own emulators, and of all others as far as the test itself has said so."""
+    item.stash[_UNMET] = []
+    own = item.stash.get(_EMULATORS, [])
+    marks = Marks(emulator for emulator in running.values() if emulator not in own)
+    try:
+        yield
+    except BaseException:
+        unmet = _end_since(marks)
+        item.stash[_UNMET] = [(f"{_title(of)}: not met", f"{error}\n") for of, error in unmet]
+        raise
+    if unmet := _end_since(marks):
+        item.stash[_AT_END] = unmet[0][1]
+        raise_first([error for _, error in unmet])
+
+
+def _end_since(marks: Marks) -> list[tuple[Emulator, Unmet | Unfinished]]:
+    emulators = list(running.values())
+    for emulator in emulators:
+        marks.end_faults(emulator)
+    return [(emulator, unmet) for emulator in emulators for unmet in marks.outcome(emulator)]
 
 
 def _marked(node: pytest.Item) -> dict[str, Any]:
@@ -88,15 +121,28 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
     if report.failed:
+        if call.when == "call" and call.excinfo is not None:
+            error = call.excinfo.value
+            # What has failed is not told twice.
+            unmet = item.stash.get(_UNMET, [])
+            report.sections += [section for section in unmet if section[1] != f"{error}\n"]
+            if item.stash.get(_AT_END, None) is error:
+                # It was not raised by a line of the test.
+                place = "" if error.place is None else f"{error.place}: expected here, and not met\n\n"
+                report.longrepr = f"{place}{error}"
         for emulator in item.stash.get(_EMULATORS, []):
             report.sections += _sections(emulator)
     return report
 
 
+def _title(emulator: Emulator) -> str:
+    return f"vimc4 {emulator.name}, {emulator.model}"
+
+
 def _sections(emulator: Emulator) -> list[tuple[str, str]]:
     """What a report says of an emulator: what was spoken, and where the recording is, which ends
     here."""
-    title = f"vimc4 {emulator.name}, {emulator.model}"
+    title = _title(emulator)
     sections = [(f"{title}: conversation", emulator.conversation())]
     if emulator.recording is not None and not emulator.closed:
         emulator.keep_recording()

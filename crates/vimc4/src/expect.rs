@@ -145,14 +145,20 @@ impl Watched {
     ///
     /// If it cannot be met any more, or nothing has become clear in this time.
     pub fn wait_until_met(&self, limit: Duration) -> Result<(), Error> {
+        let reply = self.until_met();
+        reply.wait_within(limit)?;
+        self.failure().map_or(Ok(()), |failure| Err(failure.into()))
+    }
+
+    /// Answers when it is met, or cannot be any more, which [`failure`](Watched::failure) tells. See
+    /// [`wait_until_met`](Watched::wait_until_met).
+    pub fn until_met(&self) -> Pending<()> {
         let (answer, reply) = Pending::promised();
         let mut memory = self.record.lock();
         if let Some(place) = memory.watches.iter().position(|of| Some(of.id) == self.id) {
             memory.wait_for(place, answer);
         }
-        drop(memory);
-        reply.wait_within(limit)?;
-        self.failure().map_or(Ok(()), |failure| Err(failure.into()))
+        reply
     }
 
     /// Ends the emulator as soon as it cannot be met any more: a driver that waits for an answer learns at

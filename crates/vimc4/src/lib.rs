@@ -91,7 +91,7 @@ pub use vimc4_host::{LinkError, PtyLink, User, Users};
 
 pub use vimc4_journal::expect::{
     Clauses, CommandClause, ConditionLike, Expect, Expectation, Failure, Following, Mistake, Must,
-    Reason, Sentence, Whenever,
+    Reason, Sentence, Trial, Unmet, Whenever,
 };
 pub use vimc4_journal::{Entry, Journal, Move, Picture, What as Happened};
 

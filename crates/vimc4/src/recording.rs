@@ -204,7 +204,7 @@ impl RecordingFile {
 
     /// Ends it because an expectation is not met, once everything that happens at this instant has
     /// been reported: a mark says what was expected.
-    pub(crate) fn cut(&self, failure: &Failure) {
+    pub fn cut(&self, failure: &Failure) {
         let mut sheet = self.sheet();
         let mark = format!("expected {}, but {}", failure.expected, failure.but);
         sheet.cut.get_or_insert(mark);

@@ -190,6 +190,24 @@ impl<C> Draft<C> {
     }
 }
 
+/// The first mistake in what is said so far.
+macro_rules! mistake {
+    ($($part:ident $draft:tt),*) => {$(
+        impl<C> $part<C> {
+            /// Why what is said so far could never be met. Nothing that is added makes it good again.
+            #[must_use]
+            pub fn mistake(&self) -> Option<&Mistake> {
+                self.$draft.mistake.as_ref()
+            }
+        }
+    )*};
+}
+
+mistake!(
+    Expect 0, CommandClause draft, Clauses draft, Sentence draft, Whenever draft, Must draft,
+    Following draft
+);
+
 impl<C> Expect<C> {
     /// Begins a sentence about something, with the names that its device has.
     pub fn of(of: C, names: Names) -> Expect<C> {
