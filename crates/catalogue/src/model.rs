@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::Deserialize;
-use vimc4_device::{Deed, Device, Model as _, Verb};
+use vimc4_device::{Ability, Deed, Device, Model as _, Verb};
 use vimc4_plant::{ProfileError, parse_profile};
 
 use crate::list::{Family, Model, both, by, of};
@@ -71,6 +71,12 @@ impl Model {
     #[must_use]
     pub fn axis_names(&self) -> &'static [&'static str] {
         of!(Model, self, model => model.axis_names())
+    }
+
+    /// What its controllers can do with each form of a command.
+    #[must_use]
+    pub fn abilities(&self) -> Vec<Ability> {
+        of!(Model, self, model => model.abilities())
     }
 
     /// Whether its commands are the same.

@@ -6,8 +6,8 @@ use std::fmt::{self, Write as _};
 
 use vimc4_catalogue::Family;
 use vimc4_device::{
-    Deed, Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Names, Output,
-    OwnedInput, Time, View, show_nanos,
+    Course, Deed, Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Names,
+    Output, OwnedInput, Time, View, show_nanos,
 };
 
 use crate::format::Session;
@@ -41,6 +41,8 @@ pub struct Record {
     pub lines: BTreeSet<Cow<'static, str>>,
     /// Signals that were set, by name.
     pub signals: BTreeSet<String>,
+    /// What commands found, and what stopped them, in order.
+    pub courses: Vec<Course>,
     /// Something moved.
     pub moved: bool,
     /// The flash memory was written.
@@ -195,7 +197,7 @@ struct Player<D> {
 impl Drive {
     fn harness<D: Device>(self, device: D) -> Harness<D> {
         Harness::new(device).watching(match self {
-            Drive::Smooth => Kinds::ALL,
+            Drive::Smooth => Kinds::ALL.and(Kinds::COURSE),
             Drive::Rough => Kinds::WARNING,
         })
     }
@@ -322,6 +324,7 @@ impl<D: Device> Player<D> {
                 self.record.moved |= matches!(motion, Motion::Begins { .. });
                 self.travel.watch(at, &motion);
             }
+            Event::Course(course) => self.record.courses.push(course),
             Event::Port { .. } => self.record.switched = true,
             Event::Warning(warning) => {
                 let value = serde_json::to_value(&warning).unwrap_or_default();

@@ -37,6 +37,12 @@ impl Workshop {
         Ok(Workshop { model: model.clone(), machine })
     }
 
+    /// The model of its controllers.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
     /// A controller that has just been switched on with this image in its flash memory.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{FaultNews, FaultNumber, Grouped, Point, Segment, SignalId};
+use crate::{Course, FaultNews, FaultNumber, Grouped, Point, Segment, SignalId};
 
 /// Something that happened inside a device. It comes with the model time at which it happened.
 ///
@@ -112,6 +112,9 @@ pub enum Event {
     // --- warning ---
     /// Something was lost or assumed.
     Warning(Warning),
+    // --- course ---
+    /// What a command finds, or what stops it.
+    Course(Course),
 }
 
 impl Event {
@@ -129,6 +132,7 @@ impl Event {
             Event::Baud { .. } => Kinds::LINE,
             Event::Fault { .. } => Kinds::FAULT,
             Event::Warning(_) => Kinds::WARNING,
+            Event::Course(_) => Kinds::COURSE,
         }
     }
 }
@@ -326,7 +330,10 @@ impl Kinds {
     pub const SIGNAL: Kinds = Kinds(1 << 8);
     /// Faults.
     pub const FAULT: Kinds = Kinds(1 << 9);
-    /// Everything.
+    /// What commands find and what stops them, for coverage. It adds nothing to what the other events
+    /// tell people, so it is not in [`ALL`](Kinds::ALL).
+    pub const COURSE: Kinds = Kinds(1 << 10);
+    /// Everything that people are told.
     pub const ALL: Kinds = Kinds(0x3FF);
 
     /// Whether all of `kinds` are in this set.

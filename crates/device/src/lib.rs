@@ -8,6 +8,7 @@
 
 mod breakpoint;
 mod condition;
+mod course;
 mod duration;
 mod event;
 mod facts;
@@ -28,6 +29,7 @@ mod view;
 
 pub use breakpoint::Breakpoint;
 pub use condition::{Condition, ConditionError, Fact, LengthUnit, Named, Names, Scale, Vocabulary};
+pub use course::{Ability, Course, Situation, StopCause};
 pub use duration::{NotADuration, parse_duration, show_nanos};
 pub use event::{Event, Kinds, Loss, Motion, Warning};
 pub use facts::Facts;

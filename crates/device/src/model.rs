@@ -3,7 +3,9 @@
 use std::error::Error;
 use std::fmt;
 
-use crate::{Effects, Handling, Heard, Identity, Piece, Point, Question, Travel, Turn, Vocabulary};
+use crate::{
+    Ability, Effects, Handling, Heard, Identity, Piece, Point, Question, Travel, Turn, Vocabulary,
+};
 
 /// A model of controllers of one family: what every tool must know of it and of its family.
 ///
@@ -123,6 +125,12 @@ pub trait Model: Sized {
     /// known.
     fn vocabulary(&self) -> Option<Vocabulary> {
         None
+    }
+
+    /// What its controllers can do with each form of a command, in the order of the tables. A family
+    /// that lists nothing cannot be covered.
+    fn abilities(&self) -> Vec<Ability> {
+        Vec::new()
     }
 
     /// The value of a profile with which a controller would know a command that this one does not.

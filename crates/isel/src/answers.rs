@@ -4,7 +4,7 @@ use bytes::Bytes;
 use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{Mode, Op, Reply, table};
 
-use crate::activity::{Activity, Purpose, Wait};
+use crate::activity::Purpose;
 use crate::firmware::Firmware;
 use crate::model::{ControlReply, LowerCase, StopReply};
 use crate::state::Receiver;
@@ -37,6 +37,7 @@ impl Firmware {
                 bytes: Bytes::copy_from_slice(text),
             });
         }
+        self.finds(mnemonic);
     }
 
     /// `0`: a command has been executed.
@@ -156,13 +157,7 @@ impl Firmware {
 
     /// Says what a reset or the loss of power ends without an answer.
     pub(crate) fn tell_unanswered(&mut self, by: &'static str) {
-        let job = match &self.state.activity {
-            Activity::Moving(moving) => Some(moving.job),
-            Activity::Referencing(run) => Some(run.job),
-            Activity::Waiting { what: Wait::Erase, .. } => Some(Purpose::Command(Op::Erase)),
-            _ => self.state.is_running().then_some(Purpose::Program),
-        };
-        if let Some(job) = job {
+        if let Some(job) = self.under_way() {
             return self.tell_cut_short(job, |_| by.to_owned(), false);
         }
         let half = self.state.receiver.line.begun();

@@ -1,7 +1,7 @@
 //! Everything that ends a motion before its time: 253 and STOP, 254, 255, a condition, the
 //! cover, an emergency, a switch that becomes active.
 
-use vimc4_device::{Event, Kinds, Motion};
+use vimc4_device::{Event, Kinds, Motion, StopCause};
 use vimc4_isel_wire::{Mode, Op};
 use vimc4_motion::Path;
 use vimc4_plant::End;
@@ -11,6 +11,7 @@ use crate::axes::{AXES, moving_axes};
 use crate::firmware::Firmware;
 use crate::model::{StopInMoveUntil, StopInReference};
 use crate::outcome::Outcome;
+use crate::state::Run;
 use crate::why::{Breaker, By, Why};
 
 impl Firmware {
@@ -21,11 +22,13 @@ impl Firmware {
         if let Activity::Referencing(run) = &self.state.activity {
             return match (run.job, quirks.stop_in_reference) {
                 (Purpose::Program, StopInReference::End) => self.end_reference_of_program(by),
-                _ => self.stand_in_for_switch(),
+                _ => self.stand_in_for_switch(by),
             };
         }
-        if let Some(run) = self.state.run.as_mut().filter(|run| !run.paused) {
-            run.stopping.get_or_insert(by);
+        let goes_on = |run: &&mut Run| !run.paused && run.stopping.is_none();
+        if let Some(run) = self.state.run.as_mut().filter(goes_on) {
+            run.stopping = Some(by);
+            self.struck(by.cause());
         }
         match &self.state.activity {
             Activity::Moving(moving) => match (moving.job, moving.plan.until) {
@@ -49,6 +52,7 @@ impl Firmware {
             Activity::Moving(_) => self.brake(Ending::Break(Breaker::Line)),
             Activity::Referencing(_) => self.halt(Why::ReferenceBroken(Breaker::Line)),
             _ if self.state.is_running() => {
+                self.struck_by(Ending::Break(Breaker::Line));
                 self.tell_cut_short(Purpose::Program, |c| c.breaker_in_words(Breaker::Line), true);
                 Outcome::ProgramEnds(Ok(()))
             }
@@ -63,6 +67,7 @@ impl Firmware {
 
     /// 254: everything stops at once, as after power-on.
     pub(crate) fn software_reset(&mut self) {
+        self.struck(StopCause::ResetByte);
         self.tell_unanswered("254 from the line");
         self.halt_motors();
         self.reset();
@@ -87,6 +92,7 @@ impl Firmware {
         if moving.ending != Ending::Complete {
             if ending.is_harder_than(moving.ending) {
                 moving.ending = ending;
+                self.struck_by(ending);
             }
             return Outcome::Nothing;
         }
@@ -101,6 +107,7 @@ impl Firmware {
                 let segment = Box::new(moving.segment.clone());
                 self.emit(Event::Motion(Motion::Changes { segment }));
             }
+            self.struck_by(ending);
             if otherwise {
                 self.look_ahead_again();
             }
@@ -112,6 +119,7 @@ impl Firmware {
         {
             // This segment ends by itself at least as early; what follows it does not begin.
             moving.ending = ending;
+            self.struck_by(ending);
         }
         Outcome::Nothing
     }
@@ -129,6 +137,9 @@ impl Firmware {
 
     /// Halts whatever runs at once, without a ramp, and says why.
     pub(crate) fn halt(&mut self, why: Why) -> Outcome {
+        if let Some(cause) = why.cause() {
+            self.struck(cause);
+        }
         if let Some(job) = self.halt_motors() {
             return Outcome::Finished(job, Err(why));
         }

@@ -2,6 +2,7 @@
 //!
 //! Nothing in here has to do with how a controller works: it is a client's view of one.
 
+mod abilities;
 mod answers;
 mod effects;
 mod identity;
@@ -10,8 +11,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4_device::{
-    Effects, Erasing, Handling, Heard, Identity, MemoryError, Point, Question, StartButton, Stop,
-    Travel, Vocabulary,
+    Ability, Effects, Erasing, Handling, Heard, Identity, MemoryError, Point, Question,
+    StartButton, Stop, Travel, Vocabulary,
 };
 use vimc4_isel_wire::{Control, Mode, Op, Reply, spec, table};
 use vimc4_plant::Machine;
@@ -256,6 +257,10 @@ impl vimc4_device::Model for Model {
             ports: self.ports.read.keys().chain(self.ports.read_alias.keys()).copied().collect(),
             stores: true,
         })
+    }
+
+    fn abilities(&self) -> Vec<Ability> {
+        abilities::of(self)
     }
 
     fn refusal_of(&self, command: &[u8], answer: &[u8]) -> Option<String> {

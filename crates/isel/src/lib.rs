@@ -27,6 +27,7 @@ mod answers;
 mod axes;
 mod command;
 mod controller;
+mod course;
 mod dispatch;
 mod firmware;
 mod flash;

@@ -1,6 +1,8 @@
 //! Moves: from a command to segments, and from segment to segment.
 
-use vimc4_device::{AXES as PLACES, Event, Kinds, Loss, MachineStrike, Motion, Point, Warning};
+use vimc4_device::{
+    AXES as PLACES, Event, Kinds, Loss, MachineStrike, Motion, Point, StopCause, Warning,
+};
 use vimc4_isel_wire::{ArcArgs, AxisSet, Command, Pairs};
 use vimc4_motion::{Arc, ArcState, Helix, Path, Profile, Segment, StraightLine};
 use vimc4_plant::{End, Followed, Way};
@@ -106,7 +108,9 @@ impl Firmware {
         if met || plan.parts.is_empty() {
             Outcome::Finished(job, Ok(()))
         } else if self.state.is_stop_held() && job != Purpose::SelfTest {
-            Outcome::Stopped(job, plan, By::ButtonHeld)
+            let by = By::ButtonHeld;
+            self.job_struck(job, by.cause(), job.moving());
+            Outcome::Stopped(job, plan, by)
         } else {
             self.next_part(job, plan)
         }
@@ -174,6 +178,8 @@ impl Firmware {
         hit: [Option<End>; AXES],
         by_hand: bool,
     ) -> Outcome {
+        let cause = if by_hand { StopCause::LimitByHand } else { StopCause::LimitSwitch };
+        self.job_struck(moving.job, cause, moving.job.moving());
         let axes = self.commit(&moving.segment, step, true);
         self.state.unreference(axes);
         for axis in (0..AXES).filter(|axis| hit[*axis].is_some()) {

@@ -1,7 +1,7 @@
 //! Buttons, switches and the supply: what the outside world does to the controller
 //! (99 appendix E).
 
-use vimc4_device::{Event, Kinds};
+use vimc4_device::{Event, Kinds, StopCause};
 use vimc4_isel_wire::Op;
 use vimc4_plant::{End, PlantSignal};
 
@@ -152,6 +152,7 @@ impl Firmware {
             return;
         }
         if !on {
+            self.struck(StopCause::PowerLoss);
             self.tell_unanswered("the loss of power");
             self.halt_motors();
         }

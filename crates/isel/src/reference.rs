@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use vimc4_device::{Event, Kinds, Warning};
+use vimc4_device::{Event, Kinds, StopCause, Warning};
 use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference, Slide, Way};
@@ -180,6 +180,7 @@ impl Firmware {
     }
 
     fn wrong_switch(&mut self, run: &Referencing) -> Outcome {
+        self.job_struck(run.job, StopCause::WrongSwitch, run.doing());
         let axis = AxisSet::of(run.axis);
         self.state.unreference(axis);
         self.state.latched = self.state.latched.union(axis);
@@ -215,12 +216,13 @@ impl Firmware {
     }
 
     /// STOP is taken for the reference switch: the present phase ends here (99 2.2.2).
-    pub(crate) fn stand_in_for_switch(&mut self) -> Outcome {
+    pub(crate) fn stand_in_for_switch(&mut self, by: By) -> Outcome {
         let Activity::Referencing(run) = self.take_activity() else { return Outcome::Nothing };
         if run.phase == Phase::Free {
             self.state.activity = Activity::Referencing(run);
             return Outcome::Nothing;
         }
+        self.job_struck(run.job, by.cause(), run.doing());
         self.commit_reference(&run);
         self.warn_of_false_reference(&run);
         self.phase_reached(*run)
@@ -244,6 +246,7 @@ impl Firmware {
     /// point, and those after it are not driven. The program halts, and goes on after this line.
     pub(crate) fn end_reference_of_program(&mut self, by: By) -> Outcome {
         let Activity::Referencing(run) = self.take_activity() else { return Outcome::Nothing };
+        self.job_struck(run.job, by.cause(), run.doing());
         self.commit_reference(&run);
         if let Some(run) = &mut self.state.run {
             run.line += 1;

@@ -5,7 +5,7 @@
 //! its next poll would have been.
 
 use bytes::Bytes;
-use vimc4_device::{Event, Kinds, Time, Warning};
+use vimc4_device::{Event, Kinds, StopCause, Time, Warning};
 use vimc4_isel_wire::{Command, Mode, Op, PortTest};
 
 use crate::activity::{Activity, Ending, Plan, PortCondition, Purpose, Wait};
@@ -149,6 +149,7 @@ impl Firmware {
             let mnemonic = self.mnemonic(Mode::Stored, command.op(Mode::Stored));
             self.emit(Event::Line { line: line + 1, mnemonic: mnemonic.into() });
         }
+        self.line_finds(command.op(Mode::Stored));
         if let Err(why) = self.check_line(&command) {
             return Outcome::ProgramEnds(Err(why));
         }
@@ -348,6 +349,7 @@ impl Firmware {
         let (emergency, cover, abort) =
             (differs(settings.emergency), differs(settings.cover), differs(settings.abort));
         if emergency {
+            self.struck(StopCause::EmergencyInput);
             self.halt_motors();
             self.end_run(Err(Why::EmergencyInput));
             self.for_no_command(Firmware::open_relay);
@@ -368,6 +370,7 @@ impl Firmware {
                 self.halt(result.err().unwrap_or(Why::ReferenceBroken(Breaker::Input)))
             }
             _ => {
+                self.struck_by(ending);
                 if let Ending::Break(by) = ending {
                     self.tell_cut_short(Purpose::Program, |c| c.breaker_in_words(by), true);
                 }

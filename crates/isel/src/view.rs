@@ -8,7 +8,7 @@ use vimc4_device::{
 use vimc4_isel_wire::{Command, Plane};
 use vimc4_plant::{End, PlantSignal};
 
-use crate::activity::{Activity, Phase, Purpose, Wait};
+use crate::activity::{Activity, Phase, Purpose, Referencing, Wait};
 use crate::axes::{AXES, AXIS_NAMES, wrap};
 use crate::firmware::Firmware;
 use crate::model::Model;
@@ -113,6 +113,29 @@ pub struct LoopView {
     pub left: u32,
 }
 
+impl Purpose {
+    /// What a motion for this is.
+    pub(crate) fn moving(self) -> Doing {
+        match self {
+            Purpose::Program => Doing::ProgramMove,
+            Purpose::SelfTest => Doing::SelfTest,
+            Purpose::Command(_) | Purpose::Answered(_) => Doing::Move,
+        }
+    }
+}
+
+impl Referencing {
+    /// What it is doing.
+    pub(crate) fn doing(&self) -> Doing {
+        match self.phase {
+            _ if !self.whole => Doing::LeavingLimitSwitch,
+            Phase::Approach => Doing::ReferenceTowardsSwitch,
+            Phase::StepOut => Doing::ReferenceOutOfSwitch,
+            Phase::Free => Doing::ReferenceFreeSteps,
+        }
+    }
+}
+
 impl Firmware {
     pub(crate) fn picture(&self, at: Time) -> View<Details> {
         let state = &self.state;
@@ -212,17 +235,8 @@ impl Firmware {
             return Doing::Off;
         }
         match &state.activity {
-            Activity::Moving(moving) => match moving.job {
-                Purpose::Program => Doing::ProgramMove,
-                Purpose::SelfTest => Doing::SelfTest,
-                Purpose::Command(_) | Purpose::Answered(_) => Doing::Move,
-            },
-            Activity::Referencing(run) => match run.phase {
-                _ if !run.whole => Doing::LeavingLimitSwitch,
-                Phase::Approach => Doing::ReferenceTowardsSwitch,
-                Phase::StepOut => Doing::ReferenceOutOfSwitch,
-                Phase::Free => Doing::ReferenceFreeSteps,
-            },
+            Activity::Moving(moving) => moving.job.moving(),
+            Activity::Referencing(run) => run.doing(),
             Activity::Waiting { what, .. } => match what {
                 Wait::Boot | Wait::PowerUp => Doing::StartingUp,
                 Wait::Erase | Wait::PanelErase => Doing::Erasing,

@@ -21,8 +21,9 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vimc4_device::{
-    CommandNumber, Event, Fault, FaultNews, FaultNumber, Faulting, Kinds, Loss, MachineStrike,
-    Mishap, Motion, Outbox, SignalId, Stamp, Strike, Time, Warning,
+    CommandNumber, Course, Event, Fault, FaultNews, FaultNumber, Faulting, Kinds, Loss,
+    MachineStrike, Mishap, Motion, Outbox, SignalId, Situation, Stamp, StopCause, Strike, Time,
+    Warning,
 };
 use vimc4_plant::{Contact, End, Followed, Machine, Plant};
 
@@ -372,10 +373,21 @@ impl Controller {
     /// Whatever executes is broken off, maybe in a motion after so many steps, and answers why;
     /// without a command it is sent by itself.
     fn break_off(&mut self, motion: Option<(&Moving, u64)>, stop: Stop, why: Why) {
+        self.struck(why.cause());
         match self.state.break_off(motion, stop) {
             Some((number, letters)) => self.answer_failed(Some(number), letters, why, b""),
             None => self.report(why),
         }
+    }
+
+    /// Something stops the command that executes, for coverage.
+    fn struck(&mut self, cause: StopCause) {
+        let Some(Task { command, number: Some(number), .. }) = &self.state.job else { return };
+        let (mnemonic, doing) = (command.form().mnemonic.into(), self.state.doing());
+        self.emit(Some(*number), Kinds::COURSE, || {
+            let situation = Situation::Doing(doing);
+            Event::Course(Course::Stops { mnemonic, cause, situation })
+        });
     }
 
     /// Somebody sets a signal. One that a fault holds takes no value.
@@ -564,6 +576,7 @@ impl Controller {
             return;
         }
         if !on {
+            self.struck(StopCause::PowerLoss);
             self.tell_lost();
         }
         self.abandon_motion();
@@ -691,9 +704,14 @@ impl Controller {
         command: &Result<Command, Status>,
         raw: &[u8],
     ) {
+        let doing = self.state.doing();
         self.emit(Some(number), Kinds::COMMAND, || Event::Command {
             mnemonic: letters(command).into(),
             bytes: Bytes::copy_from_slice(raw),
+        });
+        self.emit(Some(number), Kinds::COURSE, || {
+            let (mnemonic, situation) = (letters(command).into(), Situation::Doing(doing));
+            Event::Course(Course::Finds { mnemonic, situation })
         });
     }
 

@@ -2,6 +2,7 @@
 //!
 //! Nothing in here has to do with how a controller works: it is a client's view of one.
 
+mod abilities;
 mod answers;
 mod effects;
 mod identity;
@@ -11,8 +12,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4_device::{
-    Effects, Erasing, Handling, Heard, Identity, MemoryError, Piece, Point, Question, Travel, Turn,
-    Vocabulary,
+    Ability, Effects, Erasing, Handling, Heard, Identity, MemoryError, Piece, Point, Question,
+    Travel, Turn, Vocabulary,
 };
 use vimc4_plant::Machine;
 
@@ -176,6 +177,10 @@ impl vimc4_device::Model for Model {
                 [plane].into_iter().chain(others).collect()
             }
         }
+    }
+
+    fn abilities(&self) -> Vec<Ability> {
+        abilities::of(self)
     }
 
     fn turn(&self, command: &[u8]) -> Turn {

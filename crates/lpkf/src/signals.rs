@@ -4,7 +4,7 @@ use bytes::Bytes;
 use vimc4_device::{Signal, SignalId, SignalView};
 use vimc4_plant::{End, PlantSignal};
 
-use crate::language::{Axis, Status};
+use crate::language::{Axis, Dialect, Status};
 use crate::state::State;
 use crate::why::{Stop, Why};
 
@@ -156,45 +156,9 @@ impl State {
             Own::BallAxis | Own::Ball(_) => self.model.interface.trackball,
             Own::SpindleFault => true,
             Own::Fault(status) => {
-                status.known_to(self.model.command_set) && !self.is_caused(status)
+                status.known_to(self.model.command_set)
+                    && !is_caused(status, self.model.command_set)
             }
-        }
-    }
-
-    /// Whether something in the emulated world causes a status.
-    fn is_caused(&self, status: Status) -> bool {
-        use Status as S;
-        match status {
-            // A MotionSystem says which axis it was.
-            S::WorkAreaLeft | S::LimitSwitch => self.is_smcu(),
-            S::SingleCoordinate
-            | S::MissingParameter
-            | S::FastStop
-            | S::SpeedTooHigh
-            | S::SpeedTooLow
-            | S::UnknownCommand
-            | S::ReceiverOverflow
-            | S::AccelerationTooHigh
-            | S::AccelerationTooLow
-            | S::ResolutionTooLarge
-            | S::ResolutionTooSmall
-            | S::NoSuchAxis
-            | S::NoSuchInterface
-            | S::NoSuchIoModule
-            | S::MessageInterrupt0
-            | S::MessageInterrupt1
-            | S::NoCounterAxis
-            | S::WrongAfterStop
-            | S::WrongAfterLimit
-            | S::WrongAfterSoftFrame
-            | S::WrongAfterMessage
-            | S::WrongAfterOpenInterface
-            | S::TooManyVectorParameters
-            | S::VectorBufferFull
-            | S::ReferenceNotAllowed
-            | S::CommandBufferFull => true,
-            // Ranges and limit switches of the six axes.
-            status => (25..=48).contains(&status.code()),
         }
     }
 
@@ -284,5 +248,42 @@ impl State {
             None => Some("nothing heeds it now"),
             Some(_) => None,
         }
+    }
+}
+
+/// Whether something in the emulated world causes a status.
+pub(crate) fn is_caused(status: Status, dialect: Dialect) -> bool {
+    use Status as S;
+    match status {
+        // A MotionSystem says which axis it was.
+        S::WorkAreaLeft | S::LimitSwitch => dialect == Dialect::Smcu,
+        S::SingleCoordinate
+        | S::MissingParameter
+        | S::FastStop
+        | S::SpeedTooHigh
+        | S::SpeedTooLow
+        | S::UnknownCommand
+        | S::ReceiverOverflow
+        | S::AccelerationTooHigh
+        | S::AccelerationTooLow
+        | S::ResolutionTooLarge
+        | S::ResolutionTooSmall
+        | S::NoSuchAxis
+        | S::NoSuchInterface
+        | S::NoSuchIoModule
+        | S::MessageInterrupt0
+        | S::MessageInterrupt1
+        | S::NoCounterAxis
+        | S::WrongAfterStop
+        | S::WrongAfterLimit
+        | S::WrongAfterSoftFrame
+        | S::WrongAfterMessage
+        | S::WrongAfterOpenInterface
+        | S::TooManyVectorParameters
+        | S::VectorBufferFull
+        | S::ReferenceNotAllowed
+        | S::CommandBufferFull => true,
+        // Ranges and limit switches of the six axes.
+        status => (25..=48).contains(&status.code()),
     }
 }

@@ -3,6 +3,7 @@
 //! The controller decides with typed reasons, which cost nothing; `words` says them to people.
 
 use serde::{Deserialize, Serialize};
+use vimc4_device::StopCause;
 
 use crate::language::{Axis, Dialect, Misfit, Side, Status};
 
@@ -67,6 +68,18 @@ pub(crate) enum Why {
 }
 
 impl Why {
+    /// What stops a command, if this does.
+    pub(crate) fn cause(self) -> StopCause {
+        match self {
+            Why::ExternalStop => StopCause::StopButton,
+            Why::Message(_) => StopCause::Message,
+            Why::Limit { by_hand: true, .. } => StopCause::LimitByHand,
+            Why::Limit { .. } => StopCause::LimitSwitch,
+            Why::Border(..) => StopCause::Border,
+            _ => StopCause::Failure,
+        }
+    }
+
     /// The status that it has on a model with this command set.
     pub(crate) fn status(self, dialect: Dialect) -> Status {
         let is_smcu = dialect == Dialect::Smcu;

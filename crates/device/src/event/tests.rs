@@ -5,7 +5,7 @@ use proptest::test_runner::TestRunner;
 use vimc4_motion::{Arc, ArcState, Chain, Helix, Path, Profile, Ramp, StraightLine, Stretch};
 
 use super::*;
-use crate::{AXES, CommandNumber, Stamp, Strike, Time, Way};
+use crate::{AXES, Activity, CommandNumber, Situation, Stamp, StopCause, Strike, Time, Way};
 
 #[test]
 fn warnings_say_what_happened_and_what_to_do() {
@@ -154,6 +154,28 @@ fn events() -> impl Strategy<Value = Event> {
         1 => any::<u32>().prop_map(|baud| Event::Baud { baud }),
         2 => faults().prop_map(|(number, news)| Event::Fault { number: FaultNumber(number), news }),
         3 => warnings().prop_map(Event::Warning),
+        2 => courses().prop_map(Event::Course),
+    ]
+}
+
+fn courses() -> impl Strategy<Value = Course> {
+    let situations = || {
+        let situations = [
+            Situation::Doing(Activity::Move),
+            Situation::StoppedMotion,
+            Situation::Looping(Activity::ProgramDelay),
+        ];
+        prop::sample::select(situations.to_vec())
+    };
+    let causes = prop::sample::select(vec![StopCause::StopByte, StopCause::Cover]);
+    prop_oneof![
+        (words(), situations())
+            .prop_map(|(mnemonic, situation)| Course::Finds { mnemonic, situation }),
+        (words(), causes, situations()).prop_map(|(mnemonic, cause, situation)| Course::Stops {
+            mnemonic,
+            cause,
+            situation
+        }),
     ]
 }
 
@@ -197,11 +219,13 @@ fn variant(event: &Event) -> u32 {
         Event::Warning(Warning::EndlessReference { .. }) => 19,
         Event::Warning(Warning::CounterWrapped { .. }) => 20,
         Event::Fault { .. } => 21,
+        Event::Course(Course::Finds { .. }) => 22,
+        Event::Course(Course::Stops { .. }) => 23,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 22;
+const VARIANTS: u32 = 24;
 
 #[test]
 fn what_is_written_is_read_again() {
