@@ -1,6 +1,7 @@
 //! `vimc4 console`: a controller, a program or a job, step by step, forward and back.
 
 mod camera;
+mod opened;
 mod reading;
 pub(crate) mod screen;
 mod script;
@@ -24,12 +25,12 @@ use vimc4_debug::Debugger;
 use crate::completions;
 use crate::endings::Endings;
 use crate::failure::Failure;
-use crate::opened::{self, Opened, Sending};
 use crate::output;
 use crate::places::{LISTENS, PTY, counted_up, numbered};
 use crate::setup::Setup;
 use crate::text;
 use crate::values::duration;
+use opened::{Opened, Sending};
 use session::{Cancel, Outcome, Session, Wrong};
 use shell::Shell;
 

@@ -154,14 +154,35 @@ fn a_picture_without_room_is_refused() {
 }
 
 #[test]
-fn a_branch_says_that_the_rest_of_the_file_is_not_sent_on_it() {
+fn on_a_branch_the_rest_of_the_file_is_sent_until_an_error_reply() {
     let file = ["examples/commands.txt", "--machine", "mill"];
-    for deed in ["press stop", "put x = 5"] {
-        let out = said(&file, &format!("step 2\n{deed}\n"));
-        assert!(out.contains("the rest of examples/commands.txt is not sent"), "{out}");
-    }
+    let sent = "as you go on, the rest of examples/commands.txt is sent";
+    // Somewhere else on X, and the relative ways that follow begin there.
+    let out = said(&file, "goto command 4\nput x = 1000\ncontinue\nprint x\nbranches\n");
+    assert!(out.contains(sent), "{out}");
+    let main = said(&file, "continue\nprint x\n");
+    assert!(main.ends_with("> print x\n3200\n"), "{main}");
+    assert!(out.contains("> print x\n4200\n"), "{out}");
+    // Software that is careful ends with what it does not understand.
+    let out = said(&file, "goto command 4\npress stop\ncontinue\nlist commands\n");
+    assert!(out.contains(sent), "{out}");
+    assert!(!out.contains("5  @0A800"), "{out}");
+    let keeps = [&file[..], &["--keep-going"]].concat();
+    let out = said(&keeps, "goto command 4\npress stop\ncontinue\nlist commands\n");
+    assert!(out.contains("5  @0A800"), "{out}");
     let out = said(&file, "step 2\nwhat if press stop\ngoto end\npress stop\n");
-    assert!(!out.contains("is not sent"), "{out}");
+    assert!(!out.contains(sent), "{out}");
+}
+
+#[test]
+fn what_would_come_is_not_sent_twice() {
+    let file = ["examples/commands.txt", "--machine", "mill"];
+    // What was sent on the one way was sent on the other as well.
+    let deeds = ["what if press start", "what if machine bench", "what if send @0P"];
+    for deed in deeds {
+        let out = said(&file, &format!("goto command 4\n{deed}\ncontinue\nprint x\n"));
+        assert!(out.ends_with("> print x\n3200\n"), "{deed}: {out}");
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use vimc4_timeline::{History, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::reel::Unread;
-use crate::{DebugError, Expression, Feed, Field, Source, Unit, Variable};
+use crate::{DebugError, Expression, Feed, Field, Piece, Source, Unit, Variable};
 
 /// A controller, its history, and the present moment in it.
 ///
@@ -169,6 +169,20 @@ impl Debugger {
         self.feed.as_ref()
     }
 
+    /// At the end of what the host does comes this as well.
+    pub fn then(&mut self, piece: Piece) {
+        if let Some(feed) = &mut self.feed {
+            feed.then(piece);
+        }
+    }
+
+    /// The host does not wait any longer for what it [waits](Feed::waits) for.
+    pub fn go_on_all_the_same(&mut self) {
+        if let Some(feed) = &mut self.feed {
+            feed.goes_on_all_the_same(&self.history);
+        }
+    }
+
     /// The text that the commands come from.
     pub fn set_source(&mut self, source: Option<Source>) {
         self.source = source;
@@ -227,9 +241,10 @@ impl Debugger {
         self.breakpoints.len() < before
     }
 
-    /// Removes all.
+    /// Removes all, and begins counting anew.
     pub fn clear_breakpoints(&mut self) {
         self.breakpoints.clear();
+        self.last_breakpoint = 0;
     }
 
     /// Enables or disables a breakpoint, and says whether there is one of this number.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vimc4_catalogue::Controller;
-use vimc4_device::{Condition, Device, Event, Input, SignalId};
+use vimc4_device::{Condition, Device, Event, Input, Output, SignalId, Time};
 use vimc4_timeline::{BranchId, History, Moment, Place};
 
 /// A step of the host, done when the controller has completed the one before.
@@ -34,6 +34,8 @@ pub struct Feed {
     asked: BTreeMap<BranchId, Vec<(Moment, usize)>>,
     /// What it waits for.
     waits: Option<String>,
+    /// It sends nothing more after an error reply.
+    gives_up: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +51,33 @@ impl Feed {
     /// A host that has not done anything.
     #[must_use]
     pub fn new(pieces: Vec<Piece>) -> Feed {
-        Feed { pieces: pieces.into(), done: BTreeMap::new(), asked: BTreeMap::new(), waits: None }
+        Feed {
+            pieces: pieces.into(),
+            done: BTreeMap::new(),
+            asked: BTreeMap::new(),
+            waits: None,
+            gives_up: false,
+        }
+    }
+
+    /// It sends nothing more after an error reply, as careful software does.
+    #[must_use]
+    pub fn until_error(mut self) -> Feed {
+        self.gives_up = true;
+        self
+    }
+
+    /// At the end comes this as well.
+    pub(crate) fn then(&mut self, piece: Piece) {
+        self.pieces = self.pieces.iter().cloned().chain([piece]).collect();
+    }
+
+    /// Somebody says that it is not to wait any longer for what it [waits](Feed::waits) for.
+    pub fn goes_on_all_the_same(&mut self, history: &History<Controller>) {
+        let next = self.next(history);
+        if self.waits.take().is_some() && matches!(self.pieces.get(next), Some(Piece::Until(..))) {
+            self.keep(history, true, next + 1);
+        }
     }
 
     /// What it waits for or asks, if that holds it up.
@@ -126,6 +154,49 @@ impl Feed {
             number += 1;
         }
         number > first
+    }
+
+    /// Something has come out where the way was not known yet. After an error reply it does nothing
+    /// more, if it is so careful.
+    pub(crate) fn hear<'o>(
+        &mut self,
+        history: &History<Controller>,
+        outputs: impl IntoIterator<Item = &'o Output>,
+    ) {
+        let all = self.pieces.len();
+        if !self.gives_up || !history.is_at_end() || self.next(history) >= all {
+            return;
+        }
+        let refused = outputs.into_iter().find_map(|output| match output {
+            Output::Event(stamp, Event::Answer { why: Some(_), .. }) => Some(stamp.at),
+            _ => None,
+        });
+        let Some(at) = refused else { return };
+        let present = history.present();
+        let done = self.done.entry(present.branch).or_default();
+        // It counts from just then on, and after what was sent.
+        let refused = Moment { at, causes: 0, ..present.moment };
+        let at = done.last().map_or(refused, |last| last.at.max(refused));
+        done.push(Done { at, is_over: true, next: all });
+    }
+
+    /// What was given at a time on the way to another branch is given here as well: what was sent there
+    /// by then is sent.
+    pub(crate) fn copy(&mut self, history: &History<Controller>, from: BranchId, at: Time) {
+        let (mut branch, mut at) = (from, at);
+        let next = loop {
+            let done = self.done.get(&branch).map_or(&[][..], Vec::as_slice);
+            let by_then = done.partition_point(|done| done.at.at <= at);
+            if let Some(last) = by_then.checked_sub(1).and_then(|last| done.get(last)) {
+                break last.next;
+            }
+            let mut branches = history.branches();
+            match branches.find(|own| own.id == branch).and_then(|own| own.parted) {
+                Some(parting) => (branch, at) = (parting.branch, at.min(parting.moment.at)),
+                None => break 0,
+            }
+        };
+        self.keep(history, false, next);
     }
 
     /// The next moment on the way of the present at which it asked the operator.

@@ -49,7 +49,9 @@ impl Debugger {
             let is_beyond = is_beyond(history, asked);
             let met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
-            problems.extend(walk.problems.take().into_iter().flat_map(|problems| problems.last));
+            let went_wrong = walk.problems.take().unwrap_or_default().last;
+            self.host_hears(&went_wrong);
+            problems.extend(went_wrong);
             problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
             let why = match found {
                 Found::Here if is_beyond => self.asks_again(asked),
@@ -102,7 +104,9 @@ impl Debugger {
             let is_beyond = is_beyond(history, asked);
             let mut met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
-            problems.extend(walk.problems.take().into_iter().flat_map(|problems| problems.last));
+            let went_wrong = walk.problems.take().unwrap_or_default().last;
+            self.host_hears(&went_wrong);
+            problems.extend(went_wrong);
             if fills {
                 self.breakpoints.pop();
                 met.retain(|id| *id != NOBODYS);
@@ -182,7 +186,10 @@ impl Debugger {
         }
         if found == Found::Nowhere && !self.stays {
             self.history.go_to_time(end);
-            while found == Found::Nowhere && self.host_goes_on(Way::Forward) {
+            while found == Found::Nowhere && {
+                self.host_hears(&begins.problems.last);
+                self.host_goes_on(Way::Forward)
+            } {
                 found = self.history.seek_next(Time::NEVER, &mut begins, progress);
             }
             if found != Found::Nowhere {
@@ -276,7 +283,7 @@ impl Debugger {
 
     /// Goes on to a time, ignoring breakpoints.
     fn go_plain(&mut self, at: Time, progress: &mut Progress<'_>) -> Stop {
-        let mut nothing = Walk::new(Way::Forward);
+        let mut nothing = Walk::new(Way::Forward).telling();
         if self.goes_on_reading()
             && let Err(why) = self.read_until(|own| end_of(&own.history) >= at, progress)
         {
@@ -288,6 +295,8 @@ impl Debugger {
             if self.history.seek_next(end, &mut nothing, progress) == Found::GivenUp {
                 return self.stopped(Reason::Cancelled, Vec::new());
             }
+            let went_wrong = nothing.problems.replace(Problems::default()).unwrap_or_default();
+            self.host_hears(&went_wrong.last);
             if !self.host_goes_on(Way::Forward) {
                 break;
             }
@@ -327,8 +336,17 @@ impl Debugger {
 
     /// Lets the host do what it would do now, and says whether it did anything.
     fn host_goes_on(&mut self, way: Way) -> bool {
-        let feed = self.feed.as_mut().filter(|_| way == Way::Forward);
-        feed.is_some_and(|feed| feed.go_on(&mut self.history))
+        let Some(feed) = self.feed.as_mut().filter(|_| way == Way::Forward) else { return false };
+        // What was done here by hand may have been answered at once.
+        feed.hear(&self.history, self.history.outputs());
+        feed.go_on(&mut self.history)
+    }
+
+    /// The host hears what has gone wrong.
+    fn host_hears(&mut self, problems: &VecDeque<Output>) {
+        if let Some(feed) = &mut self.feed {
+            feed.hear(&self.history, problems);
+        }
     }
 
     /// Goes to where the host asked the operator, who is asked again each time a walk passes there.
@@ -385,6 +403,9 @@ impl Debugger {
     pub(crate) fn stopped(&mut self, why: Reason, notes: Vec<crate::Note>) -> Stop {
         /// How much of the last output is reported.
         const OUTPUTS_MAX: usize = 100;
+        if let Some(feed) = &mut self.feed {
+            feed.hear(&self.history, self.history.outputs());
+        }
         let outputs: Vec<Output> = self.history.drain().take(OUTPUTS_MAX).collect();
         let said = outputs.iter().map(|output| self.say(output)).collect();
         let (place, at) = (self.place(), self.now());

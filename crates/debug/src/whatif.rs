@@ -155,7 +155,7 @@ impl Debugger {
         let Some(at) = first_difference(ours, theirs, given, &inputs, end, progress) else {
             return Err(DebugError::new("cancelled"));
         };
-        let history = self.history_mut();
+        let (history, feed) = (&mut self.history, &mut self.feed);
         // Even at the end of the recording: what would come is never part of what came.
         history.fork(name.clone(), state.unwrap_or(ours_state));
         given.iter().for_each(|input| history.give(input.as_input()));
@@ -163,6 +163,9 @@ impl Debugger {
         for TimedInput { at, input } in &inputs {
             run_to(history, *at, progress)?;
             history.give(input.as_input());
+            if let Some(feed) = feed {
+                feed.copy(history, heading, *at);
+            }
             run_to(history, *at, progress)?;
         }
         run_to(history, end, progress)?;

@@ -307,16 +307,18 @@ impl Session {
         }
     }
 
-    /// Says that nobody sends what follows in the file.
+    /// Says what is sent of what follows in the file.
     fn tell_of_the_rest(&self, said: &mut String) {
         let Some(source) = self.debugger.source() else { return };
+        let Some(feed) = self.debugger.feed() else { return };
+        if feed.is_done(self.debugger.history()) {
+            return;
+        }
         if !said.is_empty() {
             said.push('\n');
         }
         let name = shown(&source.name);
-        said.push_str(&format!(
-            "this is a branch: the rest of {name} is not sent on it; `send` sends"
-        ));
+        said.push_str(&format!("this is a branch: as you go on, the rest of {name} is sent on it"));
     }
 
     /// Says where the controller itself is, if that is not looked at.

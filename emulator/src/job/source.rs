@@ -122,8 +122,11 @@ pub(crate) struct Site {
 impl Site {
     /// The site of these names or profile files.
     pub(crate) fn new(model: &str, machine: &str) -> Result<Site, Failure> {
-        let model = vimc4::model(model)?;
-        let machine = vimc4::machine(machine)?;
+        Site::of(vimc4::model(model)?, vimc4::machine(machine)?)
+    }
+
+    /// The site of these.
+    pub(crate) fn of(model: Model, machine: Arc<Machine>) -> Result<Site, Failure> {
         let Some(inner) = model.isel() else {
             return Err(Failure::usage(format!(
                 "the {} does not speak isel's @-format; choose one of {}",

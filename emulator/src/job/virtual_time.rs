@@ -32,8 +32,6 @@ pub(crate) struct Virtual {
     /// When each line began, if somebody wants to know when things were done.
     pub(crate) lines: Vec<(u32, Duration)>,
     handling: Handling,
-    /// Everything that was sent, if somebody wants to know.
-    pub(crate) record: Option<Vec<Sent>>,
 }
 
 /// Something that was done.
@@ -44,14 +42,6 @@ pub(crate) struct Did {
     pub(crate) millis: u32,
     /// What was sent last for it.
     pub(crate) sent: Vec<u8>,
-}
-
-/// Something that was sent.
-pub(crate) struct Sent {
-    pub(crate) at: Time,
-    /// The line of the file that it comes from, from 1; 0 for what comes from none.
-    pub(crate) line: u32,
-    pub(crate) bytes: Vec<u8>,
 }
 
 impl Virtual {
@@ -69,7 +59,6 @@ impl Virtual {
             line: 0,
             lines: Vec::new(),
             handling,
-            record: None,
         }
     }
 
@@ -111,10 +100,6 @@ impl Virtual {
         self.characters += line.len() as u64;
         if self.keeps_times {
             self.last = line.to_vec();
-        }
-        let at = self.driver.now();
-        if let Some(record) = &mut self.record {
-            record.push(Sent { at, line: self.line, bytes: line.to_vec() });
         }
         let travel = self.handling.model().family().travel_of(line);
         self.driver.meter.references = matches!(travel, Travel::Reference(_));
