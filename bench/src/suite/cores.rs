@@ -8,9 +8,9 @@ use super::failure::{Doing, Outcome};
 /// for either, so that the emulator and its baseline have the same caches and the same
 /// neighbours.
 pub(crate) struct Cores {
-    /// The core of whatever is measured.
+    /// The core of the server that is measured.
     pub(crate) server: Core,
-    /// The core of whoever measures.
+    /// The core of the measuring client.
     pub(crate) client: Core,
 }
 

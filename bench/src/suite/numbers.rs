@@ -1,4 +1,4 @@
-//! Numbers as people read them.
+//! Numbers for people.
 
 /// A count with its thousands set apart; two digits after the point below ten.
 pub(crate) fn count(value: f64) -> String {

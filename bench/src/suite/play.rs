@@ -8,13 +8,13 @@ use vimc4_plant::Machine;
 
 use super::failure::{Doing, Failure, Outcome};
 
-/// An IMC4 on a machine, with nobody watching.
+/// An unwatched IMC4 on a machine.
 pub(crate) fn controller(machine: Machine) -> Outcome<Controller> {
     let model = Model::builtin("imc4").doing("find the model imc4")?;
     Controller::new(model, Arc::new(machine), &[]).doing("make a controller")
 }
 
-/// An SMCU on a machine, with nobody watching.
+/// An unwatched SMCU on a machine.
 pub(crate) fn board(machine: Machine) -> Outcome<vimc4_lpkf::Controller> {
     let model = vimc4_lpkf::Model::builtin("smcu").doing("find the model smcu")?;
     Ok(vimc4_lpkf::Controller::new(model, Arc::new(machine)))

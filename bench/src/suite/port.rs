@@ -1,4 +1,4 @@
-//! The client's end of a line: sockets and terminals that block, the cheapest there is.
+//! The client's end of a line: blocking sockets and terminals, the cheapest way.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -38,11 +38,11 @@ pub(crate) type Wire = Port<TcpStream>;
 /// A pseudo-terminal.
 pub(crate) type Terminal = Port<File>;
 
-/// A line that has somebody at its other end. Reading gives up after [`LIMIT`].
+/// A line with a server at its other end. Reading gives up after [`LIMIT`].
 pub(crate) struct Port<T>(T);
 
 impl Wire {
-    /// Connects, with nothing held back for company.
+    /// Connects, without delaying small packets.
     pub(crate) fn connect(address: SocketAddr) -> Outcome<Wire> {
         let connect = || {
             let stream = TcpStream::connect(address)?;

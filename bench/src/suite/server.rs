@@ -20,8 +20,8 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Starts a server and waits until it says that it is ready. Its standard input stays open,
-    /// as it does in a terminal where nobody types.
+    /// Starts a server and waits until it says that it is ready. Its standard input stays open, as
+    /// in a terminal without input.
     pub(crate) fn start(mut command: Command) -> Outcome<Server> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let program = Path::new(command.get_program()).display().to_string();

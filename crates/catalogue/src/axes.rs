@@ -24,8 +24,8 @@ pub fn axis(name: &str) -> Option<u8> {
 }
 
 impl Model {
-    /// What people call the axes and these signals of such a controller, and what can happen there.
-    /// Its axes are also understood by the names that other models have for them.
+    /// The names of the axes and of these signals of such a controller, and what can happen there.
+    /// Its axes are also understood by the names that other models use.
     #[must_use]
     pub fn names(&self, signals: Vec<Signal>) -> Names {
         let own = self.axis_names();
@@ -42,8 +42,8 @@ impl Model {
     }
 }
 
-/// What people call the axes and signals of all built-in models together: for what is read before
-/// it is known which of them it is for, and how that is wired.
+/// The names of the axes and signals of all built-in models together: for text that is read before
+/// its model and wiring are known.
 ///
 /// ```
 /// use vimc4_device::Order;

@@ -82,7 +82,7 @@ impl Device for Controller {
         of!(Inner, &self.0, device => State::from(device.state()))
     }
 
-    /// The state of another family is none of this device's, and changes nothing.
+    /// The state of another family does not fit this device and changes nothing.
     fn restore(&mut self, state: State) {
         both!(Inner, &mut self.0, State, state, device, state => device.restore(*state));
     }

@@ -4,11 +4,12 @@
 /// for each family, and three macros that do the same with whichever it is:
 ///
 /// * `of!(Kind, value, inner => expression)` with what is in a value of one of these kinds;
-/// * `both!(Kind, value, Kind, value, one, other => expression)` with what is in two values, if
-///   they are of one family;
+/// * expression)` with what is in two values, if they are of one family; => `both!(Kind, value,
+///   Kind, value, one, other => expression)` with what is in two values, if they are of the same
+///   family; => expression)` with what is in two values, if they are of one family;
 /// * `by!(family, M => expression)` with the model type of a family.
 ///
-/// A family can be left out by a Cargo feature, whose condition stands before it.
+/// A Cargo feature can leave a family out; its condition stands before the family.
 ///
 /// The `$` in front of the list is for these macros' own variables.
 macro_rules! families {
@@ -98,7 +99,7 @@ macro_rules! families {
             }
         }
 
-        /// What can be seen of a controller that only its family has.
+        /// What is visible only on controllers of one family.
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(tag = "family", rename_all = "lowercase")]
         #[non_exhaustive]

@@ -7,7 +7,7 @@ use vimc4_device::{Effects, Model as _, Travel};
 use crate::list::{Family, by};
 
 impl Family {
-    /// Its name as people type it.
+    /// Its name as typed.
     #[must_use]
     pub const fn name(self) -> &'static str {
         by!(self, M => <M as vimc4_device::Model>::FAMILY)
@@ -35,57 +35,57 @@ impl Family {
         by!(self, M => <M as vimc4_device::Model>::QUIRKS)
     }
 
-    /// What sending these bytes to a controller that has just been switched on may do.
+    /// The possible effects of sending these bytes to a controller that has just been switched on.
     #[must_use]
     pub fn effects_of(self, sent: &[u8]) -> Effects {
         by!(self, M => M::effects_of(sent))
     }
 
-    /// What setting the signal of that name may do.
+    /// The possible effects of setting the signal of that name.
     #[must_use]
     pub fn effects_of_signal(self, name: &str) -> Effects {
         by!(self, M => M::effects_of_signal(name))
     }
 
-    /// What a command does that lasts.
+    /// The lasting effect of a command.
     #[must_use]
     pub fn travel_of(self, command: &[u8]) -> Travel {
         by!(self, M => M::travel_of(command))
     }
 
-    /// What kind of answer it is: `0`, `C`, `E0D`, as the tables of the commands name them.
+    /// The kind of an answer, as the command tables name it: `0`, `C`, `E0D`.
     #[must_use]
     pub fn kind_of(self, answer: &[u8]) -> Option<String> {
         by!(self, M => M::kind_of(answer))
     }
 
-    /// Whether a command that has answered this has nothing more to answer.
+    /// Whether this answer is the last one to its command.
     #[must_use]
     pub fn completes(self, answer: &[u8]) -> bool {
         by!(self, M => M::completes(answer))
     }
 
-    /// What is wrong, if the answer says that something is: `5: unknown or malformed command`.
+    /// The error, if the answer is one: `5: unknown or malformed command`.
     #[must_use]
     pub fn refusal(self, answer: &[u8]) -> Option<String> {
         by!(self, M => M::refusal(answer))
     }
 
-    /// Whether the counters may have been set to 0 where this was answered.
+    /// Whether the counters may have been set to 0 when this was answered.
     #[must_use]
     pub fn resets_counters(self, answer: &[u8]) -> bool {
         by!(self, M => M::resets_counters(answer))
     }
 
-    /// Whether the counters may say something else than where the axes are, where this was answered:
-    /// steps may have been lost, or the axes had no reference point.
+    /// Whether the counters may no longer match the axes when this was answered: steps may have
+    /// been lost, or the axes had no reference point.
     #[must_use]
     pub fn distrusts_counters(self, answer: &[u8]) -> bool {
         by!(self, M => M::distrusts_counters(answer))
     }
 
-    /// Whether a controller that has moved its axes answers so only where it has forgotten, without
-    /// power or in an emergency stop, what it was told before.
+    /// Whether a controller that has moved its axes gives this answer only after it has lost its
+    /// settings, through loss of power or an emergency stop.
     #[must_use]
     pub fn has_forgotten(self, answer: &[u8]) -> bool {
         by!(self, M => M::has_forgotten(answer))

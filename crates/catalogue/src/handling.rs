@@ -1,4 +1,4 @@
-//! How a client handles a controller besides sending it commands, and what it knows of the
+//! How a client handles a controller besides sending it commands, and what can be asked about its
 //! language without speaking it.
 
 use std::ops::Deref;
@@ -37,48 +37,47 @@ impl Handling {
         &self.model
     }
 
-    /// The places in an answer to [`position`](vimc4_device::Handling::position), X first; `None`
-    /// if it is no such answer. A model that tells of configured axes only has fewer places, or
-    /// none, and does not say of which axes they are.
+    /// The positions in an answer to [`position`](vimc4_device::Handling::position), X first;
+    /// `None` if it is not such an answer. A model that reports configured axes only gives fewer
+    /// positions, or none, and does not say which axes they belong to.
     #[must_use]
     pub fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>> {
         of!(Model, &self.model, model => model.read_position(answer))
     }
 
-    /// Whether so many places say of which axes they are.
+    /// Whether this many positions show which axes they belong to.
     #[must_use]
     pub fn names_axes(&self, places: usize) -> bool {
         of!(Model, &self.model, model => model.names_axes(places))
     }
 
-    /// How far the answer to a command has come that was sent with its end, given that every
-    /// command is answered; to what somebody else has made it do, if nothing was sent.
+    /// How complete the answer to a command is that was sent with its end, given that every command
+    /// is answered; with nothing sent, the answer to something that was caused otherwise.
     #[must_use]
     pub fn hear(&self, sent: &[u8], answer: &[u8]) -> Heard {
         of!(Model, &self.model, model => model.hear(sent, answer))
     }
 
-    /// The lines, each to be answered [`done`](vimc4_device::Handling::done), with which a
-    /// controller that has just been reset moves its axes by so many steps, the fastest of them at
-    /// `speed` Hz.
+    /// The lines, each to be answered [`done`](vimc4_device::Handling::done), that make a freshly
+    /// reset controller move its axes by this many steps, the fastest of them at `speed` Hz.
     #[must_use]
     pub fn moving(&self, by: Point, speed: u64) -> Vec<String> {
         of!(Model, &self.model, model => model.moving(by, speed))
     }
 
-    /// When a command is carried out that others wait before.
+    /// When a command is carried out that has others waiting before it.
     #[must_use]
     pub fn turn(&self, command: &[u8]) -> Turn {
         of!(Model, &self.model, model => model.turn(command))
     }
 
-    /// The value of a profile with which a controller would know a command that this one does not.
+    /// The profile value with which a controller would know a command that this one does not know.
     #[must_use]
     pub fn known_with(&self, command: &[u8]) -> Option<&'static str> {
         of!(Model, &self.model, model => model.known_with(command))
     }
 
-    /// What is wrong with a command, if the answer to it says that something is.
+    /// What is wrong with a command, if the answer to it is an error.
     #[must_use]
     pub fn refusal(&self, command: &[u8], answer: &[u8]) -> Option<String> {
         of!(Model, &self.model, model => model.refusal_of(command, answer))
@@ -90,8 +89,8 @@ impl Handling {
         self.takes_stream.then(|| of!(Model, &self.model, model => model.stream(file)))
     }
 
-    /// Asks a controller who it is. Asking moves nothing, and ends as soon as it is known to be of
-    /// another family.
+    /// Identifies a controller. That moves nothing, and ends as soon as the controller is known to
+    /// be of another family.
     ///
     /// # Errors
     ///
@@ -118,10 +117,10 @@ impl Handling {
     }
 }
 
-/// Why a controller is asked no further.
+/// Why no more questions are asked.
 enum Ended<E> {
     /// Asking fails.
     Failed(E),
-    /// It is of another family, and what it has said.
+    /// It is of another family; with its answer.
     Foreign(Family, String),
 }

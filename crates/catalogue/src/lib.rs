@@ -1,5 +1,5 @@
-//! What there is: the families of controllers as one [`Controller`], their models and machines,
-//! and what a tool must know of a family without speaking its language ([`Handling`]).
+//! The catalogue: the families of controllers as one [`Controller`], their models and machines, and
+//! what a tool must know of a family without speaking its language ([`Handling`]).
 //!
 //! Nothing here knows a clock, a file or a port. A profile comes as text, a controller is a
 //! [`Device`](vimc4_device::Device), and in virtual time a [`Harness`](vimc4_device::Harness)
@@ -21,13 +21,13 @@
 //! # }
 //! ```
 #![forbid(unsafe_code)]
-// With one family alone nothing is of another.
+// With a single family compiled in, nothing belongs to another.
 #![cfg_attr(
     not(feature = "lpkf"),
     expect(unreachable_patterns, reason = "what is written for several families")
 )]
 
-// The macro in it makes what is in the list, and the list what all others use.
+// Its macro makes what the list names, and the list makes what all other modules use.
 #[macro_use]
 mod families;
 

@@ -1,4 +1,4 @@
-//! The list of families. Whatever there is one of for each family is made from it.
+//! The list of families. Everything that exists once per family is made from it.
 
 families! { ($)
     /// isel: commands that begin with `@`, and a memory for a program.

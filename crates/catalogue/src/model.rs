@@ -8,7 +8,7 @@ use vimc4_plant::{ProfileError, parse_profile};
 
 use crate::list::{Family, Model, both, by, of};
 
-/// What every profile has, whatever else is in it.
+/// What every profile has.
 #[derive(Deserialize)]
 struct Head {
     command_set: Option<String>,
@@ -28,12 +28,12 @@ impl Model {
         Family::ALL.into_iter().find_map(|family| by!(family, M => M::builtin_toml(name)))
     }
 
-    /// Reads a profile. Its `command_set` says of which family it is.
+    /// Reads a profile. Its `command_set` names its family.
     ///
     /// # Errors
     ///
-    /// If it is not TOML, names no command set, has unknown or missing keys, or a value that no
-    /// controller can have.
+    /// If it is not TOML, names no command set, has unknown or missing keys, or an impossible
+    /// value.
     pub fn from_toml(text: &str) -> Result<Model, ProfileError> {
         let Head { command_set } = parse_profile(text)?;
         let set = command_set.as_deref().unwrap_or_default();
@@ -118,7 +118,7 @@ impl Model {
     }
 }
 
-/// A profile names no command set, or none that there is.
+/// A profile names no command set, or an unknown one.
 fn no_command_set(text: &str, found: Option<&str>) -> ProfileError {
     let sets = Family::ALL.map(|family| {
         let sets: Vec<String> =

@@ -131,7 +131,7 @@ mod tests {
                 };
                 let differing = values.iter().filter(|value| with(value).unwrap() != own).count();
                 assert_eq!(differing, values.len() - 1, "{quirk} of {name}");
-                // A wrong value is answered with the right ones.
+                // For a wrong value the error lists the right ones.
                 let error = with("\"?\"").unwrap_err().message;
                 let Some((_, right)) = error.split_once("expected ") else { continue };
                 if right.contains('`') {

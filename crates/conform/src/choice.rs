@@ -1,9 +1,9 @@
 //! Which sessions can be played through a port, and what they would do to a machine behind it.
 //!
-//! A port shows bytes and when they come, and no more; and what is behind it may be a real
-//! machine, with an owner who has a program and settings in its memory. So a session is played
-//! in the model first, which shows how far it moves, how long it takes, whether it depends on a
-//! time more exact than a port can be, and whether it depends on what the memory holds.
+//! A port shows only bytes and when they come, and behind it may be a real machine whose owner has
+//! a program and settings in its memory. So a session is played in the model first. That shows how
+//! far it moves, how long it takes, whether it depends on times more exact than a port allows, and
+//! whether it depends on the contents of the memory.
 
 use std::fmt;
 
@@ -19,8 +19,8 @@ use crate::script::{Action, Expected};
 use crate::travel::Travel;
 use crate::workshop::{self, Workshop};
 
-/// How late a port may be. What gives other bytes with one of these delays cannot be played through
-/// a port.
+/// How late a port may be. A session that gives other bytes with one of these delays cannot be
+/// played through a port.
 const DELAYS: [Delays; 5] = [
     Delays { player: 0, way: [0, 0] },
     Delays { player: 2_000_000, way: [0, 0] },
@@ -36,9 +36,9 @@ pub struct Allowed {
     pub moves: bool,
     /// Reference runs, to wherever the reference switches are.
     pub reference: bool,
-    /// Switching the spindle, the brake, the motor currents and whatever is connected.
+    /// Switching the spindle, the brake, the motor currents and anything else that is connected.
     pub outputs: bool,
-    /// Erasing the stored program, and saved settings that become the factory's.
+    /// Erasing the stored program, and resetting saved settings to the factory's.
     pub flash: bool,
     /// How far each axis may go from where it is, lowest and highest, steps.
     pub envelope: [(i64, i64); AXES],
@@ -69,15 +69,15 @@ pub enum Reason {
     Machine,
     /// It needs hands at the panel, the inputs or the mains switch.
     Operator,
-    /// It looks at what only the emulator shows.
+    /// It checks what only the emulator shows.
     View,
-    /// It needs bytes that are paced by the model.
+    /// It needs bytes paced by the model.
     Pacing,
     /// It needs times more exact than a port's.
     ExactTime,
     /// It sends more than there is room for, which a port with a handshake does not.
     Handshake,
-    /// It leaves the axes where a port cannot know: a reset during a motion.
+    /// It leaves the axes at a place that a port cannot know: a reset during a motion.
     Place,
     /// It changes the speed of the line.
     Baud,
@@ -87,9 +87,9 @@ pub enum Reason {
     Long(u64),
     /// It needs an erased memory, which this model erases at its panel only.
     Panel,
-    /// It leaves the envelope: the ways of the axes.
+    /// It leaves the envelope, with the ways of the axes.
     Envelope(String),
-    /// It may do these things, which are not allowed.
+    /// It may do these things that are not allowed.
     NotAllowed(Vec<&'static str>),
 }
 
@@ -219,9 +219,9 @@ pub struct Row {
     pub steps: Vec<PortStep>,
     /// Whether the memory must be erased before.
     pub fresh: bool,
-    /// Whether the memory may be another one afterwards.
+    /// Whether the memory may be different afterwards.
     pub writes: bool,
-    /// Whether it is another one if all goes as written.
+    /// Whether the memory is different afterwards if all goes as written.
     wrote: bool,
     /// Whether the controller is asked for a position that the session looks at.
     asked: bool,
@@ -229,8 +229,8 @@ pub struct Row {
     pub travel: Travel,
     /// Where the axes are afterwards, from where they were, steps.
     pub end: Point,
-    /// After each step of the session, by its number, where the axes are more than the counters
-    /// say. With this and the counters it is known where the axes are.
+    /// After each step of the session, by its number, how far the axes are beyond their counters.
+    /// This and the counters give the positions of the axes.
     pub offsets: Vec<(usize, Point)>,
 }
 
@@ -328,7 +328,7 @@ impl Chooser {
         Ok(plan)
     }
 
-    /// Whether a port is enough for it, as far as the session says so itself.
+    /// Whether a port is enough, judging by the session's own text.
     fn fits(&self, session: &Session) -> Result<(), Reason> {
         if !session.models.iter().any(|model| self.like.contains(model)) {
             return Err(Reason::Model);
@@ -458,7 +458,7 @@ impl Chooser {
                 return Err(Reason::Place);
             }
             if self.model.has_handshake_lines() {
-                // Nobody knows whether the port heeds them.
+                // It is unknown whether the port obeys the handshake.
                 let seen =
                     rehearse_with_handshake(self.build(&[])?, &row.steps, self.timing, delays);
                 seen.map_err(|_| Reason::Handshake)?;
@@ -495,7 +495,7 @@ impl Chooser {
         Ok(unchecked)
     }
 
-    /// A controller as a client finds it when it has reset it.
+    /// A controller as a client finds it after resetting it.
     fn build(&self, image: &[u8]) -> Result<Controller, Reason> {
         let mut harness = Harness::new(self.bench.build(image).map_err(|_| Reason::OwnProfile)?);
         if self.handling.homing.is_some() {
@@ -521,7 +521,7 @@ impl Row {
     }
 }
 
-/// Takes the time away that a step says.
+/// Removes the time that a step names.
 fn take_time(step: &mut PortStep) -> Option<(u64, u64)> {
     match &mut step.act {
         Act::Expect(expected) => expected.at.take(),

@@ -14,7 +14,7 @@ use crate::player::{Miss, PortStep, Timing};
 use crate::rehearsal::{Delays, rehearse};
 use crate::workshop::{self, Workshop};
 
-/// Something that may be otherwise than the profile and the machine say.
+/// Something that may differ from the profile and the machine.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// What, for people and programs.
@@ -61,8 +61,8 @@ impl std::fmt::Display for Cause {
     }
 }
 
-/// Everything that is tried, the likeliest first: quirks, other values of the profile that
-/// another built-in model has, those models, and what can be set at the machine.
+/// Everything that is tried, the likeliest first: quirks, profile values of other built-in models,
+/// those models, and what can be set at the machine.
 ///
 /// # Errors
 ///
@@ -74,7 +74,7 @@ pub fn candidates(model: &Model) -> Result<Vec<Candidate>, String> {
     for (quirk, texts) in vimc4_catalogue::quirks(model) {
         values.extend(texts.iter().map(|text| (format!("quirks.{quirk}"), (*text).to_owned())));
     }
-    // What another family does is no explanation.
+    // Another family's behaviour is no explanation.
     let kindred = model.family().models();
     let mut others = BTreeSet::new();
     for name in &kindred {
@@ -127,8 +127,7 @@ pub fn candidates(model: &Model) -> Result<Vec<Candidate>, String> {
     Ok(candidates)
 }
 
-/// Which candidates make a controller send just what came. Only the likeliest kind that does is
-/// named.
+/// The candidates that make a controller send exactly what came; only those of the likeliest kind.
 #[must_use]
 pub fn explain(
     candidates: &[Candidate],

@@ -10,7 +10,7 @@ use crate::format::{self, FormatError, Session};
 
 /// The topics of each family: folder and heading.
 static TOPICS: LazyLock<BTreeMap<String, Vec<(String, String)>>> = LazyLock::new(|| {
-    // What is wrong in it is wrong for every session file then, and a test says what.
+    // A mistake in it is then a mistake in every session file, and a test names it.
     toml::from_str(include_str!("../../../fixtures/topics.toml")).unwrap_or_default()
 });
 

@@ -36,7 +36,7 @@ pub struct Session {
     pub profile: Table,
     /// The machine it needs.
     pub machine: MachineChoice,
-    /// Whether replies take the time their bits need on the line.
+    /// Whether replies take as long as their bits take on the line.
     pub line_pacing: bool,
     /// What is done, in order.
     pub steps: Vec<Step>,
@@ -52,7 +52,7 @@ pub struct MachineChoice {
 }
 
 impl Session {
-    /// What it needs of whatever plays it.
+    /// What it needs of the code that plays it.
     #[must_use]
     pub fn needs(&self) -> Needs {
         script::needs(self.family, self.steps.iter().map(|step| &step.action))
@@ -84,7 +84,7 @@ pub struct FormatError {
     pub message: String,
 }
 
-/// A file as it is written. What stands before the first `[[session]]` holds for all of them.
+/// A file as written. Keys before the first `[[session]]` hold for all of them.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawFile {
@@ -231,7 +231,7 @@ pub fn merge(profile: &mut Table, differs: Table) {
     }
 }
 
-/// A file and its text, to say where in it something is wrong.
+/// A file and its text, to locate mistakes in it.
 struct File<'a> {
     path: &'a Path,
     text: &'a str,
@@ -290,8 +290,8 @@ impl File<'_> {
         Ok(steps.into_iter().map(|(text, action)| Step { line, text, action }).collect())
     }
 
-    /// The rows of a table whose first line names the columns; without a table, one row without
-    /// columns.
+    /// The rows of a table with the columns named in its first line; without a table, one row
+    /// without columns.
     fn rows(&self, each: Option<&Spanned<String>>) -> Result<Vec<Row>, FormatError> {
         let Some(each) = each else { return Ok(vec![Row(vec![])]) };
         let lines = self.lines(each)?;

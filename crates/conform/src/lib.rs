@@ -1,7 +1,7 @@
 //! The fixture sessions: what a controller must do, as files that people read and write.
 //!
-//! * [`mod@format`] and [`script`] read them, [`source`] where each is known from, [`fixtures`]
-//!   has those that are built in;
+//! * [`mod@format`] and [`script`] read them, [`source`] reads where each is known from,
+//!   [`fixtures`] has the built-in ones;
 //! * [`workshop`] makes the controllers that they are about, and [`play`](mod@play) plays them
 //!   on such a device, in the model's own time;
 //! * [`choice`] says which of them can be played through a port, and what that would do to the

@@ -102,7 +102,7 @@ impl fmt::Display for Failure {
 ///
 /// # Errors
 ///
-/// The first thing that is not as the session says.
+/// The first deviation from the session.
 pub fn play<D: Device>(
     session: &Session,
     drive: Drive,
@@ -115,7 +115,7 @@ pub fn play<D: Device>(
 ///
 /// # Errors
 ///
-/// The first thing that is not as the session says.
+/// The first deviation from the session.
 pub fn play_watched<D: Device>(
     session: &Session,
     drive: Drive,
@@ -253,7 +253,7 @@ impl<D: Device> Player<D> {
                 Some(at) => drop(self.warnings.drain(..=at)),
                 None => return mismatch(format!("a warning {kind}"), self.warnings.join(", ")),
             },
-            // Driven roughly, nobody asks why.
+            // In the rough mode the reason is not watched.
             Action::Why(why) if *why != self.why && self.drive == Drive::Smooth => {
                 return mismatch(why, &self.why);
             }
@@ -338,7 +338,7 @@ impl<D: Device> Player<D> {
         self.harness.device().view(self.harness.now())
     }
 
-    /// Lets so much time pass.
+    /// Lets this much time pass.
     fn advance(&mut self, nanos: u64) -> Result<(), Mismatch> {
         let until = self.harness.now().after_nanos(nanos);
         let mut causes = 0;
@@ -412,7 +412,8 @@ impl<D: Device> Player<D> {
     fn act(&mut self, deed: &Deed) -> Result<(), Mismatch> {
         let signals = self.harness.device().signals();
         let deed = &match deed {
-            // What the script has read with the names of all controllers is read with those of this one.
+            // The script was read with the names of all controllers; now the names of this one
+            // apply.
             Deed::Fault(faulting) => {
                 let words = vimc4_catalogue::all_names().write_faulting(faulting);
                 match Names::of(self.harness.device()).read_faulting(&words) {
@@ -491,8 +492,8 @@ impl<D: Device> Player<D> {
         if self.record.switched && !may.outputs && !needs.operator {
             return mismatch("a script that shows that it switches outputs", "an output switched");
         }
-        // The host's image grew change by change, the device's own may be shorter; what they say
-        // must be the same.
+        // The host's image grew change by change, and the device's own may be shorter; their
+        // contents must be the same.
         let copied = build(&self.flash).map(|device| device.flash_image());
         if copied != Ok(self.harness.device().flash_image()) {
             return mismatch("changes that make the device's flash image", "another image");

@@ -39,7 +39,7 @@ pub enum Act {
 /// operating system, each of which may hold a byte for some milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
-    /// When nothing comes for this time, ns, nothing more will come.
+    /// After this long without a byte, ns, nothing more will come.
     pub quiet: u64,
     /// How much longer than it needs a controller may take for an answer, ns.
     pub grace: u64,
@@ -54,15 +54,15 @@ impl Default for Timing {
 }
 
 impl Timing {
-    /// How much earlier or later than `at` nanoseconds something may come: a crystal is no more
-    /// exact than a hundredth of a second in a second, and that is generous.
+    /// How much earlier or later than `at` nanoseconds something may come: a hundredth of the time
+    /// is allowed for the crystal, which is generous.
     #[must_use]
     pub fn around(&self, at: u64) -> u64 {
         self.tolerance.max(at / 100)
     }
 }
 
-/// What the one who drives a player has to do.
+/// What the code that drives a player has to do next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next<'a> {
     /// Send these bytes and call [`Player::sent`].
@@ -192,7 +192,7 @@ impl<'a> Player<'a> {
     ///
     /// # Errors
     ///
-    /// The first thing that is not as it must be.
+    /// The first deviation.
     pub fn outcome(self) -> Result<Vec<(usize, u64)>, Miss> {
         match self.missed {
             None => Ok(self.times),
@@ -222,7 +222,7 @@ impl<'a> Player<'a> {
                 }
                 length
             }
-            // Anything may stand for the dots, so only silence says that it is complete.
+            // The dots stand for anything, so only silence shows that it is complete.
             parts => {
                 let from = began.after_nanos(step.takes);
                 let quiet = self.last.map_or(from, |last| last.max(from));
@@ -276,7 +276,7 @@ const MOST: usize = 4_096;
 enum Seen {
     /// It takes more time, up to this one.
     NotYet(Time),
-    /// So many bytes are what must come.
+    /// This many bytes are as expected.
     Right(usize),
     /// This must have come.
     Wrong(String),

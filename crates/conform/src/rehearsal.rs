@@ -1,7 +1,7 @@
 //! A port that is simulated: the player of a real one, played with a model, in virtual time.
 //!
-//! What fails here cannot be played through a real port either, and what a model with another
-//! value of its profile gives here is what a controller with that value gives there.
+//! A session that fails here cannot be played through a real port either, and a model with another
+//! profile value gives here what a controller with that value gives there.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ use crate::travel::Travel;
 pub struct Rehearsed {
     /// When each expected reply was complete: step of the session, ns on the stopwatch.
     pub times: Vec<(usize, u64)>,
-    /// How much farther the axes are in the end, from where they began, than the counters say.
+    /// How much farther the axes are from their beginning, in the end, than the counters say.
     pub offset: Point,
 }
 
@@ -24,8 +24,8 @@ pub struct Rehearsed {
 pub struct Delays {
     /// The player is held up before what it sends has left, and for as long after that.
     pub player: u64,
-    /// What has left is so long on its way, by turns: it comes closer together, or farther apart,
-    /// than it was sent.
+    /// The delays of sent bytes, in turn: they arrive closer together, or farther apart, than they
+    /// were sent.
     pub way: [u64; 2],
 }
 
@@ -95,7 +95,7 @@ fn play<D: Device>(
             }
             Next::Wait(until) => {
                 wakes += 1;
-                // A model that never comes to rest is not waited for event by event.
+                // A model that never comes to rest is not followed event by event.
                 let due = port.harness.due().filter(|due| *due <= until && wakes <= MAX_CAUSES);
                 let arrives = port.on_its_way.front().map_or(until, |(at, _)| until.min(*at));
                 port.run_to(due.map_or(arrives, |due| due.min(arrives)));
@@ -110,14 +110,14 @@ fn play<D: Device>(
     }
 }
 
-/// A device at a port, and who plays through it.
+/// A device at a port, and the player that uses it.
 struct Port<'s, D> {
     harness: Harness<D>,
     player: Player<'s>,
     travel: Travel,
     /// What has been sent, with the times of its arrival.
     on_its_way: VecDeque<(Time, &'s [u8])>,
-    /// What has arrived and the device has no room for yet.
+    /// What has arrived but does not fit into the device yet.
     kept_back: Vec<u8>,
     handshake: bool,
 }
@@ -171,7 +171,7 @@ pub fn converse<D: Device>(harness: &mut Harness<D>, lines: &[&str]) -> Vec<Vec<
     lines.iter().map(|line| ask(harness, format!("{line}\r").as_bytes())).collect()
 }
 
-/// Sends bytes and says what is answered until the device has come to rest, or goes on and on.
+/// Sends bytes and returns what is answered until the device comes to rest or proves not to.
 pub fn ask<D: Device>(harness: &mut Harness<D>, bytes: &[u8]) -> Vec<u8> {
     harness.ask(bytes).unwrap_or_else(|_endless| harness.take_bytes())
 }

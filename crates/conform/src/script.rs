@@ -33,8 +33,8 @@ pub enum Action {
     Wait(u64),
     /// `mark`: starts the stopwatch.
     Mark,
-    /// `set`, `press`, `hold`, `release`, `cover open`, `input 0.3 1`, `power off`: somebody does
-    /// something at the machine, said as people say it to an emulator that runs.
+    /// `set`, `press`, `hold`, `release`, `cover open`, `input 0.3 1`, `power off`: something is
+    /// done at the machine, in the words of the orders to a running emulator.
     Do(Deed),
     /// `store pattern.cnc`: every line of that program is sent and answered 0. It stands for the
     /// actions that [`store`] makes of its text.
@@ -68,8 +68,7 @@ pub enum Action {
 /// What must come, and when.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Expected {
-    /// The literal parts; between two of them anything may stand. One part means these bytes
-    /// exactly.
+    /// The literal parts, with anything between two of them. One part means exactly these bytes.
     pub parts: Vec<Vec<u8>>,
     /// When its last byte comes on the stopwatch, and how much earlier or later it may come, ns.
     pub at: Option<(u64, u64)>,
@@ -77,7 +76,7 @@ pub struct Expected {
     pub max: Option<usize>,
 }
 
-/// What a script needs of whatever plays it besides a line that carries bytes.
+/// What a script needs, besides a line that carries bytes, of the code that plays it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// A clock of the model: exact times are compared.
@@ -90,7 +89,7 @@ pub struct Needs {
     pub effects: Effects,
 }
 
-/// Why a line is not a script's.
+/// Why a line does not belong in a script.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct ScriptError {
@@ -104,7 +103,7 @@ impl ScriptError {
     }
 }
 
-/// The words of a script that are no deeds.
+/// The words of a script that are not deeds.
 const OWN: [&str; 15] = [
     ">", ">>", "<", "!", "silent", "wait", "mark", "store", "restart", "position", "carriage",
     "port", "baud", "warning", "why",
@@ -186,7 +185,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
 ///
 /// # Errors
 ///
-/// If a line has an escape that is none.
+/// If a line has an invalid escape.
 pub fn store(program: &str) -> Result<Vec<(String, Action)>, ScriptError> {
     let lines = program.lines().map(str::trim).filter(|line| !line.is_empty());
     let steps = lines.map(|line| {
@@ -196,7 +195,7 @@ pub fn store(program: &str) -> Result<Vec<(String, Action)>, ScriptError> {
     Ok(steps.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// What these actions need of whatever plays them on a controller of this family.
+/// What these actions need of the code that plays them on a controller of this family.
 #[must_use]
 pub fn needs<'a>(family: Family, actions: impl IntoIterator<Item = &'a Action>) -> Needs {
     let mut needs = Needs::default();
@@ -301,8 +300,8 @@ fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
     Ok(bytes)
 }
 
-/// What somebody does at a machine. Whether the controller in question has what it is done to is
-/// seen when it is played; here it is what any of them has.
+/// An act at the machine. Whether the controller in question has the signal is checked during play;
+/// here any controller's signals are accepted.
 fn deed(text: &str) -> Result<Deed, ScriptError> {
     match Order::read(text, vimc4_catalogue::all_names()) {
         Ok(Some(Order::Do(deed))) => Ok(deed),

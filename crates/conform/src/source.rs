@@ -1,5 +1,5 @@
-//! Where a behaviour is known from: the words of `source`, read against the index of the manuals'
-//! sections, and what they are worth as evidence.
+//! Where a behaviour is known from: the items of `source`, checked against the index of the
+//! manuals' sections, and their value as evidence.
 //!
 //! A source is a list of items between semicolons. Each is a manual with sections of it, as
 //! `99 2.2.14, E1`; headings of LPKF's catalogue, as `!CT, Zur Syntax der Befehle`; `field`; or
@@ -29,7 +29,7 @@ struct Index {
 #[derive(Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Manual {
-    /// What stands in front of its sections; nothing where these are cited by themselves.
+    /// The prefix of its sections; empty where sections are cited by themselves.
     #[serde(default)]
     cited_as: String,
     title: String,
@@ -73,24 +73,24 @@ pub struct Source {
     manuals: Vec<&'static Manual>,
 }
 
-/// What a source is worth; at least one is set.
+/// The value of a source as evidence; at least one is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Evidence {
     /// A manual says so.
     pub documented: bool,
     /// Host software in daily use depends on it.
     pub field: bool,
-    /// Nobody says so; it was chosen.
+    /// No source says so; it was chosen.
     pub assumed: bool,
 }
 
 impl Source {
-    /// Reads a source and the marks that are given beside it, which must be what it is worth.
+    /// Reads a source and the marks beside it, which must match its value as evidence.
     ///
     /// # Errors
     ///
-    /// What is wrong, in words: a section that does not exist, an item that is none, or a mark
-    /// that the source does not bear out.
+    /// What is wrong, in words: a section that does not exist, an invalid item, or a mark that the
+    /// source does not support.
     pub fn parse(text: &str, marks: &str) -> Result<Source, String> {
         let marks_read = Evidence::parse(marks)
             .ok_or("no evidence mark; D, F, A or several as in \"D+F\" are")?;
@@ -117,7 +117,7 @@ impl Source {
         Ok(Source { text: text.to_owned(), evidence, manuals: cited_manuals })
     }
 
-    /// What it is worth.
+    /// Its value as evidence.
     #[must_use]
     pub fn evidence(&self) -> Evidence {
         self.evidence

@@ -8,8 +8,8 @@ use vimc4_device::{AXES, Motion, Point, Time};
 pub struct Travel {
     /// The lowest place of each axis, 0 or less.
     pub low: Point,
-    /// The highest place of each axis, 0 or more. Ways that were begun count whole, also if they
-    /// were stopped: what stops them may fail.
+    /// The highest place of each axis, 0 or more. A way that was begun counts whole even if it was
+    /// stopped, because what stops it may fail.
     pub high: Point,
     /// The highest step frequency, Hz.
     pub top: u64,
@@ -28,7 +28,7 @@ impl Travel {
                     self.low[axis] = self.low[axis].min(self.place[axis] + low[axis]);
                     self.high[axis] = self.high[axis].max(self.place[axis] + high[axis]);
                 }
-                // A motion that runs its course is fastest in its middle.
+                // A motion that runs to its end is fastest in its middle.
                 let middle = segment.profile.speed_at(segment.profile.duration() / 2);
                 self.top = self.top.max(middle.div_ceil(1_000_000));
                 self.running = Some((at, segment.clone()));
@@ -55,13 +55,13 @@ impl Travel {
         }
     }
 
-    /// Whether anything moves at all.
+    /// Whether anything has moved.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
         self.low == [0; AXES] && self.high == [0; AXES]
     }
 
-    /// Takes in another travel from the same beginning.
+    /// Merges another travel from the same beginning.
     pub fn include(&mut self, other: &Travel) {
         for axis in 0..self.low.len() {
             self.low[axis] = self.low[axis].min(other.low[axis]);

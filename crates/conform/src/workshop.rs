@@ -15,7 +15,7 @@ pub struct Workshop {
 }
 
 impl Workshop {
-    /// The profiles of a built-in model and a machine, with what the session says differs.
+    /// The profiles of a built-in model and a machine, with the session's own values.
     ///
     /// # Errors
     ///
@@ -47,7 +47,7 @@ impl Workshop {
     ///
     /// # Errors
     ///
-    /// If the image is none.
+    /// If the image is not valid.
     pub fn build(&self, flash: &[u8]) -> Result<Controller, String> {
         vimc4_catalogue::bare(&self.model, &self.machine, flash).map_err(|error| error.to_string())
     }
@@ -57,7 +57,7 @@ impl Workshop {
 ///
 /// # Errors
 ///
-/// If a value cannot be.
+/// If a value is not possible.
 pub fn model(profile: &Table) -> Result<Model, String> {
     let text = toml::to_string(profile).map_err(|error| error.to_string())?;
     Model::from_toml(&text).map_err(|error| error.to_string())

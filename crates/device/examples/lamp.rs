@@ -1,4 +1,4 @@
-//! A device of one's own, and what can be done with it: a lamp that is switched over a serial line.
+//! A custom device and what can be done with it: a lamp that is switched over a serial line.
 //!
 //! `cargo run -p vimc4-device --example lamp`
 
@@ -19,7 +19,7 @@ struct Lamp {
     outbox: Outbox,
 }
 
-/// All that decides what the lamp will do. What can be computed from it is not in it.
+/// Everything that decides what the lamp will do, and nothing that can be computed from it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct State {
     now: Time,
@@ -126,7 +126,8 @@ impl Device for Lamp {
         }
     }
 
-    /// It does nothing in between: what does not hold now holds when something is due, or never.
+    /// Nothing changes in between, so a condition that does not hold now can begin to hold only
+    /// when something is due.
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time> {
         let holds = match fact {
             Fact::PortBit { port: 0, bit: 0, level } => *level != self.is_idle(),
@@ -162,11 +163,11 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     lamp.advance(Duration::from_secs(1));
     println!("{} {:?}", lamp.now(), lamp.device().activity());
 
-    // Anybody who knows devices knows what this one will do.
+    // The forecast needs no knowledge of lamps.
     let rests = lamp.device().when(&Condition::Idle).ok_or("it never rests")?;
     println!("it will rest at {rests}");
 
-    // A state can be kept and gone on from.
+    // A state can be saved and resumed.
     let kept = lamp.device().state();
     assert_eq!(lamp.ask(b"0")?, b"k");
     lamp.restore(kept);

@@ -8,12 +8,13 @@ use crate::{Condition, Device, Event, Time};
 
 /// A condition at which the code that drives a device holds it: whenever it *becomes* true.
 ///
-/// A state that has become so is met once, and again when it has not been so in between; a happening
-/// is met each time. Of [`Condition::Any`] each part is a breakpoint of its own, so that what stays
-/// so does not hide the rest. What is so already when the breakpoint is set is not met by that.
+/// A state is met once when it begins to hold, and again after it has not held in between; a
+/// happening is met each time. Each part of [`Condition::Any`] is a breakpoint of its own, so that
+/// a part that keeps holding does not hide the others. A state that already holds when the
+/// breakpoint is set does not meet it.
 ///
-/// The code that drives the device asks when it has to be looked at [next](Breakpoint::next), lets no
-/// time pass beyond that, and [looks](Breakpoint::look) after every cause, every input and at that
+/// The code that drives the device asks when to look [next](Breakpoint::next), lets no time pass
+/// beyond that, and [looks](Breakpoint::look) after every cause, after every input and at that
 /// instant. Nothing is sampled.
 ///
 /// ```
@@ -38,8 +39,8 @@ use crate::{Condition, Device, Event, Time};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Breakpoint {
     condition: Condition,
-    /// Of each part that is one of its own: whether it was not so when it was looked at last, so
-    /// that it can become so.
+    /// For each separate part: whether it did not hold at the last look, so that it can begin to
+    /// hold.
     open: Vec<bool>,
     met: u64,
 }
@@ -64,7 +65,7 @@ impl Breakpoint {
         self.met
     }
 
-    /// The device goes on from another state: what is so there is not met by that.
+    /// The device goes on from another state: what already holds there does not meet it.
     pub fn begin<D: Device>(&mut self, device: &D) {
         self.open = parts(&self.condition).map(|part| !lasts(device, part)).collect();
     }
@@ -98,7 +99,7 @@ impl Breakpoint {
     }
 }
 
-/// The conditions of which any is enough.
+/// The parts of a condition, any of which is enough.
 fn parts(condition: &Condition) -> impl Iterator<Item = &Condition> {
     match condition {
         Condition::Any(parts) => parts.iter(),
@@ -106,7 +107,7 @@ fn parts(condition: &Condition) -> impl Iterator<Item = &Condition> {
     }
 }
 
-/// Whether a condition holds by what is so, without anything that happens.
+/// Whether a condition holds by states alone, without a happening.
 fn lasts<D: Device>(device: &D, condition: &Condition) -> bool {
     device.holds(condition, iter::empty())
 }

@@ -14,7 +14,7 @@ pub enum NotADuration {
     NoNumber,
     /// Finer than a nanosecond.
     TooFine,
-    /// Longer than a clock of nanoseconds runs, 584 years.
+    /// Longer than a clock of nanoseconds can run, 584 years.
     TooLong,
 }
 
@@ -59,7 +59,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, NotADuration> {
     if !is_number(whole) || !is_number(places) {
         return Err(NotADuration::NoNumber);
     }
-    // No unit has more nanoseconds than 19 places can tell apart.
+    // No unit has more nanoseconds than fit in 19 digits.
     let places = places.trim_end_matches('0');
     let tenths = u32::try_from(places.len()).ok().filter(|places| *places < 19);
     let tenths = 10_u128.pow(tenths.ok_or(NotADuration::TooFine)?);

@@ -21,11 +21,11 @@ pub enum Event {
     Command {
         /// The stable mnemonic, such as `@A` or `0`; `?` for a line that no command matches.
         mnemonic: Cow<'static, str>,
-        /// The line as it was received, without its end; of one that is longer than any command
-        /// its beginning and three points.
+        /// The line as it was received, without its end. A line longer than any command is
+        /// shortened to its beginning and three dots.
         bytes: Bytes,
     },
-    /// Something came that the device leaves alone, and says nothing about.
+    /// Something came that the device ignores silently.
     Ignored {
         /// What, as it was received, without its end.
         bytes: Bytes,
@@ -46,17 +46,17 @@ pub enum Event {
         mnemonic: Cow<'static, str>,
         /// What it answered, whole.
         bytes: Bytes,
-        /// Why it is an error, for people: which switch, value or person it was, and where. A
+        /// Why it is an error, for people: which switch, value or person caused it, and where. A
         /// lower-case fragment.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         why: Option<Box<str>>,
     },
-    /// A command or a program was ended before its time, and no error answer says so: its answer
-    /// follows, or never comes.
+    /// A command or a program was ended early, and no error answer says so: its answer follows, or
+    /// never comes.
     CutShort {
         /// The mnemonic of the command; that of what begins a program, for a program.
         mnemonic: Cow<'static, str>,
-        /// By whom or what, and what is lost with it, for people: a lower-case fragment.
+        /// What ended it, and what is lost with it, for people: a lower-case fragment.
         why: Cow<'static, str>,
     },
     // --- segment ---
@@ -73,8 +73,8 @@ pub enum Event {
         active: bool,
     },
     // --- signal ---
-    /// A signal of the outside world has taken another value; what acts in the moment in which it
-    /// is set, and has no lasting value, was set.
+    /// A signal of the outside world has taken another value; or a signal without a lasting value,
+    /// which acts the moment it is set, was set.
     Signal {
         /// The signal, a number of the device that lists it.
         signal: SignalId,
@@ -106,7 +106,7 @@ pub enum Event {
     Fault {
         /// Its number.
         number: FaultNumber,
-        /// What there is to tell of it.
+        /// What happened to it.
         news: FaultNews,
     },
     // --- warning ---
@@ -118,7 +118,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// The kind that must be wanted for it to be made.
+    /// The kind under which it must be watched.
     #[must_use]
     pub fn kind(&self) -> Kinds {
         match self {
@@ -161,7 +161,7 @@ pub enum Motion {
     },
 }
 
-/// Something that a person should know although nothing is wrong with the device.
+/// Something worth knowing although nothing is wrong with the device.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "warning", rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -171,7 +171,7 @@ pub enum Warning {
         /// How many bytes.
         lost: u64,
     },
-    /// What left the device found nobody on the line.
+    /// Bytes left the device while no client was on the line.
     NobodyListens {
         /// How many bytes.
         lost: u64,
@@ -194,22 +194,22 @@ pub enum Warning {
         /// How that came.
         how: Loss,
     },
-    /// STOP has stood in for a reference switch that is there: the place where the axis was stopped
-    /// counts as its reference point, and is none.
+    /// STOP ended a reference run although the axis has a reference switch: the place where the
+    /// axis was stopped counts as its reference point, but is not.
     FalseReference {
         /// The axis, 0 for X.
         axis: u8,
         /// What the controller calls the axis.
         name: Cow<'static, str>,
     },
-    /// Nothing ahead ends the reference run of an axis.
+    /// Nothing on the way ahead will end the reference run of an axis.
     EndlessReference {
         /// The axis, 0 for X.
         axis: u8,
         /// What the controller calls the axis.
         name: Cow<'static, str>,
     },
-    /// A step counter has gone beyond its end, and on from the other one.
+    /// A step counter has overflowed and wrapped around.
     CounterWrapped {
         /// The axis, 0 for X.
         axis: u8,
@@ -234,13 +234,13 @@ pub enum Warning {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Loss {
-    /// The carriage stood at the end of the mechanics while the counter went on.
+    /// The carriage was blocked at the end of the mechanics while the counter went on.
     AtEnd,
-    /// It ran on when its motor was halted without a ramp.
+    /// It overshot when its motor was halted without a ramp.
     Overran,
-    /// Its motor was asked for more than it can, and stood until the motion was over.
+    /// Its motor was overloaded and stalled until the motion was over.
     Stalled,
-    /// Something moved it that was not its motor.
+    /// Something other than its motor moved it.
     Pushed,
 }
 
@@ -312,7 +312,7 @@ impl Kinds {
     pub const NONE: Kinds = Kinds(0);
     /// Commands, and the lines of a running program.
     pub const COMMAND: Kinds = Kinds(1);
-    /// Answers, why they are errors, and what ended without.
+    /// Answers, why they are errors, and what ended without an answer.
     pub const ANSWER: Kinds = Kinds(1 << 1);
     /// Motions.
     pub const MOTION: Kinds = Kinds(1 << 2);

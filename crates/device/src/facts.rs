@@ -2,9 +2,8 @@
 
 use crate::{Condition, Fact, Time};
 
-/// A span of time in which one motion at most is running, and of which it can be computed when facts
-/// hold: what a [device](crate::Device) does until it has something to do, or what was written down of
-/// one.
+/// A span of time with at most one running motion, for which it can be computed when facts hold: a
+/// [device](crate::Device) until its next cause, or a recorded stretch.
 pub trait Facts {
     /// The beginning of the span.
     fn now(&self) -> Time;
@@ -12,14 +11,14 @@ pub trait Facts {
     /// Its end, which is not part of it; `None` if there is none.
     fn wake(&self) -> Option<Time>;
 
-    /// Whether nothing is done by itself at its beginning.
+    /// Whether the device is idle at its beginning.
     fn is_idle(&self) -> bool;
 
-    /// The first instant from `from` on at which a fact holds; what lies beyond the end is not heeded.
+    /// The first instant from `from` on at which a fact holds; instants beyond the end are ignored.
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time>;
 
-    /// The instant by which all facts together have been every way that they will be from `from` on;
-    /// `None` if that is at the end.
+    /// The instant by which the facts have taken every combination of values that they will take
+    /// from `from` on; `None` if that is at the end.
     fn comes_round(&self, from: Time) -> Option<Time> {
         let _ = from;
         None
@@ -27,13 +26,14 @@ pub trait Facts {
 }
 
 impl Condition {
-    /// The first instant from `from`, which is in the span, at which this holds by what is so. What
-    /// only happens holds in no instant.
+    /// The first instant from `from`, which is in the span, at which this holds by states alone. A
+    /// happening holds at no instant.
     pub fn begins(&self, facts: &(impl Facts + ?Sized), from: Time) -> Option<Time> {
         first(facts, self, from)
     }
 
-    /// The first instant from `from`, which is in the span, at which this does not hold by what is so.
+    /// The first instant from `from`, which is in the span, at which this does not hold by states
+    /// alone.
     pub fn ends(&self, facts: &(impl Facts + ?Sized), from: Time) -> Option<Time> {
         lapse(facts, self, from)
     }
@@ -64,7 +64,7 @@ pub(crate) fn first<F: Facts + ?Sized>(
         Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level }),
         Condition::Limit { axis, positive, active } => fact(Fact::Limit { axis, positive, active }),
         Condition::SignalIs { signal, value } => fact(Fact::Signal { signal, value }),
-        // What is due just now may be the next thing that it does.
+        // Something may be due right now.
         Condition::Idle => {
             (facts.is_idle() && wake.is_none_or(|wake| wake > facts.now())).then_some(from)
         }
@@ -80,8 +80,8 @@ pub(crate) fn first<F: Facts + ?Sized>(
     }
 }
 
-/// The first instant at which all parts hold. No part holds before its first instant, so nothing is
-/// missed by going on from the latest of these: from one beginning of a span in which a part holds
+/// The first instant at which all parts hold. No part holds before its own first instant, so the
+/// search can continue from the latest of these: from one beginning of a span in which a part holds
 /// to the next, and never from step to step.
 fn first_of_all<F: Facts + ?Sized>(facts: &F, parts: &[Condition], from: Time) -> Option<Time> {
     first_of_latest(facts, parts, from, |mut latest| {
@@ -145,13 +145,13 @@ pub(crate) fn lapse<F: Facts + ?Sized>(
             }
             Some(latest)
         }),
-        // What no motion changes stays so for the whole span.
+        // What no motion changes stays the same for the whole span.
         _ => None,
     }
 }
 
-/// The first instant that the latest of several leads to itself: all of them are there. Once all times
-/// that are named in `parts` are over, and the device has come round, there is nothing new to be found.
+/// The instant at which the latest of several leads to itself: all parts hold there. After all
+/// times named in `parts`, and a full round of the device, nothing new can be found.
 fn first_of_latest<F: Facts + ?Sized>(
     facts: &F,
     parts: &[Condition],

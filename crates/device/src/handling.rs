@@ -6,13 +6,13 @@ use std::time::Duration;
 /// What a client of a controller knows to send when it must stop, reset, erase or find one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Handling {
-    /// After one of these bytes nothing is left of what was begun before it: what ends a line or a
+    /// Bytes after which nothing remains of what was begun before: those that end a line or a
     /// command, and the control codes.
     pub ends: &'static [u8],
-    /// Where LF is none of them: those that a client can end its lines with instead, and for people
-    /// which those are and how they are sent.
+    /// Where LF is not among them: the bytes that a client can end its lines with instead, and a
+    /// text for people that names them and how to send them.
     pub instead_of_line_feed: Option<(&'static [u8], &'static str)>,
-    /// Lets nothing more happen than must: what moves halts, as far as the line can make it.
+    /// Stops as much as possible: motions halt, as far as the line can make them.
     pub halt: &'static [u8],
     /// What `halt` does, for people: a clause after "interrupted".
     pub halting: &'static str,
@@ -22,45 +22,46 @@ pub struct Handling {
     pub warning: &'static str,
     /// Ends a motion, as far as the line can, and forgets the rest of it.
     pub abandon: &'static [u8],
-    /// Makes the controller as it is after power-on, without an answer that counts.
+    /// Resets the controller to its state after power-on; the answer does not matter.
     pub reset: &'static [u8],
-    /// These lines make up for what the reset does not bring back.
+    /// Lines that restore what the reset leaves as it was.
     pub ready: &'static [&'static str],
-    /// If the reset does not make everything as after power-on, and the counters above all go on
-    /// from where they were: what brings those to 0, for people.
+    /// If the reset leaves things as they were, above all the counters: how to bring those to 0,
+    /// for people.
     pub homing: Option<&'static str>,
-    /// How long it may be deaf after that.
+    /// How long it may be unresponsive after that.
     pub boot: Duration,
-    /// How long what runs may go on before the reset takes effect.
+    /// How long a running motion may go on before the reset takes effect.
     pub running: Duration,
     /// Asks where the axes are; it is never refused at rest and changes nothing.
     pub position: &'static str,
-    /// A controller that knows of no axes refuses this line as such
-    /// ([`Model::has_forgotten`](crate::Model::has_forgotten)), and so tells whether it was switched
-    /// on or reset since it was told of them; any other refuses it otherwise. It changes nothing.
+    /// A line that changes nothing and that every controller refuses. A controller without
+    /// configured axes refuses it in a particular way
+    /// ([`Model::has_forgotten`](crate::Model::has_forgotten)), which shows that it was switched on
+    /// or reset since axes were configured.
     pub needs_axes: Option<&'static str>,
-    /// These lines ask what it is called and which version it has; a model knows one of them, and
-    /// none changes anything.
+    /// Lines that ask for its name and version; a model knows one of them, and none changes
+    /// anything.
     pub names: &'static [&'static str],
-    /// Answers a command that was carried out and says nothing else.
+    /// The answer to a command that was carried out, with nothing else in it.
     pub done: &'static [u8],
-    /// The speeds that such controllers are set to, baud, the commonest first.
+    /// The speeds that such controllers are set to, baud, the most common first.
     pub speeds: &'static [u32],
-    /// These lines erase the stored program and bring the saved settings back to the factory's.
-    /// A model answers [`done`](Handling::done) to those that it has; one that has none erases
-    /// at its panel only, or has nothing to erase.
+    /// Lines that erase the stored program and restore the factory settings. A model answers
+    /// [`done`](Handling::done) to those that it has; one that has none erases at its panel only,
+    /// or has nothing to erase.
     pub erase: &'static [&'static str],
     /// How the stored program alone is erased.
     pub erasing: Erasing,
-    /// These lines, as far as a model has them, leave a program and saved settings that differ
-    /// from the factory's in what they do.
+    /// Lines, as far as a model has them, that store a program and settings with effects other than
+    /// the factory's.
     pub fill: &'static [&'static str],
-    /// These lines start the stored program on models that can do so by a command.
+    /// Lines that start the stored program on models with a command for it.
     pub start: &'static [&'static str],
-    /// Whether a file for it is a stream of commands, wherever its lines end, and not a list of
+    /// Whether a file for it is a stream of commands regardless of line ends, rather than a list of
     /// lines.
     pub takes_stream: bool,
-    /// Whether it says things that nobody has asked for.
+    /// Whether it sends things unasked.
     pub volunteers: bool,
 }
 
@@ -69,7 +70,7 @@ pub struct Handling {
 pub struct Stop {
     /// Stops what moves along its ramp.
     pub motion: &'static [u8],
-    /// Ends a reference run, for which `motion` could stand in for the switch.
+    /// Ends a reference run, where `motion` could act in place of the switch.
     pub reference: &'static [u8],
     /// `motion`, for people.
     pub name: &'static str,
@@ -104,8 +105,8 @@ pub enum Erasing {
     Nothing,
 }
 
-/// What sending something may do to the machine, whatever its parameters are and whether or not
-/// the controller should refuse it: a real one may not.
+/// What sending something may do to the machine, whatever its parameters are, and even if the
+/// controller should refuse it: a real one may accept it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effects {
     /// It may set axes or the head in motion.
@@ -142,23 +143,23 @@ impl Effects {
 pub struct Piece {
     /// Which bytes of the file, with its end if it has one.
     pub bytes: Range<usize>,
-    /// Whether it is a command; else it passes through the controller to what is behind it, or is
-    /// nothing but numbers.
+    /// Whether it is a command; otherwise it passes through the controller to what is behind it, or
+    /// consists of numbers only.
     pub command: bool,
-    /// How many numbers it has that belong to no command and mean nothing.
+    /// How many stray numbers it has that belong to no command.
     pub numbers: usize,
     /// Whether it would be a command in capital letters. As it is, the controller ignores it.
     pub lower_case: bool,
 }
 
-/// When the turn of a command comes that is sent while others wait.
+/// When a command is executed that is sent while others wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// It waits until the one before it is done.
     InOrder,
     /// It overtakes those that wait.
     Overtakes,
-    /// It is none that the controller knows.
+    /// The controller does not know it.
     Unknown,
 }
 
@@ -177,12 +178,12 @@ pub enum Heard {
     Strange,
 }
 
-/// What a command does that lasts.
+/// What lasting effect a command has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Travel {
     /// It asks for something and does nothing.
     Question,
-    /// No motion: it is over at once.
+    /// No motion: it takes no time.
     None,
     /// A motion whose time follows from the numbers of the command alone.
     Relative,
@@ -194,25 +195,25 @@ pub enum Travel {
     Unknown,
 }
 
-/// What a controller says of itself, held against the model that something is for.
+/// What a controller says of itself, compared with the expected model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Identity {
-    /// It is that model, or at least has its commands.
+    /// It is that model, or has the same commands.
     Same(String),
-    /// What it says names no model that is known.
+    /// It names no known model.
     Unknown(String),
     /// It is another.
     Other {
         /// What it is.
         what: String,
-        /// How it has said so.
+        /// Its answer.
         said: String,
     },
-    /// It is of another family, with which the conversation has ended at once.
+    /// It is of another family, and the conversation ended at once.
     Foreign {
         /// What it is.
         what: String,
-        /// How it has said so.
+        /// Its answer.
         said: String,
     },
     /// It says nothing.
@@ -220,7 +221,7 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// Whether it says of itself that it is not a machine.
+    /// Whether it says that it is not a real machine.
     #[must_use]
     pub fn is_virtual(&self) -> bool {
         match self {
@@ -233,7 +234,7 @@ impl Identity {
     }
 }
 
-/// Something to ask a controller for its name.
+/// A question for a controller's name.
 #[derive(Clone, Copy, Debug)]
 pub struct Question {
     /// What is sent.
@@ -247,8 +248,8 @@ pub struct Question {
 pub enum Until {
     /// When the line falls silent after it.
     Pause,
-    /// When this says so, or nothing comes.
+    /// When this function says so, or nothing comes.
     Whole(fn(&[u8]) -> bool),
-    /// It need not come: whatever does is let pass.
+    /// No answer is needed; any that comes is ignored.
     Silence,
 }

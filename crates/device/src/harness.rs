@@ -9,11 +9,11 @@ use crate::{
     Condition, Device, Event, Input, Kinds, MAX_CAUSES, Output, OwnedInput, Time, TimedInput,
 };
 
-/// A device in virtual time: what is due happens, and then what is due next, as fast as the
-/// computer goes and the same on every computer.
+/// A device in virtual time: causes happen one after the other as fast as the computer can go, and
+/// the same on every computer.
 ///
-/// A harness performs what it is told, keeps what comes out until somebody takes it, and lets no
-/// time pass by itself.
+/// A harness does what it is told, keeps the output until it is taken, and lets no time pass by
+/// itself.
 ///
 /// ```
 /// # mod cart { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cart/mod.rs")); }
@@ -36,8 +36,8 @@ use crate::{
 /// # }
 /// ```
 ///
-/// What will happen outside can be planned. It comes before what the device is told to do at the
-/// same time, and after what the device does by itself:
+/// Events outside can be planned. A planned event comes before direct inputs at the same time, and
+/// after what the device does by itself:
 ///
 /// ```
 /// # mod cart { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cart/mod.rs")); }
@@ -58,11 +58,11 @@ pub struct Harness<D> {
     /// What will happen outside, in order of time.
     plan: VecDeque<TimedInput>,
     outputs: VecDeque<Output>,
-    /// What has gone in, if somebody wants to know.
+    /// The inputs so far, if they are kept.
     given: Option<Vec<TimedInput>>,
 }
 
-/// The device goes on and on.
+/// The device does not come to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Endless {
     /// How far its time has come.
@@ -98,8 +98,8 @@ impl<D: Device> Harness<D> {
         self
     }
 
-    /// Keeps what goes in from now on, for a recording. Somebody has to
-    /// [take](Harness::take_given) it.
+    /// Keeps the inputs from now on, for a recording; [take](Harness::take_given) them from time to
+    /// time.
     #[must_use]
     pub fn keeping_given(mut self) -> Harness<D> {
         self.given = Some(Vec::new());
@@ -111,7 +111,7 @@ impl<D: Device> Harness<D> {
         &self.device
     }
 
-    /// The device, to be driven by somebody else.
+    /// The device, to be driven by other code.
     pub fn into_device(self) -> D {
         self.device
     }
@@ -121,8 +121,8 @@ impl<D: Device> Harness<D> {
         self.device.now()
     }
 
-    /// When something happens next if nobody does anything: what is planned, or what the device
-    /// does by itself. `None` if it waits for an input.
+    /// When something happens next without further input: a planned event, or something that the
+    /// device does by itself. `None` if it waits for an input.
     pub fn due(&self) -> Option<Time> {
         self.device.wake().into_iter().chain(self.planned()).min()
     }
@@ -134,8 +134,8 @@ impl<D: Device> Harness<D> {
 
     // --- what goes in ---
 
-    /// Plans an input for a time, behind what is planned for the same. What is planned for the
-    /// past happens next, in the present.
+    /// Plans an input for a time, after those already planned for the same time. An input planned
+    /// for the past happens next, in the present.
     pub fn plan(&mut self, at: Time, input: Input<'_>) {
         let input = OwnedInput::from(input);
         let place = self.plan.partition_point(|other| other.at <= at);
@@ -156,16 +156,16 @@ impl<D: Device> Harness<D> {
         self.handle(input, now);
     }
 
-    /// Something happens outside, now, after what is due now; what it leads to at this instant is left to
-    /// [steps](Harness::step), or happens as time passes on.
+    /// Something happens outside, now, after what is due now. Its consequences at this instant are
+    /// left to [steps](Harness::step), or happen as time goes on.
     pub fn accept(&mut self, input: Input<'_>) {
         self.run_to(self.now());
         self.device.accept(input, self.now());
         self.collect();
     }
 
-    /// Gives an input that was kept: lets time pass up to when it was given, and gives it. One
-    /// after the other, the inputs of another device make an equal device do the same again.
+    /// Repeats a kept input: lets time pass up to its time, and gives it. Repeating all inputs of
+    /// one device makes an equal device do the same again.
     pub fn play(&mut self, TimedInput { at, input }: &TimedInput) {
         self.run_to(*at);
         self.input(input.as_input());
@@ -190,9 +190,8 @@ impl<D: Device> Harness<D> {
 
     // --- how time passes ---
 
-    /// Lets happen the one thing that happens next, and says when that was: a single cause of what
-    /// the device does by itself, or else the next of what is planned. `None` if nothing does, or
-    /// [never](Time::NEVER).
+    /// Performs the next single thing, and says when that was: one cause of the device, or else the
+    /// next planned event. `None` if there is none, or [never](Time::NEVER).
     pub fn step(&mut self) -> Option<Time> {
         let due = self.due().filter(|due| *due != Time::NEVER)?.max(self.now());
         if !self.device.perform(due)
@@ -206,13 +205,13 @@ impl<D: Device> Harness<D> {
         Some(self.now())
     }
 
-    /// Lets so much time pass, with everything that happens in it.
+    /// Lets this much time pass, with everything that happens in it.
     pub fn advance(&mut self, span: Duration) {
         self.run_to(self.now() + span);
     }
 
-    /// Lets time pass up to `at`, with everything that happens until then and just then. A time
-    /// that is over changes nothing.
+    /// Lets time pass up to and including `at`, with everything that happens. A time in the past
+    /// changes nothing.
     pub fn run_to(&mut self, at: Time) {
         while self.due().is_some_and(|due| due <= at) && self.step().is_some() {}
         if self.now() < at {
@@ -220,8 +219,8 @@ impl<D: Device> Harness<D> {
         }
     }
 
-    /// Lets time pass up to `at`, with everything that happens before and no more than so many of the
-    /// causes that are due just then.
+    /// Lets time pass up to `at`, with everything that happens before it and at most this many of
+    /// the causes due at `at` itself.
     pub fn run_into(&mut self, at: Time, causes: u32) {
         while self.due().is_some_and(|due| due < at) && self.step().is_some() {}
         for _ in 0..causes {
@@ -238,7 +237,7 @@ impl<D: Device> Harness<D> {
     ///
     /// # Errors
     ///
-    /// If that is not so after [`MAX_CAUSES`] causes, or will never be.
+    /// If it has not come to rest after [`MAX_CAUSES`] causes, or never will.
     pub fn run_to_rest(&mut self) -> Result<(), Endless> {
         for _ in 0..MAX_CAUSES {
             if self.step().is_none() {
@@ -250,12 +249,11 @@ impl<D: Device> Harness<D> {
 
     /// Lets time pass up to the first instant, from now on, at which the condition holds, and says
     /// when that is. It is computed from cause to cause, not searched for. `None` if everything
-    /// comes to rest before, or after [`MAX_CAUSES`] causes; the present is then wherever that was.
+    /// comes to rest before, or after [`MAX_CAUSES`] causes; the present stays there.
     ///
-    /// What happens is seen in the moment in which it happens: what else is due at that instant is
-    /// still to come. What is so at an instant is looked at when what is planned for that instant
-    /// has happened. The events that are needed are watched meanwhile, and are among the outputs
-    /// only if they were watched before.
+    /// A happening is seen at its own moment: other things due at that instant are still to come. A
+    /// state is evaluated after the events planned for that instant. The necessary events are
+    /// watched meanwhile; they are among the outputs only if they were watched before.
     pub fn run_until(&mut self, condition: &Condition) -> Option<Time> {
         let watched = self.device.watch(Kinds::NONE);
         self.device.watch(watched.and(condition.kinds()));
@@ -268,7 +266,7 @@ impl<D: Device> Harness<D> {
         for _ in 0..MAX_CAUSES {
             let crossing = self.device.crossing(condition);
             if let Some(at) = crossing.filter(|at| self.planned().is_none_or(|next| *at < next)) {
-                // Nothing is due before. What is due now, behind what was looked for, stays due.
+                // Nothing is due before. What is due now, after the moment sought, stays due.
                 if at > self.now() {
                     self.device.accept(Input::Wake, at);
                     self.collect();
@@ -294,17 +292,17 @@ impl<D: Device> Harness<D> {
 
     // --- what comes out ---
 
-    /// What has come out and was not taken, in the order in which it happened.
+    /// The outputs that were not taken, in the order in which they happened.
     pub fn outputs(&self) -> &VecDeque<Output> {
         &self.outputs
     }
 
-    /// Takes the first of what has come out.
+    /// Takes the first output.
     pub fn take_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }
 
-    /// Takes everything that has come out, in the order in which it happened.
+    /// Takes all outputs, in the order in which they happened.
     pub fn drain(&mut self) -> vec_deque::Drain<'_, Output> {
         self.outputs.drain(..)
     }
@@ -322,7 +320,7 @@ impl<D: Device> Harness<D> {
         taken
     }
 
-    /// Takes what has gone in and is kept, in order. That time passes does not count.
+    /// Takes the kept inputs, in order. The passing of time is not among them.
     pub fn take_given(&mut self) -> Vec<TimedInput> {
         self.given.as_mut().map(std::mem::take).unwrap_or_default()
     }

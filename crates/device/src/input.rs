@@ -17,8 +17,8 @@ pub enum Input<'a> {
     Power(bool),
     /// A [fault](crate::Fault) begins or ends. A device that knows no such fault does nothing.
     Fault(&'a Faulting),
-    /// Nothing but time has passed: perform what is due. Always allowed, never needed before
-    /// the wake-up time that the device asked for.
+    /// Only time has passed: perform what is due. Always allowed, never needed before the wake-up
+    /// time that the device asked for.
     Wake,
 }
 
@@ -71,8 +71,8 @@ impl From<Input<'_>> for OwnedInput {
     }
 }
 
-/// An input and the time it is given at. Whoever gives equal devices the same of these, in the
-/// same order, gets equal devices and equal outputs: they are all that a recording needs.
+/// An input and the time it is given at. Equal devices that get the same of these in the same order
+/// stay equal and give equal outputs, so a recording needs nothing else.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimedInput {
     /// The model time.

@@ -1,9 +1,9 @@
-//! The contract between a simulated device and whatever runs it.
+//! The contract between a simulated device and the code that runs it.
 //!
-//! Bytes and signals go in with a time, bytes and events come out with a time; nothing inside
-//! knows a clock, a socket or a thread. [`Device`] says how to drive one; a host for real
-//! serial lines, a test with simulated time and a debugger all do it the same way. In virtual
-//! time a [`Harness`] drives it: send, ask, advance, run until something is so, take what came out.
+//! Bytes and signals go in with a time, bytes and events come out with a time; nothing inside knows
+//! a clock, a socket or a thread. [`Device`] says how to drive one; a host for real serial lines, a
+//! test with simulated time and a debugger all do it the same way. In virtual time a [`Harness`]
+//! drives it: send, ask, advance, run until a condition holds, take the output.
 #![forbid(unsafe_code)]
 
 mod breakpoint;

@@ -1,4 +1,4 @@
-//! What a family of controllers tells of itself to tools that do not speak its language.
+//! What tools that do not speak a family's language can ask about it.
 
 use std::error::Error;
 use std::fmt;
@@ -9,10 +9,10 @@ use crate::{
 
 /// A model of controllers of one family: what every tool must know of it and of its family.
 ///
-/// What holds for all models of the family takes no `self`. Where a method has a body, that is
-/// what holds for most families.
+/// What holds for all models of the family takes no `self`. A default implementation holds for most
+/// families.
 pub trait Model: Sized {
-    /// The name of the family as people type it.
+    /// The name of the family as typed.
     const FAMILY: &'static str;
     /// Its name as its maker writes it.
     const MAKER: &'static str;
@@ -21,44 +21,44 @@ pub trait Model: Sized {
     /// Every value that each quirk of a profile can have, as TOML writes it.
     const QUIRKS: &'static [(&'static str, &'static [&'static str])];
 
-    /// What sending these bytes to a controller that has just been switched on may do.
+    /// The possible effects of sending these bytes to a controller that has just been switched on.
     fn effects_of(sent: &[u8]) -> Effects;
 
-    /// What setting the signal of that name may do.
+    /// The possible effects of setting the signal of that name.
     fn effects_of_signal(_name: &str) -> Effects {
         Effects::default()
     }
 
-    /// What a command does that lasts.
+    /// The lasting effect of a command.
     fn travel_of(command: &[u8]) -> Travel;
 
-    /// What kind of answer it is, as the tables of the commands name them.
+    /// The kind of an answer, as the command tables name it.
     fn kind_of(answer: &[u8]) -> Option<String>;
 
-    /// Whether a command that has answered this has nothing more to answer.
+    /// Whether this answer is the last one to its command.
     fn completes(answer: &[u8]) -> bool;
 
-    /// What is wrong, if the answer says that something is: the code and what it means.
+    /// The error, if the answer is one: its code and what it means.
     fn refusal(answer: &[u8]) -> Option<String>;
 
-    /// Whether only controllers of this family answer so, whatever they were asked.
+    /// Whether only controllers of this family ever answer so.
     fn is_own_answer(_answer: &[u8]) -> bool {
         false
     }
 
-    /// Whether the counters may have been set to 0 where this was answered.
+    /// Whether the counters may have been set to 0 when this was answered.
     fn resets_counters(_answer: &[u8]) -> bool {
         false
     }
 
-    /// Whether the counters may say something else than where the axes are, where this was answered:
-    /// steps may have been lost, or the axes had no reference point.
+    /// Whether the counters may no longer match the axes when this was answered: steps may have
+    /// been lost, or the axes had no reference point.
     fn distrusts_counters(_answer: &[u8]) -> bool {
         false
     }
 
-    /// Whether a controller that has moved its axes answers so only where it has forgotten, without
-    /// power or in an emergency stop, what it was told before.
+    /// Whether a controller that has moved its axes gives this answer only after it has lost its
+    /// settings, through loss of power or an emergency stop.
     fn has_forgotten(_answer: &[u8]) -> bool {
         false
     }
@@ -85,7 +85,7 @@ pub trait Model: Sized {
     ///
     /// # Errors
     ///
-    /// If its panel cannot: why, for people.
+    /// If its panel cannot erase: why, for people.
     fn erasing_at_panel(&self) -> Result<&'static [(&'static str, i32)], &'static str>;
 
     /// How long its panel takes to erase the memory, in ms, if it can.
@@ -99,24 +99,25 @@ pub trait Model: Sized {
     /// How it is handled.
     fn handling(&self) -> Handling;
 
-    /// The places in an answer to [`Handling::position`], X first; `None` if it is no such answer.
+    /// The positions in an answer to [`Handling::position`], X first; `None` if it is not such an
+    /// answer.
     fn read_position(&self, answer: &[u8]) -> Option<Vec<i64>>;
 
-    /// Whether so many places say of which axes they are. A model that tells of configured axes
-    /// only does not.
+    /// Whether this many positions show which axes they belong to. They do not on a model that
+    /// reports configured axes only.
     fn names_axes(&self, _places: usize) -> bool {
         true
     }
 
-    /// How far the answer to a command has come that was sent with its end; to what somebody
-    /// else has made it do, if nothing was sent.
+    /// How complete the answer to a command is that was sent with its end; with nothing sent, the
+    /// answer to something that was caused otherwise.
     fn hear(&self, sent: &[u8], answer: &[u8]) -> Heard;
 
-    /// The lines, each to be answered [`Handling::done`], with which a controller that has just
-    /// been reset moves its axes by so many steps, the fastest of them at `speed` Hz.
+    /// The lines, each to be answered [`Handling::done`], that make a freshly reset controller move
+    /// its axes by this many steps, the fastest of them at `speed` Hz.
     fn moving(&self, by: Point, speed: u64) -> Vec<String>;
 
-    /// When a command is carried out that others wait before.
+    /// When a command is carried out that has others waiting before it.
     fn turn(&self, _command: &[u8]) -> Turn {
         Turn::InOrder
     }
@@ -133,22 +134,22 @@ pub trait Model: Sized {
         Vec::new()
     }
 
-    /// The value of a profile with which a controller would know a command that this one does not.
+    /// The profile value with which a controller would know a command that this one does not know.
     fn known_with(&self, _command: &[u8]) -> Option<&'static str> {
         None
     }
 
-    /// What is wrong with a command, if the answer to it says that something is.
+    /// What is wrong with a command, if the answer to it is an error.
     fn refusal_of(&self, _command: &[u8], answer: &[u8]) -> Option<String> {
         Self::refusal(answer)
     }
 
-    /// The pieces of a stream of commands, in order. There are none where files are lists of lines.
+    /// The pieces of a stream of commands, in order. Empty where files are lists of lines.
     fn stream(&self, _file: &[u8]) -> Vec<Piece> {
         Vec::new()
     }
 
-    /// Asks a controller who it is. Asking moves nothing.
+    /// Identifies a controller. That moves nothing.
     ///
     /// # Errors
     ///
@@ -159,7 +160,7 @@ pub trait Model: Sized {
     ) -> Result<Identity, E>;
 }
 
-/// Why an image is none of a model's memory.
+/// Why an image does not fit a model's memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MemoryError {

@@ -6,10 +6,10 @@ use bytes::Bytes;
 
 use crate::{Event, FlashChange, Kinds, Output, Stamp, Time};
 
-/// What a device has to say and nobody has taken yet, in the order in which it happened, and which
-/// kinds of events are wanted.
+/// The outputs of a device that have not been taken yet, in the order in which they happened, and
+/// the kinds of events that are wanted.
 ///
-/// It is drained after every input and no part of a device's state.
+/// It is drained after every input and is not part of a device's state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outbox {
     queue: VecDeque<Output>,
@@ -17,8 +17,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// Whether somebody wants to see events of all these kinds. An event that costs anything is made
-    /// only then.
+    /// Whether events of all these kinds are watched. An event with any cost is made only then.
     #[must_use]
     pub fn wants(&self, kinds: Kinds) -> bool {
         self.wanted.contain(kinds)
@@ -39,7 +38,7 @@ impl Outbox {
         self.queue.push_back(Output::Flash(at, change));
     }
 
-    /// Something happened that somebody [wants](Outbox::wants) to see.
+    /// An event that is [wanted](Outbox::wants) happened.
     pub fn emit(&mut self, stamp: Stamp, event: Event) {
         self.queue.push_back(Output::Event(stamp, event));
     }
@@ -49,7 +48,7 @@ impl Outbox {
         self.queue.pop_front()
     }
 
-    /// Drops what nobody has taken, as a device does that goes on from another state.
+    /// Drops what has not been taken, because the device goes on from another state.
     pub fn clear(&mut self) {
         self.queue.clear();
     }

@@ -8,16 +8,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Event, Time};
 
-/// What a device hands out, in the order in which it happened.
+/// The outputs of a device, in the order in which they happened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output {
-    /// Bytes leave on the line at this time. A late wake-up of the host shifts nothing: the
-    /// time is the model's.
+    /// Bytes leave on the line at this time. A late wake-up by the host changes nothing: the time
+    /// is the model's.
     Bytes(Time, Bytes),
-    /// The non-volatile memory changes. It leaves before the answer it guards, so a host that
-    /// writes it to disk before it passes on what follows never confirms what it could lose.
+    /// The non-volatile memory changes. It comes out before the answer that confirms it. So a host
+    /// that writes it to disk before passing on what follows never confirms what it could lose.
     Flash(Time, FlashChange),
-    /// Something happened that somebody asked to see.
+    /// A watched event happened.
     Event(Stamp, Event),
 }
 
@@ -37,13 +37,13 @@ impl Output {
 pub struct Stamp {
     /// The model time.
     pub at: Time,
-    /// The command that it belongs to: the beginning of a command, its answer and everything that
-    /// comes of it have the same number. `None` for what no command has led to.
+    /// The command that it belongs to: the beginning of a command, its answer and all its
+    /// consequences have the same number. `None` for what no command has caused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<CommandNumber>,
 }
 
-/// Something that no command has led to.
+/// An event that no command has caused.
 impl From<Time> for Stamp {
     fn from(at: Time) -> Stamp {
         Stamp { at, command: None }

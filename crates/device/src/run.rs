@@ -11,31 +11,31 @@ use crate::{
     Signal, SignalId, Time, View,
 };
 
-/// How many causes a forecast follows before it gives up, so that the forecast of something an
-/// endless program never does comes to an end.
+/// How many causes a forecast follows before it gives up, so that it ends even for something that
+/// an endless program never does.
 pub const MAX_CAUSES: u32 = 1_000_000;
 
 /// A simulated device, driven from outside.
 ///
 /// # The contract
 ///
-/// What a device does by itself, it does in *causes*: a motion ends, a wait is over, a line that has
+/// What a device does by itself happens in *causes*: a motion ends, a wait is over, a line that has
 /// arrived is executed. Each is due at an instant and takes no time.
 ///
 /// * [`handle`](Device::handle) performs every cause that is due up to and including `at`, then the
 ///   input, then what the input leads to at this instant. `at` never goes backwards; an earlier
 ///   one counts as the latest.
-/// * Causes are performed in order of time. At equal times what has been held up by the one before
-///   comes first (a line that waited for the end of a motion is executed before anything else ends
-///   at that instant), and then the device's own fixed order.
+/// * Causes are performed in order of time. At equal times, what the previous cause released comes
+///   first (a line that waited for the end of a motion is executed before anything else ends at
+///   that instant), and then the device's own fixed order.
 /// * After every `handle`, [`poll_output`](Device::poll_output) is called until nothing more comes
 ///   out. [`wake`](Device::wake) then says when the device wants to be woken.
 /// * Outputs carry model time. A host that wakes the device late gets the same bytes with the
 ///   same times, only later.
 /// * A wake-up before the deadline changes nothing, and neither does watching.
 /// * [`perform`](Device::perform) is a single cause and [`accept`](Device::accept) the input alone.
-///   `handle` is nothing but these, so calling them one by one gives the same, and allows looking at
-///   what is between two things that happen at one instant.
+///   `handle` consists of just these. Calling them one by one gives the same result and allows a
+///   look between two things that happen at one instant.
 ///
 /// This is the whole loop that runs one:
 ///
@@ -58,28 +58,29 @@ pub const MAX_CAUSES: u32 = 1_000_000;
 /// }
 /// ```
 ///
-/// In virtual time a [`Harness`](crate::Harness) does it, and keeps what comes out.
+/// In virtual time a [`Harness`](crate::Harness) does it and keeps the output.
 pub trait Device {
     /// Everything that decides what the device will do. Two devices with equal states that get
     /// the same inputs at the same times do the same.
     type State: Clone + PartialEq + Debug + Serialize + DeserializeOwned;
 
-    /// What can be seen of it that only devices of its family have.
+    /// What is visible only on devices of its family.
     type Details: Clone + PartialEq + Debug + Send + Serialize + DeserializeOwned + 'static;
 
     /// Performs a single cause, the first that is due up to and including `at`, and says whether
     /// there was one. The instant at which it was due becomes the present.
     fn perform(&mut self, at: Time) -> bool;
 
-    /// Takes an input at `at`, which becomes the present, and leaves what it leads to as causes that
-    /// are due then; [`Input::Wake`] leads to nothing. What is due up to `at` has been performed.
+    /// Takes an input at `at`, which becomes the present, and leaves its consequences as causes
+    /// that are due then; [`Input::Wake`] has none. Everything due up to `at` must have been
+    /// performed.
     fn accept(&mut self, input: Input<'_>, at: Time);
 
     /// Performs what is due up to `at`, then the input, then what is due because of it.
     fn handle(&mut self, input: Input<'_>, at: Time) {
         while self.perform(at) {}
         self.accept(input, at);
-        // Time alone leads to nothing more.
+        // Time alone causes nothing more.
         if input != Input::Wake {
             while self.perform(at) {}
         }
@@ -88,7 +89,7 @@ pub trait Device {
     /// The next output, in the order in which things happened.
     fn poll_output(&mut self) -> Option<Output>;
 
-    /// Says which kinds of events are wanted from now on, and returns those that were wanted
+    /// Sets which kinds of events are watched from now on, and returns those that were watched
     /// before. It is not part of the state.
     fn watch(&mut self, kinds: Kinds) -> Kinds;
 
@@ -147,9 +148,9 @@ pub trait Device {
     /// Bits per second of its serial line.
     fn baud(&self) -> u32;
 
-    /// How many bytes it takes now. A sender that heeds the `handshake` lines is asked to wait
-    /// before the receive buffer is full; what another sends beyond it is lost, as the device
-    /// will say. Without a handshake there is always room.
+    /// How many bytes it takes now. A sender that obeys the `handshake` lines is asked to wait
+    /// before the receive buffer is full; bytes that another sender sends beyond it are lost, and
+    /// the device reports that. Without a handshake there is always room.
     fn room(&self, handshake: bool) -> usize {
         let _ = handshake;
         usize::MAX
@@ -158,18 +159,18 @@ pub trait Device {
     /// The image of its non-volatile memory.
     fn flash_image(&self) -> Vec<u8>;
 
-    /// A command as people read it: `relative move X +5,000 steps at 900 Hz`.
+    /// A command in words: `relative move X +5,000 steps at 900 Hz`.
     fn explain(&self, command: &[u8]) -> String;
 
-    /// Whether a byte acts as soon as it arrives, whatever is before it on the line, as control
-    /// codes do. [`explain`](Device::explain) says what it does.
+    /// Whether a byte acts as soon as it arrives, ahead of everything before it on the line, as
+    /// control codes do. [`explain`](Device::explain) says what it does.
     fn is_urgent(&self, byte: u8) -> bool {
         let _ = byte;
         false
     }
 
-    /// Why setting a signal to a value has just changed nothing, for people, where the device
-    /// knows more than that it was so already.
+    /// Why setting a signal to a value has just changed nothing, for people, if the reason is not
+    /// merely that it already had the value.
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
         let _ = (signal, value);
         None
@@ -184,29 +185,28 @@ pub trait Device {
     fn is_idle(&self) -> bool;
 
     /// The first instant from `from` on at which a fact holds, if no input comes and as long as
-    /// nothing is due: it is asked for the span between [`now`](Device::now) and the wake-up time,
-    /// and what lies beyond it is not heeded. In this span one motion at most is running, so the
+    /// nothing is due: the question concerns the span between [`now`](Device::now) and the wake-up
+    /// time, and instants beyond it are ignored. In this span one motion at most is running, so the
     /// answer is computed, not searched for.
     fn first_time(&self, fact: &Fact, from: Time) -> Option<Time>;
 
-    /// The instant in the same span by which all facts together have been every way that they will
-    /// be from `from` on: the end of the first of many turns around a circle. `None` if that is not
-    /// before the wake-up. A search for several facts at once needs to go no further.
+    /// The instant in the same span by which the facts have taken every combination of values that
+    /// they will take from `from` on: the end of the first of many turns around a circle. `None` if
+    /// that is not before the wake-up. A search for several facts at once needs to go no further.
     fn comes_round(&self, from: Time) -> Option<Time> {
         let _ = from;
         None
     }
 
-    /// The first instant at which the condition holds by what is so, without anything that happens,
-    /// if no input comes: [`now`](Device::now), or between it and the wake-up time, which is not
-    /// included.
+    /// The first instant at which the condition holds by states alone, if no input comes:
+    /// [`now`](Device::now), or between it and the wake-up time, which is not included.
     fn crossing(&self, condition: &Condition) -> Option<Time> {
         first(&Of(self), condition, self.now())
     }
 
-    /// The first instant at which the condition does not hold by what is so, if no input comes:
-    /// [`now`](Device::now), or between it and the wake-up time, which is not included. What
-    /// only happens holds in no instant that lasts.
+    /// The first instant at which the condition does not hold by states alone, if no input comes:
+    /// [`now`](Device::now), or between it and the wake-up time, which is not included. A happening
+    /// holds at no lasting instant.
     fn leaving(&self, condition: &Condition) -> Option<Time> {
         lapse(&Of(self), condition, self.now())
     }
@@ -242,7 +242,7 @@ pub trait Device {
         }
     }
 
-    /// The same, following the copy for no more than so many causes.
+    /// The same, following the copy for at most this many causes.
     fn foresee(&self, condition: &Condition, causes: u32) -> Foresight
     where
         Self: Clone,
@@ -271,13 +271,13 @@ impl<D: Device> Forecast<D> {
         Forecast { future, condition }
     }
 
-    /// How far it has looked: nothing before this instant is still open.
+    /// How far it has looked: everything before this instant is settled.
     #[must_use]
     pub fn now(&self) -> Time {
         self.future.now()
     }
 
-    /// Follows the copy for no more than so many causes, from where it has come to.
+    /// Follows the copy for at most this many further causes.
     pub fn look(&mut self, causes: u32) -> Foresight {
         let Forecast { future, condition } = self;
         let mut events = Vec::new();
@@ -303,8 +303,8 @@ impl<D: Device> Forecast<D> {
     }
 }
 
-/// The instants at which a condition begins to hold by what is so, from a device's present on, if no
-/// input comes and as long as nothing is due.
+/// The instants at which a condition begins to hold by states alone, from a device's present on, if
+/// no input comes and as long as nothing is due.
 #[derive(Clone, Copy, Debug)]
 pub struct Beginnings<'a, D> {
     device: &'a D,
@@ -316,13 +316,13 @@ pub struct Beginnings<'a, D> {
 }
 
 impl<'a, D: Device> Beginnings<'a, D> {
-    /// Those before `until`, for a condition that holds at the present or does not.
+    /// The instants before `until`, for a condition that holds at the present or does not.
     pub fn new(device: &'a D, condition: &'a Condition, holds: bool, until: Time) -> Self {
         Beginnings { device, condition, until, at: device.now(), holds }
     }
 
-    /// Whether the condition holds after those that have been seen: at the end of the span, if
-    /// there are no more.
+    /// Whether the condition holds after the instants seen so far: at the end of the span, if there
+    /// are no more.
     pub fn holds(&self) -> bool {
         self.holds
     }
@@ -350,11 +350,11 @@ pub enum Foresight {
     At(Time),
     /// The device comes to rest before.
     Never,
-    /// Neither had happened as far as was looked.
+    /// Neither had happened within the forecast.
     Open,
 }
 
-/// What a device can forecast, asked of the device itself.
+/// The forecast of a device about itself.
 struct Of<'a, D: ?Sized>(&'a D);
 
 impl<D: Device + ?Sized> Facts for Of<'_, D> {

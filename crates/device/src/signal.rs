@@ -1,4 +1,4 @@
-//! The things around a device that can be set.
+//! The settable things around a device.
 
 use std::ops::RangeInclusive;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct SignalId(pub u16);
 
-/// What kind of thing a signal is, and with it which values it takes.
+/// What kind of thing a signal is, and so which values it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SignalKind {
@@ -28,8 +28,8 @@ pub enum SignalKind {
     },
 }
 
-/// A thing of the outside world that a test or a person can set, with all that a tool must know of
-/// it to say, check and complete its name and its values.
+/// A thing of the outside world that a test or a person can set, with everything that a tool needs
+/// to show, check and complete its name and values.
 ///
 /// ```
 /// use vimc4_device::{Signal, SignalId};
@@ -131,8 +131,8 @@ impl Signal {
         Signal { terminal: Some(terminal.into()), ..self }
     }
 
-    /// Whether it can be pressed, held and released: a button, or an input, which somebody holds
-    /// active by hand.
+    /// Whether it can be pressed, held and released: a button, or an input that is held active by
+    /// hand.
     #[must_use]
     pub fn can_be_pressed(&self) -> bool {
         matches!(self.kind, SignalKind::Button | SignalKind::Input)

@@ -1,4 +1,4 @@
-//! Bytes as people read them.
+//! Bytes as readable text.
 
 use std::fmt::Write;
 
@@ -49,7 +49,7 @@ pub fn unescape(text: &str) -> Result<Vec<u8>, &str> {
     Ok(bytes)
 }
 
-/// The byte of the escape at the beginning of a text, and the text behind it.
+/// The byte of the escape at the beginning of a text, and the text after it.
 #[must_use]
 pub fn unescape_first(text: &str) -> Option<(u8, &str)> {
     let code = text.strip_prefix('\\')?;
@@ -67,11 +67,11 @@ pub fn unescape_first(text: &str) -> Option<(u8, &str)> {
     Some((byte, &code[1..]))
 }
 
-/// So many characters are shown of what a controller says.
+/// How many characters are shown of what a controller says.
 const SHOWN: usize = 120;
 
-/// What a controller says, in one line no longer than people read, without the codes and line ends
-/// around it.
+/// What a controller says, in one line of readable length, without the codes and line ends around
+/// it.
 ///
 /// ```
 /// assert_eq!(vimc4_device::said(b"isel IMC4\r\nVersion 2.00\r\n0"), "isel IMC4 Version 2.00");

@@ -1,8 +1,7 @@
 //! A picture of a device: what it is doing, and every value that can be seen of it.
 //!
-//! What people read and what programs compare are the same values: an enum has a stable name in
-//! kebab-case for programs (serde) and a few words for people (`Display`). Nobody has to read a
-//! text to know what is so.
+//! People and programs see the same values: an enum has a stable name in kebab-case for programs
+//! (serde) and a few words for people (`Display`). No program has to parse a text.
 
 use std::fmt;
 
@@ -10,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{SignalId, Time};
 
-/// What anybody would ask a device for, without knowing the model, and beside it the `details` that
-/// only its family has. It is made when it is asked for; nothing of it is kept.
+/// What can be asked of any device without knowing the model, and the `details` that only its
+/// family has. It is made on request; nothing of it is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct View<D> {
     /// The time of the picture.
@@ -28,7 +27,7 @@ pub struct View<D> {
     pub waits_for: Option<WaitsFor>,
     /// Bits per second of its serial line.
     pub baud: u32,
-    /// How full the buffer is in which waits what was received while something else is done: isel's
+    /// How full the buffer is in which received bytes wait while something else is done: isel's
     /// receive buffer, with the bytes as they came, and LPKF's command buffer, which holds commands
     /// without the `;` or CR that ends them. A line or command that is only begun is not in it, but
     /// [`Device::room`](crate::Device::room), and with it CTS, allows for one.
@@ -42,7 +41,7 @@ pub struct View<D> {
     pub ports: Vec<PortView>,
     /// What it will do by itself and when, soonest first.
     pub timers: Vec<TimerView>,
-    /// What only devices of its family have.
+    /// What only devices of its family show.
     pub details: D,
 }
 
@@ -136,7 +135,7 @@ pub enum Activity {
     /// It sends back what it receives, as it does at the end of the self-test.
     Echo,
 
-    /// It was stopped: no command is executed until one lets them go on.
+    /// It was stopped: no command is executed until one resumes execution.
     Stopped,
     /// The trackball is open.
     Trackball,
@@ -177,7 +176,7 @@ impl fmt::Display for Activity {
     }
 }
 
-/// What a device waits for that does nothing more by itself.
+/// What a device at rest waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -194,14 +193,14 @@ pub enum WaitsFor {
     GoOn,
     /// The command that closes the trackball.
     TrackballClosed,
-    /// A port to read otherwise.
+    /// A port whose value must change.
     Port {
         /// The port.
         port: u16,
     },
     /// A character on the line.
     Character {
-        /// The one that the program branches by.
+        /// The character that the program branches on.
         code: u8,
     },
     /// The next line of the program that is being stored, or its end.
@@ -288,13 +287,13 @@ pub struct TimerView {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Cause {
-    /// What it is doing ends, or comes to its next part.
+    /// The present activity ends or reaches its next part.
     Activity,
     /// The spindle reaches its speed, or has failed to.
     SpindleSpeed,
     /// The position of the trackball's axis is sent.
     TrackballReport,
-    /// A contact changes that bounces, or is pressed and begins to.
+    /// A contact bounces, or is pressed and begins to bounce.
     Contact,
 }
 

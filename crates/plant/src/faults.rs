@@ -1,4 +1,4 @@
-//! What is wrong with a machine: the faults that are there, and contacts that bounce.
+//! What is wrong with a machine: its present faults, and contacts that bounce.
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{FaultNumber, Mishap, SignalId, SwitchSays, Time};
@@ -6,7 +6,7 @@ use vimc4_device::{FaultNumber, Mishap, SignalId, SwitchSays, Time};
 use crate::machine::is_default;
 use crate::{End, PlantSignal};
 
-/// The faults that are there.
+/// The present faults.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Faults {
     /// In the order in which they began.
@@ -17,13 +17,13 @@ pub(crate) struct Faults {
     pub(crate) bouncing: Vec<Bouncing>,
 }
 
-/// A fault that is there.
+/// A present fault.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Present {
     number: FaultNumber,
     mishap: Mishap,
-    /// What it has taken the place of: the value to which a signal that it holds was set last, whether
-    /// there was power, what a contact was that bounces when it changes.
+    /// What it replaced: the last value set for a signal that it holds, whether there was power, or
+    /// the former state of a bouncing contact.
     instead: i32,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct Bouncing {
     pub(crate) next: Time,
     /// Nanoseconds from one change to the next.
     pub(crate) period: u64,
-    /// Whether it is not what it should be.
+    /// Whether it differs from its settled state.
     pub(crate) astray: bool,
 }
 
@@ -46,14 +46,14 @@ impl Faults {
     }
 
     pub(crate) fn begin(&mut self, number: FaultNumber, mishap: Mishap, instead: i32) {
-        // What another one holds already is given back as it was before that.
+        // If another fault already holds it, the value from before that fault counts.
         let alike = self.list.iter().find(|fault| are_alike(&fault.mishap, &mishap));
         let instead = alike.map_or(instead, |fault| fault.instead);
         self.list.push(Present { number, mishap, instead });
     }
 
-    /// Ends a fault. Returns what it was, and what it gives back: what another one still holds, if there
-    /// is one.
+    /// Ends a fault. Returns what it was, and what it gives back; if another fault still holds
+    /// that, the value passes to the other.
     pub(crate) fn end(&mut self, number: FaultNumber) -> Option<(Mishap, i32)> {
         let place = self.list.iter().position(|fault| fault.number == number)?;
         let Present { mishap, instead, .. } = self.list.remove(place);
@@ -77,14 +77,14 @@ impl Faults {
         self.list.iter().map(|fault| &fault.mishap)
     }
 
-    // --- what they change ---
+    // --- effects ---
 
     pub(crate) fn are_swapped(&self, axis: usize) -> bool {
         self.mishaps()
             .any(|mishap| matches!(mishap, Mishap::Swapped(of) if usize::from(*of) == axis))
     }
 
-    /// What a limit switch says instead of what is so: the latest fault counts.
+    /// What a limit switch reports instead of the truth: the latest fault counts.
     pub(crate) fn switch_says(&self, axis: usize, end: End) -> Option<SwitchSays> {
         let says = self.mishaps().filter_map(|mishap| match mishap {
             Mishap::Switch { axis: of, positive, says }
@@ -120,7 +120,7 @@ impl Faults {
         steps.sum()
     }
 
-    /// What an axis has to pull besides, Hz/ms.
+    /// The extra load of an axis, Hz/ms.
     pub(crate) fn load(&self, axis: usize) -> u32 {
         self.mishaps().fold(0, |sum, mishap| match mishap {
             Mishap::Load { axis: of, pull } if usize::from(*of) == axis => pull.saturating_add(sum),
@@ -132,7 +132,7 @@ impl Faults {
         self.mishaps().any(|mishap| matches!(mishap, Mishap::Jam(of) if usize::from(*of) == axis))
     }
 
-    /// The fault that makes the motor of an axis stand.
+    /// The fault that blocks the motor of an axis.
     pub(crate) fn makes_stand(&self, axis: usize) -> Option<FaultNumber> {
         let makes = |mishap: &Mishap| match mishap {
             Mishap::Jam(of) | Mishap::Load { axis: of, .. } => usize::from(*of) == axis,
@@ -141,14 +141,14 @@ impl Faults {
         self.list.iter().rev().find(|fault| makes(&fault.mishap)).map(|fault| fault.number)
     }
 
-    // --- what is held ---
+    // --- held signals ---
 
-    /// Whether a fault holds a signal: then it is remembered what it was set to.
+    /// Whether a fault holds a signal; the value it was set to is then remembered.
     pub(crate) fn withholds(&mut self, signal: SignalId, value: i32) -> bool {
         self.remember(&Mishap::Hold { signal, value }, value)
     }
 
-    /// Whether the mains are off because of a fault: then it is remembered what they were switched to.
+    /// Whether a fault keeps the mains off; the position they were switched to is then remembered.
     pub(crate) fn withholds_power(&mut self, on: bool) -> bool {
         self.remember(&Mishap::Power, on.into())
     }
@@ -161,9 +161,9 @@ impl Faults {
         any
     }
 
-    // --- what bounces ---
+    // --- bouncing contacts ---
 
-    /// The contacts that bounce when they change, and what each was when it was looked at last.
+    /// The contacts that bounce when they change, and the state of each at the last look.
     pub(crate) fn bouncers(&self) -> impl Iterator<Item = (PlantSignal, bool)> {
         self.list.iter().filter_map(|fault| match fault.mishap {
             Mishap::Bounce { signal, .. } => {
@@ -173,13 +173,13 @@ impl Faults {
         })
     }
 
-    /// Whether a contact is now not what it should be.
+    /// Whether a contact now differs from its settled state.
     pub(crate) fn is_astray(&self, signal: PlantSignal) -> bool {
         let id = signal.id();
         self.bouncing.iter().any(|contact| contact.signal == id && contact.astray)
     }
 
-    /// A contact is what it is by bouncing.
+    /// The present state of a contact is part of its bouncing.
     pub(crate) fn was(&mut self, signal: PlantSignal, level: bool) {
         let id = signal.id();
         for fault in &mut self.list {
@@ -189,7 +189,7 @@ impl Faults {
         }
     }
 
-    /// A contact has changed, and begins to bounce. Returns the faults because of which.
+    /// A contact has changed and begins to bounce. Returns the faults that cause it.
     pub(crate) fn contact(&mut self, signal: PlantSignal, is: bool, now: Time) -> Vec<FaultNumber> {
         let id = signal.id();
         let mut by = Vec::new();
@@ -213,7 +213,7 @@ impl Faults {
         by
     }
 
-    /// The contact whose next change is due now changes. Returns it.
+    /// Changes the contact whose next change is due now, and returns it.
     pub(crate) fn bounce(&mut self, now: Time) -> Option<PlantSignal> {
         let due = self.bouncing.iter_mut().find(|contact| contact.next <= now)?;
         due.astray = !due.astray;

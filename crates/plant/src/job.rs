@@ -1,4 +1,4 @@
-//! What a machine is like to job files: speeds, ports, spindle and coolant.
+//! What job files see of a machine: speeds, ports, spindle and coolant.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 /// How job files, such as those of the isel NC intermediate format, are run on a machine. Every
-/// value is what holds where the file says nothing.
+/// value is the default where the file says nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JobSetup {
@@ -16,8 +16,8 @@ pub struct JobSetup {
     pub rapid_velocity: u32,
     /// The greatest acceleration in Hz/ms, which is 100 %.
     pub acceleration: u32,
-    /// How many steps A may be from where it would be if it moved together with the others, which
-    /// it does not: 1 to 1,000. The more, the fewer pieces a move is made in.
+    /// How many steps A may deviate from moving together with the other axes, which it cannot: 1 to
+    /// 1,000. The larger, the fewer pieces a move is made in.
     pub apart: u32,
     /// Which end of Z is up, away from the work-piece.
     pub up: Up,
@@ -28,7 +28,7 @@ pub struct JobSetup {
     pub spindle: Option<Spindle>,
     /// How the coolant pump is switched; absent if the controller does not switch it.
     pub coolant: Option<Output>,
-    /// How everything else is switched; what is not there, the controller does not switch.
+    /// How everything else is switched; the controller does not switch what is absent.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub accessories: BTreeMap<Accessory, Output>,
     /// Where the work-piece zero is before a job says anything.
@@ -66,7 +66,7 @@ impl JobSetup {
     }
 }
 
-/// What a job switches on and off beside the spindle.
+/// What a job switches on and off besides the spindle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Accessory {
@@ -111,7 +111,7 @@ impl Accessory {
     ];
 }
 
-/// As job files have it.
+/// Its name in job files.
 impl fmt::Display for Accessory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -131,7 +131,7 @@ impl fmt::Display for Accessory {
 }
 
 /// A work-piece zero in machine coordinates: µm from the reference point, arc seconds where an axis
-/// turns. An axis that is not named has its zero at the machine's.
+/// turns. An axis that is not named has the machine's zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JobZero {
@@ -186,7 +186,7 @@ impl JobRegisters {
         [&self.r1, &self.r2, &self.r3, &self.r4, &self.r5, &self.r6, &self.r7, &self.r8]
     }
 
-    /// Whether nothing is in any.
+    /// Whether all are empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.each().iter().all(|zero| zero.is_empty())
@@ -197,7 +197,7 @@ impl JobRegisters {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Up {
-    /// Greater coordinates are further away from the work-piece.
+    /// Greater coordinates are farther from the work-piece.
     Positive,
     /// Greater coordinates are deeper in it.
     Negative,
@@ -266,7 +266,7 @@ pub struct Spindle {
     pub analogue: Option<Analogue>,
 }
 
-/// An analogue output: 255 is all it gives.
+/// An analogue output: 255 is its maximum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Analogue {

@@ -1,9 +1,9 @@
 //! The simulated machine behind a controller: axes and carriages, limit and reference
 //! switches, the operating panel, the outside of the input ports.
 //!
-//! The plant knows where things really are; a controller only counts steps. The two part
-//! company where steps are lost, and only a reference run brings them together again.
-//! What a machine is like comes from a profile, see [`Machine`].
+//! The plant knows where things really are; a controller only counts steps. The two diverge where
+//! steps are lost, and only a reference run reconciles them. What a machine is like comes from a
+//! profile, see [`Machine`].
 #![forbid(unsafe_code)]
 
 mod faults;

@@ -62,7 +62,7 @@ pub struct Measure {
 }
 
 /// One axis of a machine. Positions are steps of the carriage, counted in the machine's own
-/// direction; position 0 is wherever the profile says by placing everything else.
+/// direction; the profile defines position 0 by placing everything else relative to it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
@@ -96,35 +96,34 @@ pub struct Axis {
     /// How many steps the motor makes after it has turned round before the carriage follows.
     #[serde(default, skip_serializing_if = "is_default")]
     pub backlash: u32,
-    /// How many steps further back a limit switch lets go than it was pressed.
+    /// How many steps further back a limit switch releases than it was pressed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub hysteresis: u32,
-    /// What its motor can; absent if it follows whatever it is asked for.
+    /// The limits of its motor; absent if it follows any demand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor: Option<Motor>,
 }
 
-/// What a motor can with the mass that it has to move. One that is asked for more stands still until
-/// the motion is over.
+/// The limits of a motor with the mass that it has to move. A motor that is asked for more stalls
+/// until the motion is over.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Motor {
     /// The highest step frequency in Hz with which it starts without a ramp.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<u32>,
-    /// Up to which acceleration in Hz/ms it follows at a step frequency in Hz, as pairs of these with
-    /// ascending frequencies and descending accelerations: between two pairs on the line from one to
-    /// the other, below the first as there, above the last not at all.
+    /// The greatest acceleration in Hz/ms that it follows at a step frequency in Hz, as pairs of
+    /// these with ascending frequencies and descending accelerations. It is interpolated between
+    /// two pairs, constant below the first, and none above the last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pull: Vec<(u32, u32)>,
-    /// What it has to pull besides, such as a cut: the acceleration in Hz/ms that would ask for as
-    /// much.
+    /// Its extra load, such as a cut: the acceleration in Hz/ms that would load it as much.
     #[serde(skip_serializing_if = "is_default")]
     pub load: u32,
 }
 
 impl Machine {
-    /// Says that carriage minus counter of an axis has changed by so many steps, and how.
+    /// Says by how many steps carriage minus counter of an axis has changed, and how.
     #[must_use]
     pub fn steps_lost(&self, axis: usize, name: &'static str, steps: i64, how: Loss) -> Warning {
         let gear = self.axis(axis);
@@ -147,9 +146,9 @@ impl Axis {
         }
     }
 
-    /// Between which places of the carriage it presses no switch and is within the mechanics, as
-    /// counted by a controller from the reference point. `None` where nothing limits it, or where
-    /// it has no reference point.
+    /// The range in which the carriage presses no switch and is within the mechanics, as a
+    /// controller counts from the reference point. `None` where nothing limits it, or where it has
+    /// no reference point.
     #[must_use]
     pub fn travel(&self) -> (Option<i64>, Option<i64>) {
         let lowest = self.negative_switch.map(|at| at + 1).max(self.lowest);
@@ -231,7 +230,7 @@ pub struct Axes {
     pub z3: Option<Axis>,
 }
 
-/// Where a motor turns that drives nothing.
+/// A motor that drives nothing.
 static UNFITTED: Axis = Axis {
     unit: Unit::Linear,
     steps_per_turn: 400,
@@ -278,7 +277,7 @@ impl Machine {
         })
     }
 
-    /// The same for conditions, in which people name places in mm or degrees.
+    /// The same for conditions, where positions may be in mm or degrees.
     #[must_use]
     pub fn scales(&self) -> [Option<Scale>; AXES] {
         std::array::from_fn(|axis| {
@@ -291,7 +290,8 @@ impl Machine {
         })
     }
 
-    /// Switches in the right order, a carriage that starts inside its travel and the like.
+    /// Checks that switches are in the right order, that the carriage starts inside its travel and
+    /// the like.
     fn check(&self, text: &str) -> Result<(), ProfileError> {
         let names = [&["x"][..], &["y"], &["z", "z0"], &["a", "z1"], &["z2"], &["z3"]];
         for (index, names) in names.iter().enumerate().filter(|(axis, _)| self.fits(*axis)) {
@@ -378,7 +378,7 @@ fn check_job(text: &str, job: &JobSetup) -> Result<(), ProfileError> {
     Ok(())
 }
 
-/// A work-piece zero names axes that there are.
+/// A work-piece zero must name existing axes.
 fn check_zeros(text: &str, machine: &Machine) -> Result<(), ProfileError> {
     let registers = machine.job.registers.each().into_iter().enumerate();
     let registers = registers.map(|(index, zero)| (format!("job.registers.{}", index + 1), zero));

@@ -14,7 +14,8 @@ use crate::machine::is_default;
 use crate::slide::{Gear, Slide, Way, index};
 use crate::{End, Machine, PlantSignal};
 
-/// The buttons, switches and sensors around a machine, as they are, not as a port shows them.
+/// The buttons, switches and sensors around a machine, in their true state, not as a port shows
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Panel {
     /// START is pressed.
@@ -82,30 +83,30 @@ pub struct Plant {
 /// How carriages have followed the counters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Followed {
-    /// The steps that were lost, in the direction of the counters: how much further each carriage would
-    /// have come.
+    /// The steps that were lost, in the direction of the counters: how much further each carriage
+    /// would be.
     pub lost: Point,
-    /// Whether the motor stood.
+    /// Whether the motor stalled.
     pub stood: [bool; AXES],
 }
 
-/// What a contact does that bounces.
+/// What a bouncing contact does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Contact {
     /// It has changed and begins to bounce, because of these faults.
     Begins(Vec<FaultNumber>),
-    /// A limit switch is another.
+    /// A limit switch changes.
     Limit(usize, End),
     /// A signal takes a level.
     Signal(PlantSignal, bool),
 }
 
-/// What is known of the running motion beside its segment.
+/// What is known of the running motion besides its segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct UnderWay {
-    /// The carriages are where they were after so many of its clock steps.
+    /// The number of its clock steps up to which the carriages have followed.
     walked: u64,
-    /// After which of its clock steps the motor of an axis stands.
+    /// The clock step after which the motor of an axis stalls.
     stands: [Option<u64>; AXES],
 }
 
@@ -127,7 +128,7 @@ impl Plant {
         }
     }
 
-    /// The same on the machine of another.
+    /// The same state on another machine.
     #[must_use]
     pub fn on_machine_of(&self, other: &Plant) -> Plant {
         Plant { machine: Arc::clone(&other.machine), ..self.clone() }
@@ -213,7 +214,7 @@ impl Plant {
 
     // --- axes at an instant ---
 
-    /// An axis as it stands, or stood when the running motion began.
+    /// An axis at rest, or as it was when the running motion began.
     #[must_use]
     pub fn slide(&self, axis: usize) -> Slide {
         let value = |point: &Point| point.get(axis).copied().unwrap_or(0);
@@ -258,7 +259,7 @@ impl Plant {
         self.first_among(axis, way, from, &holds, self.gear(axis).edges())
     }
 
-    /// The same for what can begin to hold at these places of the carriage only.
+    /// The same for conditions that can begin to hold only at these places of the carriage.
     pub fn first_among(
         &self,
         axis: usize,
@@ -323,8 +324,8 @@ impl Plant {
         }
     }
 
-    /// How far the motor of an axis that stands has to go, in one direction, for its carriage to come
-    /// to a place; in the direction of the carriage.
+    /// How far the motor of an axis at rest has to go, in one direction, for its carriage to reach
+    /// a place; in the direction of the carriage.
     #[must_use]
     pub fn way_to(&self, axis: usize, place: i64) -> i64 {
         self.gear(axis).way_to(&self.slide(axis), place)
@@ -356,12 +357,12 @@ impl Plant {
         }
     }
 
-    /// Whether a limit switch is pressed, whatever it says.
+    /// Whether a limit switch is really pressed, whatever it reports.
     fn is_on(&self, axis: usize, end: End, slide: &Slide) -> bool {
         self.is_held(axis, end) || self.gear(axis).presses(end, slide)
     }
 
-    /// The switch that the controller is wired to where it expects that of an end.
+    /// The switch that is wired to where the controller expects the switch of an end.
     fn wired(&self, axis: usize, end: End) -> End {
         if !self.faults.is_empty() && self.faults.are_swapped(axis) { end.other() } else { end }
     }
@@ -380,8 +381,8 @@ impl Plant {
         self.goes_on(segment, 0);
     }
 
-    /// A motion goes on otherwise after so many of its clock steps: it brakes, or something is wrong
-    /// now that was not. Says whether that changes how a motor follows.
+    /// A motion changes after this many of its clock steps: it brakes, or a fault has begun.
+    /// Returns whether that changes how a motor follows.
     pub fn goes_on(&mut self, segment: &Segment, made: u64) -> bool {
         let before = self.under_way.stands;
         self.under_way.stands = std::array::from_fn(|axis| {
@@ -391,7 +392,7 @@ impl Plant {
         before != self.under_way.stands
     }
 
-    /// After how many clock steps of a segment, `from` at the least, the motor of an axis stands.
+    /// After how many clock steps of a segment, at least `from`, the motor of an axis stalls.
     fn stands(&self, axis: usize, segment: &Segment, from: u64) -> Option<u64> {
         if !self.faults.is_empty() && self.faults.is_jammed(axis) {
             return Some(from);
@@ -401,14 +402,14 @@ impl Plant {
         segment.exceeds(axis, from, &Pull { curve: &motor.pull, start: motor.start, load })
     }
 
-    /// The carriages have followed the counters for so many steps of a way, which ends there.
+    /// The carriages have followed the counters for this many steps of a way, which ends there.
     pub fn follow(&mut self, way: &Way<'_>, steps: u64) -> Followed {
         let followed = self.advance(way, steps);
         self.under_way = UnderWay::default();
         followed
     }
 
-    /// The same for a way that goes on, where something is about to be otherwise.
+    /// The same for a way that goes on, where something is about to change.
     pub fn advance(&mut self, way: &Way<'_>, steps: u64) -> Followed {
         let ends = way.rest(self.under_way.walked, steps);
         let (path, made) = (ends.path.as_ref(), ends.steps);
@@ -465,13 +466,13 @@ impl Plant {
 
     // --- faults ---
 
-    /// Something goes wrong. What it takes the place of, it gives back when it ends: the value of a
-    /// signal that it holds, or whether there is power. The carriages have been
-    /// [advanced](Plant::advance) to where they are now. Returns by how much a carriage was pushed.
+    /// A fault begins. When it ends it gives back what it replaced: the value of a signal that it
+    /// holds, or the power. The carriages must have been [advanced](Plant::advance) to the present.
+    /// Returns by how much a carriage was pushed.
     pub fn begin_fault(&mut self, number: FaultNumber, mishap: Mishap, instead: i32) -> i64 {
         let mut pushed = 0;
         let instead = match mishap {
-            // It bounces when it changes from what it is.
+            // It bounces when it changes from its present state.
             Mishap::Bounce { signal, .. } => PlantSignal::from_id(signal)
                 .is_some_and(|signal| self.contact_is(signal, |axis| self.slide(axis)))
                 .into(),
@@ -490,41 +491,42 @@ impl Plant {
         pushed
     }
 
-    /// It is no longer wrong. Returns what it was, and what it gives back.
+    /// A fault ends. Returns what it was, and what it gives back.
     pub fn end_fault(&mut self, number: FaultNumber) -> Option<(Mishap, i32)> {
         let ended = self.faults.end(number)?;
-        // Less play than there was is no more than all of it.
+        // With less play, at most all of it is on one side.
         for axis in 0..AXES {
             self.play[axis] = self.play[axis].min(self.gear(axis).backlash);
         }
         Some(ended)
     }
 
-    /// Whether any fault is there.
+    /// Whether there is any fault.
     #[must_use]
     pub fn has_faults(&self) -> bool {
         !self.faults.is_empty()
     }
 
-    /// The numbers of the faults that are there.
+    /// The numbers of the present faults.
     #[must_use]
     pub fn faults(&self) -> Vec<FaultNumber> {
         self.faults.numbers()
     }
 
-    /// The fault that makes the motor of an axis stand, if one does.
+    /// The fault that blocks the motor of an axis, if one does.
     #[must_use]
     pub fn makes_stand(&self, axis: usize) -> Option<FaultNumber> {
         self.faults.makes_stand(axis)
     }
 
-    /// Whether a fault holds a signal that somebody sets. What it is set to comes when the fault ends.
+    /// Whether a fault holds a signal that is being set. The new value takes effect when the fault
+    /// ends.
     pub fn withholds(&mut self, signal: SignalId, value: i32) -> bool {
         !self.faults.is_empty() && self.faults.withholds(signal, value)
     }
 
-    /// Whether a fault keeps the mains off that somebody switches. What they are switched to comes when
-    /// the fault ends.
+    /// Whether a fault keeps the mains off while they are switched. The new position takes effect
+    /// when the fault ends.
     pub fn withholds_power(&mut self, on: bool) -> bool {
         !self.faults.is_empty() && self.faults.withholds_power(on)
     }
@@ -537,8 +539,8 @@ impl Plant {
         !self.faults.bouncing.is_empty()
     }
 
-    /// When the next contact changes that bounces, or will from then on, if no input comes: on the way
-    /// of the running segment, or where the axes stand.
+    /// When the next contact bounces or begins to, if no input comes: on the way of the running
+    /// segment, or where the axes stand.
     #[must_use]
     pub fn next_contact(
         &self,
@@ -560,7 +562,7 @@ impl Plant {
         bouncing.chain(changing).min()
     }
 
-    /// What the contact does that is due now; the axes are as they are now.
+    /// What the contact that is due now does; the axes are at their present positions.
     pub fn contact(
         &mut self,
         now: Time,
@@ -581,12 +583,12 @@ impl Plant {
         })
     }
 
-    /// A signal was set because it bounces: that is no change from which it would bounce anew.
+    /// A signal was set by its bouncing: that is not a change that makes it bounce again.
     pub fn is_bouncing(&mut self, signal: PlantSignal, level: bool) {
         self.faults.was(signal, level);
     }
 
-    /// Whether a contact is closed, whatever it says.
+    /// Whether a contact is really closed, whatever it reports.
     fn contact_is(&self, signal: PlantSignal, slide: impl Fn(usize) -> Slide) -> bool {
         match signal {
             PlantSignal::Limit(axis, end) => self.is_on(axis, end, &slide(axis)),
@@ -595,7 +597,7 @@ impl Plant {
     }
 }
 
-/// Nobody pushes a carriage further than this.
+/// The farthest that a carriage can be pushed.
 const FURTHEST: i64 = 1 << 40;
 
 /// The bit of a limit switch.

@@ -1,4 +1,4 @@
-//! Reading profiles, with errors that point at the place.
+//! Reading profiles. Errors point at the place.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -36,7 +36,7 @@ impl ProfileError {
     }
 }
 
-/// Profiles that are built in, by name. Each is read when it is asked for first, and kept.
+/// Built-in profiles by name. Each is read when it is first needed, and kept.
 #[derive(Debug)]
 pub struct Builtins<T, const N: usize> {
     texts: [(&'static str, &'static str); N],
@@ -56,13 +56,13 @@ impl<T, const N: usize> Builtins<T, N> {
         self.texts.iter().map(|(name, _)| *name).collect()
     }
 
-    /// The text of the one of that name.
+    /// The text of the profile of that name.
     #[must_use]
     pub fn text(&self, name: &str) -> Option<&'static str> {
         self.texts.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
-    /// What `parse` makes of the one of that name.
+    /// The profile of that name, read by `parse`.
     pub fn get(
         &self,
         name: &str,
@@ -74,10 +74,10 @@ impl<T, const N: usize> Builtins<T, N> {
     }
 }
 
-/// Gives a type of profiles those that are built in, by name, and the reading of others.
+/// Gives a type of profiles its built-in ones, by name, and the reading of others.
 ///
-/// After the type come what else a profile must keep to, a function of the profile and its text, and
-/// the names and texts of those that are built in.
+/// After the type follow a function that checks a profile and its text, and the names and texts of
+/// the built-in profiles.
 ///
 /// ```
 /// #[derive(serde::Deserialize)]
@@ -104,19 +104,19 @@ macro_rules! profiles {
                 &BUILTINS
             }
 
-            /// The names of those that are built in.
+            /// The names of the built-in profiles.
             #[must_use]
             pub fn names() -> Vec<&'static str> {
                 Self::builtins().names()
             }
 
-            /// The one that is built in under a name.
+            /// The built-in profile of that name.
             #[must_use]
             pub fn builtin(name: &str) -> Option<std::sync::Arc<Self>> {
                 Self::builtins().get(name, Self::from_toml)
             }
 
-            /// The profile of the one that is built in under a name, to start one's own from.
+            /// The text of the built-in profile of that name, as a starting point for another.
             #[must_use]
             pub fn builtin_toml(name: &str) -> Option<&'static str> {
                 Self::builtins().text(name)
@@ -126,7 +126,7 @@ macro_rules! profiles {
             ///
             /// # Errors
             ///
-            /// If it is not TOML, has unknown or missing keys, or a value that cannot be.
+            /// If it is not TOML, has unknown or missing keys, or an impossible value.
             pub fn from_toml(text: &str) -> Result<Self, $crate::ProfileError> {
                 let profile: Self = $crate::parse_profile(text)?;
                 let check: fn(&Self, &str) -> Result<(), $crate::ProfileError> = $check;
@@ -148,12 +148,12 @@ pub fn parse_profile<T: DeserializeOwned>(text: &str) -> Result<T, ProfileError>
     })
 }
 
-/// The text of a profile that was written down in another form, so that it can be read, and checked,
-/// like any.
+/// The TOML text of a profile that was serialised in another form, so that it can be read and
+/// checked like any other.
 ///
 /// # Errors
 ///
-/// If it is not a profile at all.
+/// If it cannot be a profile.
 pub fn profile_text(profile: &impl Serialize) -> Result<String, ProfileError> {
     toml::to_string(profile).map_err(|error| ProfileError {
         message: format!("it is not a profile: {error}"),

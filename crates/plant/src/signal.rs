@@ -34,7 +34,7 @@ pub enum PlantSignal {
 }
 
 impl PlantSignal {
-    /// What is at the operating panel and around the power stages.
+    /// The signals of the operating panel and of the power stages.
     pub const PANEL: [PlantSignal; 10] = [
         PlantSignal::Start,
         PlantSignal::Stop,
@@ -83,8 +83,8 @@ impl PlantSignal {
         }
     }
 
-    /// The signal as a person sees it. `place` is what the controller calls the user input or,
-    /// in small letters, the axis that it belongs to.
+    /// The signal as people see it. `place` is the controller's name for the user input or, in
+    /// small letters, for the axis that it belongs to.
     #[must_use]
     pub fn describe(self, place: &str) -> Signal {
         let button = |name: &str, about: &str| Signal::button(self.id(), name, about);

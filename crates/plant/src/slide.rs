@@ -1,7 +1,7 @@
-//! What happens between a motor and a switch: play, the ends of the mechanics, contacts that let go
-//! later than they close.
+//! What happens between a motor and a switch: play, the ends of the mechanics, contacts with
+//! hysteresis.
 //!
-//! A [`Slide`] is an axis at an instant, a [`Gear`] is what holds for it all the time. Along a
+//! A [`Slide`] is an axis at an instant, a [`Gear`] holds its constant properties. Along a
 //! [run](vimc4_motion::Run), in which the motor keeps its direction, everything that follows it is
 //! monotone, so one addition takes an axis from the beginning of a run to its end.
 
@@ -12,15 +12,14 @@ use vimc4_motion::Path;
 
 use crate::End;
 
-/// An axis at an instant: where its carriage is, and what has been left of the way there.
+/// An axis at an instant: where its carriage is, and what remains of its way there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Slide {
     pub(crate) place: i64,
-    /// How much of the backlash is below: so many steps down the motor makes before the carriage
-    /// follows it down.
+    /// How much of the backlash is below: the steps that the motor makes downwards before the
+    /// carriage follows.
     pub(crate) play: i64,
-    /// Which switches are still pressed although they would not have been pressed here: the negative
-    /// one, the positive one.
+    /// Which switches are still held by their hysteresis: the negative one, the positive one.
     pub(crate) kept: [bool; 2],
 }
 
@@ -32,11 +31,11 @@ impl Slide {
     }
 }
 
-/// What an axis is built of, as far as motions are concerned; with the faults that it has.
+/// The mechanics of an axis as far as motions are concerned, including its faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Gear {
     pub(crate) backlash: i64,
-    /// By how much the negative and the positive switch let go further back.
+    /// By how much further back the negative and the positive switch release.
     pub(crate) hysteresis: [i64; 2],
     pub(crate) lowest: Option<i64>,
     pub(crate) highest: Option<i64>,
@@ -66,7 +65,7 @@ impl Gear {
             _ => (at + way).max(self.lowest.map_or(i64::MIN, |lowest| lowest.min(at))),
         };
         for end in [End::Negative, End::Positive] {
-            // Where it has just been pressed it stays so up to the end of the hysteresis.
+            // A switch that was just pressed stays pressed up to the end of its hysteresis.
             let was = slide.kept[index(end)] || self.is_on(end, at);
             slide.kept[index(end)] =
                 was && !self.is_on(end, slide.place) && self.keeps(end, slide.place);
@@ -95,7 +94,7 @@ impl Gear {
         self.is_on(end, slide.place) || slide.kept[index(end)] && self.keeps(end, slide.place)
     }
 
-    /// The places at which a switch can change: where each is pressed, and where it lets go.
+    /// The places at which a switch can change: where each is pressed, and where it releases.
     pub(crate) fn edges(&self) -> impl Iterator<Item = i64> + Clone + use<> {
         let [below, above] = self.switches;
         let [further_up, further_down] = self.hysteresis;
@@ -104,7 +103,7 @@ impl Gear {
         [below, above].into_iter().flatten().flatten()
     }
 
-    /// How far the motor has to go, in one direction, for the carriage to come to another place.
+    /// How far the motor has to go, in one direction, for the carriage to reach another place.
     pub(crate) fn way_to(&self, slide: &Slide, place: i64) -> i64 {
         let play = slide.play.min(self.backlash);
         match place - slide.place {
@@ -114,7 +113,7 @@ impl Gear {
         }
     }
 
-    /// Whether the mechanics let the carriage come to a place.
+    /// Whether the mechanics let the carriage reach a place.
     pub(crate) fn reaches(&self, place: i64) -> bool {
         self.lowest.is_none_or(|lowest| place >= lowest)
             && self.highest.is_none_or(|highest| place <= highest)
@@ -125,7 +124,7 @@ impl Gear {
         self.lowest.is_some() || self.highest.is_some()
     }
 
-    /// Whether the carriage goes as the motor does on a way that leads as far as this.
+    /// Whether the carriage moves exactly as the motor on a way that leads this far.
     pub(crate) fn follows(&self, slide: &Slide, low: i64, high: i64) -> bool {
         let (low, high) = (slide.place + low, slide.place + high);
         self.backlash == 0
@@ -136,7 +135,7 @@ impl Gear {
     }
 }
 
-/// A path of the counters, and in which direction each axis follows its own.
+/// A path of the counters, and the direction in which each axis follows its counter.
 #[derive(Clone, Copy, Debug)]
 pub struct Way<'a> {
     /// The path.
@@ -145,7 +144,7 @@ pub struct Way<'a> {
     pub signs: &'a Point,
 }
 
-/// What is left of a way after some steps, up to one.
+/// The part of a way between two steps.
 pub(crate) struct Rest<'a> {
     pub(crate) path: Cow<'a, Path>,
     pub(crate) steps: u64,

@@ -1,5 +1,5 @@
-//! What both sides have agreed on (RFC 855). Nothing is said twice, so that two sides cannot go on
-//! agreeing with each other for ever (RFC 1143).
+//! What both sides have agreed on (RFC 855). Nothing is sent twice, so that two sides cannot go on
+//! agreeing for ever (RFC 1143).
 
 use crate::telnet::Verb;
 
@@ -49,7 +49,7 @@ impl Negotiation {
         }
     }
 
-    /// The client says something of an option. Returns what is to be answered.
+    /// The client says something about an option. Returns the answer.
     pub(crate) fn hear(&mut self, verb: Verb, option: u8) -> Option<Verb> {
         let (sides, wants, yes, no) = match verb {
             Verb::Will => (&mut self.theirs, true, Verb::Do, Verb::Dont),
@@ -62,12 +62,12 @@ impl Negotiation {
         (!was.asked && was.on != wants).then_some(if wants { yes } else { no })
     }
 
-    /// Whether this side sends as it has agreed to.
+    /// Whether this side has agreed to use the option.
     pub(crate) fn ours(&self, option: u8) -> bool {
         place(option).is_some_and(|at| self.ours[at].on)
     }
 
-    /// Whether the client does.
+    /// Whether the client has.
     pub(crate) fn theirs(&self, option: u8) -> bool {
         place(option).is_some_and(|at| self.theirs[at].on)
     }

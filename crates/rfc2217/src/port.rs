@@ -1,12 +1,12 @@
-//! What a client asks of a serial port, and what it is answered (RFC 2217, section 3).
+//! What a client asks of a serial port, and the answers (RFC 2217, section 3).
 
 /// What a client wants of the port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Request {
-    /// The client's side now runs at so many bits per second.
+    /// The client's side now runs at this many bits per second.
     Baud(u32),
-    /// A character now has so many data bits, 5 to 8.
+    /// A character now has this many data bits, 5 to 8.
     DataBits(u8),
     /// What the parity bit is now.
     Parity(Parity),
@@ -20,9 +20,9 @@ pub enum Request {
     Break(bool),
     /// The break key was pressed: a break of the usual length.
     BreakKey,
-    /// Nothing is to be sent to the client until it says so, or from now on again.
+    /// Sending to the client is suspended, or resumed.
     Suspend(bool),
-    /// What has arrived and was not read is to be forgotten: what came from the device, from the
+    /// Bytes that arrived and were not read are to be discarded: those from the device, from the
     /// client, or from both.
     Purge {
         /// From the device.
@@ -30,7 +30,7 @@ pub enum Request {
         /// From the client.
         sent: bool,
     },
-    /// The client says who it is, in bytes of its choice.
+    /// The client names itself, in bytes of its choice.
     Signature(Vec<u8>),
 }
 
@@ -93,22 +93,22 @@ fn value<T: Copy>(all: &[T], number: u8) -> Option<T> {
     usize::from(number).checked_sub(1).and_then(|at| all.get(at)).copied()
 }
 
-/// An answer has the number of its request and so much more.
+/// The number of an answer is that of its request plus this.
 const ANSWER: u8 = 100;
 
-/// The speeds that are taken, in bits per second. For others the present one is answered.
+/// The speeds that are accepted, in bits per second. Others are answered with the present one.
 const SPEEDS: std::ops::RangeInclusive<u32> = 50..=4_000_000;
 
 /// Bits of the modem state.
 const CTS: u8 = 0x10;
 const DSR: u8 = 0x20;
-/// A bit of the modem state has changed; the bit of what it is stands four places higher.
+/// A bit of the modem state has changed; its value is the bit four places higher.
 const DELTA: u8 = 4;
 
 /// Bits of the line state: there is room to send.
 const ROOM: u8 = 0x60;
 
-/// The port as a client has set it, and as it was told of it.
+/// The port as a client has set it, and what the client was last told.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Port {
     signature: Box<[u8]>,
@@ -146,7 +146,7 @@ impl Port {
         }
     }
 
-    /// The device's CTS is on or off now. Returns what the client is to be told, if it wants to know.
+    /// The device's CTS is on or off now. Returns the notice for the client, if it wants one.
     pub(crate) fn set_cts(&mut self, on: bool) -> Option<[u8; 2]> {
         let before = self.modem;
         self.modem = if on { before | CTS } else { before & !CTS };
@@ -159,7 +159,7 @@ impl Port {
         [ANSWER + 7, (self.modem | deltas) & self.modem_mask]
     }
 
-    /// A subnegotiation without its option. Tells what is to be done and what is to be answered.
+    /// A subnegotiation without its option. Returns what to do and what to answer.
     pub(crate) fn hear(
         &mut self,
         request: &[u8],
@@ -218,15 +218,15 @@ impl Port {
                 if (1..=3).contains(&what) {
                     tell(Request::Purge { received: what & 1 != 0, sent: what & 2 != 0 });
                 }
-                // A client may wait for this whatever it has asked for.
+                // A client may wait for this answer to any request.
                 answer(&reply(what));
             }
-            // What is not a request of this protocol, or has no shape of one.
+            // Anything that is not a well-formed request of this protocol.
             _ => {}
         }
     }
 
-    /// Flow control, break and the client's lines. Returns what holds now.
+    /// Flow control, break and the client's lines. Returns the present setting.
     fn control(&mut self, control: u8, mut tell: impl FnMut(Request)) -> u8 {
         match control {
             1..=3 | 17 | 19 => self.outbound = control,

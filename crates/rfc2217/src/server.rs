@@ -6,12 +6,12 @@ use crate::negotiation::{BINARY, COM_PORT, Negotiation};
 use crate::port::{Port, Request};
 use crate::telnet::{Framing, IAC, SB, SE, Token, escape};
 
-/// How many requests wait to be fetched. A client that floods without anybody fetching loses the
-/// oldest.
+/// How many requests wait to be fetched. If a client floods and nothing fetches, the oldest are
+/// lost.
 const MOST_REQUESTS: usize = 256;
 
-/// How many bytes of answers wait to be fetched. A client that asks and never reads is answered no
-/// more: it would fill the memory.
+/// How many bytes of answers wait to be fetched. A client that asks and never reads gets no more
+/// answers, which would fill the memory.
 const MOST_REPLIES: usize = 64 * 1024;
 
 /// The serving side of one connection.
@@ -25,8 +25,8 @@ pub struct Server {
 }
 
 impl Server {
-    /// A connection that has just been made. `signature` is what a client is told who asks what it
-    /// talks to; `baud` is the speed of the port, in bits per second, until the client sets one.
+    /// A new connection. `signature` is the answer to a client that asks what it talks to; `baud`
+    /// is the speed of the port, in bits per second, until the client sets one.
     #[must_use]
     pub fn new(signature: &str, baud: u32) -> Server {
         let mut replies = Vec::new();
@@ -41,8 +41,8 @@ impl Server {
         }
     }
 
-    /// Takes what the client has sent, in pieces of any size, and leaves at its beginning what is meant
-    /// for the device. Returns how many bytes these are; never more than came.
+    /// Takes what the client has sent, in pieces of any size, and moves the bytes for the device to
+    /// its beginning. Returns how many these are; never more than came.
     pub fn receive(&mut self, bytes: &mut [u8]) -> usize {
         let mut count = 0;
         for at in 0..bytes.len() {
@@ -59,7 +59,7 @@ impl Server {
                         self.reply(&[IAC, answer.code(), option]);
                     }
                     if self.has_port() && !knew {
-                        // Some clients never ask, and wait for it.
+                        // Some clients wait for it without asking.
                         let state = self.port.modem_state(0);
                         self.subnegotiate(&state);
                     }
@@ -110,14 +110,13 @@ impl Server {
         self.reply(&whole);
     }
 
-    /// Whether the client knows that there is a serial port, as RFC 2217 has it; else it talks plain
-    /// Telnet, or nothing of the kind.
+    /// Whether the client has agreed to RFC 2217; otherwise it speaks plain Telnet, or neither.
     #[must_use]
     pub fn has_port(&self) -> bool {
         self.negotiation.theirs(COM_PORT) || self.negotiation.ours(COM_PORT)
     }
 
-    /// Appends what a device has said as it has to be sent to the client.
+    /// Appends a device's bytes in the form in which they are sent to the client.
     pub fn send(&self, bytes: &[u8], out: &mut Vec<u8>) {
         escape(bytes, self.negotiation.ours(BINARY), out);
     }
@@ -132,12 +131,12 @@ impl Server {
         }
     }
 
-    /// What the client has asked for next, in its order.
+    /// The client's next request, in its order.
     pub fn next_request(&mut self) -> Option<Request> {
         self.requests.pop_front()
     }
 
-    /// What is to be sent to the client on behalf of Telnet itself.
+    /// Replies of the Telnet protocol itself that are to be sent to the client.
     pub fn take_replies(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.replies)
     }

@@ -12,8 +12,8 @@ pub(crate) const SB: u8 = 250;
 const CR: u8 = b'\r';
 const NUL: u8 = 0;
 
-/// How long a subnegotiation may be, in bytes. No longer one is known, and a longer one is left out
-/// whole: a client cannot fill the memory with it.
+/// How long a subnegotiation may be, in bytes. All known ones fit; a longer one is skipped, so that
+/// a client cannot fill the memory.
 const LONGEST: usize = 1_024;
 
 /// What is said of an option.
@@ -57,7 +57,7 @@ pub(crate) enum Token {
 enum State {
     #[default]
     Data,
-    /// Behind a CR, which may have a NUL behind it that is no data.
+    /// After a CR, which a NUL that is no data may follow.
     AfterCr,
     Iac,
     Verb(Verb),
@@ -65,7 +65,7 @@ enum State {
     SubIac,
 }
 
-/// Where in the stream a connection is.
+/// The state of the parser in the stream.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Framing {
     state: State,
@@ -73,8 +73,8 @@ pub(crate) struct Framing {
 }
 
 impl Framing {
-    /// Takes a byte. `binary` says that what the client sends is not text, in which a CR has a NUL
-    /// behind it.
+    /// Takes a byte. `binary` says that the client does not send text, in which a NUL may follow a
+    /// CR.
     pub(crate) fn take(&mut self, byte: u8, binary: bool) -> Option<Token> {
         let (state, token) = match std::mem::take(&mut self.state) {
             State::AfterCr if byte == NUL => (State::Data, None),
@@ -90,7 +90,7 @@ impl Framing {
                     (State::Sub, None)
                 }
                 BREAK => (State::Data, Some(Token::Break)),
-                // The others ask for nothing that a serial port has.
+                // The others concern nothing that a serial port has.
                 byte => (Verb::of(byte).map_or(State::Data, State::Verb), None),
             },
             State::Verb(verb) => (State::Data, Some(Token::Option(verb, byte))),
@@ -124,7 +124,7 @@ impl Framing {
     }
 }
 
-/// Writes data so that it arrives as it is. `binary` says that it is not text.
+/// Writes data so that it arrives unchanged. `binary` says that it is not text.
 pub(crate) fn escape(bytes: &[u8], binary: bool, out: &mut Vec<u8>) {
     for &byte in bytes {
         out.push(byte);

@@ -1,4 +1,4 @@
-//! How fast clients come and go, and how fast the emulator goes.
+//! How fast clients come and go, and how fast the emulator ends.
 
 use std::net::TcpListener;
 use std::time::Instant;

@@ -16,7 +16,7 @@ use crate::suite::usage::processor_time;
 const PROGRAM: &str =
     include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/programs/pattern.cnc"));
 
-/// The least number of seconds that pass in one.
+/// The least number of the controller's seconds in one of processor time.
 const LEAST: f64 = 1e5;
 
 pub(super) fn measure(bench: &Bench) -> Outcome<Section> {

@@ -12,7 +12,7 @@ use crate::suite::report::{Figure, Section};
 use crate::suite::stats::Sample;
 use crate::suite::usage::Memory;
 
-/// How many places are gone to.
+/// How many places are visited.
 const PLACES: u64 = 200;
 
 /// How much memory a million commands may take, bytes.

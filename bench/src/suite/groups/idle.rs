@@ -1,4 +1,4 @@
-//! What a controller costs that nobody uses.
+//! What an idle controller costs.
 
 use std::thread;
 use std::time::Duration;

@@ -66,11 +66,11 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     Ok(section)
 }
 
-/// A client comes to every controller, asks something, and goes.
+/// A client connects to every controller, asks something, and leaves.
 fn visit(server: &Server) -> Outcome<()> {
     for address in server.addresses() {
         Wire::connect(*address)?.ask(QUESTION, ANSWER)?;
     }
-    // The last one's going is known before the next client's question is answered.
+    // The server has noticed the last client's leaving before it answers the next question.
     server.connect()?.ask(QUESTION, ANSWER)
 }

@@ -1,4 +1,4 @@
-//! How fast every step of a motion can be enumerated, for whoever watches.
+//! How fast every step of a motion can be enumerated for a watcher.
 
 use std::hint::black_box;
 

@@ -68,7 +68,7 @@ pub(super) fn measure(bench: &Bench) -> Outcome<Section> {
     Ok(section)
 }
 
-/// A console with somebody who types.
+/// A console with a typing user.
 struct Console {
     child: Child,
     orders: ChildStdin,

@@ -11,7 +11,8 @@ use crate::suite::report::{Figure, Section};
 use crate::suite::server::Server;
 use crate::suite::stats::{Pair, ROUNDS, Sample, alternate};
 
-/// How many times the rounds of other groups take turns here: a difference of a hundredth shall show.
+/// How many times the rounds of other groups take turns here: a difference of one per cent must
+/// show.
 const TURNS: usize = 5 * ROUNDS;
 
 /// The least share of the round trips that is left.

@@ -1,5 +1,5 @@
-//! What it costs to be watched: round trips of a controller in the process whose journal is kept, and of
-//! one of which fifty things are expected, beside one that nobody watches.
+//! What it costs to be watched: round trips of a controller in the process whose journal is kept,
+//! and of one of which fifty things are expected, compared with one that is not watched.
 
 use std::time::Duration;
 

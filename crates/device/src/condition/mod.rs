@@ -1,9 +1,9 @@
 //! Conditions that a device can be run until.
 //!
-//! There are two sorts. A *state* is so or not so at any instant, and when it will be so is
-//! computed from the running motion. A *happening* is there in the moment of one cause and gone
-//! after it; it is seen in the events of that cause. Both can be combined: all of them in one
-//! moment, or any of them.
+//! There are two sorts. A *state* holds or does not hold at any instant; when it will hold is
+//! computed from the running motion. A *happening* lasts only for the moment of one cause; it is
+//! seen in the events of that cause. Both can be combined: all of them in one moment, or any of
+//! them.
 
 mod seen;
 mod text;
@@ -20,13 +20,13 @@ pub use vocabulary::Vocabulary;
 /// Something that can become true while a device runs. See [`Device::when`](crate::Device::when) and
 /// [`Harness::run_until`](crate::Harness::run_until).
 ///
-/// It has a text form, which people type: `z < -5000`, `answer error 2`, `x = 100 and port 2 bit 0
-/// on`. [`Names`] reads and writes it with the names that a device has for its axes and signals.
+/// It has a text form for people to type: `z < -5000`, `answer error 2`, `x = 100 and port 2 bit 0
+/// on`. [`Names`] reads and writes it with a device's names for its axes and signals.
 ///
 /// # Moments
 ///
-/// A condition is looked at in moments: after every cause and every input, with the events of that
-/// one cause or input, and at every instant between two causes, when there are no events.
+/// A condition is evaluated at moments: after every cause and every input, with the events of that
+/// one cause or input, and at every instant between two causes, without events.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -54,7 +54,7 @@ pub enum Condition {
         position: i64,
     },
     /// Any axis is outside a box, in steps; the limits themselves are inside. [`i64::MIN`] and
-    /// [`i64::MAX`] are no limits.
+    /// [`i64::MAX`] mean no limit.
     Outside {
         /// The lower limits.
         low: Point,
@@ -88,13 +88,13 @@ pub enum Condition {
     },
     /// The device does nothing by itself: no command, no program, nothing moves.
     Idle,
-    /// A time has come.
+    /// A time has been reached.
     At(Time),
 
     // --- happenings ---
     /// The execution of a command begins.
     Command {
-        /// Its mnemonic, or what its line begins with; `None` for any command.
+        /// Its mnemonic, or the beginning of its line; `None` for any command.
         like: Option<String>,
     },
     /// A command is answered.
@@ -136,7 +136,7 @@ pub enum Condition {
 /// What a family of devices must be able to forecast: a state of one thing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fact {
-    /// The counter of an axis (0 for X) is within these limits, which belong to it.
+    /// The counter of an axis (0 for X) is within these limits, inclusive.
     Axis {
         /// The axis.
         axis: u8,
@@ -173,7 +173,7 @@ pub enum Fact {
 }
 
 impl Condition {
-    /// The latest time that is named in it.
+    /// The latest time that it names.
     pub(crate) fn latest_time(&self) -> Option<Time> {
         match self {
             Condition::At(time) => Some(*time),

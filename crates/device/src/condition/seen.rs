@@ -1,10 +1,10 @@
-//! What of a condition is seen in events.
+//! The happenings of a condition, and the events that show them.
 
 use super::{Condition, vocabulary};
 use crate::{Event, Kinds};
 
 impl Condition {
-    /// The kinds of events in which its happenings are seen; none if there are only states in it.
+    /// The kinds of events that show its happenings; none if it has only states.
     #[must_use]
     pub fn kinds(&self) -> Kinds {
         match self {
@@ -20,13 +20,13 @@ impl Condition {
         }
     }
 
-    /// Whether there are happenings in it: it can begin to hold by what comes from outside.
+    /// Whether it has happenings, so that it can begin to hold because of something from outside.
     #[must_use]
     pub fn has_happenings(&self) -> bool {
         self.kinds() != Kinds::NONE
     }
 
-    /// Whether a happening is what an event tells.
+    /// Whether an event shows a happening.
     #[must_use]
     pub fn is_seen_in(&self, event: &Event) -> bool {
         let is = |wanted: &Option<String>, mnemonic: &str| {

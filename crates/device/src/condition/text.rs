@@ -13,10 +13,9 @@
 //!           | "line" [NUMBER] | "signal" NAME "changes" ["to" VALUE]
 //! ```
 //!
-//! A PLACE is in steps, or in `mm` or `°` where the machine is known: `-5000`, `-12.5mm`.
-//! A TEXT with blanks, brackets or comparisons in it, or one of the words above, stands between
-//! quotation marks; and so does one that the device has no use for, where its commands and errors
-//! are known.
+//! A PLACE is in steps, or in `mm` or `°` where the machine is known: `-5000`, `-12.5mm`. A TEXT
+//! that contains blanks, brackets or comparisons, or is one of the words above, needs quotation
+//! marks. So does a text unknown to a device whose commands and errors are known.
 
 use std::error::Error;
 use std::fmt;
@@ -35,13 +34,13 @@ use serde::{Deserialize, Serialize};
 use super::{Condition, Vocabulary};
 use crate::{AXES, Device, Point, Signal, SignalId, Time, parse_duration};
 
-/// How deep brackets may be within each other.
+/// How deep brackets may be nested.
 const DEEPEST: u32 = 32;
 
 /// How much of a wrong text an error shows, characters.
 const SHOWN: usize = 80;
 
-/// The words that mean something where a text could stand.
+/// The words with a meaning of their own where a text could stand.
 const RESERVED: [&str; 5] = ["and", "or", "then", "while", "error"];
 
 /// The names that conditions use for the axes and the signals of a device.
@@ -77,15 +76,15 @@ pub struct Names {
 /// How far a step of an axis goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Scale {
-    /// So many steps …
+    /// This many steps …
     pub steps: u32,
-    /// … go so many units.
+    /// … make this many units.
     pub units: u32,
     /// What is counted.
     pub unit: LengthUnit,
 }
 
-/// In what the way of an axis is counted.
+/// The unit of an axis's travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LengthUnit {
@@ -113,7 +112,7 @@ impl Names {
         Names { axes: axes.into_iter().collect(), signals, ..Names::default() }
     }
 
-    /// The same of a device whose panel can erase the stored program, or cannot.
+    /// Sets whether the device's panel can erase the stored program.
     #[must_use]
     pub fn with_erasing(self, can_erase: bool) -> Names {
         Names { can_erase, ..self }
@@ -125,8 +124,8 @@ impl Names {
         Names::new(axes.into_iter().map(|axis| (axis.index, axis.name)), device.signals())
     }
 
-    /// The same of devices that may be wired in any way, so that any bit of any port may be an input:
-    /// for what is read before it is known which of them it is for.
+    /// Names for devices wired in any way, so that any bit of any port may be an input: for text
+    /// that is read before its device is known.
     #[must_use]
     pub fn with_any_bit(self) -> Names {
         Names { has_any_bit: true, ..self }
@@ -148,14 +147,14 @@ impl Names {
         self.can_erase
     }
 
-    /// The same of a device whose commands, errors and ports are known: what can never happen there is
-    /// no condition.
+    /// Adds the device's commands, errors and ports: text about anything that can never happen
+    /// there is then an error.
     #[must_use]
     pub fn with_vocabulary(self, vocabulary: Option<Vocabulary>) -> Names {
         Names { vocabulary, ..self }
     }
 
-    /// The same of a machine whose axes go so far by a step, so that a position can be in `mm` or `°`.
+    /// Adds how far a step of each axis goes, so that positions can be in `mm` or `°`.
     #[must_use]
     pub fn with_scales(self, scales: [Option<Scale>; AXES]) -> Names {
         Names { scales, ..self }
@@ -167,12 +166,12 @@ impl Names {
         *self.scales.get(usize::from(axis))?
     }
 
-    /// A command that begins so, or has this mnemonic; a letter alone is also that of a command which
-    /// has a sign before it.
+    /// A command that begins so or has this mnemonic; a letter alone also stands for a command with
+    /// a sign before the letter.
     ///
     /// # Errors
     ///
-    /// If the model has no such command, and which it has.
+    /// If the model has no such command; with those it has.
     pub fn command(&self, like: &str) -> Result<Condition, ConditionError> {
         let known = |like: &str| self.knows(like, Vocabulary::has_command);
         let signed = format!("@{like}");
@@ -193,7 +192,7 @@ impl Names {
     ///
     /// # Errors
     ///
-    /// If the model has no such error, and which it has.
+    /// If the model has no such error; with those it has.
     pub fn error(&self, code: Option<&str>) -> Result<Condition, ConditionError> {
         if let Some(code) = code.filter(|code| !self.knows(code, Vocabulary::has_error)) {
             let known = self.vocabulary.as_ref().map(Vocabulary::errors_in_words);
@@ -208,7 +207,7 @@ impl Names {
     ///
     /// # Errors
     ///
-    /// If it is none, with the place and what would be right there.
+    /// If it is not a condition; with the place and what would be right there.
     pub fn read(&self, text: &str) -> Result<Condition, ConditionError> {
         let wrong = |error: nom::Err<Wrong<'_>>| {
             let (rest, right) = match error {
@@ -225,7 +224,7 @@ impl Names {
         }
     }
 
-    /// A condition to be shown with these names.
+    /// Shows a condition with these names.
     #[must_use]
     pub fn write<'a>(&'a self, condition: &'a Condition) -> Named<'a> {
         Named { names: self, condition }
@@ -333,7 +332,7 @@ impl Names {
         }
     }
 
-    /// `-5..5`, `..5`, `-5..`, `0mm..12.5mm` or `..`; the limits belong to it.
+    /// `-5..5`, `..5`, `-5..`, `0mm..12.5mm` or `..`; the limits are inclusive.
     fn range(&self, axis: u8, word: &str) -> Option<(i64, i64)> {
         let (low, high) = word.split_once("..")?;
         let limit = |text: &str, none: i64| match text {
@@ -442,7 +441,7 @@ impl Names {
         self.signals.iter().filter(named).max_by_key(|signal| signal.name.len())
     }
 
-    /// The condition about a signal that may be meant by its name, and perhaps a value, alone.
+    /// The condition about a signal that is given only by its name and perhaps a value.
     fn about_signal(&self, input: &str) -> Option<String> {
         let signal = self.signal_at(input)?;
         let value = word(&input[signal.name.len()..]).ok().map(|(_, value)| value);
@@ -519,7 +518,7 @@ impl Names {
         let mut axes: Vec<u8> = self.axes.iter().map(|(axis, _)| *axis).collect();
         axes.sort_unstable();
         axes.dedup();
-        // Those of a second group may be called as those of the first.
+        // Names of the second group may equal names of the first.
         let mut names: Vec<String> = Vec::new();
         for name in axes.into_iter().map(|axis| self.axis_name(axis)) {
             if !names.contains(&name) {
@@ -660,7 +659,7 @@ impl Names {
     }
 }
 
-/// The names of a device of which nothing is known.
+/// The names for an unknown device.
 pub(crate) fn without_names() -> &'static Names {
     &NUMBERS
 }
@@ -799,7 +798,7 @@ impl Named<'_> {
     }
 }
 
-/// A happening, and the text by which it is told from others.
+/// A happening, and the text that selects it.
 fn happening(
     f: &mut fmt::Formatter<'_>,
     what: &str,
@@ -854,7 +853,7 @@ impl fmt::Display for ConditionError {
     }
 }
 
-/// Says where a text goes wrong: in its rest.
+/// Reports where a text goes wrong: at its rest.
 pub(crate) fn excerpt(
     f: &mut fmt::Formatter<'_>,
     text: &str,
@@ -864,7 +863,7 @@ pub(crate) fn excerpt(
     let short = |text: &str| -> String {
         let mut shown = String::new();
         for c in text.chars().take(SHOWN) {
-            // What can be seen is shown as it was typed.
+            // Printable text is shown as it was typed.
             match c {
                 '"' | '\'' | '\\' => shown.push(c),
                 c => shown.extend(c.escape_debug()),
@@ -885,7 +884,7 @@ impl Error for ConditionError {}
 
 // --- tokens ---
 
-/// Where reading ended, and what would have been right there.
+/// The rest of the text, and what was expected there.
 #[derive(Debug)]
 struct Wrong<'t> {
     rest: &'t str,
@@ -908,7 +907,7 @@ fn failure(rest: &str, right: impl Into<String>) -> nom::Err<Wrong<'_>> {
     nom::Err::Failure(Wrong { rest, right: right.into() })
 }
 
-/// Parts with a word between them; one alone is itself.
+/// Parts joined by a word; a single part stands for itself.
 fn joined<'t>(
     input: &'t str,
     between: &str,
@@ -949,7 +948,7 @@ fn optional_word(input: &str) -> Option<(&str, &str)> {
     (!joins).then_some((rest, word))
 }
 
-/// A word that means something.
+/// A keyword.
 fn expected<'t, T>(
     input: &'t str,
     right: &str,
@@ -972,8 +971,7 @@ fn time(word: &str) -> Option<Time> {
     Some(Time::ZERO + parse_duration(word).ok()?)
 }
 
-/// The whole numbers around a place: the largest that is not beyond it, and the smallest that is not
-/// before it.
+/// The whole numbers around a position: the largest not above it, and the smallest not below it.
 type Around = (i64, i64);
 
 /// `-5`, `-5mm`, `0.25mm`, `90°`: where that is in steps.
@@ -987,7 +985,7 @@ fn place(word: &str, scale: Option<Scale>) -> Option<Around> {
         LengthUnit::Degree => (word.strip_suffix('°').or_else(|| word.strip_suffix("deg"))?, 1),
     };
     let (whole, places) = number.split_once('.').unwrap_or((number, ""));
-    // Finer than a nanometre no step is, and a product has its room.
+    // No step is finer than a nanometre, so the products cannot overflow.
     if places.len() > 9 || whole.len() > 12 || places.starts_with(['-', '+']) {
         return None;
     }
@@ -1027,7 +1025,7 @@ fn text(input: &str) -> Parsed<'_, Option<String>> {
     }
 }
 
-/// What stands behind a backslash.
+/// The character after a backslash.
 fn escaped(input: &str) -> Option<(&str, char)> {
     let mut chars = input.chars();
     let c = match chars.next()? {

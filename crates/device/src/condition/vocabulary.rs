@@ -1,12 +1,12 @@
 //! What can happen at a device, as conditions name it.
 
-/// What can happen at the devices of a model: with it a word that is typed wrongly is told from
-/// something that may still come.
+/// What can happen at the devices of a model. It tells a mistyped word from something that may
+/// still come.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Vocabulary {
     /// The mnemonics of its commands, as events have them: `@A`, `PA`, `!IS/1`.
     pub commands: Vec<String>,
-    /// What the lines of commands can begin with besides: `@a`.
+    /// Further beginnings of command lines: `@a`.
     pub spellings: Vec<String>,
     /// The answers that are errors, without their end: `2`, `E09`.
     pub errors: Vec<String>,
@@ -16,12 +16,12 @@ pub struct Vocabulary {
     pub stores: bool,
 }
 
-/// So many words are shown of a list that is longer.
+/// How many words of a longer list are shown.
 const SHOWN: usize = 24;
 
 impl Vocabulary {
-    /// Whether the line of a command can begin so, or a command has this mnemonic. A number behind
-    /// the sign with which lines begin, as in `@0A`, says for which device it is.
+    /// Whether the line of a command can begin so, or a command has this mnemonic. A number after
+    /// the sign that begins a line, as in `@0A`, is the number of the device.
     pub(super) fn has_command(&self, like: &str) -> bool {
         let mut rest: String = like.chars().filter(|c| !c.is_whitespace()).collect();
         if let Some(line) = rest.strip_prefix('@') {
@@ -58,10 +58,10 @@ impl Vocabulary {
     }
 }
 
-/// The mnemonic of a line that is not a command.
+/// The mnemonic of a line that no command matches.
 const UNKNOWN: &str = "?";
 
-/// A mnemonic without what tells forms of one command apart.
+/// A mnemonic without the suffix for the form of the command.
 fn letters(mnemonic: &str) -> &str {
     mnemonic.split_once('/').map_or(mnemonic, |(letters, _)| letters)
 }
@@ -80,8 +80,8 @@ fn in_words(list: &[String]) -> String {
     }
 }
 
-/// Whether an answer is this, or has this code behind its letter, whatever zeros the number begins
-/// with: `E09` is `E09`, `09` and `9`.
+/// Whether an answer is this text, or has this code after its letter, ignoring leading zeros: `E09`
+/// matches `E09`, `09` and `9`.
 pub(super) fn is_error(answer: &[u8], code: &[u8]) -> bool {
     let number = |code: &[u8]| {
         let zeros = code.iter().take_while(|byte| **byte == b'0').count();

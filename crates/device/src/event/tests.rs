@@ -194,7 +194,7 @@ fn faults() -> impl Strategy<Value = (u32, FaultNews)> {
     (any::<u32>(), news)
 }
 
-/// A number for each variant. A variant that is new must be told here, and then made above.
+/// A number for each variant. A new variant must be added here and then above.
 fn variant(event: &Event) -> u32 {
     match event {
         Event::Command { .. } => 0,
@@ -247,7 +247,7 @@ fn what_is_written_is_read_again() {
     assert_eq!(seen.into_inner(), (1 << VARIANTS) - 1, "a variant was never made");
 }
 
-/// Recordings last longer than programs: what has been written once must stay readable.
+/// Recordings outlive programs: what was once written must stay readable.
 #[test]
 fn the_written_form_stays_as_it_is() {
     for (event, text) in [

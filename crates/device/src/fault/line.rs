@@ -11,11 +11,11 @@ use super::When;
 /// Something that goes wrong on the line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineFault {
-    /// What is done to what is on the line.
+    /// What is done to the bytes on the line.
     pub damage: Damage,
-    /// Which way that goes.
+    /// The direction that it affects.
     pub way: Way,
-    /// So many bytes in a row are one strike, at least 1.
+    /// How many bytes in a row are one strike, at least 1.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub run: u32,
     /// When it strikes.
@@ -38,14 +38,14 @@ impl LineFault {
         LineFault { damage, way, run: 1, when }
     }
 
-    /// The same for so many bytes in a row.
+    /// The same for this many bytes in a row.
     #[must_use]
     pub fn bytes(self, run: u32) -> LineFault {
         LineFault { run, ..self }
     }
 }
 
-/// The ways of a line.
+/// The directions of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Way {
@@ -58,8 +58,8 @@ pub enum Way {
 }
 
 impl Way {
-    /// Whether what goes that way, [to the host](Way::ToHost) or [to the
-    /// controller](Way::ToController), goes this way, too.
+    /// Whether this direction includes that one, which is [to the host](Way::ToHost) or [to the
+    /// controller](Way::ToController).
     #[must_use]
     pub fn has(self, way: Way) -> bool {
         self == Way::Both || self == way
@@ -76,7 +76,7 @@ impl fmt::Display for Way {
     }
 }
 
-/// What is done to what is on the line.
+/// What is done to the bytes on the line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -87,32 +87,33 @@ pub enum Damage {
     Garble(Garbling),
     /// A byte arrives twice.
     Duplicate,
-    /// A byte arrives so much later, and no byte overtakes it.
+    /// A byte arrives this much later, and no byte overtakes it.
     Delay(Duration),
     /// These bytes arrive before a byte; or by themselves, where the fault strikes once and waits for
     /// no byte in particular.
     Insert(Bytes),
-    /// A byte arrives no sooner than so long after the one before it.
+    /// A byte arrives no sooner than this long after the one before it.
     Split(Duration),
-    /// A byte, and whatever follows it within this time, arrives when the time is over, all at once.
+    /// A byte, and all bytes that follow it within this time, arrive together when the time is
+    /// over.
     Merge(Duration),
-    /// A bit of a byte is turned over on the way, which whoever reads it learns from its parity bit.
+    /// A bit of a byte is flipped on the way. The receiver detects that by the parity bit.
     Parity(BadByte),
-    /// A spike before a byte is taken for its start bit, one to eight bits too early: what is read are
-    /// other bits, and often more bytes than one.
+    /// A spike before a byte is taken for its start bit, one to eight bits too early: the receiver
+    /// reads other bits, and often more than one byte.
     Framing(BadByte),
     /// The cable is cut: nothing arrives.
     Cut,
-    /// The line is held low for so long: what is sent meanwhile is lost, and a zero arrives.
+    /// The line is held low for this long: what is sent meanwhile is lost, and a zero arrives.
     Break(Duration),
-    /// The host has its line at this speed, in bits a second, whatever that of the controller is:
-    /// what arrives is what a receiver reads that samples the bits of the other in its own time.
+    /// The host's line has this speed, in bits a second, whatever the controller's is: each
+    /// receiver samples the other side's bits at its own speed.
     Speed(u32),
 }
 
 impl Damage {
-    /// Whether it is a state of the line rather than something that happens to bytes: there is
-    /// nothing to choose, and it lasts until it is ended.
+    /// Whether it is a state of the line rather than something that happens to bytes: it affects
+    /// everything and lasts until it is ended.
     #[must_use]
     pub fn lasts(&self) -> bool {
         matches!(self, Damage::Cut | Damage::Speed(_))
@@ -123,27 +124,26 @@ impl Damage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Garbling {
-    /// One of its bits is turned over, by chance any of them.
+    /// One of its bits is flipped, chosen at random.
     Bit,
-    /// These of its bits are turned over.
+    /// These bits are flipped.
     Flip(u8),
     /// It becomes this byte.
     Into(u8),
 }
 
-/// What whoever reads does with a byte that its receiver calls bad. A host decides that by the settings
-/// of its terminal.
+/// What the receiving side does with a bad byte. A host sets this with its terminal settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BadByte {
-    /// It takes it as it is: nobody looks.
+    /// It takes the byte as it is, unchecked.
     #[default]
     AsIs,
-    /// It drops it, as a terminal does with `IGNPAR`.
+    /// It drops the byte, as a terminal does with `IGNPAR`.
     Dropped,
-    /// It takes a zero for it, as a terminal does with `INPCK`.
+    /// It takes a zero instead, as a terminal does with `INPCK`.
     Zero,
-    /// It takes it with 255 and 0 before it, as a terminal does with `INPCK` and `PARMRK`.
+    /// It takes the byte with 255 and 0 before it, as a terminal does with `INPCK` and `PARMRK`.
     Marked,
 }
 

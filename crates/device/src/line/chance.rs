@@ -1,9 +1,9 @@
-//! Chance that is the same every time.
+//! Reproducible random numbers.
 
 use serde::{Deserialize, Serialize};
 
-/// A generator of numbers that look like chance: SplitMix64 (Steele, Lea and Flood, 2014). Its whole
-/// state is one number, which makes it cheap to copy, compare and write down.
+/// A pseudo-random number generator: SplitMix64 (Steele, Lea and Flood, 2014). Its whole state is
+/// one number, which makes it cheap to copy, compare and write down.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Dice(u64);
@@ -21,7 +21,7 @@ impl Dice {
         mixed ^ (mixed >> 31)
     }
 
-    /// A number below `sides`, each as likely as the others, as far as 64 bits can be dealt out.
+    /// A number below `sides`, each as likely as the others as far as 64 bits allow.
     pub(super) fn roll(&mut self, sides: u32) -> u32 {
         let product = u128::from(self.next()) * u128::from(sides);
         u32::try_from(product >> 64).unwrap_or_default()

@@ -14,7 +14,7 @@ use crate::{
     Garbling, Kinds, LineFault, Output, Strike, Time, Way,
 };
 
-/// So many faults a line has at once; one more ends the oldest.
+/// The most faults that a line has at once; one more ends the oldest.
 const MOST: usize = 1_000;
 
 /// The faults of a line and what they hold back.
@@ -24,7 +24,7 @@ pub(super) struct Faults {
     list: Vec<Begun>,
     pub(super) to_host: Held,
     pub(super) to_controller: Held,
-    /// What is sent at another speed than it is read.
+    /// Bytes that are sent at a different speed from the one they are read at.
     #[serde(default)]
     pub(super) wave_to_host: Wave,
     #[serde(default)]
@@ -55,9 +55,9 @@ struct Begun {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Stage {
-    /// It waits for this one of what has to come before, which has come so often.
+    /// It waits for this prerequisite, which has come this many times.
     Waits { step: usize, met: u32, breakpoint: Breakpoint },
-    /// It can strike since then.
+    /// It has been able to strike since then.
     Strikes { since: Time },
     /// It is over, and has been reported.
     Over,
@@ -67,7 +67,7 @@ enum Stage {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Held {
     queue: VecDeque<(Time, u8)>,
-    /// Nothing arrives before, because no byte overtakes another.
+    /// Nothing arrives before this time, because no byte overtakes another.
     free: Time,
     /// When the last byte arrived, or will.
     last: Option<Time>,
@@ -108,14 +108,14 @@ struct Flight {
     merged: bool,
 }
 
-/// What a fault has to be given to its device, because it is none of the line.
+/// A fault of the device, which must be handed on to it.
 pub(super) enum ForDevice {
     Begin(FaultNumber, Fault),
     End(FaultNumber),
 }
 
 impl Faults {
-    /// Whether there is nothing that could matter any more.
+    /// Whether nothing here can matter any more.
     pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty() && self.leaving() + self.coming() == 0
     }
@@ -143,8 +143,8 @@ impl Faults {
         self.list.iter().rev().find_map(speed).filter(|speed| *speed != baud)
     }
 
-    /// Sends bytes whose bits have to be read at another speed, or that come behind such. Says whether it
-    /// has: else they go as ever.
+    /// Sends bytes whose bits are read at another speed, or that follow such bytes. Returns whether
+    /// it did; otherwise they go the usual way.
     pub(super) fn send(&mut self, way: Way, bytes: &[u8], now: Time, baud: u32) -> bool {
         let host = self.speed(way, now, baud);
         let wave = match way {
@@ -247,21 +247,21 @@ impl Faults {
         given
     }
 
-    // --- what has to come before ---
+    // --- prerequisites ---
 
-    /// The kinds of events in which what has to come before is seen, all of it: several things may
-    /// come in one moment.
+    /// The kinds of events that show the prerequisites, all of them: several may come in one
+    /// moment.
     pub(super) fn kinds(&self) -> Kinds {
         let waiting = self.list.iter().filter(|begun| matches!(begun.stage, Stage::Waits { .. }));
         let awaited = waiting.flat_map(|begun| &begun.fault.when().after);
-        // A device says itself when one strikes that is its own.
+        // The device itself reports when one of its own faults strikes.
         let own = self.list.iter().any(|begun| !begun.is_of_line());
         let own = if own { Kinds::FAULT } else { Kinds::NONE };
         awaited.fold(own, |kinds, awaited| kinds.and(awaited.condition.kinds()))
     }
 
-    /// When the device has to be looked at next: something may have come by then, or is over that the
-    /// device must be told of.
+    /// When the device has to be looked at next: a prerequisite may have come by then, or a fault
+    /// has ended and the device must be told.
     pub(super) fn due<D: Device>(&self, device: &D) -> Option<Time> {
         let due = |begun: &Begun| match &begun.stage {
             Stage::Waits { breakpoint, .. } => breakpoint.next(device),
@@ -328,8 +328,8 @@ impl Faults {
 
     // --- what is done to bytes ---
 
-    /// A byte that has crossed the line: what faults make of it is to arrive. At this speed a character
-    /// takes its time, and none at 0.
+    /// A byte has crossed the line: lets what faults make of it arrive. A character takes the time
+    /// of this speed, and none at 0.
     pub(super) fn pass(&mut self, way: Way, byte: u8, at: Time, baud: u32, news: &mut Vec<Output>) {
         let mut flight = Flight { bytes: vec![byte], due: at, merged: false };
         let last = self.held(way).last;
@@ -339,7 +339,7 @@ impl Faults {
         self.deliver(way, flight, at, baud, news);
     }
 
-    /// What arrives from a device that can be reached at once is news; the rest is held back.
+    /// What arrives at once is passed on; the rest is held back.
     fn deliver(&mut self, way: Way, flight: Flight, at: Time, baud: u32, news: &mut Vec<Output>) {
         let Flight { bytes, due, merged } = flight;
         let held = self.held(way);
@@ -354,7 +354,7 @@ impl Faults {
             }
             held.last = Some(due);
             if !alone {
-                // A byte that comes of itself or later takes the time of a character, too.
+                // An inserted or delayed byte takes the time of a character, too.
                 held.free = if merged { due } else { due.after_nanos(pace) };
                 due = held.free;
             }
@@ -403,12 +403,12 @@ impl Faults {
 }
 
 impl Begun {
-    /// Waits for what has to come before, from one of it on. Says whether all of it has come.
+    /// Waits for the prerequisites from a given one on. Says whether all of them have come.
     fn wait_for<D: Device>(&mut self, step: usize, device: &D) -> bool {
         for (step, awaited) in self.fault.when().after.iter().enumerate().skip(step) {
             let breakpoint = Breakpoint::new(device, awaited.condition.clone());
             let is_so = device.holds(&awaited.condition, [].iter());
-            // What is so has come; only what is counted has to come anew.
+            // A state that holds has come; only a counted one has to begin anew.
             if awaited.times > 1 || !is_so {
                 self.stage = Stage::Waits { step, met: 0, breakpoint };
                 return false;
@@ -442,7 +442,7 @@ impl Begun {
             *met += 1;
             let wanted = self.fault.when().after.get(*step).map_or(1, |next| next.times);
             let next = *step + 1;
-            // What ends the state in which it strikes would have it strike for ever.
+            // Forgetting the end of this state would make the fault strike for ever.
             let again = self.until == Some(device.now()) && self.fault.when().during.is_some();
             if *met >= wanted && !again && self.wait_for(next, device) {
                 return true;
@@ -458,8 +458,8 @@ impl Begun {
         self.fault.of_line().is_some()
     }
 
-    /// Whether its end changes something by itself: what a device does, or how bits are read that are
-    /// on the line already.
+    /// Whether its end itself changes something: what a device does, or how bits already on the
+    /// line are read.
     fn has_to_end(&self) -> bool {
         self.fault.of_line().is_none_or(|line| matches!(line.damage, Damage::Speed(_)))
     }
@@ -503,7 +503,7 @@ impl Begun {
             && when.chance == crate::Chance::CERTAIN
     }
 
-    /// Whether it takes this opportunity.
+    /// Whether it strikes at this opportunity.
     fn takes(&mut self, at: Time) -> bool {
         let Stage::Strikes { since } = self.stage else { return false };
         if self.ends(since).is_some_and(|ends| at >= ends) {
@@ -529,7 +529,7 @@ impl Begun {
         true
     }
 
-    /// Does to a byte what it does.
+    /// Applies the fault to a byte.
     fn strike(
         &mut self,
         way: Way,

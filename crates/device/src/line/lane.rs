@@ -55,7 +55,8 @@ impl Lane {
     }
 }
 
-/// How long so many bits take, in nanoseconds; nothing at the speed of a line without time, 0.
+/// How long this many bits take, in nanoseconds; 0 at speed 0, that of a line on which characters
+/// take no time.
 pub(super) fn span_of(bits: u64, baud: u32) -> u64 {
     if baud == INSTANT {
         return 0;

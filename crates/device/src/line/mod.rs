@@ -28,18 +28,17 @@ const LANE: usize = 4_096;
 /// passed, and an answer leaves byte by byte. On an [ideal](Line::ideal) line nothing takes any
 /// time. Neither knows a clock; pacing is as reproducible as the device itself.
 ///
-/// What goes wrong on the line is begun and ended by [`Input::Fault`]. All other faults pass through to
-/// the device: each when what has to come before it has come, and its end when its time is over, so
-/// that a device knows nothing but faults that are there and faults that are not.
+/// What goes wrong on the line is begun and ended by [`Input::Fault`]. All other faults pass
+/// through to the device, each when its prerequisites have come, and its end when its time is over.
+/// So a device only knows faults that are present or absent.
 ///
-/// With a fault, bytes reach the device one by one, each when what the one before it has led to is
-/// done.
+/// With a fault, bytes reach the device one by one, each after the consequences of the one before.
 #[derive(Clone, Debug)]
 pub struct Line<D: Device> {
     device: D,
     wires: Wires,
     ready: VecDeque<Output>,
-    /// The kinds of events that are wanted outside. Faults may need more.
+    /// The kinds of events that are watched from outside. Faults may need more.
     wanted: Kinds,
 }
 
@@ -142,7 +141,7 @@ impl<D: Device> Line<D> {
         if self.wires.paced { self.device.baud().max(1) } else { INSTANT }
     }
 
-    /// Takes what has come out of the device: its bytes still have to cross the line.
+    /// Takes the device's output: its bytes still have to cross the line.
     fn collect(&mut self) {
         if self.wires.faults.is_some() {
             return self.collect_with_faults();
@@ -158,8 +157,8 @@ impl<D: Device> Line<D> {
         }
     }
 
-    /// The same where something is wrong: what faults wait for is seen before the bytes that came
-    /// with it go on their way.
+    /// The same with faults: prerequisites are checked before the bytes that came with them go on
+    /// their way.
     fn collect_with_faults(&mut self) {
         let baud = self.pace();
         loop {
@@ -198,12 +197,12 @@ impl<D: Device> Line<D> {
         self.mind_faults();
     }
 
-    /// Hands out what faults have told and made of bytes.
+    /// Passes on the reports of faults and the bytes that they have made.
     fn leave(&mut self, outputs: Vec<Output>) {
         for output in outputs {
             match output {
                 Output::Bytes(at, bytes) => match self.ready.back_mut() {
-                    // What was taken apart byte by byte leaves in one piece again.
+                    // Bytes that were handled one by one leave in one piece again.
                     Some(Output::Bytes(before, piece)) if *before == at => {
                         *piece = [&piece[..], &bytes[..]].concat().into();
                     }
@@ -224,7 +223,7 @@ impl<D: Device> Line<D> {
         if given.is_empty() {
             return;
         }
-        // What they do is counted from the first on.
+        // Their strikes are counted from the first.
         self.mind_faults();
         let now = self.device.now();
         for given in given {
@@ -265,7 +264,7 @@ impl<D: Device> Line<D> {
         self.give(given);
     }
 
-    /// Faults that are over are no burden, and those that wait see what they wait for.
+    /// Drops faults that are over, and lets waiting ones see their prerequisites.
     fn mind_faults(&mut self) {
         let needed = self.wires.faults.as_ref().map_or(Kinds::NONE, |faults| faults.kinds());
         self.device.watch(self.wanted.and(needed));
@@ -356,7 +355,7 @@ impl<D: Device> Device for Line<D> {
                 self.device.accept(Input::Wake, at);
                 let (now, baud) = (self.device.now(), self.device.baud());
                 let pace = self.pace();
-                // Where characters take no time each finds its way when its turn has come.
+                // Where characters take no time, each one passes when its turn has come.
                 let paced = self.wires.paced;
                 let faults = self.wires.faults.as_mut().filter(|_| paced);
                 if !faults.is_some_and(|faults| faults.send(Way::ToController, bytes, now, baud)) {
@@ -364,8 +363,8 @@ impl<D: Device> Device for Line<D> {
                 }
             }
             Input::Power(false) => {
-                // What the transmitter had not sent is gone; what is on its way to the device
-                // arrives at a device that is switched off.
+                // Unsent bytes of the transmitter are gone; bytes on their way to the device arrive
+                // at a device that is switched off.
                 self.wires.from_device = Lane::default();
                 self.device.accept(input, at);
             }
@@ -440,8 +439,9 @@ impl<D: Device> Device for Line<D> {
         self.device.baud()
     }
 
-    /// A paced line takes no more than its lane holds, and nothing while the answers are far
-    /// behind: most are longer than what asked for them. So does one on which bytes are held back.
+    /// A paced line takes no more than its lane holds, and nothing while the answers lag far
+    /// behind: most are longer than their questions. The same holds for a line on which bytes are
+    /// held back.
     fn room(&self, handshake: bool) -> usize {
         let room = self.device.room(handshake);
         let Wires { paced, to_device, from_device, faults, .. } = &self.wires;
@@ -471,7 +471,7 @@ impl<D: Device> Device for Line<D> {
         self.device.why_without_effect(signal, value)
     }
 
-    /// Those of the line, and those of the device with what it knows of them.
+    /// The faults of the line, and those of the device with their state there.
     fn faults(&self) -> Vec<FaultView> {
         let known = self.device.faults();
         let now = self.device.now();

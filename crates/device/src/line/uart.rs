@@ -1,14 +1,14 @@
 //! Bits on a line, and how a receiver reads them.
 //!
-//! The receiver samples the line sixteen times a bit of its own speed, as nearly every UART does. Where
-//! the line is low it has found the edge of a start bit. Half a bit later, eight samples on, the line has
-//! to be low still, or it was a spike. From there on it looks once a bit, in the middle: at eight bits of
-//! data, and at the stop bit, which has to be high. A byte without a stop bit is read all the same; the
-//! next one can only begin when the line has been high again. A line on which nobody sends is high.
+//! The receiver samples the line sixteen times a bit of its own speed, as nearly every UART does. A
+//! low line is the edge of a start bit. Half a bit later, eight samples on, the line has to be low
+//! still, or it was a spike. From there on it looks once a bit, in the middle: at eight bits of
+//! data, and at the stop bit, which has to be high. A byte without a stop bit is read all the same;
+//! the next one can only begin when the line has been high again. An idle line is high.
 //!
-//! Its samples are at whole sixteenths of its bits since the beginning of time, so everything that it
-//! reads follows from what is on the line. What it reads next is computed, not looked for sample by
-//! sample.
+//! Its samples are at whole sixteenths of its bits since the beginning of time, so everything that
+//! it reads follows from what is on the line. What it reads next is computed, not searched for
+//! sample by sample.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Time;
 
-/// The receiver looks so often in the time of a bit.
+/// How many samples the receiver takes in a bit.
 const OVERSAMPLING: u128 = 16;
 
 /// The middle of a bit, in samples from its edge on.
@@ -25,7 +25,7 @@ const MIDDLE: u128 = OVERSAMPLING / 2;
 /// A start bit, eight bits of data and a stop bit.
 const FRAME: u64 = 10;
 
-/// No line is faster, bits a second; a speed beyond it counts as this one.
+/// The fastest line, bits a second; a higher speed counts as this one.
 const FASTEST: u32 = 10_000_000;
 
 const NANOS_IN_A_SECOND: u64 = 1_000_000_000;
@@ -116,7 +116,7 @@ impl Wave {
             return true;
         };
         let bits = (0..FRAME).take_while(|bit| char.sample(*bit, baud) <= sample);
-        // Before the first of its bits nobody sends.
+        // Before its first bit the line is idle.
         bits.last().is_none_or(|bit| char.level(bit))
     }
 
@@ -133,11 +133,11 @@ impl Wave {
         later.map(|(sample, _)| sample).find(|sample| self.level(*sample, baud) == level)
     }
 
-    /// When a receiver of this speed is done with what it reads next, or with the rest, of which it reads
-    /// nothing; if nothing more is sent.
+    /// When a receiver of this speed finishes its next byte, or the rest of the line if there is no
+    /// byte in it; provided that nothing more is sent.
     pub(super) fn due(&self, baud: u32) -> Option<Time> {
         let last = self.sent.back()?;
-        // Nothing that follows so much later can make more of a spike.
+        // After this long, nothing that follows can turn a spike into a byte.
         let rest = || last.end().after_nanos(NANOS_IN_A_SECOND / u64::from(baud.max(1)) + 1);
         Some(self.next(baud).map_or_else(rest, |reading| reading.at))
     }

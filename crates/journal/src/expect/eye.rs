@@ -38,19 +38,19 @@ pub(super) enum Eye {
         command: Condition,
         reply: Option<Reply>,
         within: Option<Duration>,
-        /// Those that have not been answered as they should.
+        /// Commands that have not been answered as expected.
         open: VecDeque<(CommandNumber, Time)>,
     },
 }
 
-/// A condition, and since when it is so.
+/// A condition, and since when it has held.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     condition: Condition,
     since: Option<Time>,
 }
 
-/// More commands are hardly under way at a time.
+/// The most commands that are followed at a time; more are hardly ever open.
 const OPEN: usize = 256;
 
 impl Eye {
@@ -74,7 +74,7 @@ impl Eye {
         Eye::When(vec![Part::new(condition)])
     }
 
-    /// Since when the first of its parts is so that is.
+    /// Since when the first of its parts that hold has held.
     pub(super) fn since(&self) -> Option<Time> {
         match self {
             Eye::When(parts) => parts.iter().filter_map(|part| part.since).min(),
@@ -82,7 +82,7 @@ impl Eye {
         }
     }
 
-    /// Whether it comes in a moment.
+    /// Whether it comes at a moment.
     pub(super) fn look(&mut self, moment: &Moment<'_>) -> bool {
         match self {
             Eye::When(parts) => {
@@ -141,7 +141,7 @@ impl Eye {
         }
     }
 
-    /// When it has to be looked at next because of what is under way.
+    /// When it has to be checked next because of a motion.
     pub(super) fn next(&self, picture: &Picture, now: Time) -> Option<Time> {
         let Eye::When(parts) = self else { return None };
         let span = picture.from(now);
