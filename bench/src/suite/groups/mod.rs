@@ -16,6 +16,7 @@ mod pacing;
 mod ping;
 mod recording;
 mod startup;
+mod sweep;
 mod watching;
 
 use super::Bench;
@@ -41,7 +42,7 @@ const fn group(
 }
 
 /// All groups.
-pub(crate) const GROUPS: [Group; 17] = [
+pub(crate) const GROUPS: [Group; 18] = [
     group("ping", "Question and answer", ping::measure),
     group("recording", "Recording", recording::measure),
     group("opening", "Opening a long recording", opening::measure),
@@ -54,6 +55,7 @@ pub(crate) const GROUPS: [Group; 17] = [
     group("motion", "Enumerated steps", motion::measure),
     group("forward", "Fast-forward", forward::measure),
     group("history", "A history of a million commands", history::measure),
+    group("sweep", "A sweep over a recorded session", sweep::measure),
     group("jobs", "Job files of a million lines", jobs::measure),
     group("clock", "Real time", clock::measure),
     group("pacing", "Line pacing", pacing::measure),

@@ -1,0 +1,252 @@
+//! What was found, line by line, and put together from anywhere.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::outcome::Outcome;
+
+/// A line of a file of results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Row {
+    /// The first line: of which sweep it is a part.
+    Sweep {
+        /// Equal for equal sessions.
+        fingerprint: String,
+        /// How many points there are.
+        points: u64,
+    },
+    /// An outcome that was not seen before.
+    Outcome {
+        /// Its key.
+        key: String,
+        /// What it is.
+        is: Box<Outcome>,
+    },
+    /// A case of an outcome that is smaller than those before.
+    Case(Box<Case>),
+    /// What came of a point.
+    Point(u64, String),
+}
+
+/// A case of an outcome, for people.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Case {
+    /// The key of the outcome.
+    pub outcome: String,
+    /// The number of the point.
+    pub point: u64,
+    /// How many lines a recording of it has, about.
+    pub size: u64,
+    /// What was broken.
+    pub broken: String,
+    /// How the machine stood in the end.
+    pub machine: String,
+    /// What the host should have noticed and done, if it did something wrong.
+    pub should: Option<String>,
+}
+
+impl Case {
+    /// The smallest of several is the one with the fewest lines, and of those the first.
+    fn rank(&self) -> (u64, u64) {
+        (self.size, self.point)
+    }
+}
+
+/// Results that were put together: equal for the same points, whoever has found them in which order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Results {
+    of: Option<(String, u64)>,
+    outcomes: BTreeMap<String, Outcome>,
+    cases: BTreeMap<String, Case>,
+    points: BTreeMap<u64, String>,
+}
+
+/// Results that do not belong together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ResultsError {
+    /// The line of the file, from 1.
+    pub line: usize,
+    /// Whether it can be read at all.
+    pub readable: bool,
+}
+
+impl fmt::Display for ResultsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = self.line;
+        match self.readable {
+            true => write!(
+                f,
+                "line {line}: these are the results of another session; put them into another folder"
+            ),
+            false => {
+                write!(f, "line {line}: it is no line of results; remove the file and begin again")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ResultsError {}
+
+/// An outcome, how often it was found, and the smallest case of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group<'a> {
+    /// The outcome.
+    pub outcome: &'a Outcome,
+    /// How many points have led to it.
+    pub points: u64,
+    /// Its smallest case.
+    pub case: Option<&'a Case>,
+}
+
+impl Results {
+    /// Results of a session with so many points.
+    #[must_use]
+    pub fn of(fingerprint: String, points: u64) -> Results {
+        Results { of: Some((fingerprint, points)), ..Results::default() }
+    }
+
+    /// The first row of a file of them.
+    #[must_use]
+    pub fn head(&self) -> Option<Row> {
+        let (fingerprint, points) = self.of.clone()?;
+        Some(Row::Sweep { fingerprint, points })
+    }
+
+    /// Adds what was found, and says which lines a file needs because of it. `case` is asked for if it is
+    /// the smallest.
+    pub fn add(
+        &mut self,
+        point: u64,
+        outcome: &Outcome,
+        size: u64,
+        case: impl FnOnce() -> Option<Case>,
+    ) -> Vec<Row> {
+        let mut lines = Vec::new();
+        // Every outcome can be written down.
+        let key = key(&serde_json::to_vec(outcome).unwrap_or_default());
+        if !self.outcomes.contains_key(&key) {
+            let is = Box::new(outcome.clone());
+            lines.push(Row::Outcome { key: key.clone(), is });
+        }
+        let known = self.cases.get(&key).map(Case::rank);
+        if known.is_none_or(|known| (size, point) < known)
+            && let Some(case) = case()
+        {
+            lines.push(Row::Case(Box::new(case)));
+        }
+        lines.push(Row::Point(point, key));
+        for line in &lines {
+            self.take(line.clone());
+        }
+        lines
+    }
+
+    /// Takes a line, and says whether it belongs here.
+    pub fn take(&mut self, line: Row) -> bool {
+        match line {
+            Row::Sweep { fingerprint, points } => {
+                let of = (fingerprint, points);
+                return *self.of.get_or_insert_with(|| of.clone()) == of;
+            }
+            Row::Outcome { key, is } => drop(self.outcomes.entry(key).or_insert(*is)),
+            Row::Case(case) => {
+                let known = self.cases.get(&case.outcome).map(Case::rank);
+                if known.is_none_or(|known| case.rank() < known) {
+                    self.cases.insert(case.outcome.clone(), *case);
+                }
+            }
+            Row::Point(point, key) => drop(self.points.insert(point, key)),
+        }
+        true
+    }
+
+    /// Takes a file of results. A last line that was torn off is left out. Returns the length of what is
+    /// whole.
+    ///
+    /// # Errors
+    ///
+    /// If the file is of another session, or no such file.
+    pub fn read(&mut self, text: &str) -> Result<usize, ResultsError> {
+        let mut whole = 0;
+        for (number, line) in (1..).zip(text.split_inclusive('\n')) {
+            if !line.ends_with('\n') {
+                break;
+            }
+            let read = serde_json::from_str(line);
+            let read = read.map_err(|_| ResultsError { line: number, readable: false })?;
+            if !self.take(read) {
+                return Err(ResultsError { line: number, readable: true });
+            }
+            whole += line.len();
+        }
+        Ok(whole)
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.of.as_ref().map_or(0, |(_, points)| *points)
+    }
+
+    /// How many of them are done.
+    #[must_use]
+    pub fn done(&self) -> u64 {
+        self.points.len() as u64
+    }
+
+    /// Whether a point is done.
+    #[must_use]
+    pub fn has(&self, point: u64) -> bool {
+        self.points.contains_key(&point)
+    }
+
+    /// The smallest case of each outcome, by the key of the outcome.
+    #[must_use]
+    pub fn cases(&self) -> &BTreeMap<String, Case> {
+        &self.cases
+    }
+
+    /// The outcomes, those with something wrong first, the more frequent ones before the others.
+    #[must_use]
+    pub fn groups(&self) -> Vec<Group<'_>> {
+        let mut points: BTreeMap<&str, u64> = BTreeMap::new();
+        for key in self.points.values() {
+            *points.entry(key).or_default() += 1;
+        }
+        let group = |(key, outcome): (&'_ String, _)| {
+            let points = points.get(key.as_str()).copied().unwrap_or_default();
+            Group { outcome, points, case: self.cases.get(key) }
+        };
+        let mut groups: Vec<Group<'_>> = self.outcomes.iter().map(group).collect();
+        groups.sort_by_key(|group| {
+            let is_good = group.outcome.verdicts.is_empty();
+            (is_good, group.outcome.verdicts.first().copied(), u64::MAX - group.points)
+        });
+        groups
+    }
+
+    /// Everything, in an order that only depends on what was found.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Row> {
+        let mut lines: Vec<Row> = self.head().into_iter().collect();
+        let outcomes = self.outcomes.iter();
+        lines.extend(
+            outcomes.map(|(key, is)| Row::Outcome { key: key.clone(), is: Box::new(is.clone()) }),
+        );
+        lines.extend(self.cases.values().map(|case| Row::Case(Box::new(case.clone()))));
+        lines.extend(self.points.iter().map(|(point, key)| Row::Point(*point, key.clone())));
+        lines
+    }
+}
+
+/// A short name for some bytes, always the same (FNV-1a, 64 bits).
+#[must_use]
+pub fn key(bytes: &[u8]) -> String {
+    let hash = bytes.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3)
+    });
+    format!("{hash:016x}")
+}
