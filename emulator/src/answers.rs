@@ -8,13 +8,13 @@ use std::thread;
 
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// So many answers wait for a reader that is slow; whoever has more to say waits with them.
+/// How many answers wait for a slow reader; further answers wait for room.
 const WAITING: u32 = 64;
 
-/// Writes answers in a thread of its own: a terminal that stands still (Ctrl-S), or a pipe that
-/// nobody reads, holds up neither controllers nor an end that is asked for.
+/// Writes answers in a thread of its own: a paused terminal (Ctrl-S), or a pipe without a reader,
+/// delays neither controllers nor a requested end.
 pub(crate) struct Answers {
-    /// `None` if there is no thread to be had.
+    /// `None` if no thread could be started.
     texts: Option<Sender<(String, Room)>>,
     room: Arc<Semaphore>,
 }
@@ -58,8 +58,8 @@ impl Answers {
     }
 }
 
-/// Prints on standard output. Nobody may be reading, which is no reason to end; what cannot be
-/// written although somebody may want to read it is said once. It lasts as long as whoever reads.
+/// Prints on standard output. A missing reader is no reason to end; any other failure to write is
+/// reported once. Blocks as long as the reader does.
 pub(crate) fn say(text: &str) {
     static SAID: AtomicBool = AtomicBool::new(false);
     let mut out = io::stdout().lock();

@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         print(&[json(&arguments, &circle, &trace, &commands)])
     } else {
         print(&commands)?;
-        // If nobody reads it, that is not a failure.
+        // A missing reader is not a failure.
         let _ = io::stderr().write_all(comments(&arguments, &circle, &trace).as_bytes());
         Ok(())
     }
@@ -119,7 +119,7 @@ fn print(lines: &[String]) -> Result<(), Failure> {
     output::print(&(lines.join("\n") + "\n"))
 }
 
-/// An arc as a person thinks of it.
+/// An arc in the user's terms.
 struct Wanted {
     /// In steps, which need not be whole.
     radius: f64,
@@ -157,7 +157,7 @@ impl Wanted {
         let from = arguments.from;
         let to = arguments.to.unwrap_or(if arguments.cw { from - 360.0 } else { from + 360.0 });
         for angle in [from, to] {
-            // This also says no to what is not a number.
+            // This also refuses NaN.
             if !(-1e6..=1e6).contains(&angle) {
                 return Err(Failure::usage(format!(
                     "{angle} degrees are not possible; up to 1,000,000 are"
@@ -269,7 +269,7 @@ fn commands(arguments: &Arguments, circle: &Circle) -> Vec<String> {
     ]
 }
 
-/// What a person wants to know about it.
+/// A description of it for people.
 fn comments(arguments: &Arguments, circle: &Circle, trace: &Trace) -> String {
     let (start, (x, y)) = (circle.start, trace.end);
     let (wanted_x, wanted_y) = trace.wanted_end;

@@ -20,13 +20,13 @@ use crate::failure::Failure;
 use crate::output;
 use crate::places::LISTENS;
 
-/// By this the shell's script says that it asks, and for which shell.
+/// The variable by which the shell's script asks, and for which shell.
 const ASKS: &str = "VIMC4_COMPLETE";
 
-/// What bash runs at each Tab. It differs from the script of `clap_complete`, since bash takes `=`, `:`
-/// and `@` for ends of words: the pieces are put together again before the question, and what stands
-/// before the last piece is taken from each answer. No value here is the name of a host, which bash
-/// would offer behind `@`.
+/// What bash runs at each Tab. It differs from the script of `clap_complete`, because bash ends
+/// words at `=`, `:` and `@`: the pieces are joined again before the question, and the part before
+/// the last piece is removed from each answer. No value here is the name of a host, which bash
+/// would offer after `@`.
 const BASH: &str = r#"
 _vimc4() {
     local IFS=$'\013' words=() count=0 i piece rest=${COMP_LINE:0:COMP_POINT} next word before answer
@@ -137,7 +137,7 @@ pub(crate) fn words(words: &'static [&'static str]) -> ArgValueCandidates {
     ArgValueCandidates::new(|| words.iter().map(CompletionCandidate::new).collect())
 }
 
-/// Every value of every quirk, of all families: a recording says of which one it is.
+/// Every value of every quirk, of all families: only the recording names its family.
 pub(crate) fn quirks() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let models = vimc4_catalogue::models().into_iter();
@@ -195,7 +195,7 @@ impl ValueCompleter for Program {
     }
 }
 
-/// The programs whose names begin so, if anything is typed: all would be thousands.
+/// The programs whose names begin with the typed text, if there is any: all would be thousands.
 fn on_path(typed: &str) -> impl Iterator<Item = CompletionCandidate> {
     let folders = env::var_os("PATH").filter(|_| !typed.is_empty()).unwrap_or_default();
     let files = env::split_paths(&folders).filter_map(|folder| folder.read_dir().ok()).flatten();

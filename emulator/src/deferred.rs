@@ -1,9 +1,9 @@
-//! Options of a command that are made only where the command is named.
+//! Options of a command that are built only when the command is used.
 
 use clap::{ArgMatches, Args, Command, Error, FromArgMatches};
 
-/// The options of a subcommand. Those of all the others are not made, which would be most of what a
-/// start of the program does.
+/// The options of a subcommand. Those of the others are not built, which would take most of the
+/// program's start.
 pub(crate) struct Deferred<A>(pub(crate) A);
 
 fn augmented<A: Args>(command: Command) -> Command {

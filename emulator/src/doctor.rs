@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     baud: Option<u32>,
 }
 
-/// How long it is listened before anything is asked.
+/// How long to listen before asking anything.
 const LISTEN: Duration = Duration::from_millis(200);
 
 /// How long an answer may take, and how long what belongs to it may be behind.
@@ -56,10 +56,10 @@ const PAUSE: Duration = Duration::from_millis(80);
 const LONGEST: usize = 2_048;
 const LATEST: Duration = Duration::from_secs(1);
 
-/// So many characters of what others say are shown.
+/// How many characters of foreign text are shown.
 const EXCERPT: usize = 200;
 
-/// So many programs are named.
+/// The most programs that are named.
 #[cfg(unix)]
 const NAMED: usize = 5;
 
@@ -71,9 +71,9 @@ const BAUD: u32 = 19_200;
 struct Before {
     /// The speed of a pseudo-terminal.
     baud: Option<u32>,
-    /// Somebody else has it open.
+    /// Another program has it open.
     busy: bool,
-    /// It is a terminal for people, which no emulator holds: an old link may lead there.
+    /// It is a terminal for people and not held by an emulator: an old link may lead there.
     stale: bool,
 }
 
@@ -120,7 +120,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         }
     }
     if before.stale {
-        // To open it as a serial port would already disturb whoever sits there.
+        // Opening it as a serial port would already disturb its user.
         output::print(&findings.text)?;
         return Ok(ExitCode::FAILURE);
     }
@@ -152,7 +152,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 
 // --- what the system knows ---
 
-/// What is known of a path before it is opened; nothing if it is no line.
+/// What is known of a path before it is opened; `None` if it is not a line.
 #[cfg(unix)]
 fn before_opening(name: &str, findings: &mut Findings) -> Option<Before> {
     use std::fs;
@@ -255,7 +255,7 @@ fn permission(path: &Path, file: &std::fs::Metadata, findings: &mut Findings) {
     }
 }
 
-/// How the line is set before a program sets it; nothing if it is no line.
+/// How the line is set before a program sets it; `None` if it is not a line.
 #[cfg(unix)]
 fn line_settings(path: &Path) -> rustix::io::Result<Option<rustix::termios::Termios>> {
     use rustix::fs::{Mode, OFlags, open};
@@ -440,7 +440,7 @@ struct Found<'a> {
     refused: Option<String>,
 }
 
-/// Asks in the language of each family. What came of it is added to `said` if it was nothing.
+/// Asks in the language of each family. Failures are added to `said`.
 fn question<'a>(
     port: &mut Port,
     families: &'a [Vec<Handling>],
@@ -451,7 +451,7 @@ fn question<'a>(
     for models in families {
         let Some(handling) = models.first() else { continue };
         let mut refused = None;
-        // Half a line that somebody has left spoils the first question.
+        // A half line left by an earlier client spoils the first question.
         for _ in 0..2 {
             let answer = ask(port, handling.position, heard)?;
             if let Some(places) = handling.read_position(&answer) {
@@ -462,8 +462,9 @@ fn question<'a>(
             last.push((handling.model().family(), answer));
         }
     }
-    // Some models of a family answer otherwise than the first: with no axis configured an old card
-    // answers `0`. So does what answers `0` to everything, also to a question that it cannot know.
+    // Some models of a family answer differently from the first: with no axis configured an old
+    // card answers `0`. So does what answers `0` to everything, also to a question that it cannot
+    // know.
     let reads = |handling: &&'a Handling| {
         let family = handling.model().family();
         let (own, others): (Vec<_>, Vec<_>) = last.iter().partition(|(of, _)| *of == family);
@@ -475,7 +476,7 @@ fn question<'a>(
     Ok(found.map(|(handling, places)| Found { handling, places, refused: None }))
 }
 
-/// Says who answers.
+/// Reports which controller answers.
 fn describe(
     port: &mut Port,
     found: &Found<'_>,

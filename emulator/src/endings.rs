@@ -44,7 +44,7 @@ impl Endings {
         Endings(kinds.into_iter().filter_map(heard).collect())
     }
 
-    /// Waits until somebody asks for an end, and returns the exit code of a program that it ends.
+    /// Waits until an end is requested, and returns the exit code for it.
     pub(crate) async fn told(&mut self) -> ExitCode {
         poll_fn(|cx| {
             let mut signals = self.0.iter_mut();
@@ -57,7 +57,7 @@ impl Endings {
     }
 }
 
-/// Whether who started the program has told the system to ignore a signal.
+/// Whether the program was started with a signal ignored.
 #[cfg(unix)]
 fn is_ignored(signal: SignalKind) -> bool {
     // Signals count from 1.
@@ -93,8 +93,8 @@ impl Endings {
 /// The exit code of a program that is told a second time, as shells have it for Ctrl-C.
 const TOLD_AGAIN: i32 = 130;
 
-/// Lets Ctrl-C, and other ways to ask for an end, interrupt the port, so that `halt` is sent and its
-/// effect awaited. Told again, the program does not wait: it ends at once.
+/// Lets Ctrl-C, and other requests to end, interrupt the port, so that `halt` is sent and its
+/// effect awaited. At a second request the program ends at once.
 pub(crate) fn interrupt(port: &Port, halt: &'static [u8]) -> Result<(), Failure> {
     let interrupt = port.interrupter();
     let mut sideways = port.sideways();

@@ -1,4 +1,4 @@
-//! Errors as people see them: one message, the place, the remedy.
+//! Errors for people: one message, the place, the remedy.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -35,7 +35,7 @@ impl Failure {
     /// The command ended too early because of a line of a file, counted from 1.
     pub(crate) fn at_line(text: impl ToString, name: &str, source: &str, line: u32) -> Failure {
         let mut failure = Failure::new(&text.to_string(), 1);
-        // However lines end, it is the same line.
+        // The same line for any line end.
         let source = text::shown(&source.replace("\r\n", "\n").replace('\r', "\n"));
         let before = line.saturating_sub(1) as usize;
         let start = source.split_inclusive('\n').take(before).map(str::len).sum::<usize>();
@@ -51,7 +51,7 @@ impl Failure {
     }
 
     fn new(text: &str, code: u8) -> Failure {
-        // Names of files and lines of jobs are in it, which are somebody else's.
+        // It contains names of files and lines of jobs, which are foreign text.
         let text = &text::shown(text);
         let (message, help) = match text.split_once("; ") {
             Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
@@ -60,7 +60,7 @@ impl Failure {
         Failure { message, help, place: None, code }
     }
 
-    /// It in one line, for whoever shows it elsewhere.
+    /// The failure in one line, for other displays.
     pub(crate) fn text(&self) -> String {
         match &self.help {
             Some(help) => format!("{}; {help}", self.message),
@@ -71,7 +71,7 @@ impl Failure {
     /// Prints it and says with which code to exit.
     pub(crate) fn report(self) -> ExitCode {
         let code = ExitCode::from(self.code);
-        // Where nobody can be told there is still the code.
+        // If it cannot be printed, there is still the code.
         let _ = writeln!(io::stderr(), "{:?}", Report::new(self));
         code
     }
@@ -117,7 +117,7 @@ impl Diagnostic for Failure {
 
 /// Long paths and remedies stay on one line, so that they can be copied and searched for.
 pub(crate) fn install() {
-    // It fails only if somebody has installed another one, and nobody has.
+    // It fails only if another one is installed, and none is.
     let _ = miette::set_hook(Box::new(|_| {
         Box::new(MietteHandlerOpts::new().wrap_lines(false).break_words(false).build())
     }));

@@ -151,7 +151,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
              Ctrl-C"
         );
     });
-    // The controller is gone before whoever waits for the program hears of its end.
+    // The controller ends before the parent learns of the program's end.
     drop(served);
     log.flush();
     ending.map_err(refused)?.pass_on()
@@ -174,8 +174,7 @@ fn refused(error: LaunchError) -> Failure {
     }
 }
 
-/// Writes down what the program does to its lines, in the form in which a controller of this
-/// process would.
+/// Logs what the program does to its lines, in the form that a controller of this process uses.
 struct Diary {
     began: Instant,
     sinks: Vec<Box<dyn Sink>>,
@@ -205,10 +204,10 @@ impl Peer for Diary {
     }
 }
 
-// --- a controller of our own ---
+// --- our own controller ---
 
-/// The port of a program that is yet to be started, for a controller that may have something to
-/// say before.
+/// The port of a program that is yet to be started, for a controller that may send something
+/// before.
 #[derive(Default)]
 struct LatePort(Mutex<(Option<Port>, Option<bool>)>);
 
@@ -291,7 +290,7 @@ impl Served {
             }
             tokio::select! {
                 _ = ended => {}
-                // The program finds its terminal gone; whose fault it was is said here.
+                // The program finds its terminal gone; the cause is reported here.
                 end = serve::any_ended(&emulators) => if let Err(failure) = end {
                     let _ = failure.report();
                 },
@@ -304,7 +303,7 @@ impl Served {
 struct Controller {
     control: Control,
     host: HostLines,
-    /// CTS says something.
+    /// CTS has a meaning.
     heeds: bool,
 }
 
@@ -331,12 +330,12 @@ impl Drop for Served {
     }
 }
 
-// --- what may be in the way ---
+// --- possible obstacles ---
 
 #[cfg(not(target_os = "linux"))]
 fn warn_of_yama() {}
 
-/// A hardened system lets nobody but root look into another program's memory, where arguments are.
+/// A hardened system lets only root look into another program's memory, where arguments are.
 #[cfg(target_os = "linux")]
 fn warn_of_yama() {
     if rustix::process::geteuid().is_root() {

@@ -1,9 +1,9 @@
 //! A controller that runs behind real ports, and the history that follows it.
 //!
-//! While somebody looks around the controller's time is paused; clients stay connected and notice
-//! only the delay. The history gets what the controller gets. Going forward in it moves the
-//! controller itself. Going back only looks, and what is done there is a branch to look at: the
-//! controller itself stays, until it is taken there.
+//! During inspection the controller's time is paused; clients stay connected and notice only the
+//! delay. The history gets what the controller gets. Going forward in it moves the controller
+//! itself. Going back only looks, and acts there begin a branch to look at: the controller itself
+//! stays until it is taken there.
 
 use std::sync::Arc;
 
@@ -16,10 +16,10 @@ use vimc4_debug::{
 use vimc4_device::{Condition, Device, Input, Kinds, OwnedInput, Time};
 use vimc4_timeline::{Act, History, Moment, Place, Progress};
 
-/// So many reports may wait while nobody looks at them.
+/// How many reports may wait until they are looked at.
 const WAITING: usize = 1 << 20;
 
-/// So many acts a controller is led by before somebody is asked whether to go on.
+/// How many acts a controller is led by before asking whether to go on.
 const PATIENCE: u32 = 64;
 
 /// Why the controller does not do what is wanted.
@@ -28,8 +28,8 @@ pub(crate) type Failed = String;
 /// Is called when there is something to be looked at; it must not block.
 pub(crate) type Ring = Arc<dyn Fn() + Send + Sync>;
 
-/// Until when a controller that is let go goes on by itself: until a breakpoint pauses it or somebody
-/// does, at the latest.
+/// Until when a released controller runs by itself: at the latest until a breakpoint or a user
+/// pauses it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Until {
     #[default]
@@ -68,7 +68,7 @@ pub(crate) struct Live {
     notes: Vec<Note>,
 }
 
-/// Tells somebody that reports have come.
+/// Notifies that reports have come.
 struct Rung {
     tap: Tap,
     ring: Ring,
@@ -98,7 +98,8 @@ impl Live {
         Ok((live, debugger))
     }
 
-    /// The same with a controller that others run, by somebody of this name. Afterwards it goes on.
+    /// The same with a controller that runs for others, on behalf of a client of this name.
+    /// Afterwards it goes on.
     pub(crate) fn with(
         control: &Control,
         who: &str,
@@ -145,10 +146,10 @@ impl Live {
 
     // --- while time is paused ---
 
-    /// Does something with the debugger. What has come for the controller is heard before, if that goes
-    /// forward; where it has led forward from the controller, or a branch has begun there that is meant
-    /// for it, the controller is led there afterwards. Says whether that has come to its end: if not,
-    /// the debugger stands where the controller was led to.
+    /// Does something with the debugger. What has come for the controller is heard before, if that
+    /// goes forward; where it has led forward from the controller, or a branch has begun there that
+    /// is meant for it, the controller is led there afterwards. Returns whether that was completed:
+    /// if not, the debugger stands where the controller was led to.
     pub(crate) fn during<T>(
         &mut self,
         debugger: &mut Debugger,
@@ -194,10 +195,10 @@ impl Live {
         Ok(())
     }
 
-    /// Brings the controller to where the debugger has gone forward from it, act by act, so that clients
-    /// get the answers. Where it has gone anywhere else the controller stays; a branch is followed only
-    /// if it has just begun where the controller is. Says whether it has arrived: if not, somebody has
-    /// had enough, and the debugger stands where the controller is by then.
+    /// Brings the controller to where the debugger has gone forward from it, act by act, so that
+    /// clients get the answers. Where it has gone anywhere else the controller stays; a branch is
+    /// followed only if it has just begun where the controller is. Returns whether it has arrived:
+    /// if not, it was cancelled, and the debugger stands where the controller is by then.
     fn lead(
         &mut self,
         debugger: &mut Debugger,
@@ -224,7 +225,7 @@ impl Live {
             let before = debugger.device().clone();
             let history = debugger.history_mut();
             let mut done = None;
-            // Not beyond the moment that is gone to.
+            // Not beyond the target moment.
             let found = history.find_next(here.moment.at, |_, act, _| {
                 done = Some(act);
                 true
@@ -291,7 +292,7 @@ impl Live {
             history.run_to(at);
         }
         if history.device().state() != state {
-            // Something was done to it that no input tells.
+            // Something was done to it that no input shows.
             history.fork("as it was found", state);
         }
         history.drain();
@@ -303,8 +304,8 @@ impl Live {
         debugger.place() == self.place
     }
 
-    /// How the debugger goes on to the controller, if it does: to where that is. On a branch on which
-    /// the controller is not one can go on for ever and not come to it.
+    /// How the debugger goes on to the controller, if it does: to where that is. A branch without
+    /// the controller never leads to it.
     fn ahead(&self, debugger: &Debugger) -> Option<Place> {
         let history = debugger.history();
         let is_ahead = history.heading() == self.place.branch
@@ -317,7 +318,7 @@ impl Live {
         self.ahead(debugger).is_some()
     }
 
-    /// Where the controller itself is, if that is not looked at.
+    /// Where the controller itself is, if the debugger is elsewhere.
     pub(crate) fn elsewhere(&self, debugger: &Debugger) -> Option<String> {
         if self.is_here(debugger) {
             return None;
@@ -337,7 +338,7 @@ impl Live {
     }
 
     /// Takes the controller itself to where the debugger is, and says what came of it. Clients get
-    /// nothing of the way there, and nothing of what was recorded behind it comes again.
+    /// nothing of the way there, and what was recorded after it does not come again.
     pub(crate) fn take(&mut self, debugger: &mut Debugger) -> Result<String, Failed> {
         if self.is_here(debugger) {
             return Ok("the controller is here already".to_owned());
@@ -407,7 +408,7 @@ impl Live {
                 return Ok(Some(cancelled(debugger)));
             }
         } else {
-            // What was recorded behind the present does not come again by itself.
+            // What was recorded after the present does not come again by itself.
             self.put_here(debugger)?;
         }
         self.notes.clear();
@@ -448,7 +449,7 @@ impl Live {
         Ok(())
     }
 
-    /// Has the running controller paused; that is seen when it is looked at.
+    /// Asks the running controller to pause; the next look shows it.
     pub(crate) fn pause(&self) {
         drop(self.control.pause());
     }
@@ -536,7 +537,7 @@ impl Live {
 }
 
 impl Drop for Live {
-    /// A controller that others run goes on as if nobody had looked at it.
+    /// A controller that runs for others goes on undisturbed.
     fn drop(&mut self) {
         if self.goes_on_alone {
             for breakpoint in self.set.drain(..) {
@@ -547,7 +548,7 @@ impl Drop for Live {
     }
 }
 
-/// Where a debugger stands, if somebody has had enough.
+/// The stop of a cancelled walk, where the debugger stands.
 pub(crate) fn cancelled(debugger: &mut Debugger) -> Stop {
     Stop { why: Reason::Cancelled, ..debugger.here() }
 }
@@ -585,7 +586,7 @@ fn pauses(breakpoint: &Breakpoint, debugger: &Debugger) -> Condition {
     Condition::Any(any)
 }
 
-/// The moments by which one comes to a place, the latest first: one of each branch.
+/// The moments on the way to a place, the latest first: one of each branch.
 fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
     let branches: Vec<_> = history.branches().collect();
     let mut way = vec![place];
@@ -598,7 +599,7 @@ fn way<D: Device>(history: &History<D>, place: Place) -> Vec<Place> {
     way
 }
 
-/// Whether one comes by a place on the way to another.
+/// Whether a place is on the way to another.
 fn is_on_way<D: Device>(history: &History<D>, place: Place, to: Place) -> bool {
     way(history, to).iter().any(|on| on.branch == place.branch && place.moment <= on.moment)
 }

@@ -13,25 +13,25 @@ use vimc4::{Traffic, Verbosity};
 
 use crate::text::shown_in_line;
 
-/// What is wrong with the file is said again after so many lines that were lost.
+/// After how many lost lines a problem with the file is reported again.
 const REMINDER: u64 = 100_000;
 
 /// How many bytes wait for a slow terminal or disk before new lines are left out.
 const WAITING: usize = 4 << 20;
 
-/// So many bytes are written to the file at once, as long as more wait.
+/// How many bytes are written to the file at once, as long as more wait.
 const PIECE: usize = 64 << 10;
 
-/// So long is waited at the end for what is still to be written: a terminal may stand still.
+/// How long to wait at the end for pending output: a terminal may be paused.
 const FAREWELL: Duration = Duration::from_millis(500);
 
-/// Writes lines in a thread of its own, so that a terminal that stands still does not hold up
-/// a controller. The thread begins with the first line.
+/// Writes lines in a thread of its own, so that a paused terminal does not delay a controller. The
+/// thread begins with the first line.
 #[derive(Clone)]
 pub(crate) struct Log(Arc<Shared>);
 
 struct Shared {
-    /// `None` if there is no thread to be had.
+    /// `None` if no thread could be started.
     lines: OnceLock<Option<Sender<Entry>>>,
     file: Option<File>,
     /// What the file is called.
@@ -101,7 +101,7 @@ impl Log {
         })
     }
 
-    /// Says something on standard error, behind what was said before.
+    /// Prints on standard error, after earlier output.
     pub(crate) fn say(&self, text: &str) {
         self.add(Entry::Terminal(shown_in_line(text)));
     }
@@ -143,7 +143,7 @@ impl Shared {
                     lines += 1;
                 }
                 match entry {
-                    // In one piece, so that nothing that is written beside it comes between.
+                    // In one piece, so that no other output comes between.
                     Entry::Terminal(line) => {
                         drop(io::stderr().write_all((line + "\n").as_bytes()));
                     }
@@ -168,8 +168,8 @@ impl Shared {
         }
     }
 
-    /// Adds so many lines to the file. That it cannot be is said when it begins and from time to time,
-    /// and how many are missing as soon as one can be written again.
+    /// Adds this many lines to the file. A failure is reported when it begins and from time to
+    /// time, and the number of missing lines as soon as one can be written again.
     fn add_to_file(&self, text: &str, lines: u64, unwritten: &mut u64) {
         let Some(mut file) = self.file.as_ref().filter(|_| lines > 0) else { return };
         let written = match *unwritten {
@@ -205,7 +205,7 @@ mod tests {
             log.add(Entry::File(format!("{number:>6}.000000 s  a line of the conversation")));
         }
         let lines = || std::fs::read_to_string(&path).unwrap().lines().count();
-        // It takes a moment, and an age only if lines are missing.
+        // It takes only a moment unless lines are missing.
         let mut rounds = 1..5_000;
         while lines() < 20_000 && rounds.next().is_some() {
             log.flush();

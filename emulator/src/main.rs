@@ -63,7 +63,7 @@ was done. Some commands have more.";
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("VIMC4_COMMIT"), ")");
 
-// Not doc comments: those would take the place of what a command says of itself at length.
+// Not doc comments: those would replace the command's own long description.
 #[derive(Subcommand)]
 enum Tool {
     #[command(about = "Run controllers behind pseudo-terminals, TCP and real serial ports")]
@@ -115,7 +115,7 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(said) => return output::said(&said),
     };
-    // A level that is none is said at once, also where nothing would be told.
+    // An invalid level is reported at once, even where nothing would be logged.
     if let Err(failure) = traces::level() {
         return failure.report();
     }

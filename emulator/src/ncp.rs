@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     command: Tool,
 }
 
-// Not doc comments: those would take the place of what a command says of itself at length.
+// Not doc comments: those would replace the command's own long description.
 #[derive(clap::Subcommand)]
 enum Tool {
     #[command(about = "Say everything that is wrong with a job file, line by line")]

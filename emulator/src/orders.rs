@@ -11,26 +11,26 @@ use vimc4::{Emulator, Names, Order, Sort};
 
 use crate::text;
 
-/// No order is as long as this, in bytes with its end.
+/// Longer than any order, in bytes with its end.
 const LONGEST: usize = 1_000;
 
-/// So many characters are shown of a line that is longer.
+/// How many characters of a longer line are shown.
 const SHOWN: usize = 40;
 
-/// A line that somebody has typed.
+/// A typed line.
 pub(crate) enum Typed {
     Line(String),
-    /// What a line begins with that is too long for an order.
+    /// The beginning of a line that is too long for an order.
     TooLong(String),
 }
 
 /// Reads standard input line by line in a thread of its own. The channel closes at its end.
 pub(crate) fn read() -> mpsc::Receiver<Typed> {
     let (sender, lines) = mpsc::channel(16);
-    // Without the thread nobody can type, but the controllers run.
+    // Without the thread no orders can be typed, but the controllers run.
     let _ = thread::Builder::new().name("orders".to_owned()).spawn(move || {
         if in_background() {
-            // Nobody types, and nobody has ended the input either.
+            // There is no input, but it has not ended either.
             loop {
                 thread::park();
             }
@@ -136,7 +136,7 @@ impl<'a> Desk<'a> {
         self.open.iter().filter(|open| !open.lasts).count() < MOST_GIVEN
     }
 
-    /// Nobody types any more: what only waits for something from outside is given up.
+    /// The input has ended: orders that wait only for something from outside are given up.
     pub(crate) fn leave(&self) {
         for emulator in self.emulators {
             emulator.control().cancel_all_unless_by_itself();
@@ -154,7 +154,7 @@ impl<'a> Desk<'a> {
     pub(crate) fn refuse(&mut self, beginning: &str) {
         let beginning = text::shown_in_line(beginning);
         let wrong = format!("`{beginning}…` is wrong: no order has {LONGEST} characters");
-        // It is named by what is said of it.
+        // The message itself names it.
         self.open(self.outside(), "", false, async { Err(wrong) });
     }
 

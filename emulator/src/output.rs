@@ -25,8 +25,7 @@ pub(crate) fn written(written: io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// Help and version are what was asked for; anything else that the command line makes its reader
-/// say is an error.
+/// Help and version are requested output; any other message of the command-line parser is an error.
 pub(crate) fn said(said: &clap::Error) -> ExitCode {
     let printed = said.print().and_then(|()| io::stdout().flush());
     if said.use_stderr() {

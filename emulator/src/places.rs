@@ -1,14 +1,14 @@
-//! Where a controller behind ports is, if nothing is said, and where each of several is.
+//! The default places of a controller behind ports, and those of each of several.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
-/// The address at which it listens if nothing is said.
+/// The default address at which it listens.
 pub(crate) const LISTENS: &str = "127.0.0.1:4004";
 
-/// The link to a pseudo-terminal if nothing is said.
+/// The default link to a pseudo-terminal.
 pub(crate) const PTY: &str = "./vimc4.pty";
 
 /// `flash.bin` becomes `flash-2.bin` for the second of several.

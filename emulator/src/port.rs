@@ -14,7 +14,7 @@ use thiserror::Error;
 
 /// How long a TCP connection may take to come about.
 const CONNECT: Duration = Duration::from_secs(5);
-/// How often the reader of a serial port looks whether it is still wanted.
+/// How often the reader of a serial port checks whether it is still wanted.
 const LOOK: Duration = Duration::from_millis(50);
 /// How long a port may refuse to take bytes before it counts as broken.
 const WRITE: Duration = Duration::from_secs(5);
@@ -27,7 +27,7 @@ pub(crate) struct Port {
     link: Connection,
     news: Receiver<News>,
     sender: SyncSender<News>,
-    /// Somebody has asked for an end.
+    /// An end was requested.
     interrupted: Arc<AtomicBool>,
     closed: Arc<AtomicBool>,
 }
@@ -73,7 +73,7 @@ pub(crate) enum PortError {
     /// The other end, or the adapter, is not there any more.
     #[error("{0}")]
     Gone(String),
-    /// Somebody has asked for an end.
+    /// An end was requested.
     #[error("interrupted")]
     Interrupted,
 }
@@ -167,7 +167,7 @@ impl Port {
     /// any thread.
     pub(crate) fn waker(&self) -> impl Fn() + Send + 'static {
         let sender = self.sender.clone();
-        // Where so much waits that this finds no room, nobody sleeps.
+        // If the queue is full, the reader is awake anyway.
         move || drop(sender.try_send(News::Woken))
     }
 
@@ -326,7 +326,7 @@ fn names_port(name: &str) -> bool {
     name.contains(':') && !name.contains(['/', '\\'])
 }
 
-/// Whether a path is a pseudo-terminal, whose speed means nothing.
+/// Whether a path is a pseudo-terminal, where the speed means nothing.
 fn is_pseudo(name: &str) -> bool {
     let path = Path::new(name).canonicalize();
     let names = ["/dev/pts/", "/dev/ttys"];

@@ -205,7 +205,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let (work, here, told) = match arguments.from {
         Some(line) => {
             let here = sending.counters()?;
-            // Where no reference run has told a place, the counters count only if somebody says so.
+            // Without a reference run the counters count only if the operator says so.
             let named = |axis: usize| {
                 job.zeros.zero.is_some_and(|zero| matches!(zero.0.get(axis), Some(Some(_))))
             };
@@ -218,7 +218,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
                     .map_err(|why| no_resumption(line, &why, &name, &text))
             };
             let (mut work, mut resumption) = resume(from)?;
-            // Where only the present place counts, axes stay of which nobody has said more.
+            // Where only the present place counts, axes without further information stay.
             if job.reading.no_ref && resumption.referenced.is_empty() && !resumption.told {
                 let unnamed = (0..from.len()).filter(|axis| !named(*axis));
                 unnamed.for_each(|axis| from[axis] = 0);
@@ -268,7 +268,7 @@ fn not_for(given: bool, name: &str, what: &str) -> Result<(), Failure> {
     }
 }
 
-/// Why a job does not go on where it began at a place that nothing tells.
+/// Why a job that began at an unknown place cannot be resumed.
 fn unknown_place(line: u32, axes: &[&str], model: &Model) -> String {
     let names = model.axis_names().iter();
     let zero: Vec<&str> = names.map(|name| if axes.contains(name) { "0" } else { "" }).collect();
@@ -311,7 +311,7 @@ fn rehearsed(
     Ok(rehearsal)
 }
 
-/// What a controller says of itself, for people: a clause.
+/// A controller's own identification, for people: a clause.
 fn says(said: &str) -> String {
     match said.is_empty() {
         true => "it answers without naming itself".to_owned(),
@@ -396,7 +396,7 @@ struct Sending<'a> {
     what: What,
     /// Whether Ctrl-C is heard here, and what is typed.
     listens: bool,
-    /// The work-piece zero that somebody has found.
+    /// The work-piece zero that the operator has found.
     found: Option<Zero>,
     /// The line of a WPTEACH behind which the zero was kept.
     kept: Option<u32>,
@@ -411,7 +411,7 @@ struct Onward {
 }
 
 impl<'a> Sending<'a> {
-    /// Opens the port and asks who is there.
+    /// Opens the port and identifies the controller.
     fn open(
         arguments: &'a Arguments,
         model: &'a Model,
@@ -476,7 +476,7 @@ impl<'a> Sending<'a> {
         }
     }
 
-    /// Says what is going to happen, and asks somebody where it happens to a real machine.
+    /// Says what is going to happen, and asks the operator if it happens to a real machine.
     fn agree(&mut self, rehearsal: &Rehearsal, told: Option<&str>) -> Result<(), Failure> {
         if let Some(told) = told {
             let _ = io::stderr().write_all(told.as_bytes());
@@ -506,7 +506,7 @@ impl<'a> Sending<'a> {
         Ok(())
     }
 
-    /// Lets somebody find the work-piece zero.
+    /// Lets the operator find the work-piece zero.
     fn teach(&mut self, site: &mut Site) -> Result<(), Failure> {
         if !io::stdin().is_terminal() {
             return Err(Failure::usage(
@@ -522,7 +522,7 @@ impl<'a> Sending<'a> {
             confirm()?;
         }
         self.listen()?;
-        // It is accepted by nobody but a person.
+        // Only a person can accept it.
         self.operator.yes = false;
         let mut work =
             Work::Job(Box::new(Job::teach(&site.target, self.arguments.job.reading.options())));
@@ -556,7 +556,7 @@ impl<'a> Sending<'a> {
         Ok(point)
     }
 
-    /// Whether the controller says that it was told of no axes since it was switched on or reset.
+    /// Whether the controller says that no axes were configured since it was switched on or reset.
     fn knows_no_axes(&mut self) -> Result<bool, Failure> {
         match self.link.knows_no_axes() {
             Ok(knows_none) => Ok(knows_none),
@@ -655,7 +655,7 @@ impl<'a> Sending<'a> {
                 )));
             }
             Ending::Refused { line, sent, answer } => {
-                // What a semicolon parts from it would be the remedy.
+                // The part after a semicolon would be taken for the remedy.
                 let refusal = refusal(&self.handling, &sent, &answer).replace("; ", ", ");
                 let sent = shown(&sent);
                 let place = self.place();
@@ -741,7 +741,7 @@ impl<'a> Sending<'a> {
                  {axes} began is not known any more"
             ));
         }
-        // Who has gone on before has said where the counters count from.
+        // An earlier resumption has established where the counters count from.
         if untold.is_empty() || self.arguments.from.is_some() {
             return Ok(as_it_is);
         }
@@ -894,7 +894,7 @@ impl<'a> Sending<'a> {
     }
 
     fn broken(&mut self, broken: Broken) -> Failure {
-        // A terminal may stand still; the machine is halted before anything is said.
+        // A terminal may be paused; the machine is halted before anything is printed.
         if self.link.is_referencing() || matches!(broken, Broken::Early { is_reference: true, .. })
         {
             self.link.axes().distrust(Doubt::FalseReference);

@@ -32,7 +32,7 @@ use crate::values::size;
 /// How long the controllers have to end before the program ends without them.
 const FAREWELL: Duration = Duration::from_millis(10);
 
-/// So long is waited at the end for answers that are still to be written: nobody may read them.
+/// How long to wait at the end for answers that are still to be written: they may have no reader.
 const STANDSTILL: Duration = Duration::from_millis(500);
 
 /// Exit codes of serving, and how it is begun.
@@ -158,7 +158,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         .map_err(|error| Failure::usage(format!("cannot wait for events: {error}")))?;
     let answers = Answers::begin();
     let end = runtime.block_on(async {
-        // From here on nobody can end the program without its links being removed.
+        // From here on the program cannot be ended without its links being removed.
         let mut endings = Endings::listen();
         let mut emulators = Vec::new();
         let started = tokio::select! {
@@ -185,8 +185,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         let _ = timeout(STANDSTILL, answers.written()).await;
         end
     });
-    // With it every controller would be dropped that has not come to its end. Nothing of them is
-    // left behind, and the system is quicker.
+    // Dropping it would drop every controller that has not ended. They leave nothing behind, and
+    // the system is quicker.
     std::mem::forget(runtime);
     end
 }
@@ -236,8 +236,8 @@ async fn end_all(mut emulators: Vec<Emulator>, log: &Log, stop: fn(&Control)) {
     log.flush();
 }
 
-/// Starts all controllers. With an error, or when it is given up, those that were started are
-/// left to the caller.
+/// Starts all controllers. On an error or a cancellation, those that were started are left to the
+/// caller.
 pub(crate) async fn start(
     arguments: &Arguments,
     log: &Log,
@@ -297,7 +297,7 @@ pub(crate) async fn start(
             }
         }
         emulators.push(builder.start()?);
-        // Thousands take a while, in which somebody may have enough of it.
+        // Thousands take a while, during which the user may cancel.
         yield_now().await;
     }
     Ok(())
@@ -410,7 +410,7 @@ fn is_open_to_others(address: &SocketAddr) -> bool {
     !address.ip().to_canonical().is_loopback()
 }
 
-/// Carries out what people type until somebody ends it.
+/// Carries out typed orders until the end is requested.
 async fn attend(
     emulators: &[Emulator],
     mut endings: Endings,
@@ -447,7 +447,7 @@ async fn attend(
                 Some(Typed::Line(line)) => match desk.take(&line) {
                     Next::Continue => {}
                     Next::Quit => {
-                        // Said a second time, it leaves no time for what is still awaited.
+                        // A second request leaves no time for pending work.
                         if ending {
                             desk.give_up();
                         }

@@ -23,7 +23,7 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
-    /// What somebody says elsewhere than on a command line.
+    /// The same from elsewhere than a command line.
     pub(crate) fn said(model: Option<String>, machine: Option<String>) -> Setup {
         Setup { model, machine }
     }

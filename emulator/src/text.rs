@@ -1,11 +1,10 @@
-//! Text that others have written, as it can be shown.
+//! Making foreign text safe to show.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Text of others, such as the name or a line of a file, as it can be shown: what would make a
-/// terminal do something is replaced by a picture of it. Line ends stay, and so does the place of
-/// every line.
+/// Foreign text, such as the name or a line of a file, made safe to show: control characters are
+/// replaced by their pictures. Line ends stay, and so does the place of every line.
 pub(crate) fn shown(text: &str) -> String {
     text.chars().map(picture).collect()
 }
@@ -31,7 +30,7 @@ pub(crate) fn name(path: &Path) -> String {
     }
 }
 
-/// No more than so many characters of a text, and a sign that there are more.
+/// At most this many characters of a text, and a sign that there are more.
 pub(crate) fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
     match text.char_indices().nth(longest) {
         Some((end, _)) => Cow::Owned(format!("{}…", text.get(..end).unwrap_or_default())),

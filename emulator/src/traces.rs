@@ -8,7 +8,7 @@ use tracing_subscriber::filter::LevelFilter;
 use crate::failure::Failure;
 use crate::log::Log;
 
-/// The variable of the environment that says how much is told.
+/// The environment variable that sets how much is logged.
 const VARIABLE: &str = "VIMC4_LOG";
 
 /// The levels, the quietest first.
@@ -21,7 +21,7 @@ const LEVELS: [(&str, LevelFilter); 6] = [
     ("trace", LevelFilter::TRACE),
 ];
 
-/// How much is to be told.
+/// How much is to be logged.
 ///
 /// # Errors
 ///

@@ -19,7 +19,7 @@ pub(crate) fn size(text: &str) -> Result<u64, String> {
     size.filter(|size| *size > 0).ok_or_else(help)
 }
 
-/// A span of time, as it is written wherever people write one.
+/// A span of time in the usual form.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     let help = "a number with a unit is needed, as in 250ms, 2s, 5min or 1h";
     parse_duration(text).map_err(|_| help.to_owned())

@@ -24,7 +24,7 @@ pub struct AxisSet(u8);
 pub struct NoAxisSet(pub u8);
 
 impl AxisSet {
-    /// No axis at all: a controller after power-on.
+    /// No axis: a controller after power-on.
     pub const NONE: Self = Self(0);
     /// The X axis.
     pub const X: Self = Self(1);

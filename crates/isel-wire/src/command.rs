@@ -1,8 +1,8 @@
 //! The meaning of a line.
 //!
-//! A [`Command`] is what is left when a line has been split, counted, read and checked: numbers
-//! are in their ranges, ports exist, speeds are within their limits. What it does depends on
-//! the state of the controller and is none of this crate's business.
+//! A [`Command`] is what is left when a line has been split, counted, read and checked: numbers are
+//! in their ranges, ports exist, speeds are within their limits. What it does depends on the state
+//! of the controller and is not the business of this crate.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -69,9 +69,9 @@ impl From<Pairs> for Vec<Pair> {
 
 /// One to four reference speeds in Hz (99 §2.2.3).
 ///
-/// Either one for each configured axis, in the order X, Y, Z, A, or four, one for each axis
-/// there can be. Of four, those for axes that are not configured mean nothing and are 0 here,
-/// whatever the line said. [`Speeds::of`] tells them apart.
+/// Either one for each configured axis, in the order X, Y, Z, A, or four, one for each possible
+/// axis. Of four, those for axes that are not configured mean nothing and are 0 here, regardless of
+/// the line. [`Speeds::of`] tells them apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "Vec<u32>", into = "Vec<u32>")]
 pub struct Speeds {
@@ -134,7 +134,7 @@ fn up_to_four<T: Copy + Default>(values: &[T]) -> Option<([T; 4], u8)> {
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
-    /// `e0`, what holds until another is chosen.
+    /// `e0`, the default.
     #[default]
     Xy,
     /// `e1`.
@@ -173,7 +173,7 @@ impl Plane {
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
-    /// `f0`, and `f1` too; what holds until another is chosen.
+    /// `f0`, and `f1` too; the default.
     #[default]
     Clockwise,
     /// `f-1`.
@@ -222,7 +222,7 @@ pub enum Bit {
     Byte,
 }
 
-/// A port, a bit of it, and a value: to be written, or to be compared with.
+/// A port, a bit of it, and a value to write or to compare with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct BitTest {
     /// The number of the port.
@@ -330,7 +330,7 @@ pub enum Init {
 pub enum Command {
     /// `@07`: configures axes and initialises the controller again.
     SetAxes(AxisSet),
-    /// `@0A`, stored `0`: moves by so many steps.
+    /// `@0A`, stored `0`: moves by this many steps.
     RelativeMove(Pairs),
     /// `@0M`, stored `m`: moves to a position.
     AbsoluteMove(Pairs),
@@ -389,7 +389,7 @@ pub enum Command {
     Version,
     /// `@0?` of the imc4 and the imc4-m: self-test.
     SelfTest,
-    /// `@0w`, stored `w`: a circle while the third axis makes so many steps (24 bits).
+    /// `@0w`, stored `w`: a circle while the third axis makes this many steps (24 bits).
     Helix(ArcArgs, i32),
     /// `@0y`, stored `y`: a circle or a part of one.
     Circle(ArcArgs),

@@ -17,21 +17,21 @@ use crate::frame::Frame;
 use crate::number::{self, LONG_MAX, LONG_MIN};
 use crate::table::Op;
 
-/// What a line must be known in to be decoded.
+/// What must be known to decode a line.
 #[derive(Clone)]
 pub struct Context<'a> {
     /// The configured axes.
     pub axes: AxisSet,
     /// The limits of speeds in Hz.
     pub speeds: RangeInclusive<u32>,
-    /// What becomes of numbers with a decimal point.
+    /// How numbers with a decimal point are treated.
     pub fractions: Fractions,
     /// The ports of the model.
     pub ports: &'a dyn PortMap,
     /// Whether command `6` counts bits from 1 to 8 instead of 0 to 7; 12 §3.2.7 says both.
     pub bit_base_one: bool,
-    /// Whether a single bit of a port may be given every value of a byte, of which 0 clears it
-    /// and any other sets it, as the tables of 99 §3.2.12 have it; else 0 and 1 only.
+    /// Whether a single bit of a port may be given every value of a byte, of which 0 clears it and
+    /// any other sets it, as the tables of 99 §3.2.12 have it; otherwise 0 and 1 only.
     pub any_bit_value: bool,
     /// Whether `@0<n>` takes every set of X, Y and Z; else these axes come one after the other, X,
     /// X+Y, X+Y+Z (99 §2.2.1).
@@ -39,7 +39,7 @@ pub struct Context<'a> {
     /// Whether 0 is a speed for an axis of a straight move that stays where it is. Of an absolute
     /// move only the position tells which do, so there every speed may be 0.
     pub zero_at_rest: bool,
-    /// The number, from 0, of the line of the data field that is being stored, to find jumps to
+    /// The number, from 0, of the line of the data field that is being stored, to detect jumps to
     /// before its beginning; `None` if it does not matter.
     pub line: Option<u32>,
 }
@@ -56,9 +56,9 @@ pub trait PortMap {
     /// Whether what is **read** from the port is one bit, 0 or 1, which every bit number (0 to
     /// 7 and 128) means.
     ///
-    /// Writing does not ask: [`PortMap::writes`] says which values the port takes as a whole, and
-    /// a single bit is 0 or 1 anyway. On the iMC-xx a number such as 2 is eight bits to read and
-    /// one bit to write.
+    /// For writing this does not matter: [`PortMap::writes`] says which values the port takes as a
+    /// whole, and a single bit is 0 or 1 anyway. On the iMC-xx a number such as 2 is eight bits to
+    /// read and one bit to write.
     fn is_logical(&self, port: u16) -> bool;
 }
 
@@ -72,7 +72,7 @@ const OFFSET: RangeInclusive<i64> = -32_768..=32_767;
 const LOOP_COUNT: RangeInclusive<i64> = 1..=32_767;
 /// The characters that can be sent and awaited: visible ASCII (12 §3.2.3).
 const CHARACTER: RangeInclusive<i64> = 33..=126;
-/// What stands for the whole byte where a bit number is expected (99 §3.2.12).
+/// The number that stands for the whole byte where a bit number is expected (99 §3.2.12).
 pub(crate) const WHOLE_BYTE: u8 = 128;
 
 /// The most fields a command has: `w`, and `Z` and straight moves with four axes.
@@ -215,7 +215,7 @@ impl Frame<'_> {
             Op::InitLoad => Init::Load,
             Op::InitWrite => Init::Write,
             Op::InitFactory => Init::Factory,
-            // `decode` deals with everything that does not begin with `I`.
+            // `decode` handles everything that does not begin with `I`.
             _ => return Err(Fault::NoCommand),
         })
     }
@@ -262,7 +262,7 @@ impl<'a> Values<'a> {
         number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| outside(index, range))
     }
 
-    /// A number in the range that holds when a command says nothing else.
+    /// A number in the default range.
     fn long(&self, index: usize) -> Result<i32, Fault> {
         self.within(index, i64::from(LONG_MIN)..=i64::from(LONG_MAX))
     }
@@ -308,8 +308,8 @@ impl<'a> Values<'a> {
         axis_set(self.raw(0)).ok_or_else(|| outside(0, 0..=i64::from(AxisSet::ALL.bits())))
     }
 
-    /// One to four ways with their speeds. `rests` says of which steps that their axis may stay
-    /// where it is.
+    /// One to four ways with their speeds. `rests` says for which steps the axis may stay where it
+    /// is.
     fn pairs(&self, rests: impl Fn(i32) -> bool) -> Result<Pairs, Fault> {
         let count = (self.count / 2).min(4);
         for index in 0..2 * count {
@@ -359,7 +359,7 @@ impl<'a> Values<'a> {
         Ok(written)
     }
 
-    /// That a port takes a value; each of them with its field.
+    /// Checks that a port takes a value; each of them comes with its field.
     fn require_writable(
         &self,
         (port_field, port): (usize, u16),
@@ -404,8 +404,8 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// How far to jump, counted from so many lines after this one. A target before the data
-    /// field is a wrong number; one behind it shows only when the program runs.
+    /// How far to jump, counted from this many lines after the present one. A target before the
+    /// data field is a wrong number; one beyond its end is noticed only when the program runs.
     fn jump(&self, index: usize, after: i64) -> Result<i32, Fault> {
         let offset = self.within::<i64>(index, OFFSET)?;
         let inside = self.ctx.line.is_none_or(|line| i64::from(line) + after + offset >= 0);
@@ -420,7 +420,7 @@ impl<'a> Values<'a> {
             return Ok(Command::Branch { offset });
         }
         let count = self.within(0, LOOP_COUNT)?;
-        // At least the line before must be repeated, and nothing ahead can be.
+        // At least the line before must be repeated, and no line ahead can be.
         self.require(offset < 0, 1, WrongNumber::LoopAhead)?;
         Ok(Command::Loop { count, offset })
     }

@@ -108,7 +108,7 @@ impl Words<'_> {
     fn relative_move(&self, pairs: &Pairs, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str("relative move")?;
         for (place, pair) in pairs.as_slice().iter().enumerate() {
-            // The second way of Z is mostly none, and then not worth a word.
+            // The second way of Z is mostly 0, and then not mentioned.
             if place >= self.axes.count() && pair.steps == 0 {
                 continue;
             }
@@ -120,7 +120,7 @@ impl Words<'_> {
 
     fn absolute_move(&self, pairs: &Pairs, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str("absolute move")?;
-        // The second pair of Z is there, but nobody looks at it.
+        // The second pair of Z is present but ignored.
         for (place, pair) in pairs.as_slice().iter().enumerate().take(self.axes.count()) {
             let (axis, target, speed) = (self.label(place), plain(pair.steps), Hz(pair.speed));
             write!(f, "{} {axis} to {target} at {speed}", comma(place))?;
@@ -215,7 +215,7 @@ impl Display for Place {
     }
 }
 
-/// What stands before the element in this place of an enumeration.
+/// The separator before the element at this place of a list.
 const fn comma(place: usize) -> &'static str {
     if place == 0 { "" } else { "," }
 }

@@ -34,7 +34,7 @@ impl Mode {
     pub const ALL: [Self; 2] = [Self::Direct, Self::Stored];
 }
 
-/// What becomes of a number with a decimal point, such as `12.7`.
+/// How a number with a decimal point is treated, such as `12.7`.
 ///
 /// No manual says. Host software sends fractions to the iMC-xx, so these drop them; the older
 /// cards are assumed to refuse them. It is a quirk of the model.

@@ -20,14 +20,14 @@ pub enum Fault {
     NotStorable,
     /// It has too many or too few fields: `7`.
     Count {
-        /// So many there should be, or …
+        /// There should be this many, or …
         right: u8,
-        /// … so many; mostly the same.
+        /// … this many; mostly the same.
         or: u8,
     },
     /// How many fields there should be depends on the axes, and none are configured: `7`.
     CountWithoutAxes,
-    /// A field is not a number, or not one that can stand there: `1`.
+    /// A field is not a number, or not a permitted one: `1`.
     Number {
         /// Which.
         field: u8,
@@ -45,7 +45,7 @@ pub enum Fault {
         /// The highest, Hz.
         high: u32,
     },
-    /// A set of axes that is none: `3`.
+    /// Not a permitted set of axes: `3`.
     Axes {
         /// Its field.
         field: u8,
@@ -54,7 +54,7 @@ pub enum Fault {
     },
 }
 
-/// Why a number cannot stand where it stands.
+/// Why a number is not permitted where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrongNumber {
@@ -82,13 +82,13 @@ pub enum WrongNumber {
     NotWritable,
     /// It leads to before the data field.
     BeforeProgram,
-    /// A loop leads ahead, or nowhere.
+    /// A loop leads forward, or nowhere.
     LoopAhead,
     /// A helix has a way of its third axis and none in its plane.
     HelixWithoutArc,
 }
 
-/// Why a number is not a set of axes that can stand there.
+/// Why a number is not a permitted set of axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WrongAxes {
@@ -103,7 +103,7 @@ pub enum WrongAxes {
 }
 
 impl Fault {
-    /// What is answered.
+    /// The reply.
     #[must_use]
     pub const fn reply(self) -> Reply {
         match self {
@@ -127,7 +127,7 @@ impl Fault {
         }
     }
 
-    /// A number that cannot stand in a field.
+    /// A number that is not permitted in a field.
     pub(crate) const fn number(field: usize, wrong: WrongNumber) -> Self {
         Self::Number { field: field as u8, wrong }
     }

@@ -25,12 +25,12 @@ pub struct Frame<'a> {
     count: usize,
 }
 
-/// Whom a line is for.
+/// The addressee of a line.
 #[derive(Clone, Copy, Debug)]
 pub enum Addressed<'a> {
     /// For this controller.
     Frame(Frame<'a>),
-    /// For a controller with another number: no answer and no effect, whatever follows.
+    /// For a controller with another number: no answer and no effect, regardless of what follows.
     OtherDevice,
 }
 
@@ -41,7 +41,7 @@ pub enum Addressed<'a> {
 ///
 /// # Errors
 ///
-/// Of a direct line [`Fault::NoAddress`]: it does not begin with `@` and a digit, or
+/// For a direct line [`Fault::NoAddress`]: it does not begin with `@` and a digit, or
 /// [`Fault::NoCommand`]: the letter or code is unknown or missing. Of a stored line
 /// [`Fault::NotStorable`]: the code cannot be stored, which includes every line that begins with
 /// `@`.

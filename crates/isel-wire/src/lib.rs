@@ -1,4 +1,4 @@
-//! The isel @-format: bytes to meaning and back.
+//! The isel @-format: from bytes to meaning and back.
 //!
 //! The controllers of the IMC4 family are spoken to in lines. A direct (DNC) line such as
 //! `@0A5000,900` is executed when its CR arrives; between `@0i` and `9` lines such as
@@ -8,8 +8,8 @@
 //!
 //! 1. [`control`] picks out the three bytes that act at once; [`LineBuffer`] collects the rest
 //!    into a [`ReceivedLine`].
-//! 2. [`parse`] says whom the line is for, and splits it into a [`Frame`]: a known operation and
-//!    its fields, not yet read.
+//! 2. [`parse`] finds the addressee of the line, and splits it into a [`Frame`]: a known operation
+//!    and its fields, not yet read.
 //! 3. [`Frame::check_count`] and [`Frame::decode`] count, read and check the fields; what comes
 //!    out is a [`Command`], or the [`Fault`] that says what is wrong and which [`Reply`] that is.
 //! 4. [`Command::print`] goes all the way back.

@@ -15,7 +15,8 @@ pub(crate) const LONG_MAX: i32 = (1 << 23) - 1;
 /// The smallest, likewise.
 pub(crate) const LONG_MIN: i32 = -(1 << 23);
 
-/// What nom answers here. Why a line cannot be read is never reported, so errors carry nothing.
+/// The result type of nom here. Why a line cannot be read is never reported, so errors carry
+/// nothing.
 pub(crate) type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
 
 /// Any number of blanks, which mean nothing between tokens.
@@ -24,7 +25,7 @@ pub(crate) fn blanks(input: &[u8]) -> Parsed<'_, &[u8]> {
 }
 
 /// Reads a field as a number; `None` if it is none. A number too large for an `i64` becomes the
-/// largest or smallest there is: it is out of every range all the same.
+/// largest or smallest there is: either way it is out of every range.
 pub(crate) fn read(field: &[u8], fractions: Fractions) -> Option<i64> {
     let (_, (number, fraction)) =
         all_consuming(delimited(blanks, (integer, opt(fraction)), blanks)).parse(field).ok()?;

@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 /// Assumed: no manual says. LF is never part of a line, blanks are.
 pub const LINE_MAX: usize = 255;
 
-/// So much is kept of a line that is too long.
+/// How much is kept of a line that is too long.
 const LINE_SHOWN: usize = 40;
 
-/// Hardly a line is longer than this, in bytes: one allocation for each line is enough.
+/// Lines are rarely longer than this, in bytes, so one allocation for each line is enough.
 const LINE_USUAL: usize = 64;
 
 /// A control byte: acted upon in the receive routine, at once, never part of a command
@@ -75,7 +75,7 @@ pub enum ReceivedLine {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineBuffer {
     bytes: Vec<u8>,
-    /// The line already has more than [`LINE_MAX`] bytes. Then `bytes` has no more of them than
+    /// The line already has more than [`LINE_MAX`] bytes. Then `bytes` has only as many of them as
     /// people are shown.
     too_long: bool,
 }
@@ -108,7 +108,7 @@ impl LineBuffer {
         self.too_long = false;
     }
 
-    /// What of a line has arrived; of one that is too long its beginning.
+    /// The part of a line that has arrived; if it is too long, its beginning.
     #[must_use]
     pub fn begun(&self) -> &[u8] {
         &self.bytes

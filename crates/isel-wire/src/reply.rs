@@ -1,4 +1,4 @@
-//! What a controller answers: one byte, with no CR or LF after it.
+//! The answer of a controller: one byte, with no CR or LF after it.
 
 use std::fmt;
 

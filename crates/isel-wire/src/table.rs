@@ -20,7 +20,7 @@ use Reply::{
     Speed, Stopped, Syntax,
 };
 
-/// An operation of a controller, whatever its letter and in whichever mode.
+/// An operation of a controller, independent of its letter and mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Op {
     /// `@axes`: configure axes.
@@ -149,7 +149,7 @@ pub enum Op {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Class {
-    /// Tells something and changes nothing.
+    /// Reports something and changes nothing.
     Query,
     /// Changes a setting; nothing moves.
     Setting,
@@ -167,7 +167,7 @@ pub enum Class {
 /// How many fields a command has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fields {
-    /// So many. The code of a diagnosis and the text of `IU` are none.
+    /// This many. The code of a diagnosis and the text of `IU` do not count.
     Just(u8),
     /// A way and a speed for each axis, and for Z of X, Y and Z a second time, so that one line
     /// moves, plunges and lifts (99 §2.2.4).
@@ -359,8 +359,8 @@ const CIRCLE: &[Reply] =
 /// A circle or a helix of the iMC-xx, which may ask for a reference run.
 const CIRCLE_XX: &[Reply] =
     &[Done, Number, LimitSwitch, Axis, NoAxes, Count, Plant, Speed, Stopped, Cover, Reference];
-/// A motion along given axes that STOP does not interrupt with `F`: on a reference run it
-/// stands in for the switch.
+/// A motion along given axes that STOP does not interrupt with `F`: on a reference run STOP
+/// replaces the switch.
 const AXIS_MOTION: &[Reply] = &[Done, Number, LimitSwitch, Axis, NoAxes, Count, Plant, Cover];
 /// A stored line without parameters.
 const STORED_PLAIN: &[Reply] = &[Done, MemoryFull, Count];
@@ -530,7 +530,7 @@ const ROWS: &[Row] = &[
         .stored("p", ["3.2.12", "3.2.12", "3.2.20"], STORED_NUMBERS),
 ];
 
-// What follows runs in the compiler only, hence the loops: iterators are not const.
+// What follows runs in the compiler only. It uses loops because iterators are not const.
 
 const fn has(row: &Row, dialect: Dialect, mode: Mode) -> bool {
     !row.form(mode).sections[dialect as usize].is_empty()
@@ -570,7 +570,7 @@ const fn pick<const N: usize>(dialect: Dialect, mode: Mode) -> [CommandSpec; N] 
                 title: row.title,
                 class: row.class,
                 fields: row.fields,
-                // While a data field is stored there are axes: `@i` has seen to that.
+                // While a data field is stored there are axes: `@i` makes sure of that.
                 needs_axes: row.needs_axes && matches!(mode, Mode::Direct),
                 sections: form.sections[dialect as usize],
                 replies: form.replies,

@@ -15,20 +15,20 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let controller = Controller::new(model, machine, b"")?;
     let mut imc4 = Harness::new(controller).watching(Kinds::COMMAND.and(Kinds::ANSWER));
 
-    // A question is asked, and the answer is there: here the axes X, Y and Z, and a reference run.
+    // Ask, and the answer is there: here for the axes X, Y and Z, and a reference run.
     for line in ["@07\r", "@0R7\r"] {
         let answer = imc4.ask(line.as_bytes())?;
         println!("{} {} is answered {}", imc4.now(), line.trim_end(), answer.escape_ascii());
     }
 
-    // Or it is only sent, and time passes as it is told to.
+    // Or only send, and let time pass as you like.
     imc4.send(b"@0A8000,2000,4000,1000,0,1000,0,1000\r");
     imc4.advance(Duration::from_millis(500));
     println!("{} X is at step {}", imc4.now(), position(&imc4));
     imc4.run_until(&Condition::AxisAt { axis: 0, position: 4_000 });
     println!("{} X is at step {}", imc4.now(), position(&imc4));
 
-    // In half a second somebody will press STOP for a moment, and two seconds later the host goes on.
+    // In half a second STOP is pressed for a moment, and two seconds later the host goes on.
     let stop = imc4.now() + Duration::from_millis(500);
     let button = PlantSignal::Stop.id();
     imc4.plan(stop, Input::Signal(button, 1));
@@ -37,7 +37,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     imc4.run_to_rest()?;
     println!("{} X is at step {}", imc4.now(), position(&imc4));
 
-    // Everything that has come out is there, in order, each with its time.
+    // All outputs are there, in order, each with its time.
     for output in imc4.drain() {
         match output {
             Output::Event(Stamp { at, .. }, Event::Command { mnemonic, .. }) => {

@@ -22,7 +22,7 @@ pub(crate) enum Activity {
     Waiting {
         /// What it waits for.
         what: Wait,
-        /// Until when; `None` for as long as no input changes.
+        /// Until when; `None` if only an input ends it.
         until: Option<Time>,
     },
     /// The self-test has ended in its echo.
@@ -57,7 +57,7 @@ pub(crate) enum Wait {
 pub(crate) enum Purpose {
     /// The host: it gets an answer.
     Command(Op),
-    /// The host, which had its answer before the motion began: at most an error is told it.
+    /// The host, which had its answer before the motion began: only an error is still reported.
     Answered(Op),
     /// The program: it goes on.
     Program,
@@ -65,7 +65,7 @@ pub(crate) enum Purpose {
     SelfTest,
 }
 
-/// Motions that are still to come, one after the other, each with its own ramp.
+/// The motions still to come, one after the other, each with its own ramp.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
     /// Path and speed in Hz.
@@ -75,8 +75,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Where the motions take each axis first; 0 for an axis that they do not move. An axis that
-    /// comes back to where it was has moved.
+    /// The direction in which the motions first take each axis; 0 for an axis that they do not
+    /// move. An axis that comes back to where it was has moved.
     pub(crate) fn way(&self) -> Point {
         let mut way = Point::default();
         for (path, _) in &self.parts {
@@ -90,7 +90,7 @@ impl Plan {
         way
     }
 
-    /// Whether it goes round, so that no axis only leads away from where it stands.
+    /// Whether it is a full turn, so that no axis only moves away from where it stands.
     pub(crate) fn turns(&self) -> bool {
         self.parts.iter().any(|(path, _)| !matches!(path, Path::Line(_)))
     }
@@ -130,14 +130,14 @@ pub(crate) enum Ending {
     Stop(By),
     /// The condition of the motion was met: what is left is forgotten.
     Event,
-    /// The motion was broken off: what is left is forgotten.
+    /// The motion was aborted: what is left is forgotten.
     Break(Breaker),
     /// The cover was opened: what is left is forgotten.
     Cover(Opened),
 }
 
 impl Ending {
-    /// Whether it overrules another one. Of two that are alike, who came first has done it.
+    /// Whether it overrules another one. Of two equal ones the first counts.
     pub(crate) fn is_harder_than(self, other: Ending) -> bool {
         let hardness = |ending| match ending {
             Ending::Complete => 0,

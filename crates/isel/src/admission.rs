@@ -80,7 +80,7 @@ impl Firmware {
         }
     }
 
-    /// What a line writes to which port, whatever else may be wrong with it.
+    /// What a line writes to which port, even if something else is wrong with it.
     fn port_write(&self, frame: &Frame<'_>) -> Option<BitTest> {
         if frame.op() != Op::WritePort {
             return None;
@@ -92,7 +92,7 @@ impl Firmware {
         Some(BitTest { port, bit: Bit::Byte, value })
     }
 
-    /// `G` for a program or a remainder that is, or is not, there.
+    /// `G` for a program or a remainder that exists or is missing.
     fn check_data_field(&self, op: Op) -> Result<(), Why> {
         let state = &self.state;
         match op {
@@ -121,8 +121,8 @@ impl Firmware {
         if self.state.axes.contains(needed) { Ok(()) } else { Err(Why::Plane(needed)) }
     }
 
-    /// `D` for an axis, or a part of a move, that would go at speed 0. Where an axis may rest at
-    /// it, that is seen only now.
+    /// `D` for an axis, or a part of a move, that would go at speed 0. If speed 0 is allowed for an
+    /// axis at rest, this can be checked only now.
     fn check_speeds(&self, command: &Command, way: &Point) -> Result<(), Why> {
         if self.state.model.quirks.resting_speed == RestingSpeed::Check {
             return Ok(());
@@ -172,8 +172,8 @@ impl Firmware {
         Ok(())
     }
 
-    /// `2` or `R` for an absolute move of an axis without a reference point. Axes that are
-    /// where they shall be do not count.
+    /// `2` or `R` for an absolute move of an axis without a reference point. Axes that are already
+    /// at their target do not count.
     fn check_references(&self, way: &Point) -> Result<(), Why> {
         let state = &self.state;
         let lost = |axis: &usize| way[*axis] != 0 && !state.referenced.has(*axis);

@@ -71,8 +71,8 @@ impl Firmware {
         self.answer_why(bytes, |c| (mnemonic, c.in_words(why, Some((line, mode)))));
     }
 
-    /// An answer with its mnemonic and its reason, which is put into words only if somebody wants
-    /// to have them.
+    /// An answer with its mnemonic and its reason, which is put into words only if events are
+    /// watched.
     pub(crate) fn answer_why(
         &mut self,
         bytes: Bytes,
@@ -110,7 +110,7 @@ impl Firmware {
         self.answer_why(bytes, |c| (c.mnemonic(Mode::Direct, op), c.in_words(why, None)));
     }
 
-    /// What ends a motion early is told although it has been answered.
+    /// An early end of a motion is reported although the motion has been answered.
     pub(crate) fn tells_late_errors(&self) -> bool {
         self.state.model.quirks.lower_case == LowerCase::BeforeAndError
     }
@@ -120,7 +120,7 @@ impl Firmware {
         specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
     }
 
-    // --- what is not answered ---
+    // --- ends without an answer ---
 
     /// Something ends before its time, and no error says so.
     pub(crate) fn tell_cut_short(
@@ -155,7 +155,7 @@ impl Firmware {
         self.emit(Event::CutShort { mnemonic, why });
     }
 
-    /// Says what a reset or the loss of power ends without an answer.
+    /// Reports what a reset or the loss of power ends without an answer.
     pub(crate) fn tell_unanswered(&mut self, by: &'static str) {
         if let Some(job) = self.under_way() {
             return self.tell_cut_short(job, |_| by.to_owned(), false);

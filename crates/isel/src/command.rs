@@ -24,7 +24,7 @@ impl Firmware {
             Command::Version => self.version_report(),
             Command::UserInfo => self.user_report(),
             Command::SetAxes(axes) => {
-                // The A axis is always configured apart, and adds to what is there (99 2.2.1).
+                // The A axis is always configured separately, in addition to the others (99 2.2.1).
                 let kept = if axes == AxisSet::A { self.state.axes } else { AxisSet::NONE };
                 self.state.axes = kept.union(axes);
                 self.state.initialise();
@@ -142,7 +142,7 @@ impl Firmware {
         }
     }
 
-    /// Settings that are loaded act at once, like settings that are made one by one.
+    /// Loaded settings act at once, like settings that are made one by one.
     fn adopt(&mut self, settings: Settings) {
         self.state.speeds = settings.reference_speeds;
         self.state.ramp.start_stop = settings.start_stop;
@@ -150,7 +150,8 @@ impl Firmware {
         self.state.settings = settings;
     }
 
-    /// A line with a capital letter, where its small one is told apart, see [`LowerCase`].
+    /// A line with a capital letter, where the small letter means something else, see
+    /// [`LowerCase`].
     pub(crate) fn capital(&self, text: &[u8]) -> Option<Vec<u8>> {
         let told_apart = self.state.model.quirks.lower_case != LowerCase::After;
         if told_apart { capital_letter(text) } else { None }
@@ -159,8 +160,8 @@ impl Firmware {
     // --- answers ---
 }
 
-/// A motion whose letter is a small one, with a capital in its place: the third token of its line,
-/// after `@` and the number of the controller.
+/// A motion with a small letter, rewritten with the capital: the third token of its line, after `@`
+/// and the number of the controller.
 fn capital_letter(text: &[u8]) -> Option<Vec<u8>> {
     let mut tokens = text.iter().enumerate().filter(|(_, byte)| **byte != b' ');
     let (place, letter) = tokens.nth(2)?;

@@ -128,7 +128,7 @@ impl Device for Controller {
         let (low, high) = segment.path.extent(segment.profile.steps());
         let limits = |axis: usize| {
             let (low, high) = (here[axis] + low[axis], here[axis] + high[axis]);
-            // A counter that comes to its end goes on from the other one.
+            // A counter that overflows wraps around.
             if (wrap(low), wrap(high)) == (low, high) { (low, high) } else { (i64::MIN, i64::MAX) }
         };
         (std::array::from_fn(|axis| limits(axis).0), std::array::from_fn(|axis| limits(axis).1))
@@ -166,7 +166,7 @@ impl Device for Controller {
                 Err(_) => frame.spec().title.to_owned(),
             },
             Ok(Addressed::OtherDevice) => "for another device".to_owned(),
-            // What can be stored is a question only while a program is stored.
+            // Whether a line can be stored matters only while a program is being stored.
             Err(Fault::NotStorable) if !state.storing => Reply::Syntax.meaning().to_owned(),
             Err(fault) => fault.reply().meaning().to_owned(),
         }

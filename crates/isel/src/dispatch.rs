@@ -1,8 +1,8 @@
-//! The life of a command: what becomes of a line, and of everything that this leads to.
+//! The life of a command: what happens to a line, and all that follows from it.
 //!
-//! A line is read, admitted, and done. What takes its time (a motion, a reference run, a wait, a
-//! program) is under way then; it ends, or is made to, and has an [`Outcome`]. Here, and nowhere
-//! else, is what follows: an answer, the next line of the program, the end of it.
+//! A line is read, admitted and executed. An activity that takes time (a motion, a reference run, a
+//! wait, a program) ends or is ended, and has an [`Outcome`]. Only this module decides what
+//! follows: an answer, the next line of the program, the end of the program.
 
 use bytes::Bytes;
 use vimc4_device::{Event, Kinds};
@@ -68,7 +68,7 @@ impl Firmware {
         }
     }
 
-    /// Begins what a command says, or does it at once. A motion does what it does as `job`.
+    /// Begins what a command says, or does it at once. A motion runs for `job`.
     fn execute(&mut self, op: Op, command: Command, job: Purpose) {
         let outcome = match command {
             Command::RelativeMove(_)
@@ -101,9 +101,9 @@ impl Firmware {
         self.follow(outcome);
     }
 
-    // --- what is under way ends ---
+    // --- the end of an activity ---
 
-    /// What is under way has come to its time.
+    /// The time of the running activity is over.
     pub(crate) fn activity_ended(&mut self) {
         let outcome = match self.state.activity {
             Activity::Moving(_) => self.segment_ended(),
@@ -130,7 +130,7 @@ impl Firmware {
         Outcome::Nothing
     }
 
-    /// Does what follows from something, up to where it takes time again or all is done.
+    /// Does what follows, until something takes time again or everything is done.
     pub(crate) fn follow(&mut self, mut outcome: Outcome) {
         loop {
             outcome = match outcome {
@@ -149,7 +149,7 @@ impl Firmware {
         }
     }
 
-    /// A job is done, well or with an error.
+    /// A job has ended, with success or an error.
     fn finished(&mut self, job: Purpose, result: Result<(), Why>) -> Outcome {
         self.state.activity = Activity::Idle;
         match (job, result) {

@@ -1,4 +1,4 @@
-//! What every part of the firmware works on: the state, and what leaves.
+//! What every part of the firmware works on: the state and the outputs.
 
 use bytes::Bytes;
 use vimc4_device::{
@@ -21,14 +21,14 @@ impl Firmware {
         self.out.wants(kinds)
     }
 
-    /// Tells of something that belongs to the command that is executed or under way.
+    /// Emits an event that belongs to the command that is being executed.
     pub(crate) fn emit(&mut self, event: Event) {
         let stamp = Stamp { at: self.state.now, command: self.state.command };
         self.out.emit(stamp, event);
     }
 
-    /// Does what belongs to no command, whatever is under way: a button, a switch or the line has
-    /// led to it.
+    /// Does something that belongs to no command, even during one: a button, a switch or the line
+    /// has caused it.
     pub(crate) fn for_no_command(&mut self, act: impl FnOnce(&mut Firmware)) {
         let command = self.state.command.take();
         act(self);
@@ -61,7 +61,7 @@ impl Firmware {
         }
     }
 
-    /// Says what a fault has done.
+    /// Reports what a fault has done.
     pub(crate) fn strikes(&mut self, number: FaultNumber, strike: MachineStrike) {
         if self.wants(Kinds::FAULT) {
             let news = FaultNews::Strikes(Strike::Machine(strike));

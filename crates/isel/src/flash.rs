@@ -1,7 +1,7 @@
 //! The flash memory and its image.
 //!
-//! The image is a journal of text lines, so that people can read it and a line can be added
-//! without writing the rest again:
+//! The image is a journal of text lines, so that people can read it and a line can be added without
+//! rewriting the rest:
 //!
 //! ```text
 //! vimc4 flash 1
@@ -33,7 +33,7 @@ const MAGIC: &str = "vimc4 flash 1";
 pub struct Flash {
     /// The settings written by `IW`.
     pub settings: Option<Arc<Settings>>,
-    /// The stored program, or what there is of one.
+    /// The stored program, or the part of it that there is.
     pub program: Option<Program>,
 }
 
@@ -73,7 +73,7 @@ impl Flash {
             }
             rest = &rest[end + 1..];
         }
-        // A torn first line is not an image of ours, unless it is the beginning of one.
+        // A torn first line is not one of our images, unless it is the beginning of one.
         if number == 0 && !MAGIC.as_bytes().starts_with(rest) {
             return Err(FlashError {
                 line: 1,

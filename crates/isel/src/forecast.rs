@@ -1,4 +1,4 @@
-//! When something will be so, computed from the running segment.
+//! When something will hold, computed from the running segment.
 
 use vimc4_device::{Fact, SignalId, Time};
 use vimc4_motion::Running;
@@ -8,7 +8,7 @@ use crate::axes::wrap;
 use crate::firmware::Firmware;
 use crate::wiring::Wire;
 
-/// How far a counter goes before it begins again.
+/// How far a counter goes before it wraps.
 const COUNTER: i64 = 1 << 24;
 
 impl Firmware {
@@ -18,14 +18,14 @@ impl Firmware {
             Fact::Axis { axis, low, high } => {
                 let axis = usize::from(axis);
                 let origin = *self.state.position.get(axis)?;
-                // A single place is one of the counter's, however far beyond its ends it is named.
+                // A single position is taken modulo the counter's range, however far beyond it is.
                 let (low, high) = if low == high { (wrap(low), wrap(low)) } else { (low, high) };
                 let within = |offset: i64| (low..=high).contains(&wrap(origin + offset));
-                // It begins at a limit, or where the counter begins again at its other end.
+                // It begins to hold at a limit, or where the counter wraps.
                 let (least, most) = (-(COUNTER / 2), COUNTER / 2 - 1);
                 let places = [low.max(least), high.min(most), least, most];
                 let ways = places.map(|place| wrap(place - origin));
-                // It may have gone round several times already.
+                // It may already have wrapped several times.
                 let done = self.state.running().map_or(0, |running| running.offset(axis, from));
                 let laps = done / COUNTER;
                 let turns = [-2, -1, 0, 1, 2].map(|turn| (laps + turn) * COUNTER);
@@ -42,7 +42,8 @@ impl Firmware {
         }
     }
 
-    /// When everything that depends on the running segment has been as it will be from `from` on.
+    /// When everything that depends on the running segment has taken all the values that it will
+    /// take from `from` on.
     pub(crate) fn comes_round(&self, from: Time) -> Option<Time> {
         self.state.running().map_or(Some(from), |running| running.comes_round(from))
     }

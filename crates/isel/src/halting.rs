@@ -1,5 +1,5 @@
-//! Everything that ends a motion before its time: 253 and STOP, 254, 255, a condition, the
-//! cover, an emergency, a switch that becomes active.
+//! Everything that ends a motion early: 253 and STOP, 254, 255, a condition, the cover, an
+//! emergency, a switch that becomes active.
 
 use vimc4_device::{Event, Kinds, Motion, StopCause};
 use vimc4_isel_wire::{Mode, Op};
@@ -74,7 +74,7 @@ impl Firmware {
         self.answer_control("254", self.state.model.quirks.reset_reply);
     }
 
-    /// Puts the controller into the state after power-on and tells what that changed.
+    /// Puts the controller into the state after power-on and reports what that changed.
     pub(crate) fn reset(&mut self) {
         let (baud, outputs) = (self.state.baud, self.state.driven());
         self.state.reset();
@@ -84,7 +84,7 @@ impl Firmware {
         self.outputs_changed(outputs);
     }
 
-    /// The running motion brakes and ends in a certain way. A harder way overrules a softer.
+    /// The running motion brakes and ends in a given way. A harder way overrules a softer one.
     pub(crate) fn brake(&mut self, ending: Ending) -> Outcome {
         let now = self.state.now;
         let wanted = self.wants(Kinds::MOTION);
@@ -117,14 +117,15 @@ impl Firmware {
         } else if !moving.plan.parts.is_empty()
             || !Ending::Break(Breaker::Line).is_harder_than(ending)
         {
-            // This segment ends by itself at least as early; what follows it does not begin.
+            // This segment ends by itself at least as early; the next one does not begin.
             moving.ending = ending;
             self.struck_by(ending);
         }
         Outcome::Nothing
     }
 
-    /// A motor follows otherwise than was foreseen: the running motion may run onto another switch.
+    /// A motor follows differently from the forecast: the running motion may run onto another
+    /// switch.
     pub(crate) fn look_ahead_again(&mut self) {
         let Activity::Moving(moving) = &self.state.activity else { return };
         if !self.state.test_mode {
@@ -135,7 +136,7 @@ impl Firmware {
         }
     }
 
-    /// Halts whatever runs at once, without a ramp, and says why.
+    /// Halts all motion at once, without a ramp, and says why.
     pub(crate) fn halt(&mut self, why: Why) -> Outcome {
         if let Some(cause) = why.cause() {
             self.struck(cause);
@@ -153,7 +154,7 @@ impl Firmware {
     }
 
     /// The motors halt where they are, without a ramp, as when the power is gone or the processor
-    /// restarts; returns what they moved for. The carriages know what the counters forget.
+    /// restarts; returns what they moved for. The carriages keep what the counters lose.
     pub(crate) fn halt_motors(&mut self) -> Option<Purpose> {
         let now = self.state.now;
         match self.take_activity() {
@@ -194,7 +195,7 @@ impl Firmware {
         Outcome::Nothing
     }
 
-    /// The limit switch on which, after some steps of a path, an axis is that it moves.
+    /// The limit switch on which a moved axis is after some steps of a path.
     fn limit_after(&self, path: &Path, step: u64) -> Option<(usize, End)> {
         let (low, high) = path.extent(path.length());
         moving_axes(&low, &high).iter().find_map(|axis| {

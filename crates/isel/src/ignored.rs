@@ -11,8 +11,8 @@ use crate::program::Validity;
 use crate::why::{COVER_OPEN, Off, Why};
 
 impl Firmware {
-    /// Why a signal that has just taken a level changed nothing, where there is more to say than
-    /// that it had it already.
+    /// Why a signal that has just taken a level changed nothing, if the reason is not merely that
+    /// it already had that level.
     pub(crate) fn why_ignored(&self, signal: PlantSignal, level: bool) -> Option<&'static str> {
         if !level {
             return None;
@@ -32,7 +32,7 @@ impl Firmware {
         }
     }
 
-    /// What a control code does to what the controller is doing.
+    /// What a control code does to the present activity.
     pub(crate) fn control_in_words(&self, control: Control) -> String {
         let quirks = &self.state.model.quirks;
         let forgets = quirks.stop_in_move_until == StopInMoveUntil::Forget;

@@ -20,13 +20,13 @@ use vimc4_plant::Machine;
 use crate::axes::AXIS_NAMES;
 use crate::{Controller, FlashError, Model};
 
-/// A control code ends what was begun, or is none of it.
+/// A control code ends what was begun or does not belong to it.
 const ENDS: &[u8] = &[b'\r', Control::Stop.byte(), Control::Reset.byte(), Control::Break.byte()];
 const STOP: &[u8] = &[Control::Stop.byte()];
 const RESET: &[u8] = &[Control::Reset.byte()];
 const BREAK: &[u8] = &[Control::Break.byte()];
-/// 255 leaves a reference run without a reference, and where a controller does not heed that, 253
-/// halts the axis.
+/// 255 ends a reference run without a reference; where a controller ignores 255, 253 halts the
+/// axis.
 const END_OF_REFERENCE: &[u8] = &[Control::Break.byte(), Control::Stop.byte()];
 
 /// A program and settings that differ from the factory's.
@@ -130,7 +130,7 @@ impl vimc4_device::Model for Model {
         answers::refusal(answer)
     }
 
-    /// Others end what they say with CR.
+    /// Other families end what they say with CR.
     fn is_own_answer(answer: &[u8]) -> bool {
         matches!(answer, [code] if Reply::from_code(*code).is_some())
     }
@@ -140,13 +140,12 @@ impl vimc4_device::Model for Model {
         answer == [Reply::Plant.code()]
     }
 
-    /// Whatever was under way was halted without a ramp, or an axis had no reference point before
-    /// (99 4; 12 5).
+    /// A motion was halted without a ramp, or an axis had no reference point before (99 4; 12 5).
     fn distrusts_counters(answer: &[u8]) -> bool {
         answer == [Reply::LimitSwitch.code()]
     }
 
-    /// It has no axes any more, or no reference.
+    /// It has lost its axes or its reference.
     fn has_forgotten(answer: &[u8]) -> bool {
         [Reply::NoAxes, Reply::Reference].iter().any(|reply| answer == [reply.code()])
     }
@@ -200,7 +199,7 @@ impl vimc4_device::Model for Model {
     fn handling(&self) -> Handling {
         let start = match self.quirks.start_resumes_dnc {
             true => StartButton::Resumes,
-            // It is a bit for hosts then (99 2.2.12).
+            // Then it is a bit for hosts to read (99 2.2.12).
             false => StartButton::IsSeen { question: "@0DS0", bit: 1 },
         };
         Handling {

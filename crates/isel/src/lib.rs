@@ -4,19 +4,20 @@
 //! bytes, events and times come out. Inside, data flows one way: a module uses only those that
 //! come before it here.
 //!
-//! * `axes`, `wiring`, `model`, `settings`, `program`, `flash`, `activity` and `state` are what there
-//!   is to know; `firmware` is the state with the box in which outputs wait;
-//! * `switches` and `ports` are what the controller sees and drives of the machine;
-//! * `why` is a reason, `words` says it to people, `answers` and `report` are for the host;
-//! * `moves` and `reference` run the axes, `halting` ends that before its time;
+//! * `axes`, `wiring`, `model`, `settings`, `program`, `flash`, `activity` and `state` hold the
+//!   data; `firmware` is the state with its outbox;
+//! * `switches` and `ports` are the controller's connections to the machine;
+//! * `why` has reasons, `words` puts them into words for people, `answers` and `report` are for the
+//!   host;
+//! * `moves` and `reference` run the axes, `halting` ends that early;
 //! * `admission` decides whether a command may be executed, and which error wins if not;
 //! * `storing`, `command` and `selftest` execute commands, `running` the stored program;
 //! * `dispatch` is the life of a command: what moves, halts or runs a program returns an `outcome`,
 //!   and what follows from it is decided there;
 //! * `receive` takes bytes from the line and acts on 253, 254 and 255, `panel` reacts to buttons,
 //!   switches and the supply;
-//! * `view`, `forecast` and `ignored` look on; `controller` is all of it as a device, and `knowledge`
-//!   what a client knows of one.
+//! * `view`, `forecast` and `ignored` only observe; `controller` is all of it as a device, and
+//!   `knowledge` is what a client knows of a controller.
 //!
 //! A model of controller is data, see [`Model`].
 #![forbid(unsafe_code)]

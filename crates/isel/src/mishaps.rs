@@ -1,4 +1,4 @@
-//! What goes wrong with the machine, and what that leads to.
+//! Faults of the machine, and their consequences.
 
 use vimc4_device::{Event, Fault, FaultNumber, Faulting, Kinds, Loss, MachineStrike, Mishap};
 use vimc4_motion::Running;
@@ -76,7 +76,7 @@ impl Firmware {
         }
     }
 
-    /// What a contact does that bounces, now.
+    /// What a bouncing contact does now.
     pub(crate) fn contact(&mut self) {
         let now = self.state.now;
         let before = self.limits();
@@ -127,7 +127,7 @@ impl Firmware {
         })
     }
 
-    /// The limit switches may be others than before.
+    /// The limit switches may have changed.
     fn machine_changed(&mut self, before: Limits) {
         let after = self.limits();
         let mut pressed = false;

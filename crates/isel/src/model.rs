@@ -1,4 +1,4 @@
-//! What a controller is like: a model is data, not a fork of the code.
+//! Models of controllers: a model is data, not a fork of the code.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -9,8 +9,8 @@ use vimc4_plant::{ProfileError, profiles};
 
 use crate::wiring::{Ports, Wire};
 
-/// A model of controller. Every value that the manuals leave open is in here, so that the owner
-/// of a real one can set it right without touching code.
+/// A model of controller. Every value that the manuals leave open is in here, so that the owner of
+/// a real controller can correct it without touching code.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
@@ -18,9 +18,9 @@ pub struct Model {
     pub name: String,
     /// What it is, in one line.
     pub title: String,
-    /// Which commands it has.
+    /// Its commands.
     pub command_set: CommandSet,
-    /// What it says of itself.
+    /// Its texts about itself.
     pub texts: Texts,
     /// The serial line.
     pub line: LineProfile,
@@ -40,7 +40,7 @@ pub struct Model {
     pub diagnosis: BTreeMap<String, Vec<Wire>>,
 }
 
-/// Which commands a model has.
+/// The commands of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CommandSet {
@@ -50,7 +50,7 @@ pub enum CommandSet {
     Imc4M,
     /// The iMC-M, iMC-MP and iMC-S8 of 2012.
     ImcXx,
-    /// The interface cards before the IMC4. No manual is at hand; their commands are taken to be
+    /// The interface cards before the IMC4. No manual is at hand; their commands are assumed to be
     /// those of the IMC4.
     C142,
 }
@@ -67,7 +67,7 @@ impl CommandSet {
     }
 }
 
-/// What a controller says of itself.
+/// The texts of a controller about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Texts {
@@ -189,11 +189,11 @@ pub struct Quirks {
     pub limit_bits: LimitBits,
     /// The sets of axes that `@0<n>` takes.
     pub axis_codes: AxisCodes,
-    /// When a motion answers whose letter is a small one.
+    /// When a motion with a small letter answers.
     pub lower_case: LowerCase,
     /// The axes whose positions `P` tells.
     pub position_axes: PositionAxes,
-    /// The speeds that an axis may be given which stays where it is.
+    /// The speeds that are accepted for an axis that does not move.
     pub resting_speed: RestingSpeed,
     /// What `i` does to a program that is stored.
     pub store_over: StoreOver,
@@ -298,7 +298,7 @@ pub enum StopButton {
 pub enum StopInReference {
     /// They end it, and the program halts.
     End,
-    /// They stand in for the switch that is looked for, as they do for `R`.
+    /// They count as the sought switch, as they do for `R`.
     Switch,
 }
 
@@ -306,7 +306,7 @@ pub enum StopInReference {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StopInMoveUntil {
-    /// Its remainder, which `S` goes on with: the answer is `F`.
+    /// Its remainder, which `S` continues: the answer is `F`.
     Keep,
     /// Nothing: the answer is `0`.
     Forget,
@@ -328,7 +328,7 @@ pub enum AfterFree {
 pub enum SpeedOf3d {
     /// All of them.
     Longest,
-    /// X, Y and Z; A is dragged along.
+    /// X, Y and Z; A follows.
     Xyz,
 }
 
@@ -346,9 +346,9 @@ pub enum BitValues {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StoredArcs {
-    /// Answer `3` where no plane of the axes that are set could be theirs.
+    /// They answer `3` if no plane of the configured axes could be theirs.
     Check,
-    /// Are stored, and end the program when it comes to them.
+    /// They are stored, and end the program when it reaches them.
     Accept,
 }
 
@@ -372,15 +372,15 @@ pub enum AxisCodes {
     Any,
 }
 
-/// When a motion answers whose letter is a small one.
+/// When a motion with a small letter answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LowerCase {
     /// After it has been executed, like one with a capital letter.
     After,
-    /// As soon as it is read and found right; what becomes of it is not told.
+    /// As soon as it is read and found valid; its outcome is not reported.
     Before,
-    /// So, too, but what ends it early is told when it happens.
+    /// Likewise, but an early end is reported when it happens.
     BeforeAndError,
 }
 
@@ -394,7 +394,7 @@ pub enum PositionAxes {
     Configured,
 }
 
-/// The speeds that an axis may be given which stays where it is.
+/// The speeds that are accepted for an axis that does not move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RestingSpeed {

@@ -17,7 +17,7 @@ use crate::why::{By, Why};
 impl Firmware {
     // --- from a command to a plan ---
 
-    /// The partial moves of a command, without those that go nowhere.
+    /// The partial moves of a command, without those of no length.
     pub(crate) fn plan_of(&self, command: &Command) -> Plan {
         let (parts, until) = match command {
             Command::RelativeMove(pairs) => (self.straight_parts(pairs, false), None),
@@ -88,7 +88,7 @@ impl Firmware {
     }
 
     /// The step frequency of a 3D move, which is that of its longest way. Where X, Y and Z have the
-    /// speed that was given, A makes its steps in their time, up to the highest speed there is.
+    /// given speed, A makes its steps in the same time, up to the highest speed there is.
     fn speed_of_3d(&self, delta: &Point, speed: u32) -> u32 {
         let model = &self.state.model;
         let [x, y, z, a, ..] = delta.map(i64::unsigned_abs);
@@ -168,9 +168,9 @@ impl Firmware {
         }
     }
 
-    /// Carriages are on limit switches: the motion halts at this step without a ramp. No
-    /// axis that moved knows any more where it is, and the error of those on switches is kept until
-    /// that is mended.
+    /// Carriages are on limit switches: the motion halts at this step without a ramp. No axis that
+    /// moved knows its position any more, and the error of those on switches is kept until that is
+    /// remedied.
     pub(crate) fn halt_on_switch(
         &mut self,
         moving: &Moving,
@@ -190,10 +190,10 @@ impl Firmware {
         Outcome::Finished(moving.job, Err(Why::Switch { hit, by_hand }))
     }
 
-    /// Makes `steps` steps of a segment final: counters and carriages move. Halted without a
-    /// ramp above the start-stop frequency, the carriage runs on along the path by the way
-    /// that braking would have taken, and the counters no longer agree with it. Returns the
-    /// axes that moved.
+    /// Makes `steps` steps of a segment final: counters and carriages move. Halted without a ramp
+    /// above the start-stop frequency, the carriage overshoots along the path by the way that
+    /// braking would have taken, and the counters no longer agree with it. Returns the axes that
+    /// moved.
     pub(crate) fn commit(&mut self, segment: &Segment, steps: u64, sudden: bool) -> AxisSet {
         let path = &segment.path;
         let offset = path.at(steps);
@@ -227,7 +227,7 @@ impl Firmware {
         moving_axes(&low, &high)
     }
 
-    /// The carriages follow the counters for so many steps of a path, but for those that stand.
+    /// The carriages follow the counters for this many steps of a path, except for stalled ones.
     fn move_carriages(&mut self, path: &Path, steps: u64, stand: [bool; PLACES]) -> Followed {
         let mut signs = self.state.carriage_signs();
         for (sign, _) in signs.iter_mut().zip(stand).filter(|(_, stands)| *stands) {
@@ -236,7 +236,7 @@ impl Firmware {
         self.state.plant.follow(&Way { path, signs: &signs }, steps)
     }
 
-    /// Says which carriages no longer agree with their counters.
+    /// Reports which carriages no longer agree with their counters.
     pub(crate) fn warn_of_losses(&mut self, followed: &Followed, overran: [bool; AXES]) {
         for axis in (0..AXES).filter(|axis| followed.lost[*axis] != 0) {
             let name = AXIS_NAMES.get(axis).copied().unwrap_or("?");
@@ -258,7 +258,7 @@ impl Firmware {
         }
     }
 
-    /// How many steps the machine runs on when the motor halts at a step without a ramp.
+    /// How many steps the machine overshoots when the motor halts at a step without a ramp.
     fn overrun(&self, segment: &Segment, steps: u64) -> u64 {
         const MICRO: u128 = 1_000_000;
         let profile = &segment.profile;

@@ -12,7 +12,7 @@ use crate::why::{By, Off, Opened, Why};
 use crate::wiring::Output;
 
 impl Firmware {
-    /// Somebody sets a signal of the plant. One that a fault holds takes no level.
+    /// A signal of the plant is set. One that a fault holds takes no level.
     pub(crate) fn signal(&mut self, signal: PlantSignal, level: bool) {
         if !self.state.plant.withholds(signal.id(), level.into()) {
             self.set_signal(signal, level);
@@ -32,7 +32,7 @@ impl Firmware {
         if !self.state.powered {
             return;
         }
-        // Supply and temperature take the power stages with them.
+        // Bad supply or temperature switches the power stages off.
         self.for_no_command(|firmware| firmware.outputs_changed(driven));
         let outcome = match (signal, level) {
             (PlantSignal::Stop, true) => self.stop_button(),
@@ -120,8 +120,8 @@ impl Firmware {
         Outcome::Nothing
     }
 
-    /// The emergency stop takes the power from the motors; what runs is answered with `9`, and
-    /// the controller starts again without it.
+    /// The emergency stop takes the power from the motors; a running command is answered with `9`,
+    /// and the controller restarts without it.
     fn emergency_stop(&mut self) -> Outcome {
         let outcome = self.halt(Why::Stages(Off::EmergencyStop));
         self.follow(outcome);
@@ -139,7 +139,7 @@ impl Firmware {
         }
     }
 
-    /// Somebody turns the mains switch.
+    /// The mains switch is turned.
     pub(crate) fn power(&mut self, on: bool) {
         if !self.state.plant.withholds_power(on) {
             self.switch_power(on);
@@ -158,7 +158,7 @@ impl Firmware {
         }
         let outputs = self.state.driven();
         self.state.powered = on;
-        // A test double is ready when it has power: the power stage is switched on with it.
+        // A test double is ready as soon as it has power: the power stage is switched on too.
         self.state.relay = on && !self.state.plant.panel().emergency_stop;
         self.reset();
         if !on {
@@ -173,7 +173,7 @@ impl Firmware {
         }
     }
 
-    /// Any input may have changed: what waits for one looks again.
+    /// An input may have changed: activities that wait for one check again.
     pub(crate) fn inputs_changed(&mut self) {
         if let Activity::Moving(moving) = &self.state.activity
             && let Some(condition) = moving.plan.until

@@ -1,8 +1,8 @@
-//! Ports: what is read from them, and switching outputs.
+//! Ports: reading them, and switching outputs.
 //!
 //! Only the power stages and the spindle can be refused, and only when they are switched *on*:
-//! switching off needs neither power nor a closed cover. A write that is refused changes nothing,
-//! for values are taken over only where the answer is `0` (99 2.2.14).
+//! switching off needs neither power nor a closed cover. A refused write changes nothing, because
+//! values are taken over only where the answer is `0` (99 2.2.14).
 
 use vimc4_device::{Event, Kinds};
 use vimc4_isel_wire::{Bit, BitTest, PortMap as _, PortTest};
@@ -33,7 +33,7 @@ impl Firmware {
         bits.fold(0, |value, (bit, wire)| value | u8::from(self.level(*wire)) << bit)
     }
 
-    /// The level of a wire: 1 where the thing it is named for is so.
+    /// The level of a wire: 1 if what it is named for is true.
     pub(crate) fn level(&self, wire: Wire) -> bool {
         let state = &self.state;
         let panel = state.plant.panel();
@@ -136,8 +136,8 @@ impl Firmware {
         });
     }
 
-    /// Writes `value` to the bits of `mask` of a port and leaves the others alone. Nobody waits
-    /// for an answer, so what cannot be switched on stays off.
+    /// Writes `value` to the bits of `mask` of a port and leaves the others alone. There is no
+    /// command to refuse, so what cannot be switched on stays off.
     pub(crate) fn write_port_bits(&mut self, port: u16, mask: u8, value: u8) {
         let wires = self.state.model.ports.writable(port).unwrap_or_default();
         let now = self.state.outputs.value_of(wires);
@@ -151,8 +151,9 @@ impl Firmware {
     }
 
     /// `9` or `H` for a write that asks for stages or a spindle which cannot be switched on now.
-    /// The spindle needs stages that were on before the write, or that it switches on. A bit that
-    /// is written by itself asks for what it says; a byte, for what was off before.
+    /// The spindle needs stages that are on already or that the same write switches on. A single
+    /// bit counts as a request to switch on whenever it is set; in a byte only outputs that were
+    /// off before count.
     pub(crate) fn check_switching(&self, write: BitTest) -> Result<(), Why> {
         let before = self.state.outputs;
         let single = matches!(self.wires(write), [_]);
@@ -184,7 +185,7 @@ impl Firmware {
     fn wires(&self, BitTest { port, bit, .. }: BitTest) -> &[Wire] {
         let wires = self.state.model.ports.writable(port).unwrap_or_default();
         match bit {
-            // Of a logical port any bit number means its one bit.
+            // On a logical port any bit number means its single bit.
             Bit::One(bit) if wires.len() > 1 => {
                 let bit = usize::from(bit);
                 wires.get(bit..=bit).unwrap_or_default()
@@ -193,7 +194,7 @@ impl Firmware {
         }
     }
 
-    /// What a write does to each output that it is about.
+    /// What a write does to each output that it concerns.
     fn changes(&self, write: BitTest) -> impl Iterator<Item = (Output, bool)> + '_ {
         let wires = self.wires(write).iter().enumerate();
         wires.filter_map(move |(bit, wire)| match wire {

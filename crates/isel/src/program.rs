@@ -8,7 +8,7 @@ use vimc4_isel_wire::{Addressed, AxisSet, Command, Context, Fault, Mode, Op, par
 use crate::model::{Model, StoredArcs};
 use crate::why::Why;
 
-/// What a stored program is worth.
+/// The validity of a stored program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Validity {
@@ -35,7 +35,7 @@ pub struct Program {
     /// The lines, without the end mark. Copied only when a program grows while a snapshot of
     /// it exists.
     pub lines: Arc<Vec<StoredLine>>,
-    /// What it is worth.
+    /// Its validity.
     pub validity: Validity,
     /// The axes that were configured when it was stored.
     pub axes: AxisSet,

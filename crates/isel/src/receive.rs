@@ -10,12 +10,13 @@ use crate::why::By;
 
 impl Firmware {
     /// Takes bytes as they arrive. 253, 254 and 255 act at once, wherever they appear, on what the
-    /// bytes before them have begun; the others wait in the receive buffer for their turn (99 2.2.21).
+    /// bytes before them have begun; other bytes wait in the receive buffer for their turn (99
+    /// 2.2.21).
     pub(crate) fn receive(&mut self, bytes: &[u8]) {
         if !self.state.powered {
             return;
         }
-        // Most of what arrives is a command for a controller that waits for one.
+        // The usual case: a command for a controller that waits for one.
         let size = self.state.model.line.receive_buffer;
         let room = size.saturating_sub(self.state.receiver.waiting.len());
         let plain = bytes.len() <= room && bytes.iter().all(|byte| control(*byte).is_none());

@@ -20,7 +20,7 @@ use crate::why::{By, Why};
 /// The order in which axes look for their reference points (99 2.2.2).
 const ORDER: [usize; AXES] = [2, 1, 0, 3];
 
-/// So many steps stand for "on and on": half a year at the highest speed.
+/// This many steps stand for "without end": half a year at the highest speed.
 const ON_AND_ON: i64 = 1 << 40;
 
 impl Firmware {
@@ -36,7 +36,7 @@ impl Firmware {
         self.reference_next(job, axes.collect())
     }
 
-    /// What a reference run leaves, without moving (12 2.2.20).
+    /// Does what a reference run does, without moving (12 2.2.20).
     pub(crate) fn simulate_reference(&mut self, axes: AxisSet) {
         self.state.three_d = false;
         axes.iter().for_each(|axis| self.set_reference_point(axis));
@@ -152,7 +152,7 @@ impl Firmware {
         };
         let signs = self.state.carriage_signs();
         let way = Way { path: &run.segment.path, signs: &signs };
-        // What is so already does not become so.
+        // What already holds does not begin to hold.
         let change = |end: End, wanted: bool| {
             let is_so = |slide: &Slide| self.limit_active_at(axis, end, slide) == wanted;
             self.state.plant.first(axis, &way, from, is_so).filter(|step| *step > from)
@@ -228,8 +228,8 @@ impl Firmware {
         self.phase_reached(*run)
     }
 
-    /// Says that an axis has a switch which STOP has stood in for. Where there is none, or a machine
-    /// has no ends, that is how its reference point is made.
+    /// Reports that STOP replaced an existing switch of an axis. Without a switch, or on a machine
+    /// without ends, STOP is the way to make the reference point.
     fn warn_of_false_reference(&mut self, run: &Referencing) {
         let gear = self.state.plant.machine().axis(run.axis);
         let name = AXIS_NAMES.get(run.axis).copied().filter(|_| self.wants(Kinds::WARNING));

@@ -1,4 +1,4 @@
-//! What the controller says of itself: positions, ports, diagnosis, texts.
+//! What the controller reports of itself: positions, ports, diagnosis, texts.
 
 use std::fmt::Write as _;
 
@@ -11,12 +11,12 @@ use crate::firmware::Firmware;
 use crate::model::{Place, PositionAxes};
 use crate::wiring::{Output, Wire};
 
-/// The axes whose positions are told whether they are configured or not.
+/// The axes whose positions are reported even if they are not configured.
 const XYZ: AxisSet = AxisSet::X.union(AxisSet::Y).union(AxisSet::Z);
 
 impl Firmware {
     /// `P`: `0` and six hexadecimal digits for each axis; four axes where A is configured,
-    /// else three, however many are. Older cards leave out those that are not.
+    /// otherwise three, however many are configured. Older cards leave out those that are not.
     pub(crate) fn position_report(&self) -> Answer {
         let state = &self.state;
         let told = match state.model.quirks.position_axes {
@@ -69,7 +69,7 @@ impl Firmware {
         text_answer(&text)
     }
 
-    /// The inputs that some port of the model shows and that are no operating elements.
+    /// The inputs that some port of the model shows and that are not operating elements.
     fn input_lines(&self, mut line: impl FnMut(&str, &str)) {
         let ports = &self.state.model.ports;
         let is_shown = |wire: Wire| ports.read.values().flatten().any(|shown| *shown == wire);

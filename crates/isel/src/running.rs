@@ -1,8 +1,8 @@
 //! Running the stored program.
 //!
-//! Every line takes at least the model's line time, so that no program executes endlessly
-//! in no time. A line that waits for an input sleeps until one changes, and then goes on when
-//! its next poll would have been.
+//! Every line takes at least the model's line time, so that no program executes endlessly in no
+//! time. A line that waits for an input sleeps until one changes, and then goes on at the time of
+//! its next poll.
 
 use bytes::Bytes;
 use vimc4_device::{Event, Kinds, StopCause, Time, Warning};
@@ -34,8 +34,8 @@ impl Firmware {
         }
     }
 
-    /// Goes on with what is left of a stopped motion. It is a move like any other: from a limit
-    /// switch that has become active meanwhile it does not begin, and is gone then.
+    /// Goes on with what is left of a stopped motion. It is a move like any other: on a limit
+    /// switch that has become active meanwhile it does not begin, and is lost.
     pub(crate) fn take_up(&mut self, job: Purpose, plan: Plan) -> Outcome {
         let way = plan.way();
         match self.check_limits(|axis| way[axis], plan.turns()) {
@@ -72,9 +72,9 @@ impl Firmware {
         }
     }
 
-    /// Goes on with a program that was stopped. If a command of the host had begun it or gone on
-    /// with it, that command is taken up again, by whomever (12 5, code F): the host learns of its
-    /// end, as it does with a stopped motion.
+    /// Goes on with a program that was stopped. If a host's command had begun or continued it, that
+    /// command is taken up again, no matter what continues the program (12 5, code F): the host
+    /// learns of its end, as it does with a stopped motion.
     pub(crate) fn resume(&mut self, by_command: bool) -> Outcome {
         let Some(run) = &mut self.state.run else { return Outcome::Nothing };
         run.paused = false;
@@ -100,7 +100,7 @@ impl Firmware {
         }
     }
 
-    /// The program is over, well or with an error.
+    /// The program ends, with success or an error.
     pub(crate) fn end_run(&mut self, result: Result<(), Why>) {
         self.state.activity = Activity::Idle;
         let Some(run) = self.state.run.take() else { return };
@@ -156,7 +156,7 @@ impl Firmware {
         self.execute_program_line(line, command)
     }
 
-    /// What a direct command would have been refused for.
+    /// The reasons for which a direct command would have been refused.
     fn check_line(&self, command: &Command) -> Result<(), Why> {
         let moves = matches!(
             command,
@@ -242,8 +242,8 @@ impl Firmware {
         }
     }
 
-    /// Whether a conditional branch at a line, which leads to nowhere, would lead into the program
-    /// if it were counted from the other line.
+    /// Whether a conditional branch at a line, whose target does not exist, would lead into the
+    /// program if counted from the other line.
     fn other_base_leads_to(&self, line: u32, to: i64, end: u32) -> bool {
         let program = self.state.flash.program.as_ref();
         let command = program.and_then(|program| program.command(line));
@@ -252,7 +252,7 @@ impl Firmware {
             && (0..=i64::from(end)).contains(&(to + step))
     }
 
-    /// The line `target` comes next, as soon as the present one has taken its time.
+    /// The line `target` comes next, as soon as the time of the present one is over.
     fn go_to(&mut self, target: u32) -> Outcome {
         let line_nanos = self.state.model.timing.line_us.saturating_mul(1_000);
         let Some(run) = &mut self.state.run else { return Outcome::Nothing };
@@ -379,8 +379,8 @@ impl Firmware {
         }
     }
 
-    /// A branch that waits on itself looks at its port with every line time. It sleeps while
-    /// the port says "go on waiting" and wakes for its next look when that has changed.
+    /// A branch to itself checks its port once per line time. It sleeps while the port keeps it
+    /// waiting, and wakes for its next check when the port has changed.
     fn poll_waiting_branch(&mut self) {
         let Activity::Waiting { what: Wait::Port, .. } = self.state.activity else { return };
         let Some(run) = &self.state.run else { return };

@@ -13,8 +13,8 @@ use crate::outcome::Outcome;
 const STEPS: i64 = 400;
 
 impl Firmware {
-    /// Begins the self-test. It moves the axes whether they are configured or not, for when it is
-    /// begun at the panel none is.
+    /// Begins the self-test. It moves the axes even if they are not configured, because none is
+    /// when it is begun at the panel.
     pub(crate) fn begin_self_test(&mut self) -> Outcome {
         self.send(self.version_text().into());
         let mut parts = std::collections::VecDeque::new();

@@ -16,8 +16,8 @@ use crate::settings::Settings;
 use crate::why::{By, Off};
 use crate::wiring::{Output, Outputs};
 
-/// The whole state of a controller and its machine. Two equal states that get the same inputs
-/// do the same; nothing is left out of the comparison.
+/// The whole state of a controller and its machine. Two equal states with the same inputs behave
+/// the same; nothing is left out of the comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub(crate) now: Time,
@@ -56,12 +56,12 @@ pub struct State {
     pub(crate) run: Option<Run>,
     /// The last command that was taken from the line.
     pub(crate) last_command: Option<CommandNumber>,
-    /// The command that is executed, or that what is under way belongs to; none where a button or a
-    /// reset has begun it, or gone on with it.
+    /// The command that is executed or caused the present activity; `None` if a button or a reset
+    /// began or continued it.
     pub(crate) command: Option<CommandNumber>,
 }
 
-/// The line, seen from inside.
+/// The serial line as the controller sees it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Receiver {
     /// Bytes that wait while a command executes.
@@ -73,7 +73,7 @@ pub(crate) struct Receiver {
 /// A running or stopped program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Run {
-    /// Whether `S` began it or went on with it: then the host is told how it ends.
+    /// Whether `S` began or continued it: then the host is told how it ends.
     pub(crate) by_command: bool,
     /// The line that is executed, or comes next.
     pub(crate) line: u32,
@@ -285,7 +285,7 @@ impl State {
         self.model.quirks.stop_button == StopButton::Held && self.plant.panel().stop
     }
 
-    // --- what is under way ---
+    // --- the present activity ---
 
     /// A program runs and is not halted.
     pub(crate) fn is_running(&self) -> bool {
@@ -303,7 +303,7 @@ impl State {
         rests && !self.is_running() && !self.has_waiting() && !self.plant.bounces()
     }
 
-    /// Whether something waits in the receive buffer whose turn it is.
+    /// Whether something in the receive buffer is due.
     pub(crate) fn has_waiting(&self) -> bool {
         let takes = || self.is_at_rest() || matches!(self.activity, Activity::Echo);
         !self.receiver.waiting.is_empty() && takes()
@@ -324,8 +324,7 @@ impl State {
         self.deadline().is_none_or(|end| due <= end).then_some(due)
     }
 
-    /// The time of the soonest cause. Only one thing is ever under way, so there is one at
-    /// most.
+    /// The time of the soonest cause. Only one activity runs at a time, so there is at most one.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let due = match &self.activity {
             Activity::Idle | Activity::Echo => return None,
@@ -336,8 +335,8 @@ impl State {
         (due != Time::NEVER).then_some(due)
     }
 
-    /// The same, if it is not after `at`. What begins at an instant does not end at it, so that is not
-    /// even computed.
+    /// The same, if it is not after `at`. What begins at an instant does not end at it, so that
+    /// case is not computed.
     pub(crate) fn due_by(&self, at: Time) -> Option<Time> {
         match &self.activity {
             Activity::Idle | Activity::Echo => None,
@@ -355,7 +354,7 @@ impl State {
         self.deadline().into_iter().chain(self.contact_due()).min()
     }
 
-    /// Any new motion drops what is left of an older one.
+    /// A new motion drops the remainder of an older one.
     pub(crate) fn forget_stopped_motion(&mut self) {
         self.remainder = None;
         self.run = None;
@@ -368,7 +367,7 @@ impl State {
         self.command = self.last_command;
     }
 
-    /// If nothing is under way any more, what happens next belongs to no command.
+    /// If no activity is left, what happens next belongs to no command.
     pub(crate) fn command_ended(&mut self) {
         if self.is_at_rest() || matches!(self.activity, Activity::Echo) {
             self.command = None;

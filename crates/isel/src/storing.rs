@@ -11,7 +11,7 @@ impl Firmware {
     /// `i`: what follows is stored.
     pub(crate) fn begin_storing(&mut self) {
         self.state.flash.program = Some(Program::begin(self.state.axes, self.state.speeds));
-        // A whole image, so that the lines to come are never added to a torn one.
+        // Writes a whole image, so that the lines to come are never added to a torn one.
         self.replace_flash_image();
         self.state.run = None;
         self.state.storing = true;
@@ -80,7 +80,7 @@ impl Firmware {
         self.flash_changed("erased");
     }
 
-    /// Whether a text could be stored as the next line, and what it takes.
+    /// Whether a text could be stored as the next line, and how much memory it takes.
     fn storable(&self, text: &[u8]) -> Result<(Command, u32), (Option<Op>, Why)> {
         let line = self.state.flash.program.as_ref().map(Program::len);
         parse_stored(text, &self.state.model, &self.state.context(line))

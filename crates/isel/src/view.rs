@@ -30,19 +30,19 @@ pub struct Details {
     pub test_mode: bool,
     /// Whether the motors have current.
     pub motors_on: bool,
-    /// Why no motion can begin now, whatever the axes are.
+    /// Why no motion can begin now on any axis.
     pub no_motion: Option<NoMotion>,
     /// The axes, 0 for X, whose limit switch error still holds.
     pub limit_errors: Vec<u8>,
     /// Whether the tool length probe is touched.
     pub probe: bool,
-    /// Whether something is left of a motion that was stopped, to go on with.
+    /// Whether a stopped motion has a remainder that can be continued.
     pub stopped_motion: bool,
     /// The stored program, if there is one.
     pub program: Option<ProgramView>,
 }
 
-/// How the axes of a move go together (`z`).
+/// How the axes of a move are interpolated (`z`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Interpolation {
     /// Two axes together, then the others.
@@ -75,7 +75,7 @@ pub enum NoMotion {
 /// The stored program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProgramView {
-    /// What it is worth, or what it is doing.
+    /// Its validity, or what it is doing.
     pub status: ProgramStatus,
     /// Its lines as they were stored; bytes that are no ASCII are written as `\xFF`.
     pub lines: Vec<String>,
@@ -85,7 +85,7 @@ pub struct ProgramView {
     pub loops: Vec<LoopView>,
 }
 
-/// What a stored program is worth, or what it is doing.
+/// The validity of a stored program, or what it is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProgramStatus {
@@ -253,7 +253,7 @@ impl Firmware {
         }
     }
 
-    /// What it waits for, unless something is due.
+    /// What the controller waits for, unless something is due.
     fn awaited(&self) -> Option<WaitsFor> {
         if self.state.deadline().is_some() {
             return None;

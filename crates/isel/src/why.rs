@@ -1,7 +1,7 @@
 //! Why an answer is an error.
 //!
-//! The controller decides with typed reasons, which cost nothing; `words` turns them into words
-//! where somebody watches.
+//! The controller decides with typed reasons, which cost nothing; `words` turns them into text when
+//! events are watched.
 
 use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{AxisSet, Fault, Reply};
@@ -39,14 +39,14 @@ pub(crate) enum Why {
     Cover(Opened),
     /// `2`: an axis has run onto a limit switch before, and that error is kept.
     Latched(AxisSet),
-    /// `2`: an axis stands on a limit switch, and would go away from it or not.
+    /// `2`: an axis stands on a limit switch; and whether it would move off it.
     OnSwitch { axis: u8, end: End, away: bool },
-    /// `2`: axes ran onto their limit switches with the same step, or somebody pressed one. With the
-    /// step counters then.
+    /// `2`: axes ran onto their limit switches with the same step, or one was pressed by hand. With
+    /// the step counters at that moment.
     Switch { hit: [Option<(End, i64)>; AXES], by_hand: bool },
     /// `2`: an axis met the wrong switch in its reference run, or on its way off another.
     WrongSwitch { axis: u8, end: Option<End>, referencing: bool },
-    /// `2`: a reference run was broken off.
+    /// `2`: a reference run was aborted.
     ReferenceBroken(Breaker),
     /// `2` or `R`: an absolute move of axes without reference point.
     NoReference(AxisSet, Unreferenced),
@@ -56,7 +56,7 @@ pub(crate) enum Why {
     ProgramStored,
     /// `G`: there is nothing to go on with, and no program to run.
     NothingToStart,
-    /// `G`: a program jumps to where it has no line.
+    /// `G`: a program jumps to a line that does not exist.
     Jump {
         /// The line, from 0.
         to: i64,
@@ -65,13 +65,13 @@ pub(crate) enum Why {
     },
     /// `G`: loops are nested too deep.
     LoopDepth,
-    /// `6`: the program takes so many bytes with this line.
+    /// `6`: the program would take this many bytes with this line.
     MemoryFull(u32),
     /// `F`.
     Stopped(By),
 }
 
-/// Who stops a motion so that it can go on.
+/// What stops a motion so that it can be continued.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum By {
     /// The byte 253 from the line.
@@ -82,18 +82,18 @@ pub(crate) enum By {
     ButtonHeld,
 }
 
-/// What breaks off a motion, a reference run or a program, so that nothing is left of it.
+/// What aborts a motion, a reference run or a program, leaving nothing to continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Breaker {
     /// The byte 255 from the line.
     Line,
     /// The abort input of `IA`.
     Input,
-    /// What stops other motions, and this one for good.
+    /// What stops other motions for a while, and this one for good.
     Stop(By),
 }
 
-/// What the cover has to do with it.
+/// The role of the cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Opened {
     /// It is open.
@@ -154,7 +154,7 @@ impl Why {
 }
 
 impl Off {
-    /// This in words.
+    /// This text.
     pub(crate) fn in_words(self) -> &'static str {
         match self {
             Off::EmergencyStop => "the emergency stop is pressed",

@@ -230,7 +230,7 @@ impl From<Wire> for String {
 }
 
 impl Wire {
-    /// The signal of the plant that drives this wire alone, if one does.
+    /// The signal of the plant that alone drives this wire, if there is one.
     #[must_use]
     pub fn signal(self) -> Option<PlantSignal> {
         Some(match self {

@@ -1,6 +1,5 @@
-//! Why an answer is an error, in words: which switch, value or person it was, and in brackets the value
-//! of the profile with which it would have been otherwise. They are made only where somebody
-//! watches.
+//! Why an answer is an error, in words: which switch, value or person caused it, and in brackets
+//! the profile value that would have avoided it. The words are made only when events are watched.
 
 use std::slice::EscapeAscii;
 
@@ -162,7 +161,7 @@ impl Firmware {
         }
     }
 
-    /// A reason that ends the stored program: with the line, from 0, that it came to.
+    /// A reason that ends the stored program: with the line, from 0, at which it ended.
     pub(crate) fn in_words_of_program(&self, why: Why, line: u32) -> String {
         let program = self.state.flash.program.as_ref();
         let text = program.and_then(|program| program.lines.get(line as usize));
@@ -199,7 +198,7 @@ impl Firmware {
         }
     }
 
-    /// Who or what breaks something off.
+    /// What aborted something.
     pub(crate) fn breaker_in_words(&self, breaker: Breaker) -> String {
         match breaker {
             Breaker::Line => "255 from the line".to_owned(),
@@ -336,14 +335,14 @@ impl Firmware {
         }
     }
 
-    /// The value of the profile with another value of which this would not have been wrong.
+    /// The profile key with which, set differently, this would have been right.
     fn decisive_value(
         &self,
         fault: Fault,
         frame: &Frame<'_>,
         context: &Context<'_>,
     ) -> Option<&'static str> {
-        // What is wrong at the same place is wrong all the same.
+        // A mistake that stays at the same place does not count as mended.
         let mends = |context: Context<'_>| match frame.decode(&context) {
             Ok(_) => true,
             Err(other) => (other.reply(), other.field()) != (fault.reply(), fault.field()),
@@ -372,7 +371,7 @@ impl Firmware {
     }
 }
 
-/// What another value of the profile changes for a line.
+/// What another profile value changes for a line.
 type Change = fn(&mut Context<'_>);
 
 fn number_in_words(
@@ -425,7 +424,7 @@ fn number_in_words(
     }
 }
 
-/// Why a text does not even begin like a command, where more is to be said.
+/// Why a text does not even begin like a command, if there is more to say.
 fn no_command_in_words(
     fault: Fault,
     text: &[u8],
@@ -472,7 +471,7 @@ fn came(frame: &Frame<'_>, right: usize, or: usize) -> String {
     let is_number = |field: &[u8]| field.iter().all(|byte| b"+-.0123456789 ".contains(byte));
     match (full, fields().next()) {
         _ if full == right || full == or => "there is a comma too many".to_owned(),
-        // Where nothing is to come, what came need not be numbers.
+        // Where no field is allowed, what came need not be numbers.
         (1, Some(text)) if right == 0 && !is_number(text) => {
             format!("{} came", text.trim_ascii().escape_ascii())
         }
@@ -481,7 +480,7 @@ fn came(frame: &Frame<'_>, right: usize, or: usize) -> String {
     }
 }
 
-/// Whether the number of fields is a matter of the axes.
+/// Whether the number of fields depends on the axes.
 fn depends_on_axes(op: Op) -> bool {
     matches!(op, Op::RelativeMove | Op::AbsoluteMove | Op::ReferenceSpeeds | Op::MoveUntil)
 }

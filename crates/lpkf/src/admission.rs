@@ -1,5 +1,5 @@
-//! What becomes of a command that the line has brought: whether it is carried out at once, waits
-//! for its turn or is refused.
+//! Admission of commands: whether a received command is carried out at once, waits for its turn or
+//! is refused.
 
 use crate::buffer::Entry;
 use crate::language::{Command, Status};
@@ -7,26 +7,26 @@ use crate::model::{AfterStatus, UnknownCommand};
 use crate::state::State;
 use crate::why::{Stop, Why};
 
-/// What becomes of a command.
+/// How a command is treated.
 pub(crate) enum Admission {
-    /// It is unknown, and that is not said.
+    /// It is unknown, and that is not reported.
     Ignored,
-    /// It is refused, whatever it is.
+    /// It is refused, as any command would be.
     Refused(Why),
     /// It bypasses the buffer.
     Directly,
-    /// It bypasses what waits, and does away with it.
+    /// It bypasses the waiting commands and discards them.
     Afresh,
-    /// It is a query, and answered beside what executes.
+    /// It is a query, answered during the executing command.
     Aside,
-    /// It is carried out at once, whatever waits.
+    /// It is carried out at once, ahead of waiting commands.
     AtOnce,
     /// It waits for its turn.
     Waits,
 }
 
 impl State {
-    /// What becomes of a command, or of what is none.
+    /// How a command, or something that is not one, is treated.
     pub(crate) fn admit(&self, command: &Result<Command, Status>) -> Admission {
         if *command == Err(Status::UnknownCommand) && !self.answers_unknown() {
             return Admission::Ignored;
@@ -36,15 +36,15 @@ impl State {
         }
         match command {
             Ok(command) if command.is_direct() => Admission::Directly,
-            // It is obeyed in every state: whatever was before it does not matter any more.
+            // It is obeyed in every state: what was before no longer matters.
             Ok(Command::Initialize) if self.is_held_up() => Admission::Afresh,
-            // A stopped controller carries these out at once; what waits goes on waiting.
+            // A stopped controller carries these out at once; waiting commands keep waiting.
             Ok(query) if self.is_interrupted() && is_query(query) => Admission::Aside,
-            // So it does with what goes on, unless it is on its way back; and only this ends what an
-            // open interface does.
+            // The same holds for commands that continue, unless it is on its way back; and only
+            // this ends the effect of an open interface.
             Ok(command) if self.is_interrupted() && self.may_resume(command) => Admission::AtOnce,
             Ok(Command::CloseInterface) if self.ball.open.is_some() => Admission::AtOnce,
-            // Nothing is in the way of it.
+            // Nothing prevents it.
             _ if self.buffer.is_empty() && self.is_free() => Admission::AtOnce,
             _ => Admission::Waits,
         }
@@ -76,8 +76,8 @@ impl State {
         !self.buffer.is_empty() && (self.is_free() || self.reset_turn())
     }
 
-    /// Takes out what comes next. Where the controller is held up it is an `IN`, and what waits before
-    /// it is dropped.
+    /// Takes out the next command. While the controller is held up that is an `IN`, and commands
+    /// waiting before it are dropped.
     pub(crate) fn next_entry(&mut self) -> Option<Entry> {
         if !self.is_free() {
             self.buffer.drop_before_reset();
@@ -98,11 +98,11 @@ impl State {
             && self.buffer.has_reset()
     }
 
-    /// How many bytes are taken before CTS tells the host to wait. While nothing is executed
-    /// until the host says so, it may write into what is left beyond the high-water mark; and a
-    /// single command may be longer than all that, as long as nothing else is to be done. After a
-    /// status nothing is held back, whatever is lost by that: otherwise a host that has sent more
-    /// than fits could tell the controller neither to go on nor to begin anew.
+    /// How many bytes are taken before CTS tells the host to wait. While execution waits for the
+    /// host, the host may also fill the room beyond the high-water mark; and a single command may
+    /// be even longer as long as there is nothing else to do. After a status nothing is held back,
+    /// even at the risk of loss: otherwise a host that has sent more than fits could tell the
+    /// controller neither to go on nor to begin anew.
     pub(crate) fn room_before_high_water(&self) -> usize {
         if self.is_interrupted() {
             return usize::MAX;
@@ -115,7 +115,7 @@ impl State {
         mark.saturating_sub(used).max(usize::from(alone))
     }
 
-    /// Whether it is a command that goes on with what was broken off, and nothing moves yet.
+    /// Whether it is a command that continues an aborted one, and nothing moves yet.
     fn may_resume(&self, command: &Command) -> bool {
         command.resumes() && self.job.is_none()
     }
@@ -128,8 +128,8 @@ impl State {
         }
     }
 
-    /// Whether something has broken off what the controller did, so that it expects to be told
-    /// how to go on.
+    /// Whether something has aborted the controller's command, so that it expects to be told how to
+    /// go on.
     fn is_interrupted(&self) -> bool {
         self.stopped.is_some_and(|stop| stop != Stop::Command)
     }

@@ -12,16 +12,16 @@ use crate::language::{Command, Status};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Buffer {
     waiting: VecDeque<Entry>,
-    /// How many bytes they have.
+    /// Their size in bytes.
     pub(crate) bytes: usize,
-    /// Commands are being lost, which has been said.
+    /// Commands are being lost, and that has been reported.
     pub(crate) overrun: bool,
 }
 
-/// One thing that waits for its turn.
+/// One item that waits for its turn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Entry {
-    /// A command, or why it is none.
+    /// A command, or why it is not one.
     Command {
         /// As it was written.
         raw: Bytes,
@@ -67,7 +67,7 @@ impl Buffer {
         self.waiting.iter().filter(|entry| matches!(entry, Entry::Command { .. })).count()
     }
 
-    /// Whether so many bytes more find room in a buffer of `size`. If they do, no command is being
+    /// Whether this many more bytes fit into a buffer of `size`. If they do, no command is being
     /// lost any more.
     pub(crate) fn has_room(&mut self, bytes: usize, size: usize) -> bool {
         let fits = self.bytes + bytes <= size;
@@ -75,13 +75,13 @@ impl Buffer {
         fits
     }
 
-    /// Something waits behind everything else.
+    /// Appends an item.
     pub(crate) fn put(&mut self, entry: Entry) {
         self.bytes += entry.size();
         self.waiting.push_back(entry);
     }
 
-    /// A byte for the unit waits behind everything else. Those that follow each other stay together.
+    /// Appends a byte for the unit. Consecutive bytes stay together.
     pub(crate) fn put_through(&mut self, byte: u8) {
         match self.waiting.back_mut() {
             Some(Entry::Through(bytes)) => bytes.push(byte),
@@ -90,7 +90,7 @@ impl Buffer {
         self.bytes += 1;
     }
 
-    /// Something comes next, before everything else.
+    /// Puts an item before all others.
     pub(crate) fn put_first(&mut self, entry: Entry) {
         self.bytes += entry.size();
         self.waiting.push_front(entry);

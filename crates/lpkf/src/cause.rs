@@ -7,13 +7,13 @@ use crate::state::State;
 /// Something that happens by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// What the command that executes does at present is over, or it does nothing yet.
+    /// The present step of the executing command is over, or it has not begun yet.
     Activity,
     /// The trackball was turned, and the axis is free to follow.
     Ball,
     /// `!ST` takes effect: no command executes any more.
     Stop,
-    /// It is the turn of what waits.
+    /// The next waiting item has its turn.
     Entry,
     /// The spindle unit has reached its speed.
     SpindleSpeed,
@@ -42,7 +42,7 @@ impl State {
                 next = Some((due, cause));
             }
         }
-        // What is there when something ends comes before that.
+        // What is already there when something ends comes first.
         if let Some(due) = self.contact_due()
             && next.is_none_or(|(first, _)| due <= first)
         {
@@ -59,7 +59,7 @@ impl State {
         self.plant.next_contact(self.running(), &self.carriage_signs(), self.now)
     }
 
-    /// Whether it does nothing by itself. The trackball may go on sending where the axis is.
+    /// Whether it does nothing by itself. The trackball may keep sending the position of its axis.
     pub(crate) fn rests(&self) -> bool {
         let quiet = self.unit.due.is_none() && !self.plant.bounces();
         self.job.is_none() && quiet && !self.entry_turn() && !self.ball_turn()

@@ -4,10 +4,10 @@ use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use vimc4_device::Time;
 
-/// The longest command that the unit reads; what is longer is none.
+/// The longest command that the unit reads; longer ones are ignored.
 const LONGEST: usize = 64;
 
-/// A small spindle unit. What it says goes out on the line as it is.
+/// A small spindle unit. Its output goes out on the line unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Unit {
     /// What it has received of a command.
@@ -21,12 +21,13 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
-    /// Begins anew. What is wrong with it stays.
+    /// Begins anew. Its fault remains.
     pub(crate) fn reset(&mut self) {
         *self = Unit { fault: self.fault, ..Unit::default() };
     }
 
-    /// Takes a byte. What it says at once follows; its spindle takes `start_ms` to change its speed.
+    /// Takes a byte and returns the immediate answer; its spindle takes `start_ms` to change its
+    /// speed.
     pub(crate) fn take_byte(&mut self, byte: u8, now: Time, start_ms: u64) -> Vec<Bytes> {
         match byte {
             b';' | b'\r' => {
@@ -68,7 +69,7 @@ impl Unit {
         None
     }
 
-    /// The spindle turns as it was told, or has failed to. This is said also when the channel
+    /// The spindle has reached its speed, or has failed to. This is reported even after the channel
     /// has been closed.
     pub(crate) fn speed_reached(&mut self) -> Bytes {
         self.due = None;

@@ -1,18 +1,18 @@
 //! The life of a command, from the line to its answer.
 //!
-//! [`State`] decides: each of its methods changes it and returns what that leads to. Here, and
-//! nowhere else, that is done, and everything that leaves goes through here into the outbox:
+//! [`State`] decides: each of its methods changes it and returns the consequences. Only this module
+//! carries them out, and all output goes through here into the outbox:
 //!
-//! 1. [`receive`](Controller::receive): the reader makes commands of bytes, and each that is taken
-//!    gets its number. `admission` says whether it is carried out at once, waits or is refused.
-//! 2. [`execute`](Controller::execute): `execute` does what takes no time and says what takes some,
-//!    stage by stage.
-//! 3. [`advance`](Controller::advance): `job` begins a stage: `moves` and `reference` make a motion
-//!    of it. When that ends it goes on here.
+//! 1. [`receive`](Controller::receive): the reader turns bytes into commands, and each one that is
+//!    taken gets a number. `admission` says whether it is carried out at once, waits or is refused.
+//! 2. [`execute`](Controller::execute): `execute` does what takes no time and returns the stages
+//!    that take some.
+//! 3. [`advance`](Controller::advance): `job` begins a stage, and `moves` and `reference` turn it
+//!    into a motion. When that ends, the command continues here.
 //! 4. [`executed`](Controller::executed) answers, and what waits comes next.
 //!
-//! [`break_off`](Controller::break_off) ends it before: because of what a motion meets, or of a
-//! [`signal`](Controller::signal). Whatever happens by itself is a [`Cause`];
+//! [`break_off`](Controller::break_off) ends it early: because of what a motion meets, or of a
+//! [`signal`](Controller::signal). Everything that happens by itself is a [`Cause`];
 //! [`perform_cause`](Controller::perform_cause) performs them one by one.
 
 use std::borrow::Cow;
@@ -40,7 +40,7 @@ use crate::signals::Leads;
 use crate::state::{Activity, Moving, Stage, State, Task};
 use crate::why::{Stop, Why};
 
-/// So many bytes are shown of a half line that is lost.
+/// How many bytes of a lost half line are shown.
 const HALF_SHOWN: usize = 100;
 
 /// A virtual LPKF controller with its machine.
@@ -65,7 +65,7 @@ impl Controller {
         &self.state.model
     }
 
-    // --- what happens by itself ---
+    // --- causes ---
 
     /// Performs a single cause, the first that is due up to and including `at`. Returns whether there
     /// was one.
@@ -96,7 +96,7 @@ impl Controller {
         while self.perform_cause(self.state.now) {}
     }
 
-    /// What waits for its turn and comes next begins.
+    /// Begins the next waiting item.
     fn take_turn(&mut self) {
         match self.state.next_entry() {
             Some(Entry::Through(bytes)) => self.pass_through(&bytes),
@@ -120,7 +120,7 @@ impl Controller {
         for &byte in bytes {
             let was_open = reader.channel_open();
             reader.read(byte, |item| {
-                // What has come before it is carried out as far as nothing is in the way.
+                // Earlier commands are carried out first, as far as nothing prevents them.
                 self.go_on();
                 self.take(item);
             });
@@ -186,8 +186,8 @@ impl Controller {
         number
     }
 
-    /// Whether so many bytes more find room in the buffer. What does not is lost; that is said once
-    /// for all that is lost together.
+    /// Whether this many more bytes fit into the buffer. What does not fit is lost; that is
+    /// reported once for everything lost together.
     fn make_room(&mut self, bytes: usize) -> bool {
         let size = self.state.model.buffer.bytes;
         if self.state.buffer.has_room(bytes, size) {
@@ -210,9 +210,9 @@ impl Controller {
         }
     }
 
-    // --- what a command does ---
+    // --- execution ---
 
-    /// Begins a command, or says why it is none.
+    /// Begins a command, or says why it is not one.
     fn carry_out(&mut self, number: CommandNumber, raw: &[u8], command: Result<Command, Status>) {
         match command {
             Ok(command) => self.execute(number, command),
@@ -243,7 +243,7 @@ impl Controller {
         }
     }
 
-    /// A query that is answered beside what executes.
+    /// A query that is answered during the executing command.
     fn answer_query(&mut self, number: CommandNumber, query: &Command) {
         if self.apply(number, query).is_some() {
             self.answer_done(number, query);
@@ -255,8 +255,8 @@ impl Controller {
         let Some(command) = self.state.execute_directly(command) else {
             return self.answer_done(number, command);
         };
-        // `!RP` is done when the repetition is, which comes before what waits. That takes the room
-        // that it would take if it had been sent.
+        // `!RP` is done when the repetition is, which comes before waiting commands. The repetition
+        // takes the room that it would take if it had been sent.
         let mut raw = Vec::new();
         command.print(&mut raw);
         // The end belongs to no command.
@@ -267,7 +267,7 @@ impl Controller {
         }
     }
 
-    /// Does what takes no time of a command. Returns its stages, unless it has failed.
+    /// Does the part of a command that takes no time. Returns its stages, unless it has failed.
     fn apply(&mut self, number: CommandNumber, command: &Command) -> Option<VecDeque<Stage>> {
         let letters = command.form().mnemonic;
         match self.switching(Some(number), |state| state.execute(command)) {
@@ -287,7 +287,7 @@ impl Controller {
         }
     }
 
-    /// What the command does at present is over: the next thing begins, or it is done.
+    /// The present step of the command is over: the next one begins, or the command is done.
     fn advance(&mut self) {
         if let Some(moving) = self.state.take_moving() {
             return self.motion_ended(&moving);
@@ -336,7 +336,7 @@ impl Controller {
         }
     }
 
-    /// The motion of the command that executes ends after so many steps.
+    /// The motion of the executing command ends after this many steps.
     fn commit(&mut self, moving: &Moving, steps: u64) {
         let number = self.job_number();
         let followed = self.state.commit(&moving.segment, steps);
@@ -344,7 +344,7 @@ impl Controller {
         self.emit(number, Kinds::MOTION, || Event::Motion(Motion::Ends { steps }));
     }
 
-    /// Says which carriages no longer agree with their counters.
+    /// Reports which carriages no longer agree with their counters.
     fn warn_of_losses(&mut self, followed: &Followed) {
         let number = self.job_number();
         let lost = followed.lost.iter().zip(followed.stood).enumerate();
@@ -362,16 +362,17 @@ impl Controller {
     /// A command has been executed.
     fn executed(&mut self, number: CommandNumber, command: Command) {
         self.answer_done(number, &command);
-        // What goes on with another command is not what `!RP` means, and after `IN` there is none.
+        // `!RP` does not repeat commands that continue others, and after `IN` there is none to
+        // repeat.
         if !command.resumes() && command != Command::Initialize {
             self.state.last = Some(command);
         }
     }
 
-    // --- what comes between ---
+    // --- interruptions ---
 
-    /// Whatever executes is broken off, maybe in a motion after so many steps, and answers why;
-    /// without a command it is sent by itself.
+    /// Aborts what is executing, maybe within a motion after this many steps, and answers why;
+    /// without a command the status is sent by itself.
     fn break_off(&mut self, motion: Option<(&Moving, u64)>, stop: Stop, why: Why) {
         self.struck(why.cause());
         match self.state.break_off(motion, stop) {
@@ -390,7 +391,7 @@ impl Controller {
         });
     }
 
-    /// Somebody sets a signal. One that a fault holds takes no value.
+    /// A signal is set. One that a fault holds takes no value.
     pub(crate) fn signal(&mut self, id: SignalId, value: i32) {
         if !self.state.plant.withholds(id, value) {
             self.set_signal(id, value);
@@ -414,7 +415,7 @@ impl Controller {
         }
     }
 
-    /// Something from outside stops whatever executes, along the ramp if it moves.
+    /// Something from outside stops what is executing, along the ramp if it moves.
     fn interrupt(&mut self, stop: Stop, why: Why) {
         match self.state.interrupt(stop, why) {
             Interruption::Nothing => {}
@@ -460,7 +461,7 @@ impl Controller {
         }
     }
 
-    // --- what goes wrong with the machine ---
+    // --- faults of the machine ---
 
     /// A fault begins or ends.
     pub(crate) fn fault(&mut self, faulting: &Faulting) {
@@ -481,7 +482,7 @@ impl Controller {
 
     fn begin_fault(&mut self, number: FaultNumber, mishap: &Mishap) {
         let instead = match mishap {
-            // What acts in the moment it is set cannot be held.
+            // A signal that acts the moment it is set cannot be held.
             Mishap::Hold { signal, .. } => match self.state.signal_value(*signal) {
                 Some(value) => value,
                 None => return,
@@ -525,7 +526,7 @@ impl Controller {
         });
     }
 
-    /// What a contact does that bounces, now.
+    /// What a bouncing contact does now.
     fn contact(&mut self) {
         let before = self.state.pressed_now();
         match self.state.contact_now() {
@@ -552,7 +553,7 @@ impl Controller {
         self.machine_changed(&before);
     }
 
-    /// The limit switches may be others than before.
+    /// The limit switches may have changed.
     fn machine_changed(&mut self, before: &Limits) {
         self.state.look_ahead_again();
         if self.state.powered {
@@ -562,15 +563,15 @@ impl Controller {
         }
     }
 
-    /// Somebody turns the mains switch.
+    /// The mains switch is turned.
     pub(crate) fn power(&mut self, on: bool) {
         if !self.state.plant.withholds_power(on) {
             self.switch_power(on);
         }
     }
 
-    /// The power goes, or comes back. Motors stop where they are and nothing is answered; the carriages
-    /// know what the counters forget.
+    /// The power goes, or comes back. Motors stop where they are and nothing is answered; the
+    /// carriages keep what the counters lose.
     fn switch_power(&mut self, on: bool) {
         if on == self.state.powered {
             return;
@@ -590,8 +591,8 @@ impl Controller {
         }
     }
 
-    /// Says what is lost with the power without an answer: what is at work, what a stop has broken
-    /// off, and what waits.
+    /// Reports what is lost with the power without an answer: the executing command, an aborted
+    /// one, and the waiting ones.
     fn tell_lost(&mut self) {
         if !self.out.wants(Kinds::ANSWER) {
             return;
@@ -636,7 +637,7 @@ impl Controller {
         }
     }
 
-    // --- what leaves ---
+    // --- output ---
 
     /// The number of the command that executes.
     fn job_number(&self) -> Option<CommandNumber> {
@@ -720,7 +721,7 @@ impl Controller {
         self.emit(number, Kinds::SWITCH, || Event::Switch { axis, positive, active });
     }
 
-    /// Changes the state, and tells which outputs are no longer what they were.
+    /// Changes the state, and reports which outputs have changed.
     fn switching<R>(
         &mut self,
         number: Option<CommandNumber>,
@@ -751,7 +752,7 @@ impl Controller {
         self.emit(number, Kinds::WARNING, || Event::Warning(warning));
     }
 
-    /// An event of a kind, which is made only if somebody wants to see it.
+    /// An event of a kind, which is made only if it is watched.
     fn emit(
         &mut self,
         command: Option<CommandNumber>,

@@ -30,12 +30,12 @@ impl Command {
             || self.seeks_switches()
     }
 
-    /// Whether it goes on with a command that was broken off, in one way or another.
+    /// Whether it continues an aborted command in any way.
     pub(crate) fn resumes(&self) -> bool {
         matches!(self, Command::Continue | Command::GoBack | Command::RepeatBroken)
     }
 
-    /// Whether it drives axes to wherever their switches are.
+    /// Whether it drives axes to their switches, wherever those are.
     #[must_use]
     pub fn seeks_switches(&self) -> bool {
         matches!(self, Command::Reference(_) | Command::HardClipLimits(_))

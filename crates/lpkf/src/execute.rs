@@ -14,14 +14,14 @@ use crate::text::AnswerLine;
 use crate::why::Why;
 
 const NANOS_PER_MS: u64 = 1_000_000;
-/// What a command does besides changing the state.
+/// The effects of a command besides changing the state.
 #[derive(Default)]
 pub(crate) struct Effect {
-    /// That it has none, and why.
+    /// It has no effect, and why.
     pub(crate) warning: Option<Cow<'static, str>>,
-    /// The line of data that it answers with.
+    /// The line of data in its answer.
     pub(crate) line: Option<AnswerLine>,
-    /// What it does over time, one after the other. It is done when they are.
+    /// Its stages, one after the other. The command is done when they are.
     pub(crate) stages: VecDeque<Stage>,
 }
 
@@ -32,7 +32,7 @@ impl Effect {
 }
 
 impl State {
-    /// Executes a command whose turn has come, as far as that takes no time.
+    /// Executes a command, as far as that takes no time.
     pub(crate) fn execute(&mut self, command: &Command) -> Result<Effect, Why> {
         if command.depends_on_machine() {
             command.check(&self.limits()).map_err(Why::Misfit)?;
@@ -146,7 +146,7 @@ impl State {
         Ok(Effect { stages, ..Effect::default() })
     }
 
-    /// A place that differs from the present one only where an axis is fitted.
+    /// A target that differs from the present position only on fitted axes.
     fn where_fitted(&self, place: impl Fn(usize) -> i64) -> Point {
         let mut to = self.position;
         for axis in self.fitted() {

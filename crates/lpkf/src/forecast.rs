@@ -1,4 +1,4 @@
-//! When something will be so, computed from the running segment.
+//! When something will hold, computed from the running segment.
 
 use vimc4_device::{Fact, Time};
 use vimc4_motion::Running;
@@ -27,7 +27,7 @@ impl State {
                 let is_so = |slide: &Slide| plant.pressed(axis, end, slide) == active;
                 plant.when_first(axis, self.running(), &signs, from, is_so)
             }
-            // Nothing that moves by itself changes an input.
+            // No motion changes an input.
             Fact::PortBit { port, bit, level } => {
                 let value = self.model.io.read_port(&self.plant, port);
                 (value >> (bit & 7) & 1 == u8::from(level)).then_some(from)

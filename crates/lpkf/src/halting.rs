@@ -1,4 +1,4 @@
-//! What breaks a command off, and how it goes on afterwards.
+//! What aborts a command, and how it is continued afterwards.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ use crate::why::{Stop, Why};
 
 /// How a motion has ended.
 pub(crate) enum Ending {
-    /// It has come to its end, or to what it looked for.
+    /// It has reached its end, or what it looked for.
     Arrived,
     /// It has run onto a limit switch.
     OnLimit(Axis, End),
@@ -20,29 +20,29 @@ pub(crate) enum Ending {
     Halted(Stop, Why),
 }
 
-/// What an interruption from outside leads to.
+/// The consequence of an interruption from outside.
 pub(crate) enum Interruption {
-    /// Nothing now: the controller has stopped, or the motion ends anyway.
+    /// Nothing now: the controller has already stopped, or the motion ends anyway.
     Nothing,
-    /// The command is broken off now.
+    /// The command is aborted now.
     Now,
-    /// The motion brakes, and runs like this from now on.
+    /// The motion brakes, and now runs like this.
     Brakes(Box<Segment>),
 }
 
-/// What a limit switch leads to that somebody presses or releases.
+/// The consequence of a limit switch that is pressed or released by hand.
 pub(crate) enum Pressed {
     /// Nothing that ends a motion.
     Nothing,
-    /// A motion ends here, since it is what it has looked for.
+    /// A motion ends here, because it has found what it looked for.
     Found(Box<Moving>, u64),
-    /// A motion ends here, since it must not go on.
+    /// A motion ends here, because it must not go on.
     Blocked(Box<Moving>, u64),
 }
 
-/// How it goes on after a command was broken off.
+/// How to continue after a command was aborted.
 pub(crate) enum Resumed {
-    /// Nothing was.
+    /// No command was aborted.
     Nothing,
     /// The command is carried out once more.
     Again(Command),
@@ -67,11 +67,11 @@ impl Moving {
 }
 
 impl State {
-    // --- breaking off ---
+    // --- aborting ---
 
-    /// Whatever executes is broken off. Nothing is executed from now on until `!GO`, unless commands
-    /// go on as if nothing had been. What was left of a motion after its last step is kept. Returns
-    /// whose answer it is why: the number of the command and its letters, if it is one's.
+    /// Aborts what is executing. Nothing is executed until `!GO`, unless commands go on as if
+    /// nothing had happened. The remainder of a motion after its last step is kept. Returns the
+    /// command whose answer gives the reason: its number and letters, if there is one.
     pub(crate) fn break_off(
         &mut self,
         motion: Option<(&Moving, u64)>,
@@ -83,7 +83,7 @@ impl State {
         }
         let Task { command, number, start, mut stages, stage, .. } = self.job.take()?;
         let whose = (number?, command.form().mnemonic);
-        // Going back to the start of a broken command leaves that command broken.
+        // Going back to the start of an aborted command leaves that command aborted.
         if !goes_on && command != Command::GoBack {
             if let Some(left) = stage.and_then(|stage| left_of(stage, motion)) {
                 stages.push_front(left);
@@ -132,7 +132,7 @@ impl State {
     /// A limit switch was pressed or released by hand.
     pub(crate) fn switch_pressed(&mut self, axis: Axis, end: End, active: bool) -> Pressed {
         let Some(mut moving) = self.take_moving() else { return Pressed::Nothing };
-        // What an axis looks for ends its way; everything else is in the way.
+        // The sought switch ends the way of an axis; any other is an obstacle.
         let sought = self.job.as_ref().and_then(Task::sought);
         let step = moving.steps_at(self.now);
         if sought == Some(Sought { axis, end, onto: active }) {
@@ -151,7 +151,7 @@ impl State {
         Pressed::Nothing
     }
 
-    /// What is ahead of the running motion may be something else than was foreseen.
+    /// The obstacles ahead of the running motion may differ from the forecast.
     pub(crate) fn look_ahead_again(&mut self) {
         let Some(mut moving) = self.take_moving() else { return };
         let sought = self.job.as_ref().and_then(Task::sought);
@@ -159,9 +159,9 @@ impl State {
         self.set_activity(Activity::Moving(moving));
     }
 
-    // --- going on ---
+    // --- continuing ---
 
-    /// `!CS`, `!GB`, `!RC`: without a broken command they have nothing to do.
+    /// `!CS`, `!GB`, `!RC`: without an aborted command they have nothing to do.
     pub(crate) fn resume(&mut self, command: &Command) -> Resumed {
         let Some(broken) = &self.broken else { return Resumed::Nothing };
         if *command == Command::GoBack {
@@ -176,7 +176,7 @@ impl State {
             (None, _) => Resumed::Nothing,
             (Some(broken), Command::RepeatBroken) => Resumed::Again(broken.command),
             (Some(Broken { command, start, end, mut stages }), _) => {
-                // `!GB` may have led away from where it was broken off.
+                // `!GB` may have led away from where the command was aborted.
                 if self.position != end {
                     stages.push_front(Stage::To(end));
                 }
@@ -201,7 +201,7 @@ fn left_of(stage: Stage, motion: Option<(&Moving, u64)>) -> Option<Stage> {
             let done = moving.segment.path.at(steps)[axis.index()];
             Stage::Free(axis, way - done, speed)
         }
-        // They know where they lead to.
+        // These stages have absolute targets.
         stage => stage,
     })
 }

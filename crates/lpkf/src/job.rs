@@ -1,4 +1,4 @@
-//! A command at work, stage by stage: what each of them begins.
+//! The stages of an executing command: what each of them begins.
 
 use vimc4_device::{Point, Time};
 
@@ -7,7 +7,7 @@ use crate::state::{Activity, Moving, Pause, Stage, State, Task};
 use crate::text::AnswerLine;
 use crate::why::Why;
 
-/// What a stage comes to when it begins.
+/// What the beginning of a stage results in.
 pub(crate) enum Begun {
     /// Nothing that takes time: it is over.
     Over,
@@ -15,7 +15,7 @@ pub(crate) enum Begun {
     Motion(Box<Moving>),
     /// A pause.
     Pause(Pause, Time),
-    /// A line of data, and it is over.
+    /// A line of data; the stage is over.
     Says(AnswerLine),
 }
 

@@ -22,8 +22,8 @@ use crate::language::{Dialect, Grammar, Reader, Status, forms, parse};
 use crate::model::{Model, StatusDigits};
 
 impl Model {
-    /// A controller of this model on a machine, just switched on. It has no memory that an image
-    /// could be of.
+    /// A controller of this model on a machine, just switched on. It has no memory, so the image
+    /// must be empty.
     ///
     /// # Errors
     ///
@@ -56,12 +56,13 @@ impl vimc4_device::Model for Model {
         ("ta", &["\"move\"", "\"none\""]),
     ];
 
-    /// What the trackball moves it moves because a command has opened it, so no signal does.
+    /// The trackball moves an axis only because a command has opened it, so no signal moves
+    /// anything.
     fn effects_of(sent: &[u8]) -> Effects {
         effects::of(sent)
     }
 
-    /// What has begun goes on to its end whatever the line says, so nothing need be known of it.
+    /// What has begun continues to its end regardless of the line, so nothing need be known of it.
     fn travel_of(_command: &[u8]) -> Travel {
         Travel::Unknown
     }
@@ -119,7 +120,7 @@ impl vimc4_device::Model for Model {
         Handling {
             ends: b"\r\n;",
             instead_of_line_feed: (!self.grammar().line_feed_ends).then_some((b"\r;", right)),
-            // The `!` also completes whatever has been begun.
+            // The `!` also completes any command that was begun.
             halt: b"!CC;!CB;",
             halting: "the commands that wait were taken away, but nothing on the line stops a command \
                       that runs: it goes on to its end, unless somebody presses the stop at the machine",
@@ -127,11 +128,11 @@ impl vimc4_device::Model for Model {
             warning: "Ctrl-C ends this and takes away the commands that wait; one that runs goes on to \
                       its end: only a stop at the machine ends it before.",
             abandon: b"!CC;!CI;!CB;!GO;",
-            // Whatever is open is closed, whatever waits is forgotten, a stop is lifted; then `IN`
-            // is obeyed. What comes with it may be lost.
+            // Closes what is open, discards what waits and lifts a stop; then `IN` is obeyed. What
+            // is sent together with it may be lost.
             reset: b"!CC;!CI;!CB;!GO;IN;",
-            // `IN` ends the echo mode on some machines. And it blocks the external stop, which is all that
-            // stops a machine that moves.
+            // `IN` ends the echo mode on some machines. It also blocks the external stop, the only
+            // way to stop a moving machine.
             ready: &["!CT1", "!ES1"],
             homing: Some("`PA0,0;`, or `!IS;` for a reference run"),
             boot: Duration::ZERO,
@@ -158,8 +159,8 @@ impl vimc4_device::Model for Model {
         if answers::is_whole(sent, answer) { Heard::Whole } else { Heard::Waits }
     }
 
-    /// Only the speed of an SMCU's X and Y is set, which is always one of linear axes; all others go
-    /// at the speed of after power-on.
+    /// Only the speed of an SMCU's X and Y is set, which is always one of linear axes; all others
+    /// keep their power-on speed.
     fn moving(&self, by: Point, speed: u64) -> Vec<String> {
         let [x, y, rest @ ..] = by;
         let along = (2..).zip(rest).filter(|(_, way)| *way != 0);
@@ -184,7 +185,7 @@ impl vimc4_device::Model for Model {
     }
 
     fn turn(&self, command: &[u8]) -> Turn {
-        // Numbers by themselves, and those of unknown commands, may be moves.
+        // Bare numbers, and those of unknown commands, may be moves.
         match Reader::new(self.grammar()).understand(command) {
             Err(Status::UnknownCommand) => Turn::Unknown,
             Ok(command) if command.is_direct() => Turn::Overtakes,

@@ -1,18 +1,18 @@
 //! The LPKF controllers SMCU and MotionSystem.
 //!
-//! A [`Controller`] is a [`Device`](vimc4_device::Device): bytes, signals and times go in,
-//! bytes, events and times come out. Inside, data flows one way: no file uses one that leads back to
-//! it. [`State`] decides, and what its methods return is done in one place, `controller`, where the
-//! life of a command stands from the line to its answer:
+//! A [`Controller`] is a [`Device`](vimc4_device::Device): bytes, signals and times go in, bytes,
+//! events and times come out. Inside, data flows one way: no file uses one that leads back to it.
+//! [`State`] decides, and one place, `controller`, carries out what its methods return; there is
+//! the whole life of a command, from the line to its answer:
 //!
 //! * [`language`] turns bytes into commands and statuses into words;
 //! * `admission` says which of them begin at once, wait in the `buffer` or are refused;
 //! * `execute` says what each of them does, `job` begins it stage by stage;
-//! * `moves` and `reference` make motions, `halting` is everything that breaks them off;
-//! * `ports`, `channel` and `trackball` are what else is connected;
-//! * `signals` is the outside world, `cause` what happens by itself, and when;
-//! * `why` has the reasons of statuses, `words` says them to people;
-//! * `view` and `forecast` show what is and what will be;
+//! * `moves` and `reference` make motions, `halting` has everything that aborts them;
+//! * `ports`, `channel` and `trackball` are the other connections;
+//! * `signals` is the outside world, `cause` says what happens by itself, and when;
+//! * `why` has the reasons of statuses, `words` puts them into words for people;
+//! * `view` and `forecast` show the present and the future;
 //! * `device` is the contract, `knowledge` what a tool must know of the family.
 //!
 //! A model of controller is data, see [`Model`].

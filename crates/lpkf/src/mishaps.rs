@@ -1,4 +1,4 @@
-//! What goes wrong with the machine: how it is changed where the axes are, and what is seen of that.
+//! Faults of the machine: changing it at the present positions, and finding what has changed.
 
 use vimc4_device::{AXES, Running};
 use vimc4_plant::{Contact, End, Followed, Plant, Way};
@@ -29,7 +29,7 @@ impl State {
         Some(followed)
     }
 
-    /// What a contact does that bounces, now.
+    /// What a bouncing contact does now.
     pub(crate) fn contact_now(&mut self) -> Option<Contact> {
         let slides: [_; AXES] = std::array::from_fn(|axis| self.slide_at(axis, self.now));
         self.plant.contact(self.now, |plant, axis| {
@@ -48,7 +48,7 @@ impl State {
         })
     }
 
-    /// The limit switches that are others than before: of which axis and end, and whether it is pressed.
+    /// The limit switches that have changed: axis and end, and whether it is pressed.
     pub(crate) fn switches_changed(&self, before: &Limits) -> Vec<(Axis, End, bool)> {
         let after = self.pressed_now();
         let changed = self.fitted().flat_map(|axis| {

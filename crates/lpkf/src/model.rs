@@ -1,4 +1,4 @@
-//! What a controller is like: a model is data, not a fork of the code.
+//! Models of controllers: a model is data, not a fork of the code.
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::AXES;
@@ -6,8 +6,8 @@ use vimc4_plant::{ProfileError, profiles};
 
 use crate::language::{Dialect, Grammar};
 
-/// A model of controller. Every value that the manual leaves open is in here, so that the owner
-/// of a real one can set it right without touching code.
+/// A model of controller. Every value that the manual leaves open is in here, so that the owner of
+/// a real controller can correct it without touching code.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
@@ -15,11 +15,11 @@ pub struct Model {
     pub name: String,
     /// What it is, in one line.
     pub title: String,
-    /// Which commands it has.
+    /// Its commands.
     pub command_set: Dialect,
     /// How many axes it can drive, 2 to 6; those that the machine has are fitted.
     pub axes: usize,
-    /// What it says of itself.
+    /// What it reports of itself (`OS`).
     pub texts: Texts,
     /// The serial line.
     pub line: LineProfile,
@@ -37,13 +37,13 @@ pub struct Model {
     pub interface: Interface,
     /// The spindle unit on the second channel.
     pub spindle_unit: SpindleUnit,
-    /// What other machines of the family read and write otherwise.
+    /// What other machines of the family read and write differently.
     pub language: Language,
     /// Behaviour that differs from machine to machine or is not documented.
     pub quirks: Quirks,
 }
 
-/// What a controller says of itself (`OS`).
+/// What a controller reports of itself (`OS`).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Texts {
@@ -67,7 +67,7 @@ pub struct LineProfile {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Buffer {
-    /// How many bytes of commands wait in it; what is beyond is lost.
+    /// How many bytes of commands fit into it; more are lost.
     pub bytes: usize,
     /// From this many bytes on CTS tells the host to wait.
     pub high_water: usize,
@@ -153,7 +153,7 @@ pub struct SpindleUnit {
     pub start_ms: u64,
 }
 
-/// What machines of the family read and write otherwise, as their own manuals have it.
+/// What machines of the family read and write differently, according to their own manuals.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Language {
@@ -183,7 +183,7 @@ pub struct Quirks {
     pub init_reply: InitReply,
     /// Whether the echo mode is on after `IN`.
     pub init_echo: InitEcho,
-    /// What becomes of commands after something has broken one off: a limit, a border, a stop.
+    /// What happens to commands after something has aborted one: a limit, a border, a stop.
     pub after_status: AfterStatus,
     /// Whether a blank follows the `W` of the hard clip limits, as the manual prints it.
     pub hard_clip_blank: bool,
@@ -228,17 +228,17 @@ pub enum InitEcho {
     Off,
 }
 
-/// What becomes of commands after something has broken one off.
+/// What happens to commands after something has aborted one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AfterStatus {
     /// They wait until `!GO`; questions are answered, and `IN` is obeyed.
     Wait,
-    /// Everything that arrives then, but questions and what goes on, is refused with a status. An
-    /// SMCU has none for that and says nothing, and obeys `IN`. What was in the buffer already waits
-    /// until `!GO`.
+    /// Everything that arrives then, except questions and commands that continue, is refused with a
+    /// status. An SMCU has none for that and says nothing, and obeys `IN`. What was in the buffer
+    /// already waits until `!GO`.
     Refuse,
-    /// They are executed as if nothing had been.
+    /// They are executed as if nothing had happened.
     Execute,
 }
 
@@ -318,7 +318,7 @@ profiles! { Model, Model::check, [
 ] }
 
 impl Model {
-    /// How it reads what comes over the line.
+    /// How it reads the bytes of the line.
     #[must_use]
     pub fn grammar(&self) -> Grammar {
         let Model { language, quirks, .. } = self;

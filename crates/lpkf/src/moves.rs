@@ -1,4 +1,4 @@
-//! Moves: from a place to a motion, what is in its way, and what it leaves behind.
+//! Moves: from a target to a motion, the obstacles on its way, and its effects.
 
 use vimc4_device::Point;
 use vimc4_motion::{
@@ -20,7 +20,7 @@ const PER_MILLIMETRE: u64 = 1_000_000;
 const PER_MILLIRADIAN: u64 = 206_265;
 
 impl Moving {
-    /// What is left of its path after so many steps.
+    /// The rest of its path after this many steps.
     pub(crate) fn rest(&self, mut steps: u64) -> Vec<ChainLink> {
         let mut rest = Vec::new();
         for ChainLink { path, stretches } in &self.links {
@@ -35,7 +35,7 @@ impl Moving {
     }
 }
 
-/// What lies between two steps of some stretches.
+/// The part of some stretches between two steps.
 fn cut(stretches: &[Stretch], from: u64, to: u64) -> Vec<Stretch> {
     let mut behind = 0;
     let mut within = Vec::new();
@@ -49,7 +49,7 @@ fn cut(stretches: &[Stretch], from: u64, to: u64) -> Vec<Stretch> {
     within
 }
 
-/// So many steps of a stretch.
+/// This many steps of a stretch.
 fn part(stretch: Stretch, steps: u64) -> Stretch {
     let length = u128::from(stretch.length) * u128::from(steps) / u128::from(stretch.steps.max(1));
     Stretch { steps, length: u64::try_from(length).unwrap_or(u64::MAX) }
@@ -193,7 +193,7 @@ impl State {
         self.motion(links, profile, (speed, acceleration))
     }
 
-    /// Along these links as far as nothing is in the way; nothing if that is no way at all.
+    /// Along these links up to the first obstacle; `None` if that leaves no way.
     fn motion(
         &mut self,
         links: Vec<ChainLink>,
@@ -247,7 +247,7 @@ impl State {
         ChainLink { path: sweep.path(), stretches: sweep.stretches(&self.settings.resolution) }
     }
 
-    // --- what is in the way ---
+    // --- obstacles ---
 
     /// After how many steps a path is about to leave the window or a range, and at which end of
     /// which axis. An axis that is outside already may come back.
@@ -294,7 +294,7 @@ impl State {
         let other = self.switch_ahead(path, from);
         let other = other.filter(|(_, _, met)| sought.is_none_or(|sought| sought.end != *met));
         let other = other.map(|(step, axis, met)| (step, Meeting::Limit(axis, met)));
-        // Where a switch is held by hand nothing changes it, and the axis goes on and on.
+        // A switch that is held by hand does not change, and the axis goes on without end.
         let goal = sought.and_then(|Sought { axis, end, onto }| {
             let (index, signs) = (axis.index(), self.carriage_signs());
             let is_so = |slide: &Slide| self.plant.pressed(index, end, slide) == onto;
@@ -350,7 +350,7 @@ fn in_plane(plane: (usize, usize), [x, y]: [i64; 2]) -> Point {
     delta
 }
 
-/// So many steps of one axis.
+/// This many steps of one axis.
 pub(crate) fn along(axis: Axis, steps: i64) -> Point {
     let mut delta = Point::default();
     delta[axis.index()] = steps;

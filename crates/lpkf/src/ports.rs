@@ -7,8 +7,8 @@ use vimc4_plant::Plant;
 
 use crate::model::Io;
 
-/// The number under which what the controller switches by commands of their own is seen: bit 0
-/// the spindle, bit 1 the lowered head, bit 2 the halved current.
+/// The port number that shows what the controller switches by special commands: bit 0 the spindle,
+/// bit 1 the lowered head, bit 2 the halved current.
 const MACHINE_PORT: u16 = 256;
 
 /// Everything that the controller switches. The default is what holds after power-on.

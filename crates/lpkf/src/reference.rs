@@ -9,7 +9,7 @@ use crate::moves::along;
 use crate::state::{Moving, Sought, Stage, State};
 use crate::why::Why;
 
-/// So many steps stand for "on and on": they are more than the counters have.
+/// This many steps stand for "without end": they are more than the counters have.
 const ON_AND_ON: i64 = 1 << 40;
 
 impl State {
@@ -112,7 +112,7 @@ impl State {
         }
     }
 
-    /// Drives onto a limit switch, or off it; nothing if that is so already.
+    /// Drives onto a limit switch, or off it; does nothing if it is already there.
     pub(crate) fn drive(&mut self, axis: Axis, end: End, speed: u32, onto: bool) -> Option<Moving> {
         let index = axis.index();
         let plant = &self.plant;
@@ -137,9 +137,9 @@ impl State {
         Some(self.creep(delta, speed, None, border))
     }
 
-    /// As much of a way as the counter of an axis allows, which has 32 bits, and at which end of it
-    /// the axis stops if that is not all. What was set of its range does not matter before its
-    /// reference point is found.
+    /// As much of a way as the 32-bit counter of an axis allows, and the end at which the axis
+    /// stops if that is not all. Its configured range does not matter before its reference point is
+    /// found.
     fn within_counter(&self, axis: Axis, way: i64) -> (i64, Option<(Axis, Side)>) {
         let here = self.position[axis.index()];
         let to = (here + way).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
@@ -147,7 +147,7 @@ impl State {
         (to - here, (to != here + way).then_some((axis, side)))
     }
 
-    /// Here is the reference point.
+    /// Sets the reference point here.
     pub(crate) fn set_zero(&mut self, axis: Axis) {
         let index = axis.index();
         self.position[index] = 0;

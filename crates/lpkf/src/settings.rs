@@ -28,7 +28,7 @@ pub(crate) struct Settings {
     pub(crate) speed_down: u32,
     /// Their speed with the head up, µm/s.
     pub(crate) speed_up: u32,
-    /// Whichever of the two was set last, µm/s.
+    /// The one of the two that was set last, µm/s.
     pub(crate) speed_set_last: u32,
     /// Which times `PD` and `PU` take.
     pub(crate) mode: Mode,

@@ -13,7 +13,7 @@ const FIRST: u16 = 128;
 /// The first number of a fault.
 const FIRST_FAULT: u16 = 256;
 
-/// A thing outside that only these controllers know.
+/// A signal that only these controllers have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Own {
     /// A message interrupt, 0 or 1.
@@ -22,7 +22,7 @@ enum Own {
     Trigger,
     /// Which axis the trackball moves.
     BallAxis,
-    /// Turns the trackball by so many steps, in X or in Y.
+    /// Turns the trackball by this many steps, in X or in Y.
     Ball(u8),
     /// The spindle unit fails: 1 or 2.
     SpindleFault,
@@ -83,17 +83,17 @@ impl Own {
     }
 }
 
-/// What a signal leads to.
+/// The consequence of a signal.
 pub(crate) enum Leads {
     /// To nothing more.
     Nowhere,
-    /// It stops whatever executes, along the ramp if it moves.
+    /// It stops what is executing, along the ramp if it moves.
     Interruption(Stop, Why),
     /// It takes the motors' ability to move.
     Halt(Status),
     /// It is told.
     Report(Why),
-    /// Somebody presses or releases a limit switch.
+    /// A limit switch is pressed or released by hand.
     Switch(Axis, End, bool),
     /// This is sent.
     Says(Bytes),
@@ -125,7 +125,7 @@ impl State {
         signals
     }
 
-    /// Everything that can be set, as it is.
+    /// Everything that can be set, with its present value.
     pub(crate) fn signal_views(&self) -> Vec<SignalView> {
         let signals = self.list_signals().into_iter();
         let view = |signal: Signal| SignalView {
@@ -136,7 +136,7 @@ impl State {
         signals.map(view).collect()
     }
 
-    /// What a signal is set to. What acts in the moment it is set has no value.
+    /// What a signal is set to. A signal that acts the moment it is set has no value.
     pub(crate) fn signal_value(&self, id: SignalId) -> Option<i32> {
         if let Some(signal) = PlantSignal::from_id(id) {
             return Some(self.plant.level(signal).into());
@@ -162,7 +162,7 @@ impl State {
         }
     }
 
-    /// The value that a signal takes if it is set to this one; `None` if nothing comes of it.
+    /// The value that a signal takes if it is set to this one; `None` if that has no effect.
     pub(crate) fn taken(&self, id: SignalId, value: i32) -> Option<i32> {
         let own = Own::from_id(id).filter(|own| self.has(*own));
         let value = match own {
@@ -170,7 +170,7 @@ impl State {
             Some(Own::Fault(_)) => (value != 0).into(),
             Some(Own::BallAxis) => value.clamp(0, self.model.axes as i32 - 1),
             Some(Own::SpindleFault) => value.clamp(0, 2),
-            // What acts in the moment it is set has no value before.
+            // A signal that acts the moment it is set has no earlier value.
             Some(_) => return (value != 0).then_some(value),
         };
         (self.signal_value(id) != Some(value)).then_some(value)
@@ -229,7 +229,7 @@ impl State {
         };
         match status {
             _ if !changed || !active || !self.powered => Leads::Nowhere,
-            // It is said when somebody opens the interface.
+            // It is reported when the interface is opened.
             Status::JoystickNotConnected if self.ball.open.is_none() => Leads::Nowhere,
             status if status.forbids_motion() => Leads::Halt(status),
             status => Leads::Report(Why::Fault(status)),
@@ -244,7 +244,7 @@ impl State {
             Some(PlantSignal::Stop) if !self.settings.external_stop => {
                 Some("the external stop is blocked; !ES1 lets it through")
             }
-            // Of its own signals those that do nothing now are no switches.
+            // Those of its own signals that do nothing now are not switches.
             None => Some("nothing heeds it now"),
             Some(_) => None,
         }

@@ -18,15 +18,15 @@ use crate::settings::Settings;
 use crate::trackball::Ball;
 use crate::why::{Stop, Why};
 
-/// The whole state of a controller and its machine. Two equal states that get the same inputs
-/// do the same; nothing is left out of the comparison.
+/// The whole state of a controller and its machine. Two equal states with the same inputs behave
+/// the same; nothing is left out of the comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub(crate) now: Time,
     pub(crate) model: Arc<Model>,
     pub(crate) plant: Plant,
     pub(crate) powered: bool,
-    /// What the line has brought of a command that is not complete.
+    /// The received part of an incomplete command.
     pub(crate) reader: Reader,
     pub(crate) buffer: Buffer,
     /// The number of the command that was taken from the line last.
@@ -46,7 +46,7 @@ pub struct State {
     pub(crate) stop_requested: bool,
     /// Nothing is executed until `!GO`, and why.
     pub(crate) stopped: Option<Stop>,
-    /// The command that was broken off.
+    /// The aborted command.
     pub(crate) broken: Option<Broken>,
     /// Faults that are set from outside, by code.
     pub(crate) faults: BTreeSet<u8>,
@@ -72,13 +72,13 @@ pub(crate) struct Task {
     pub(crate) found: [i64; AXES],
 }
 
-/// A command that was broken off, with what was left of it.
+/// An aborted command, with what was left of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Broken {
     pub(crate) command: Command,
     /// Where the counters were when it began.
     pub(crate) start: Point,
-    /// Where they were when it was broken off.
+    /// Where they were when it was aborted.
     pub(crate) end: Point,
     pub(crate) stages: VecDeque<Stage>,
 }
@@ -92,7 +92,7 @@ pub(crate) enum Stage {
     Arc([i64; 2], i64),
     /// Along vectors on two axes without a halt.
     Vectors([Axis; 2], Vec<Vector>),
-    /// Along what is left of a motion that was broken off, at this speed and acceleration.
+    /// Along the rest of an aborted motion, at this speed and acceleration.
     Rest(Vec<ChainLink>, u64, u64),
     /// Nothing, for this many ns.
     Wait(Pause, u64),
@@ -104,9 +104,9 @@ pub(crate) enum Stage {
     Off(Axis, End, u32),
     /// An axis goes by a few steps at steps a second.
     Free(Axis, i64, u32),
-    /// Here is the reference point of an axis.
+    /// Sets the reference point of an axis here.
     Zero(Axis),
-    /// Here is the end of an axis: `OH` has found it.
+    /// Sets the end of an axis here: `OH` has found it.
     Found(Axis),
     /// An axis goes back to 0 at the speed that was set last.
     Return(Axis),
@@ -125,7 +125,7 @@ pub(crate) enum Pause {
     Once,
 }
 
-/// A part of a path, and how long it is in the world, in stretches of even pace.
+/// A part of a path, and its real length, in stretches of even pace.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ChainLink {
     pub(crate) path: Path,
@@ -168,7 +168,7 @@ pub(crate) enum Meeting {
     Edge,
 }
 
-/// What an axis drives for: to be on a limit switch, or off it.
+/// What an axis is driven for: to be on a limit switch, or off it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sought {
     pub(crate) axis: Axis,
@@ -262,8 +262,8 @@ impl State {
         self.origin = self.plant.carriage();
     }
 
-    /// Everything as after power-on (`IN`), except where the axes are and what the line brings:
-    /// what has come behind `IN` waits for its turn.
+    /// Everything as after power-on (`IN`), except the positions and the input of the line: what
+    /// came after `IN` waits for its turn.
     pub(crate) fn initialise(&mut self) {
         self.settings = Settings::new(&self.model, self.plant.machine());
         self.settings.echo = self.model.quirks.init_echo == InitEcho::On;
@@ -277,7 +277,7 @@ impl State {
         self.ball.close();
     }
 
-    // --- what executes ---
+    // --- the executing command ---
 
     /// When what the command does now ends by itself.
     pub(crate) fn job_due(&self) -> Option<Time> {
@@ -328,7 +328,7 @@ impl State {
         axis.index() < self.model.axes && self.plant.machine().fits(axis.index())
     }
 
-    /// The axes that are there.
+    /// The axes that exist.
     pub(crate) fn fitted(&self) -> impl Iterator<Item = Axis> + '_ {
         Axis::ALL.into_iter().filter(|axis| self.is_fitted(*axis))
     }
@@ -374,14 +374,14 @@ impl State {
 
     // --- places ---
 
-    /// The place of an axis, as the status wants it, that runs onto a limit switch, or on which
-    /// somebody presses one.
+    /// The position, as the status wants it, of an axis that runs onto a limit switch or whose
+    /// switch is pressed by hand.
     pub(crate) fn on_limit(&self, axis: Axis, end: End, by_hand: bool) -> Why {
         let at = self.position[axis.index()];
         Why::Limit { axis, side: self.side(axis, end), at, by_hand }
     }
 
-    /// Where the axes are now, as a measuring system counts it: without the steps that were lost.
+    /// Where the axes are now, as a measuring system sees it: without the lost steps.
     pub(crate) fn actual_now(&self) -> Point {
         std::array::from_fn(|axis| {
             self.carriage_sign(axis) * (self.carriage_at(axis, self.now) - self.origin[axis])

@@ -1,4 +1,4 @@
-//! Lines of data, put together without asking for memory.
+//! Lines of data, built without an allocation.
 
 use bytes::Bytes;
 

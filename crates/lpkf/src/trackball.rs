@@ -40,7 +40,7 @@ impl Ball {
         format!("A{place}\r").into()
     }
 
-    /// The ball was turned by so many steps each way. What is sent of it follows.
+    /// The ball was turned by this many steps each way. Returns what is sent of that.
     pub(crate) fn turned(&mut self, x: i64, y: i64) -> Option<Bytes> {
         match self.open? {
             Trackball::Report => return Some(format!("B{x},{y}\r").into()),

@@ -21,7 +21,7 @@ pub struct Details {
     pub spindle: bool,
     /// Whether the motors have half their current.
     pub half_current: bool,
-    /// Why nothing is executed until a command goes on, if that is so.
+    /// Why nothing is executed until a command resumes execution, if something holds it.
     pub stopped: Option<StoppedBy>,
     /// The code of the status of a fault because of which nothing can move, if there is one.
     pub fault: Option<u8>,
@@ -46,7 +46,7 @@ pub struct Details {
     pub head_times: [u32; 4],
     /// How long everything rests after a move, ms.
     pub settling: u32,
-    /// What is set for each axis that is there.
+    /// The settings of each existing axis.
     pub axes: Vec<AxisSettings>,
 }
 
@@ -76,12 +76,12 @@ pub enum StoppedBy {
     Message,
 }
 
-/// What is set for one axis.
+/// The settings of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisSettings {
     /// Its place in every [`Point`](vimc4_device::Point), 0 for X.
     pub index: u8,
-    /// Whether it goes along or turns, and with it the units of the others.
+    /// Whether it is linear or rotary, which decides the units of the other fields.
     pub unit: Unit,
     /// The way of a step: pm, or millionths of a second of arc.
     pub resolution: u64,
@@ -160,7 +160,7 @@ impl State {
         let settings = &state.settings;
         let axes = state.fitted().map(|axis| {
             let index = axis.index();
-            // The counters' own range is not a border that somebody has set.
+            // The counters' own range does not count as a configured border.
             let (low, high) = settings.borders(index);
             AxisSettings {
                 index: index as u8,
@@ -226,7 +226,7 @@ impl State {
         }
     }
 
-    /// What it waits for, unless a command executes. Spindle unit and trackball go on beside it.
+    /// What it waits for, unless a command executes. Spindle unit and trackball continue meanwhile.
     fn awaited(&self) -> Option<WaitsFor> {
         match self.doing() {
             Doing::Off => Some(WaitsFor::Power),

@@ -1,6 +1,7 @@
 //! Why a status is sent.
 //!
-//! The controller decides with typed reasons, which cost nothing; `words` says them to people.
+//! The controller decides with typed reasons, which cost nothing; `words` puts them into words for
+//! people.
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::StopCause;
@@ -10,7 +11,7 @@ use crate::language::{Axis, Dialect, Misfit, Side, Status};
 /// Why nothing is executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Stop {
-    /// `!ST`: commands go on waiting.
+    /// `!ST`: commands keep waiting.
     Command,
     /// The external stop.
     External,
@@ -27,13 +28,13 @@ pub(crate) enum Stop {
 /// Why a command fails, or a status is sent that no command asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Why {
-    /// The bytes are no command, or not one that could be for any machine.
+    /// The bytes are not a command, or not one for any machine.
     Text(Status),
     /// A command has more bytes than any.
     TooLong,
     /// The machine does not have the axis, or the axis does not allow the value.
     Misfit(Misfit),
-    /// So many bytes found no room in the command buffer.
+    /// This many bytes did not fit into the command buffer.
     BufferFull(usize),
     /// Commands are refused since something has stopped the controller.
     After(Stop),
@@ -43,7 +44,7 @@ pub(crate) enum Why {
     NoPosition(Axis),
     /// Positions at a trigger are asked for, and there was none.
     NoTrigger,
-    /// The machine has nothing to look for the reference point of this axis with.
+    /// The machine has no reference switch for this axis.
     NoReference(Axis),
     /// There is no such port to read, or to write.
     NoPort { port: u8, write: bool },
@@ -55,9 +56,9 @@ pub(crate) enum Why {
     VectorSpeed { vector: u32, speed: i64 },
     /// The last following vectors begin and end at a standstill.
     VectorsStandStill,
-    /// An axis ran onto a limit switch, or somebody pressed one.
+    /// An axis ran onto a limit switch, or one was pressed by hand.
     Limit { axis: Axis, side: Side, at: i64, by_hand: bool },
-    /// An axis came to the end of its range, of the window or of its counter.
+    /// An axis reached the end of its range, of the window or of its counter.
     Border(Axis, Side),
     /// The external stop was pressed.
     ExternalStop,

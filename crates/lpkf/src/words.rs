@@ -1,7 +1,7 @@
 //! Why a status is sent, for people.
 //!
-//! Reasons become words only where somebody watches. They say which axis, switch, value or signal
-//! it was, and name in brackets the value of the profile with which it would have been otherwise.
+//! Reasons become words only when events are watched. They say which axis, switch, value or signal
+//! it was, and name in brackets the profile value that would have avoided it.
 
 use vimc4_device::Grouped;
 use vimc4_plant::Unit;
@@ -98,7 +98,7 @@ impl State {
             (..) => ("speed", kind.unit(of), ""),
         };
         let (name, limit) = (self.axis_name(axis), Grouped(limit.into()));
-        // A unit such as 0.1°/s is not a word behind a number.
+        // A unit such as 0.1°/s cannot directly follow a number.
         let unit = match unit.starts_with(|first: char| first.is_ascii_digit()) {
             true => format!("({unit})"),
             false => unit.to_owned(),
@@ -130,7 +130,7 @@ impl State {
         format!("{name} came to the end of {what}, {low} to {high}, at step {}", Grouped(here))
     }
 
-    /// What a controller that executes nothing waits for, as the end of a sentence.
+    /// What an idle controller waits for, as the end of a sentence.
     fn waits_for(&self) -> &'static str {
         if self.ball.open.is_some() {
             return "; the trackball is open until !CI";

@@ -21,16 +21,15 @@
 //! `D = C - G(u) + G(w)` throughout a piece, with `C` fixed by where it begins, whichever way
 //! led to (u, w). D falls with `u` and rises with `w`.
 //!
-//! **The split.** After `n` steps of a piece `u + w = s` is known; what is to be found is `u`.
-//! It is the least `u`, from where the piece began, with `D(u, w-1) ≤ 0`, and if there is none
-//! all steps were made in `u`. For let U(n) be that least value. Since D falls with `u` and
-//! rises with `w`, U(n-1) ≤ U(n) ≤ U(n-1) + 1. From the place with U(n-1) the engine steps in
-//! `w` if D ≤ 0 there, in which case U(n) = U(n-1), and in `u` otherwise, in which case U(n) =
-//! U(n-1) + 1: it goes from U(n-1) to U(n). The condition reads `G(u) - G(w-1) ≥ C`; with
-//! `w = s - u` it is linear in `u` when both coordinates have the same sign and quadratic, a
-//! circle cut by a line, when they have not: one integer square root. Nothing was said about D
-//! at the beginning, so the long runs in one direction with which wild values of D begin are no
-//! special case.
+//! **The split.** After `n` steps of a piece `u + w = s` is known; what is to be found is `u`. It
+//! is the least `u`, from where the piece began, with `D(u, w-1) ≤ 0`, and if there is none all
+//! steps were made in `u`. For let U(n) be that least value. Since D falls with `u` and rises with
+//! `w`, U(n-1) ≤ U(n) ≤ U(n-1) + 1. From the place with U(n-1) the engine steps in `w` if D ≤ 0
+//! there, in which case U(n) = U(n-1), and in `u` otherwise, in which case U(n) = U(n-1) + 1: it
+//! goes from U(n-1) to U(n). The condition reads `G(u) - G(w-1) ≥ C`; with `w = s - u` it is linear
+//! in `u` when both coordinates have the same sign and quadratic, a circle cut by a line, when they
+//! have not: one integer square root. Nothing was said about D at the beginning, so the long runs
+//! in one direction at the beginning, for wild values of D, are no special case.
 //!
 //! **When a coordinate gets to a value.** It gets to `u` from `u-1` at the first `w` with
 //! `D(u-1, w) > 0`, and to `w` from `w-1` at the first `u` with `D(u, w-1) ≤ 0`. Both are an
@@ -134,8 +133,8 @@ fn first_sum(least: i64) -> i64 {
 
 /// The square root rounded down; `square` is not negative and less than 2⁶².
 ///
-/// That of a floating-point number is rounded exactly on every platform, and faster. It can be off
-/// by one, because the square is rounded too.
+/// The floating-point root is rounded exactly on every platform, and is faster. It can be off by
+/// one, because the square is rounded too.
 fn floor_sqrt(square: i64) -> i64 {
     let root = (square as f64).sqrt() as i64;
     if root * root > square {
@@ -156,7 +155,7 @@ fn ceil_div(dividend: i64, divisor: i64) -> i64 {
     -(-dividend).div_euclid(divisor)
 }
 
-/// What is ahead of a state until a direction changes.
+/// The way ahead of a state until a direction changes.
 struct Piece {
     /// The registers at its beginning.
     start: ArcState,
@@ -241,9 +240,9 @@ pub struct Arc {
 
 impl Arc {
     /// An arc of `steps` steps in the plane of axis `first` and axis `second` (less than [`AXES`],
-    /// different) that begins with the registers `start`. Any register values are allowed, also
-    /// such that no circle has; `x`, `y` and `steps` are cut to a magnitude of 2²⁸, `d` to 2⁵⁶, and a
-    /// direction is its sign, 0 counting as +1.
+    /// different) that begins with the registers `start`. Any register values are allowed, even
+    /// ones that no circle has; `x`, `y` and `steps` are cut to a magnitude of 2²⁸, `d` to 2⁵⁶, and
+    /// a direction is its sign, 0 counting as +1.
     #[must_use]
     pub fn new(first: usize, second: usize, steps: u64, start: ArcState) -> Arc {
         let direction = |r: i8| if r < 0 { -1 } else { 1 };

@@ -1,4 +1,4 @@
-//! Speeds along the real way: what a tool on several axes is to do, not what one motor does.
+//! Speeds along the real way: of a tool moved by several axes, not of a single motor.
 //!
 //! # The way
 //!
@@ -64,7 +64,7 @@ const NANO: u128 = 1_000_000_000;
 /// µHz in a Hz.
 const MICRO: u128 = 1_000_000;
 
-/// A number of clock steps and how long the way is that they make.
+/// A number of clock steps and the length of their way.
 ///
 /// Axes that turn have thousandths of an arc second for nanometres, in lengths, speeds and
 /// accelerations alike.
@@ -108,7 +108,7 @@ pub(crate) struct Course {
     plan: Shared<Plan>,
 }
 
-/// What was asked for. All else follows from it.
+/// The request. Everything else follows from it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 struct Order {
     stretches: Shared<[Stretch]>,
@@ -156,7 +156,7 @@ impl Course {
             if stretch.steps > 0 {
                 way += placed.next()?.length;
             }
-            // A vector without a way is left out, with its speed.
+            // A vector of no length is left out, with its speed.
             let Some(end) = end.map(speed_in_pm).filter(|_| way > 0) else { continue };
             if speed + end == 0 {
                 return None;
@@ -450,7 +450,7 @@ struct Plan {
     steps: u64,
 }
 
-/// The last of some items in order, of which those that fulfil a condition come first.
+/// The last item that fulfils a condition, where those that do come first.
 fn last_that<T>(items: &[T], condition: impl Fn(&T) -> bool) -> Option<&T> {
     items.partition_point(condition).checked_sub(1).and_then(|last| items.get(last))
 }

@@ -1,4 +1,4 @@
-//! What a motion asks of the motors, and where it asks for more than one can.
+//! What a motion demands of the motors, and where it overloads one.
 //!
 //! A motion consists of phases in which the step frequency only rises, only falls or stays, and the
 //! acceleration is always the same. So of a motor that pulls less the faster it turns, the first
@@ -12,7 +12,7 @@ const MICRO: u128 = 1_000_000;
 /// Hz/s in a Hz/ms.
 const PER_SECOND: u64 = 1_000;
 
-/// What a motor can.
+/// The limits of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pull<'a> {
     /// Up to which acceleration in Hz/ms it follows at a frequency in Hz: ascending frequencies, and
@@ -22,8 +22,7 @@ pub struct Pull<'a> {
     pub curve: &'a [(u32, u32)],
     /// The highest frequency in Hz with which it can start.
     pub start: Option<u32>,
-    /// What it pulls besides, as the acceleration in Hz/ms that would ask for as much. Braking, it is
-    /// a help.
+    /// Its extra load, as the acceleration in Hz/ms that would load it as much. It helps braking.
     pub load: u32,
 }
 
@@ -44,8 +43,8 @@ impl Pull<'_> {
 }
 
 impl Segment {
-    /// After how many clock steps, `from` at the least, an axis is asked for more than its motor can;
-    /// `None` if it can everything.
+    /// After how many clock steps, at least `from`, an axis overloads its motor; `None` if it never
+    /// does.
     #[must_use]
     pub fn exceeds(&self, axis: usize, from: u64, pull: &Pull<'_>) -> Option<u64> {
         let Segment { path, profile } = self;
@@ -98,7 +97,7 @@ impl Segment {
     }
 }
 
-/// The first number at which something is so that is not so at `low` and is at `high`.
+/// The first number for which a condition holds that does not hold at `low` and does at `high`.
 fn first(mut low: u64, mut high: u64, is_so: impl Fn(u64) -> bool) -> u64 {
     while high - low > 1 {
         let between = u64::midpoint(low, high);

@@ -52,8 +52,8 @@ const LARGEST: i64 = 1 << 24;
 /// More steps than any turn takes.
 const A_TURN: u64 = 1 << 28;
 
-/// The engine's places are within two steps of the circle, and an end that was rounded is within
-/// one: the nearest of them is no further along the circle than this.
+/// The engine's places are within two steps of the circle, and a rounded end is within one, so the
+/// nearest place is no further along the circle than this.
 const NEAR: i64 = 8;
 
 /// The sense of rotation, seen with the first axis of the plane to the right and the second up.

@@ -101,9 +101,9 @@ impl Path {
         }
     }
 
-    /// Gives `visit` the runs of an axis up to clock step `k`, one after the other, until it breaks
-    /// off, and with them the `state` that it has left. Turns of a circle that begin with the state
-    /// with which the one before them began are left out: they would go like it.
+    /// Gives `visit` the runs of an axis up to clock step `k`, one after the other, until it
+    /// breaks, and with them the `state` that it has left. Turns of a circle that begin with the
+    /// state with which the one before them began are left out: they would go like it.
     pub fn runs<S: Clone + PartialEq, B>(
         &self,
         axis: usize,

@@ -1,9 +1,9 @@
 //! The way of one axis in runs: stretches in which it keeps its direction.
 //!
-//! What follows a motor with play, or comes to a stop, depends on every turn of its way and not only
-//! on where that ends. Within a run all of it is monotone, so code that goes along the runs needs no
-//! single step. Of a circle there are four an around, and a circle may be gone round a million
-//! times; but what follows it is as it was after a turn or two, and so the others are left out.
+//! What follows a motor with play, or comes to a stop, depends on every turn of its way and not
+//! only on where that ends. Within a run all of it is monotone, so code that goes along the runs
+//! needs no single step. A turn of a circle has four runs, and there may be a million turns. But
+//! after a turn or two everything that follows the motor repeats, so the other turns are left out.
 
 use crate::Point;
 

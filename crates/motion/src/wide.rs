@@ -8,7 +8,7 @@ pub(crate) type Wide = (u128, u128);
 
 const HALF: u128 = u64::MAX as u128;
 
-/// As 64 bits; what does not fit is the largest there is, as a time: never.
+/// As 64 bits; a number that does not fit becomes the largest, which as a time means never.
 pub(crate) fn saturated(value: u128) -> u64 {
     u64::try_from(value).unwrap_or(u64::MAX)
 }

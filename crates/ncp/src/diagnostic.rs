@@ -1,4 +1,4 @@
-//! What is to be said about a line.
+//! Diagnostics of lines.
 
 use crate::Severity;
 use crate::job;
@@ -11,26 +11,26 @@ pub struct Diagnostic {
     pub line: u32,
     /// The part of the line.
     pub span: Span,
-    /// What is to be said.
+    /// The message.
     pub problem: Problem,
-    /// Whether a lenient reading leaves the line out, because nothing that the tool does
-    /// depends on it. At other errors the job ends.
+    /// Whether a lenient reading leaves the line out, because nothing that the tool does depends on
+    /// it. Any other error ends the job.
     pub left_out: bool,
 }
 
-/// What is to be said: of how a line is written, or of what it asks for.
+/// A problem: with how a line is written, or with what it asks for.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
-    /// The line cannot be read, or not as it stands.
+    /// The line cannot be read, or only with an assumption.
     #[error(transparent)]
     Written(#[from] language::Problem),
-    /// What it asks for cannot be done, or not as it stands.
+    /// What it asks for cannot be done, or only with a change.
     #[error(transparent)]
     Asked(#[from] job::Problem),
 }
 
 impl Problem {
-    /// How bad it is.
+    /// Its severity.
     #[must_use]
     pub fn severity(self) -> Severity {
         match self {
@@ -48,7 +48,7 @@ impl Problem {
         }
     }
 
-    /// What would be right, if that can be said.
+    /// What would be right, if that is known.
     #[must_use]
     pub fn help(self) -> Option<String> {
         match self {

@@ -1,21 +1,21 @@
 //! The isel NC intermediate format (NCP): job files, from their text to the commands of an isel
 //! controller.
 //!
-//! A job goes through four rooms, and each can be used alone:
+//! A job goes through four stages, and each can be used alone:
 //!
 //! 1. [`language`] reads: bytes become text, text lines, a line a
 //!    [`Instruction`](language::Instruction) with its words and their places. Its
 //!    [`reference`](language::reference) is the table of all commands, which also feeds the
 //!    [`service`](language::service) for editors.
-//! 2. [`job`] interprets: it knows where the tool is, exactly, and the machine and controller it
-//!    is for, a [`Target`](job::Target). It checks every line before anything of it is done.
-//! 3. [`geometry`] turns ways in the world into motions of a controller: arcs become circles of
-//!    whole numbers or chords, moves with a turning axis become pieces.
+//! 2. [`job`] interprets: it knows where the tool is, exactly, and the machine and controller it is
+//!    for, a [`Target`](job::Target). It checks every line before any of it is done.
+//! 3. [`geometry`] turns real ways into motions of a controller: arcs become circles of whole
+//!    numbers or chords, moves with a rotary axis become pieces.
 //! 4. [`job`] hands the result out: as [`Step`](job::Step)s, one at a time, for the code that runs the
 //!    job, or as a [`Field`](job::Field) that a controller stores.
 //!
-//! What is to be said about a line is a [`Diagnostic`]: where, how bad, what, and what would be
-//! right. Nothing here knows a clock, a port or a file.
+//! Remarks about a line are [`Diagnostic`]s: place, severity, message, and what would be right.
+//! Nothing here knows a clock, a port or a file.
 //!
 //! ```
 //! use vimc4_ncp::job::{Controller, Options, Target, check};

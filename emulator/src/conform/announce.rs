@@ -115,7 +115,7 @@ pub(super) fn dangers(
                  those of the limit switches.\n";
     }
     text += &format!("{}\n", handling.warning);
-    // What is said to a person must not disturb what is printed for a program.
+    // Messages to people must not disturb output for programs.
     let _ = match arguments.json {
         true => io::stderr().lock().write_all(text.as_bytes()),
         false => io::stdout().lock().write_all(text.as_bytes()),

@@ -23,7 +23,7 @@ pub(super) fn choose<'s>(
 ) -> Result<Vec<Choice<'s>>, Failure> {
     let mut filters: Vec<&str> = arguments.filters.iter().map(String::as_str).collect();
     if arguments.list {
-        // Nobody needs a port then. What stands in its place is a filter unless it is a port.
+        // No port is needed then. The argument in its place is a filter unless it is a port.
         let is_filter = |name: &&str| {
             sessions.iter().any(|session| session.id.contains(name)) || !port::looks_like_one(name)
         };

@@ -10,18 +10,18 @@ use vimc4_device::{Point, Time, escape};
 use crate::failure::Failure;
 use crate::port::{Port, PortError};
 
-/// How long a controller may be deaf after a reset, beyond what its profile says.
+/// How long a controller may be unresponsive after a reset, beyond its profile's time.
 const DEAF: Duration = Duration::from_secs(3);
 /// How long an answer to a question may take.
 const ANSWER: Duration = Duration::from_millis(400);
-/// How long nothing may come until a line counts as quiet.
+/// How long nothing must come until a line counts as quiet.
 const PAUSE: Duration = Duration::from_millis(60);
-/// How long a line is waited for to become quiet.
+/// How long to wait for a line to become quiet.
 const NOISE: Duration = Duration::from_secs(2);
 
-/// No controller says as much without a pause, in bytes.
+/// More than any controller sends without a pause, in bytes.
 const LONGEST: usize = 1 << 20;
-/// So much of what makes no sense is shown.
+/// How much of meaningless input is shown.
 const EXCERPT: usize = 24;
 
 /// Why nothing more can be played.
@@ -35,9 +35,9 @@ pub(super) enum ClientError {
     Echo,
     /// It sends without a pause, such as this.
     Endless(Vec<u8>),
-    /// It counts from somewhere else than where it is: the axes are here.
+    /// Its counters do not match its position: the axes are here.
     Elsewhere(Vec<i64>),
-    /// The port is gone, or somebody has asked for an end.
+    /// The port is gone, or an end was requested.
     Port(PortError),
 }
 
@@ -148,13 +148,13 @@ impl Client {
         Ok(true)
     }
 
-    /// Ends whatever still moves, as far as the line can.
+    /// Ends motions, as far as the line can.
     pub(super) fn abandon(&mut self, limit: Duration) -> Result<(), ClientError> {
         self.send(self.handling.abandon)?;
         self.answer(limit).map(drop)
     }
 
-    /// Halts whatever moves, as the last thing that is done. What cannot be sent cannot be.
+    /// Halts motions as the last act. A failure to send is ignored.
     pub(super) fn halt(&mut self) {
         let _ = self.port.send(self.handling.halt);
     }
@@ -212,7 +212,7 @@ impl Client {
         Ok(answer)
     }
 
-    /// Lets everything pass that still comes.
+    /// Discards everything that still arrives.
     fn quiet(&mut self) -> Result<(), ClientError> {
         self.answer(PAUSE).map(drop)
     }

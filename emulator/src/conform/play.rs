@@ -1,5 +1,5 @@
-//! Plays one session after the other, and keeps account of where the axes are and what the
-//! memory holds.
+//! Plays one session after the other, and keeps track of where the axes are and what the memory
+//! holds.
 
 use std::time::Duration;
 
@@ -56,7 +56,7 @@ impl<'a> Conductor<'a> {
         &self.client
     }
 
-    /// Halts whatever moves, as far as the line can make it.
+    /// Halts motions, as far as the line can.
     pub(super) fn halt(&mut self) {
         self.client.halt();
     }
@@ -108,7 +108,7 @@ impl<'a> Conductor<'a> {
                 return Ok(Outcome::Failed(miss, causes));
             }
             if !row.travel.is_nothing() {
-                // What was stopped underway is not where it was in the model.
+                // After a stop on the way, the position differs from the model's.
                 let last = row.offsets.last().map_or(0, |(step, _)| *step);
                 let place = self.place(row, last)?.unwrap_or(row.end);
                 self.back(Some(place), row)?;
@@ -156,7 +156,7 @@ impl<'a> Conductor<'a> {
             return Ok(());
         }
         self.client.reset()?;
-        // A place outside of the envelope is none that a session can have led to.
+        // No session can have led outside the envelope.
         self.home = self.allowed.contains(&way)
             && self.client.go(place.map(|steps| -steps), row.travel.top.max(20))?;
         Ok(())

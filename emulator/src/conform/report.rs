@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::port::Port;
 
-/// What became of a session.
+/// The outcome of a session.
 pub(super) enum Outcome {
     Passed,
     Failed(Miss, Vec<Cause>),
@@ -212,7 +212,7 @@ impl ConformReport {
         }
     }
 
-    /// What cannot be written now cannot be in the end either, and then it is said.
+    /// A failure to write now recurs at the end, where it is reported.
     fn print(&self, text: &str) {
         let mut out = io::stdout().lock();
         let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());

@@ -37,7 +37,7 @@ pub(crate) struct Opened {
 /// How a file is sent to a controller in virtual time, so that there is a history.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sending {
-    /// So much time may pass.
+    /// The most time that may pass.
     pub(crate) time: Duration,
     /// Go on after error replies.
     pub(crate) keeps_going: bool,
@@ -135,7 +135,7 @@ fn run_ahead(debugger: &mut Debugger, sending: Sending) -> Option<String> {
             let line = line.and_then(|(command, source)| source.line_of(command.number));
             break Some(format!("line {}: the time of --for is over", line.unwrap_or(0)));
         }
-        // Nobody is there: what is asked is accepted, and what waits for a signal does not wait.
+        // There is no operator: questions are accepted, and waits for a signal do not wait.
         if debugger.feed().and_then(Feed::waits).is_none() {
             break None;
         }
@@ -178,7 +178,7 @@ fn refusal(debugger: &mut Debugger, stop: &Stop) -> Option<String> {
 
 /// Finds out which line each command comes from, by the bytes that came for it.
 fn name_lines(debugger: &mut Debugger, sent: &[(u32, Vec<u8>)]) {
-    /// So much that is not a command is passed over between two that are.
+    /// How many pieces that are not commands are skipped between two that are.
     const PASSED_OVER: usize = 64;
     let mut begun: BTreeMap<CommandNumber, Vec<u8>> = BTreeMap::new();
     // One walk over all of it: it tells of every command and finds none.
@@ -203,7 +203,7 @@ fn name_lines(debugger: &mut Debugger, sent: &[(u32, Vec<u8>)]) {
     debugger.set_source(source.map(|source| Source { of_command, first, ..source }));
 }
 
-/// Whether a command is what was sent. Of a long one only the beginning is told.
+/// Whether a command is what was sent. Of a long one only the beginning is reported.
 fn is_command(sent: &[u8], command: &[u8]) -> bool {
     let sent = sent.trim_ascii_end();
     let sent = sent.strip_suffix(b";").unwrap_or(sent).trim_ascii();

@@ -9,7 +9,7 @@ use vimc4_ncp::language;
 use crate::failure::Failure;
 use crate::text;
 
-/// No job has more bytes: ten million lines fit.
+/// The largest job, in bytes: ten million lines fit.
 const LARGEST: u64 = 256 << 20;
 
 /// The bytes of a file that must not have more than so many; `-` is standard input.
@@ -19,7 +19,7 @@ pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
         io::stdin().lock().take(largest + 1).read_to_end(&mut bytes)?;
     } else {
         let file = File::open(path)?;
-        // A device or a pipe tells no length, and may have no end.
+        // A device or a pipe has no known length, and may have no end.
         if file.metadata()?.len() > largest {
             return Err(too_large(largest));
         }
@@ -34,7 +34,7 @@ pub(crate) fn bounded(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
 /// The first bytes of a file, as far as it can be read: to see what it is before all of it is read.
 pub(crate) fn beginning(path: &Path) -> Vec<u8> {
     let mut bytes = Vec::new();
-    // Whoever reads all of it says what is wrong with it.
+    // Reading all of it later reports the error.
     let _ = File::open(path).and_then(|file| file.take(64).read_to_end(&mut bytes));
     bytes
 }
@@ -93,7 +93,7 @@ pub(crate) fn is_job(bytes: &[u8]) -> bool {
     names.next().is_some_and(|(name, behind)| known(&name) || behind.is_some_and(|it| known(&it)))
 }
 
-/// Refuses a file of G-code, whatever else its lines may look like.
+/// Refuses a file of G-code.
 pub(crate) fn no_g_code(name: &str, bytes: &[u8]) -> Result<(), Failure> {
     let text = decoded(bytes);
     let Some(line) = language::g_code(&text) else { return Ok(()) };

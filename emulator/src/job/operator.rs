@@ -18,7 +18,7 @@ use vimc4_ncp::language::{Instruction, JobLine, TextLine, lines};
 use super::perform::{Attendant, Decision, said, shown};
 use crate::text::shown_in_line;
 
-/// How much is taken of what stands at the terminal, in bytes, before it is looked at.
+/// How much pending terminal input is read, in bytes, before it is examined.
 const MOST_TYPED: usize = 1 << 16;
 
 /// What is said to a person, and what they say.
@@ -35,7 +35,7 @@ pub(crate) struct Operator<'t> {
     early: Vec<String>,
     /// Whether what is typed now is an answer.
     asking: Arc<AtomicBool>,
-    /// Time stands still while somebody thinks.
+    /// Time is paused while the operator decides.
     at_leisure: bool,
     /// What else is shown.
     pub(crate) bar: Option<ProgressBar>,
@@ -45,15 +45,15 @@ pub(crate) struct Operator<'t> {
     resuming: String,
     /// Whether there is a START at the panel that goes on with it.
     has_start: bool,
-    /// Whether every line waits for somebody.
+    /// Whether every line waits for the operator.
     by_line: bool,
-    /// What somebody has said to a line that it may begin.
+    /// The operator's permission for a line to begin.
     begun: Option<u32>,
-    /// What somebody has typed that was done, and where.
+    /// What the operator has typed that was done, and where.
     pub(crate) entered: Vec<Entered>,
 }
 
-/// A line that somebody has typed at a question, and that was done.
+/// A line that the operator typed at a question, and that was done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Entered {
     /// The line of the job that has asked; 0 before its first.
@@ -75,7 +75,7 @@ enum Asked {
     Line,
 }
 
-/// What somebody has typed.
+/// What the operator has typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer<'a> {
     /// Nothing yet.
@@ -99,15 +99,15 @@ impl<'a> Answer<'a> {
             _ if is_end(word) => Answer::End,
             _ => match ["c", "k", "s"].into_iter().find(|key| word.eq_ignore_ascii_case(key)) {
                 Some(key) => Answer::Key(key),
-                // A blank is not Enter: what lets a machine go on has to be meant.
+                // A blank is not Enter: letting a machine go on must be deliberate.
                 None => Answer::Text(typed),
             },
         }
     }
 }
 
-/// Waits for somebody to type a line, and takes what stands behind it by then: of lines that come at
-/// once only the first can answer what is asked. Nothing once nobody types any more.
+/// Waits for a typed line, and takes the lines that follow it by then: of lines that come at once
+/// only the first can answer the question. `None` when the input has ended.
 fn lines_typed_at_once() -> Option<Vec<String>> {
     let stdin = io::stdin();
     let mut typed = Vec::new();
@@ -128,7 +128,7 @@ fn lines_typed_at_once() -> Option<Vec<String>> {
     Some(String::from_utf8_lossy(&typed).lines().map(str::to_owned).collect())
 }
 
-/// Whether somebody wants the job to end.
+/// Whether the operator wants the job to end.
 fn is_end(word: &str) -> bool {
     ["q", "quit", "stop"].iter().any(|end| word.eq_ignore_ascii_case(end))
 }
@@ -142,7 +142,7 @@ fn says(start: StartButton) -> &'static str {
 }
 
 impl<'t> Operator<'t> {
-    /// Nobody but the options. `text` is the job's, for its comments.
+    /// No operator, only the options. `text` is the job's, for its comments.
     pub(crate) fn new(text: &'t str, yes: bool, skip_waits: bool, verbose: bool) -> Operator<'t> {
         Operator {
             text,
@@ -163,9 +163,9 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// Somebody at the terminal, if there is one, and at the panel. A line that is typed while nothing
-    /// is asked is not an answer, and stops the job: `stop` is called. `woken` is called when an answer can
-    /// be heard.
+    /// An operator at the terminal, if there is one, and at the panel. A line that is typed while
+    /// nothing is asked is not an answer, and stops the job: `stop` is called. `woken` is called
+    /// when an answer can be heard.
     pub(crate) fn listen(
         &mut self,
         start: Option<StartButton>,
@@ -191,7 +191,7 @@ impl<'t> Operator<'t> {
                 }
                 woken();
             }
-            // Nobody types any more, which somebody may be waiting for.
+            // The input has ended, which a question may be waiting for.
             drop(sender);
             woken();
         };
@@ -202,7 +202,7 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// Somebody at the terminal whose answers are awaited one by one.
+    /// An operator at the terminal whose answers are awaited one by one.
     pub(crate) fn listen_at_leisure(&mut self) {
         self.at_leisure = io::stdin().is_terminal();
         if self.at_leisure {
@@ -210,12 +210,12 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// Whether somebody is there.
+    /// Whether there is an operator.
     fn has_listener(&self) -> bool {
         self.at_leisure || self.typed.is_some()
     }
 
-    /// Says something. Who cannot be told cannot be asked either.
+    /// Prints a message. If it cannot be printed, the operator cannot be asked either.
     fn tell(&self, text: &str) {
         let say = || writeln!(io::stderr(), "{text}");
         let _ = match &self.bar {
@@ -249,7 +249,7 @@ impl<'t> Operator<'t> {
         decision
     }
 
-    /// What it means that nothing was typed: somebody thinks, or nobody is there, and nobody will be.
+    /// What missing input means: the operator is deciding, or there is none and will be none.
     fn silence(&self) -> Decision {
         if self.has_listener() { Decision::NotYet } else { Decision::Unattended }
     }
@@ -260,7 +260,7 @@ impl<'t> Operator<'t> {
         Decision::Again
     }
 
-    /// What was typed since it was said; nothing at all if nobody is there.
+    /// What was typed since the message; `None` if there is no operator.
     fn heard(&mut self) -> Option<String> {
         if self.at_leisure {
             self.asked = None;
@@ -287,7 +287,8 @@ impl<'t> Operator<'t> {
         }
     }
 
-    /// Whether somebody agrees to what was just said. An operator who listens already is asked here.
+    /// Whether the operator agrees to the last message. An operator who is already listening is
+    /// asked here.
     pub(crate) fn agrees(&mut self) -> bool {
         if self.yes {
             return true;
@@ -515,7 +516,7 @@ impl Attendant for Operator<'_> {
     }
 
     fn object(&mut self, problem: Problem) {
-        // What a file would need, nobody who moves by hand does.
+        // Moving by hand does not need what a file needs.
         match problem.code() {
             "beyond-travel" | "beyond-limit" => self.tell(&problem.to_string()),
             _ => self.tell(&said(&problem)),

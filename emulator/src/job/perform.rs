@@ -1,7 +1,7 @@
 //! Carrying a job out: every command is answered before the next is sent.
 //!
-//! What differs between virtual time and a real port is behind [`Channel`], and what a person decides
-//! behind [`Attendant`].
+//! [`Channel`] hides the differences between virtual time and a real port, and [`Attendant`] makes
+//! the decisions of a person.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use vimc4_device::{StartButton, Travel, escape};
 use vimc4_ncp::job::{InputTest, Job, Order, Question, Step};
 use vimc4_ncp::{Diagnostic, Problem, Severity};
 
-/// How often an input is looked at that is waited for: the controller does not tell.
+/// How often an awaited input is polled: the controller does not report changes.
 const LOOK: Duration = Duration::from_millis(100);
 /// A person tells.
 const LONG: Duration = Duration::from_secs(3_600);
@@ -21,7 +21,7 @@ pub(crate) const FALSE_REFERENCE: &str = "the reference run was stopped, so its 
 
 /// A controller that answers.
 pub(crate) trait Channel {
-    /// Why it does not any more.
+    /// Why it no longer answers.
     type Broken;
 
     /// Sends a command with its CR and awaits its answer.
@@ -30,8 +30,8 @@ pub(crate) trait Channel {
     /// Lets time pass.
     fn wait(&mut self, time: Duration) -> Result<(), Self::Broken>;
 
-    /// Lets time pass until something may have changed, and no longer than this. What the
-    /// controller says meanwhile, it says by itself.
+    /// Lets time pass until something may have changed, and no longer than this. Anything that the
+    /// controller sends meanwhile is unsolicited.
     fn rest(&mut self, longest: Duration) -> Result<Vec<u8>, Self::Broken>;
 
     /// Sends what goes through the controller to the unit behind it, and awaits what that says.
@@ -40,12 +40,12 @@ pub(crate) trait Channel {
     /// How the controller is handled.
     fn handling(&self) -> &Handling;
 
-    /// Whether somebody wants a halt that the controller knows nothing of; asking forgets it.
+    /// Whether a halt is wanted that the controller does not know of; asking clears it.
     fn wants_halt(&mut self) -> bool {
         false
     }
 
-    /// Somebody wants one.
+    /// Requests a halt.
     fn want_halt(&mut self) {}
 
     /// Makes sure that a motion that was stopped rests: START at the panel may have let it go on,
@@ -55,14 +55,15 @@ pub(crate) trait Channel {
         Ok(Vec::new())
     }
 
-    /// Nothing moves while somebody is waited for; what may happen to the machine meanwhile is seen
-    /// by where it was before. Whether that has taken time, in which somebody may have decided.
+    /// Called while the operator is awaited and nothing moves; notes the present position, so that
+    /// changes to the machine are noticed. Returns whether that took time, in which the operator
+    /// may have decided.
     fn rests(&mut self) -> Result<bool, Self::Broken> {
         Ok(false)
     }
 
-    /// Whether the reference run that was just answered was stopped, so that its reference is false;
-    /// asking forgets it.
+    /// Whether the reference run that was just answered was stopped, so that its reference is
+    /// false; asking clears it.
     fn reference_is_false(&mut self) -> bool {
         false
     }
@@ -74,29 +75,28 @@ pub(crate) trait Channel {
     fn done(&mut self);
 }
 
-/// Who stands by and decides.
+/// The attendant, who decides.
 pub(crate) trait Attendant {
     /// What a HALT, a GETTOOL or a WPTEACH in this line asks for.
     fn ask(&mut self, line: u32, question: Question) -> Decision;
 
-    /// An input is not yet so.
+    /// An input does not have its level yet.
     fn wait(&mut self, line: u32, test: InputTest) -> Decision;
 
     /// A motion was stopped.
     fn stopped(&mut self, line: u32) -> Decision;
 
-    /// Somebody wants a halt while nothing moves: it comes before what moves next.
+    /// A halt is wanted while nothing moves: it comes before the next motion.
     fn held(&mut self, _line: u32) -> Decision {
         Decision::GoOn
     }
 
-    /// Nothing is asked any more, for it has been settled elsewhere. Whether somebody has typed
-    /// something meanwhile.
+    /// The question has been settled elsewhere. Returns whether something was typed meanwhile.
     fn leaves(&mut self) -> bool {
         false
     }
 
-    /// A line is about to begin; where somebody goes line by line, it waits for them.
+    /// A line is about to begin; in line-by-line mode it waits for the attendant.
     fn step(&mut self, _line: u32) -> Decision {
         Decision::GoOn
     }
@@ -119,11 +119,11 @@ pub(crate) enum Decision {
     GoOn,
     /// At WPTEACH: the work-piece zero stays where it was. At a wait: do not wait any longer.
     Skip,
-    /// Not yet; for a wait: look again.
+    /// Not yet; for a wait: check again.
     NotYet,
-    /// What was said is no decision; it is asked again at once.
+    /// The answer is not a decision; the question is repeated at once.
     Again,
-    /// Nobody is there to decide, and nobody will be.
+    /// There is and will be no one to decide.
     Unattended,
     /// First do what this line says.
     First(String),
@@ -169,9 +169,9 @@ pub(crate) enum Ending {
     Done,
     /// The controller has refused a command.
     Refused { line: u32, sent: Vec<u8>, answer: Vec<u8> },
-    /// Somebody has ended it.
+    /// The attendant has ended it.
     Ended { line: u32 },
-    /// It waits for somebody, and nobody is there.
+    /// It waits for an attendant, and there is none.
     Unattended { line: u32 },
     /// A reference run was stopped, and what it has answered is not a reference.
     FalseReference { line: u32 },
@@ -256,7 +256,7 @@ pub(crate) fn said(problem: &Problem) -> String {
     format!("{problem}{help}")
 }
 
-/// Lets a line begin, once somebody says so who goes line by line.
+/// Lets a line begin, in line-by-line mode after permission.
 fn step<L: Channel>(
     line: u32,
     link: &mut L,
@@ -273,7 +273,7 @@ fn step<L: Channel>(
     }
 }
 
-/// Waits for somebody.
+/// Waits for the attendant.
 fn rest<L: Channel>(link: &mut L) -> Result<(), L::Broken> {
     match link.rests()? {
         true => Ok(()),
@@ -291,7 +291,7 @@ fn send<L: Channel>(
 ) -> Result<Option<Ending>, L::Broken> {
     let mut answer = link.command(bytes)?;
     attendant.answered(line, bytes, &answer);
-    // Whatever it says, 0 is where the axis was stopped.
+    // Regardless of its answer, 0 is where the axis was stopped.
     let travel = link.handling().model().family().travel_of(bytes);
     if matches!(travel, Travel::Reference(_))
         && (link.reference_is_false() || answer.starts_with(b"F"))
@@ -316,7 +316,8 @@ fn send<L: Channel>(
                 link.rests()?;
                 link.rest(LOOK)?
             }
-            // Whatever is typed stops what START has let go on, and only what rests goes on.
+            // Any input stops a motion that START has continued, and only a resting motion is
+            // continued.
             _ => link.settle()?,
         };
         if !heard.is_empty() {
@@ -325,7 +326,7 @@ fn send<L: Channel>(
         let goes_on = match decision {
             Decision::Unattended => return Ok(Some(Ending::Unattended { line })),
             Decision::GoOn | Decision::NotYet | Decision::Again if !heard.is_empty() => {
-                // This is how what START has let go on has ended.
+                // This is how the motion continued by START has ended.
                 let was_typed = attendant.leaves() || decision != Decision::NotYet;
                 if was_typed {
                     link.want_halt();
@@ -362,7 +363,7 @@ fn plot<L: Channel>(
     let &Piece { line, ref bytes, is_command } = piece;
     let answer = if is_command { link.command(bytes)? } else { link.pass(bytes)? };
     attendant.answered(line, bytes, &answer);
-    // A unit says 1 or 2 if it does not do it.
+    // A unit answers 1 or 2 if it fails.
     let fails = |said: &[u8]| said.starts_with(b"E") || !is_command && matches!(said, b"1" | b"2");
     if let Some(failure) = answer.split(|byte| *byte == b'\r').find(|said| fails(said)) {
         let answer = failure.to_vec();
@@ -371,7 +372,7 @@ fn plot<L: Channel>(
     hold(line, link, attendant, |attendant| attendant.stopped(line))
 }
 
-/// Goes no further while somebody wants a halt that the controller knows nothing of.
+/// Waits while a halt is wanted that the controller does not know of.
 fn hold<L: Channel>(
     line: u32,
     link: &mut L,

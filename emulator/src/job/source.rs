@@ -76,7 +76,7 @@ pub(crate) struct Reading {
     pub(crate) lenient: bool,
 }
 
-/// As a job is read if nothing is said.
+/// The default reading of a job.
 impl Default for Reading {
     fn default() -> Reading {
         Reading { no_ref: false, drilldef_unit: Unit::Um, lenient: false }
@@ -159,7 +159,7 @@ pub(crate) fn takes_jobs(model: &Model) -> bool {
 }
 
 impl JobArguments {
-    /// A job file that is read as files are if nothing is said.
+    /// A job file, read with the default options.
     pub(crate) fn new(file: PathBuf, setup: Setup) -> JobArguments {
         let zeros = Zeros { zero: None, wpreg: Vec::new() };
         JobArguments { file, setup, reading: Reading::default(), zeros }

@@ -1,8 +1,8 @@
-//! What is known of the unit behind the second channel of LPKF's controllers: a spindle's.
+//! The unit on the second channel of LPKF's controllers: a spindle's.
 
 use std::time::Duration;
 
-/// How long a unit may think.
+/// How long a unit may take to answer.
 pub(crate) const UNIT: Duration = Duration::from_millis(300);
 
 /// How long a spindle may take until it has its speed.

@@ -19,7 +19,7 @@ pub(crate) struct Virtual {
     pub(crate) commands: u64,
     /// Characters to and from it.
     pub(crate) characters: u64,
-    /// Each thing that was done, if somebody wants to know.
+    /// Everything that was done, if that is kept.
     pub(crate) did: Vec<Did>,
     last: Vec<u8>,
     /// Why the last answer is an error, if it is one.
@@ -29,7 +29,7 @@ pub(crate) struct Virtual {
     keeps_times: bool,
     /// The line that is under way.
     pub(crate) line: u32,
-    /// When each line began, if somebody wants to know when things were done.
+    /// When each line began, if times are kept.
     pub(crate) lines: Vec<(u32, Duration)>,
     handling: Handling,
 }
@@ -148,7 +148,7 @@ impl Channel for Virtual {
         self.driver.pass(time)
     }
 
-    /// Only a signal that is still to come can change something, and what it has begun.
+    /// Only a signal that is still to come, or its effects, can change something.
     fn rest(&mut self, _longest: Duration) -> Result<Vec<u8>, Halt> {
         match (self.driver.device().is_idle(), self.driver.next_signal()) {
             (false, _) => self.driver.advance()?,

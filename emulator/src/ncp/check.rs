@@ -57,13 +57,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
 ///
 /// # Errors
 ///
-/// If there are errors, and nobody is lenient; nothing may be done then.
+/// If there are errors and the reading is not lenient; nothing may be done then.
 pub(crate) fn before(job: &JobArguments, site: &Site, text: &str) -> Result<(), Failure> {
     judge(job, site, text, &|_| true)
 }
 
-/// The same before anybody knows where the work-piece lies: only errors count that are none
-/// wherever that is, so that nobody finds the zero for a job that cannot be done.
+/// The same before the place of the work-piece is known: only errors that occur at any place count,
+/// so that the operator does not look for the zero of an impossible job.
 ///
 /// # Errors
 ///

@@ -1,6 +1,6 @@
 //! `vimc4 ncp lsp`: a language server for job files, on standard input and output.
 //!
-//! A thread reads, so that all that has been typed is known before a file is checked again.
+//! A separate thread reads, so that all changes are known before a file is checked again.
 
 mod document;
 mod messages;

@@ -1,4 +1,4 @@
-//! What is said about the lines of a job file.
+//! Showing the problems of a job file.
 
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
@@ -14,10 +14,10 @@ use crate::job::source::{JobArguments, Reading};
 use crate::output;
 use crate::text::{shortened, shown_in_line};
 
-/// So many are shown with a picture of the line; the rest has a line each.
+/// How many are shown with a picture of the line; the others get one line each.
 const PICTURES: u64 = 20;
 
-/// So many different problems are remembered with what would be right.
+/// How many different problems are remembered with their help.
 const KNOWN: usize = 16;
 
 /// How problems are shown.
@@ -32,12 +32,12 @@ pub(crate) enum Format {
     Json,
 }
 
-/// Shows what is said about a file.
+/// Shows the problems of a file.
 pub(crate) struct Problems<'t> {
     name: String,
     format: Format,
     reading: Reading,
-    /// The lines from the one that was spoken of last.
+    /// The lines from the last one mentioned.
     lines: Lines<'t>,
     text: &'t str,
     current: (u32, &'t str),
@@ -51,7 +51,7 @@ pub(crate) struct Problems<'t> {
 }
 
 impl<'t> Problems<'t> {
-    /// Shows them on standard output, where they are what was asked for, or on standard error.
+    /// Shows them on standard output, if they are the requested result, or on standard error.
     pub(crate) fn new(
         job: &JobArguments,
         text: &'t str,
@@ -141,8 +141,8 @@ impl<'t> Problems<'t> {
         writeln!(out, "{}", left_out.unwrap_or_default())
     }
 
-    /// Where the help for a problem is. A file full of mistakes is full of the same ones, and what
-    /// somebody may have meant takes a while to find.
+    /// Where the help for a problem is. A file full of mistakes repeats the same ones, and finding
+    /// what was meant takes a while.
     fn help(&mut self, problem: Problem) -> usize {
         if let Some(known) = self.helps.iter().position(|(known, _)| *known == problem) {
             return known;

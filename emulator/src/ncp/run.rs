@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// A job that nobody stands by.
+    /// A job without an attendant.
     pub(crate) fn new(
         job: JobArguments,
         world: World,
@@ -96,7 +96,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
             Checked::default()
         }
     };
-    // Nothing is done from the first line on that is wrong.
+    // Nothing is done from the first faulty line on.
     let text = &text[..checked.refused.as_ref().map_or(text.len(), |refused| refused.offset)];
 
     let controller =
@@ -133,7 +133,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     Ok(code)
 }
 
-/// What a check has said, for tools.
+/// The results of a check, for tools.
 #[derive(Default)]
 struct Checked {
     told: Vec<Value>,
@@ -158,7 +158,7 @@ impl Checked {
             let line = all.get(diagnostic.line.saturating_sub(1) as usize);
             checked.told.push(as_json(&diagnostic, severity, line.map_or("", |line| line.text)));
             let first = checked.refused.as_ref().is_none_or(|found| diagnostic.line < found.line);
-            // A lenient reading goes as far as it goes.
+            // A lenient reading goes as far as possible.
             if severity == Severity::Error && first && !job.reading.lenient {
                 checked.refused = Some(Refused {
                     line: diagnostic.line,

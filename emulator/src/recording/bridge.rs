@@ -16,7 +16,7 @@ use vimc4_timeline::recording::{Entry, Given, Player, What};
 use super::controller::{PlayedDevice, WALL};
 use crate::failure::Failure;
 
-/// So many pieces wait for a client that does not read, before it loses what comes.
+/// How many pieces wait for a client that does not read, before it loses further ones.
 const WAITING: usize = 4_096;
 
 /// What both directions share.
@@ -26,7 +26,7 @@ pub(super) struct Tap {
     giving: Mutex<()>,
     /// What writes to the device; `None` while it is gone.
     device: Mutex<Option<Box<dyn Write + Send>>>,
-    /// Who holds the line; `None` while there is no client.
+    /// The client that holds the line; `None` while there is none.
     client: Mutex<Option<Holder>>,
     /// The line has become free.
     free: Condvar,
@@ -39,7 +39,7 @@ struct Holder {
     ear: SyncSender<Bytes>,
 }
 
-/// Where a client is: the transport, and who it is there.
+/// Where a client is: the transport, and its name there.
 #[derive(Clone)]
 pub(super) struct Place {
     pub(super) transport: Arc<str>,
@@ -125,7 +125,7 @@ impl Tap {
         Some(said)
     }
 
-    /// Whether somebody holds the line.
+    /// Whether a client holds the line.
     pub(super) fn is_held(&self) -> bool {
         lock(&self.client).is_some()
     }
@@ -193,7 +193,7 @@ impl Tape {
         let tell = |error: &str| drop(writeln!(io::stderr(), "{error}"));
         let file = RecordingFile::create(path, head, size, Names::default(), Box::new(tell));
         let file = file.map_err(Failure::usage)?;
-        // What state it is really in nobody knows: it counts as just switched on.
+        // Its real state is unknown: it counts as just switched on.
         let fresh = Controller::new(model, Arc::clone(machine), b"").map_err(Failure::midway)?;
         let line = Line::ideal(fresh);
         let begun = line.state();
@@ -301,7 +301,7 @@ fn waits(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
-/// What is shared is whole at any time, so a panic elsewhere is no reason to stop.
+/// The shared data is consistent at any time, so a panic elsewhere is no reason to stop.
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! A difference, as people read it.
+//! A difference, for people.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use vimc4_timeline::recording::{Difference, Said, SaidDifference, Told};
 
 use crate::text::{shortened, shown_in_line};
 
-/// No value of a field is shown longer.
+/// The longest value of a field that is shown.
 const LONGEST: usize = 60;
 
 /// What the two sides are called.

@@ -40,7 +40,7 @@ pub(super) fn serve(listener: TcpListener, tap: &Arc<Tap>) -> io::Result<()> {
             let name = client.peer_addr().map_or_else(|_| String::new(), |peer| peer.to_string());
             let place = Place { transport: Arc::clone(&transport), client: Arc::from(name) };
             let tap = Arc::clone(&tap);
-            // Whatever goes wrong with one client is its own affair.
+            // An error of one client does not affect others.
             let _ = thread::Builder::new().name("tcp".to_owned()).spawn(move || {
                 let _ = attend(&tap, &place, client);
             });
@@ -76,7 +76,7 @@ fn read_all(client: &mut TcpStream) -> io::Result<Option<Vec<u8>>> {
     match read {
         Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(Some(first)),
         Err(error) => Err(error),
-        // It has sent more than anybody sends before the first answer.
+        // It has sent more than any client sends before the first answer.
         Ok(count) => Ok((count == PIECE).then_some(first)),
     }
 }
@@ -139,7 +139,7 @@ mod terminal {
     use super::PIECE;
     use crate::failure::Failure;
 
-    /// How often it is looked whether somebody has opened the terminal. Nothing is lost until then.
+    /// How often to check whether the terminal has been opened. Nothing is lost until then.
     const LOOK: Duration = Duration::from_millis(5);
 
     /// A pseudo-terminal with a link that leads to it, removed when it is dropped.
@@ -193,7 +193,7 @@ mod terminal {
                                 false => tap.unsent(&place, count),
                             }
                         }
-                        // Nobody has it open.
+                        // No program has it open.
                         _ => {
                             if there {
                                 tap.release();
@@ -210,13 +210,13 @@ mod terminal {
         }
     }
 
-    /// Somebody has it open, and gets what the device says, if nobody else holds the line.
+    /// A program has it open, and gets the device's output, unless another client holds the line.
     fn attend(tap: &Tap, place: &Place, near: &File) -> io::Result<bool> {
         let mut writer = near.try_clone()?;
         let Some(said) = tap.hold(place, Duration::ZERO) else { return Ok(false) };
         let write = move || {
             while let Ok(bytes) = said.recv() {
-                // On a cable that is pulled out nothing is kept for the next one.
+                // An unplugged cable keeps nothing for the next client.
                 if is_closed(&writer) || writer.write_all(&bytes).is_err() {
                     return;
                 }

@@ -15,10 +15,10 @@ use crate::text;
 /// No recording that is read as a whole has more bytes when it is unpacked.
 const LARGEST: u64 = 1 << 30;
 
-/// So much is read at once.
+/// How much is read at once.
 const BUFFER: usize = 1 << 16;
 
-/// So much of a line is shown on either side of where it is wrong.
+/// How much of a line is shown on either side of the mistake.
 const AROUND: usize = 60;
 
 /// The place of a line further down is only said.

@@ -16,7 +16,7 @@ use super::file::{Lines, Share};
 use crate::failure::Failure;
 use crate::text;
 
-/// So many lines are read before anything is shown: some tens of milliseconds, and most recordings
+/// How many lines are read before anything is shown: some tens of milliseconds, and most recordings
 /// as a whole.
 const BEGINNING: usize = 10_000;
 
@@ -53,8 +53,8 @@ pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
 ///
 /// # Errors
 ///
-/// If it is not a recording, or none of a controller that is at hand here, or something is wrong at its
-/// beginning. What is wrong further down is said where one comes to it.
+/// If it is not a recording, or none of a controller that is at hand here, or something is wrong at
+/// its beginning. Problems further down are reported when they are reached.
 pub(crate) fn open(path: &Path, commands: Commands) -> Result<Opened, Failure> {
     let mut lines = Lines::open(path)?;
     let head = lines.reader().head().clone();
@@ -99,7 +99,7 @@ struct Tape {
     names: Names,
     /// What was read to find the beginning.
     first: Option<Entry>,
-    /// What was wrong, for whoever can show the place.
+    /// What was wrong, for a caller that can show the place.
     failure: Rc<Cell<Option<Failure>>>,
 }
 

@@ -76,7 +76,7 @@ pub(crate) fn cut(arguments: &CutArguments) -> Result<(), Failure> {
     if to < from {
         return Err(Failure::usage("--to is before --from; name a later time"));
     }
-    // What happened later nobody has recorded.
+    // What happened later was not recorded.
     let end = recording.entries.iter().map(|entry| entry.at).max().unwrap_or(Time::ZERO);
     let name = text::name(&arguments.file);
     if from > end {

@@ -15,13 +15,13 @@ use std::panic::{self, UnwindSafe};
 
 use crate::failure::Failure;
 
-/// Plays what others have written. A state that was changed by hand can be read and still be none
-/// that a controller comes to; where it cannot go on from there, that is said.
+/// Plays foreign recordings. A state that was changed by hand can be readable and still be
+/// impossible for a controller; if it cannot go on from there, that is reported.
 pub(crate) fn guarded<T>(
     work: impl FnOnce() -> Result<T, Failure> + UnwindSafe,
 ) -> Result<T, Failure> {
     let usual = panic::take_hook();
-    // What has happened is said below, once.
+    // The panic is reported below, once.
     panic::set_hook(Box::new(|_| {}));
     let done = panic::catch_unwind(work);
     panic::set_hook(usual);

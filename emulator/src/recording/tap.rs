@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime =
         runtime.map_err(|error| Failure::usage(format!("cannot wait for events: {error}")))?;
-    // From here on nobody can end the program without its link being removed.
+    // From here on the program cannot be ended without its link being removed.
     let mut endings = runtime.block_on(async { Endings::listen() });
     let link = {
         #[cfg(unix)]
@@ -116,7 +116,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     runtime.block_on(endings.told());
     tap.end();
     drop(link);
-    // The other threads wait for bytes that nobody will take note of any more.
+    // The other threads wait for bytes that will not be recorded any more.
     process::exit(0)
 }
 

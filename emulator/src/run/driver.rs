@@ -1,4 +1,4 @@
-//! A run of a device in virtual time: what there is to tell of it, and what ends it.
+//! A run of a device in virtual time: its events, and what ends it.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -25,7 +25,7 @@ pub(crate) struct Driver {
     pub(crate) meter: Meter,
     pub(crate) rounds: Rounds,
     tape: Option<Tape>,
-    /// What happened and nobody has taken away yet.
+    /// Events that have not been taken yet.
     pub(crate) news: VecDeque<(Time, News)>,
 }
 
@@ -53,7 +53,7 @@ pub(crate) enum Halt {
     Time,
     /// The rounds are made.
     Rounds,
-    /// The device waits for something that nobody will do.
+    /// The device waits for something that will not happen.
     Waiting,
     /// The program goes round and round and does nothing.
     Idling,
@@ -161,7 +161,7 @@ impl Driver {
         Ok(())
     }
 
-    /// Lets so much time pass, with everything that happens in it.
+    /// Lets this much time pass, with everything that happens in it.
     pub(crate) fn pass(&mut self, time: Duration) -> Result<(), Halt> {
         let until = self.now() + time;
         while self.harness.due().is_some_and(|next| next <= until) {

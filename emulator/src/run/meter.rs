@@ -24,7 +24,7 @@ pub(crate) struct Meter {
     pub(crate) path_mm: f64,
     /// How much of that was made with the head down, and how long it took.
     pub(crate) down: (f64, Duration),
-    /// The greatest frequency, in µHz, if somebody wants to know.
+    /// The greatest frequency, in µHz, if that is wanted.
     pub(crate) top: Option<u64>,
     /// The lowest and the highest counters.
     pub(crate) extent: Option<(Point, Point)>,
@@ -70,7 +70,7 @@ impl Meter {
         self.end(now, |running| running.segment.profile.steps_at(now.nanos_since(running.began)));
     }
 
-    /// The running motion has made so many steps.
+    /// The running motion has made this many steps.
     fn end(&mut self, now: Time, steps: impl FnOnce(&Running) -> u64) {
         let Some(running) = self.running.take() else { return };
         let before = self.path_mm;

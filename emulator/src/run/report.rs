@@ -1,4 +1,4 @@
-//! What a run says, line by line as it goes, or as one line of JSON at its end.
+//! The output of a run, line by line as it goes, or as one line of JSON at its end.
 
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::text::{self, explained, shortened, shown_in_line};
 
-/// So many characters of a line are quoted to a person.
+/// How many characters of a line are quoted.
 const QUOTE: usize = 200;
 
 /// Why a run ended.
@@ -105,7 +105,7 @@ pub(crate) const ESCAPE: &str = "it is an escape sequence, ESC and a point, with
 /// What is to be done about commands in lower-case letters.
 pub(super) const LOWER_CASE: &str = "lower-case letters are not commands: write PA, not pa";
 
-/// So many places are listed that have something left out.
+/// How many places with something left out are listed.
 const PLACES: usize = 20;
 
 /// What was answered.
@@ -125,7 +125,7 @@ impl Answered {
     }
 }
 
-/// A command and what became of it.
+/// A command and its outcome.
 pub(super) struct Answer<'a> {
     pub(super) line: &'a ScriptLine,
     /// `None` if nothing was answered.
@@ -538,7 +538,7 @@ fn listed<'l>(left: impl Iterator<Item = &'l LeftOut> + Clone) -> Vec<String> {
     lines
 }
 
-/// Shows that something is going on, where somebody watches.
+/// Shows progress on a terminal.
 struct Progress {
     wanted: bool,
     began: Instant,
@@ -547,7 +547,7 @@ struct Progress {
 }
 
 impl Progress {
-    /// So many calls lie between two looks at the clock.
+    /// The number of calls between two looks at the clock.
     const CALLS: u32 = 1_024;
     /// A run that is over sooner shows no progress.
     const SHOWN_AFTER: Duration = Duration::from_millis(500);

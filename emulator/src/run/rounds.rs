@@ -48,7 +48,7 @@ impl Rounds {
         self.in_vain = 0;
     }
 
-    /// Somebody did something, which may change the course of the program.
+    /// An act from outside, which may change the course of the program.
     pub(crate) fn disturbed(&mut self) {
         self.in_vain = 0;
     }
@@ -85,8 +85,8 @@ impl Rounds {
         self.made
     }
 
-    /// Whether the program goes round in a circle and will do so for ever, if nobody does
-    /// something.
+    /// Whether the program goes round in a circle and will do so for ever without an act from
+    /// outside.
     pub(crate) fn is_idling(&self) -> bool {
         self.in_vain >= SURE
     }

@@ -199,7 +199,7 @@ fn axes_of(value: &str) -> Option<u8> {
     matches!(axes, 1 | 3 | 7 | 8 | 9 | 11 | 15).then_some(axes)
 }
 
-/// So many bytes at the beginning of a file show what it is.
+/// How many bytes at the beginning of a file show what it is.
 const LOOKED_AT: usize = 4_096;
 
 /// No label is longer than this.

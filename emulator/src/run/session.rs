@@ -36,7 +36,7 @@ impl Session {
         for (place, line) in lines.iter().enumerate() {
             let answer = self.command(line)?;
             match answer.as_ref().map(|answer| answer.bytes.as_slice()) {
-                // Who stops a motion may go on with it, once the button is let go.
+                // Whatever stopped a motion may continue it once the button is released.
                 Some([b'F', ..]) if lines.get(place + 1).is_some_and(resumes) => {
                     self.driver.pass(PRESS).map_err(|halt| self.halted(halt, Some(line)))?;
                 }
@@ -85,7 +85,7 @@ impl Session {
         self.report.begin(self.driver.now());
     }
 
-    /// Presses START, if nobody else does, and lets the program run.
+    /// Presses START, unless it is scheduled, and lets the program run.
     fn start(&mut self, outside: &Outside) -> Result<End, End> {
         self.report.stored(self.stored.len());
         if !outside.starts {

@@ -19,7 +19,7 @@ struct Feed<'l> {
     waiting: VecDeque<&'l ScriptLine>,
     /// The command that began last, unless what became of it was told.
     running: Option<SentCommand<'l>>,
-    /// A command that has overtaken others, or that nobody knows, likewise. It takes no time.
+    /// Likewise a command that has overtaken others or is unknown. It takes no time.
     aside: Option<SentCommand<'l>>,
     /// Whether the next command waits until the one before says that it was completed.
     echo: bool,
@@ -35,12 +35,12 @@ struct SentCommand<'l> {
 }
 
 impl<'l> Feed<'l> {
-    /// The next piece, if it may be sent to a controller with room for so many bytes.
+    /// The next piece, if it may be sent to a controller with room for this many bytes.
     fn next(&mut self, room: usize) -> Option<&'l ScriptLine> {
         let begun = self.running.is_some() || self.aside.is_some();
         let may = match self.echo {
             true => self.waiting.is_empty() && !begun,
-            // What is longer than the room there ever is goes nevertheless.
+            // A piece longer than the whole buffer is sent nevertheless.
             false => self.waiting.is_empty() || self.lines.as_slice().first()?.length() <= room,
         };
         if may { self.lines.next() } else { None }
@@ -93,7 +93,7 @@ impl Session {
                 }
             }
             if idle && feed.waiting.is_empty() {
-                // Whoever has not answered until now does not.
+                // A command that has not been answered by now will not be.
                 let now = self.driver.now();
                 let begun = [feed.aside.take(), feed.running.take()];
                 begun.into_iter().flatten().for_each(|command| self.told(command, now));
@@ -119,7 +119,7 @@ impl Session {
         self.driver.meter.references = false;
     }
 
-    /// Whether the controller would begin whatever it is sent.
+    /// Whether the controller would begin any command.
     fn is_at_rest(&self) -> bool {
         self.driver.device().activity() == Activity::Idle
     }

@@ -12,10 +12,10 @@ use crate::completions;
 use crate::failure::Failure;
 use crate::values::duration;
 
-/// How long somebody keeps a button pressed.
+/// How long a button is kept pressed.
 pub(super) const PRESS: Duration = Duration::from_millis(100);
 
-/// What happens around a run in virtual time, and who watches.
+/// What happens around a run in virtual time, and what observes it.
 #[derive(clap::Args)]
 pub(crate) struct World {
     /// Set a bit of an input port, or anything else by the name that `signals` of `vimc4 serve`

@@ -1,4 +1,4 @@
-//! What is said and settled before a job begins: where it goes on, and what holds there.
+//! What is reported and settled before a job begins: where it is resumed, and the state there.
 
 use std::fmt::Write;
 
@@ -7,7 +7,8 @@ use vimc4_device::Point;
 use vimc4_ncp::job::{Job, NoResumption, Options, Resumption, Target, Zero};
 use vimc4_ncp::language::{Instruction, Units, lines, parse};
 
-/// A job that goes on with a line on a controller whose counters are `here`, and what to say of it.
+/// A job that is resumed at a line on a controller with the counters `here`, and what to report
+/// about it.
 pub(super) fn resumed<'t>(
     text: &'t str,
     target: &'t Target,

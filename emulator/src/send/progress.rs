@@ -35,7 +35,7 @@ impl Progress {
         if !is_new {
             return;
         }
-        // Where somebody has typed something, more was done than in rehearsal.
+        // Where the operator has typed something, more was done than in rehearsal.
         if let Some(at) = rest.iter().position(|did| did.line == line) {
             self.next += at;
         }
@@ -44,8 +44,8 @@ impl Progress {
         self.end = self.next + rest.iter().position(is_other).unwrap_or(rest.len());
     }
 
-    /// It is done. The last thing of a line is so only when the next line begins, for what somebody
-    /// types there is done in the same line.
+    /// It is done. The last thing of a line is done only when the next line begins, because
+    /// anything typed there is done in the same line.
     pub(super) fn done(&mut self) {
         self.next = (self.next + 1).min(self.end.saturating_sub(1).max(self.next));
     }

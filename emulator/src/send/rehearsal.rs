@@ -33,7 +33,7 @@ pub(super) struct Rehearsal {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nevertheless(pub(super) bool);
 
-/// Nobody stands by in a rehearsal, and everything is accepted.
+/// A rehearsal has no attendant, and everything is accepted.
 struct Nobody;
 
 impl Attendant for Nobody {
@@ -54,7 +54,7 @@ impl Attendant for Nobody {
     fn object(&mut self, _problem: Problem) {}
 }
 
-/// Carries a job out on a virtual controller whose counters are `here`.
+/// Carries a job out on a virtual controller with the counters `here`.
 pub(super) fn rehearse(
     work: &Work<'_>,
     model: &Model,

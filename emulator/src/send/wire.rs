@@ -28,10 +28,10 @@ const NOISE: Duration = Duration::from_secs(3);
 const PAUSE: Duration = Duration::from_millis(100);
 /// How long a controller may take to come to rest.
 const HALTING: Duration = Duration::from_secs(10);
-/// A wait longer than that is told of.
+/// A longer wait is reported.
 const REMARK: Duration = Duration::from_secs(1);
-/// What takes so much longer than in rehearsal is worth a remark: a motion whose time is foreseen, a
-/// reference run, whose way may be longer than there, and anything else.
+/// How much longer than in rehearsal something must take to be worth a remark: a motion of known
+/// time, a reference run, which may have a longer way, and anything else.
 const LATE_MOTION: Duration = Duration::from_secs(5);
 const LATE_REFERENCE: Duration = Duration::from_secs(15);
 const LATE: Duration = Duration::from_secs(30);
@@ -46,7 +46,7 @@ const EARLY_REFERENCE: Duration = Duration::from_millis(250);
 /// are so long together.
 const MEASURE: Duration = Duration::from_millis(500);
 const MEASURED: Duration = Duration::from_secs(1);
-/// In a wait so long somebody may switch the controller off and on.
+/// In a wait of this length the controller may be switched off and on.
 const LONG_WAIT: Duration = Duration::from_secs(1);
 /// How often the bar moves.
 const TICK: Duration = Duration::from_millis(200);
@@ -57,17 +57,17 @@ pub(super) struct Wire {
     handling: Handling,
     /// Whether an answer is awaited.
     moving: Arc<AtomicBool>,
-    /// Whether somebody wants a halt that nothing on the line can bring about.
+    /// Whether a halt is wanted that nothing on the line can bring about.
     halt: Arc<AtomicBool>,
     /// Whether a motion was stopped, which START at the panel may let go on.
     paused: bool,
     /// What is known of where the axes are.
     axes: Whereabouts,
-    /// Whether somebody was waited for since something was sent that may move them.
+    /// Whether the operator was awaited since something was sent that may move the axes.
     waited: bool,
     /// Whether they were looked at since.
     looked: bool,
-    /// Whether what is under way is a reference run, of which a stop would stand in for the switch.
+    /// Whether a reference run is under way, where a stop would replace the switch.
     referencing: Arc<AtomicBool>,
     /// Whether such a run was stopped here.
     false_reference: Arc<AtomicBool>,
@@ -77,8 +77,8 @@ pub(super) struct Wire {
     progress: Progress,
     /// What was sent last.
     sent: Vec<u8>,
-    /// Whether everything was sent as it was in rehearsal up to now; what somebody enters on the
-    /// way makes all that follows another job.
+    /// Whether everything was sent as in rehearsal up to now; anything entered on the way makes the
+    /// rest another job.
     as_rehearsed: bool,
     /// Whether reference runs have told the controller where its axes are.
     referenced: bool,
@@ -86,7 +86,7 @@ pub(super) struct Wire {
     pub(super) any_time: bool,
     /// Whether the controller says of itself that it is virtual, so that its time may be faster.
     pub(super) says_virtual: bool,
-    /// How long motions took in rehearsal whose time is known, and how long here.
+    /// How long motions of known time took in rehearsal, and how long here.
     measured: (Duration, Duration),
     /// Whether it has ever answered.
     answered: bool,
@@ -111,9 +111,9 @@ pub(super) enum Broken {
     },
     /// Nothing tells whether a motion rests.
     Restless,
-    /// It does not answer any more to what it has answered at once.
+    /// It no longer answers what it has answered at once before.
     Mute,
-    /// It has forgotten where its axes are, while somebody was waited for.
+    /// It has forgotten where its axes are while the operator was awaited.
     Forgotten,
     Port(PortError),
 }
@@ -127,7 +127,7 @@ pub(super) enum Halted {
     Rests,
     /// It has ended with an error.
     Refused(Vec<u8>),
-    /// Nobody knows.
+    /// It is unknown.
     NoAnswer,
 }
 
@@ -180,9 +180,9 @@ impl Wire {
         &self.port
     }
 
-    /// What is done when somebody types a line and nothing is asked: nobody types then without wanting
-    /// something, so it is the stop key. It holds what comes next too, for what moves may be about to
-    /// end, or to begin.
+    /// What happens when a line is typed and nothing is asked: such input always means something,
+    /// so it is the stop key. It also holds the next motion, because the present one may be about
+    /// to end, or the next to begin.
     pub(super) fn stop_key(&self) -> impl FnMut() + Send + 'static {
         let mut halt = self.port.sideways();
         let (moving, wanted) = (Arc::clone(&self.moving), Arc::clone(&self.halt));
@@ -242,7 +242,7 @@ impl Wire {
         Ok(())
     }
 
-    /// Asks the controller who it is.
+    /// Identifies the controller.
     pub(super) fn identify(&mut self) -> Result<Identity, PortError> {
         let handling = self.handling.clone();
         handling.identify(|question| self.ask(question))
@@ -325,7 +325,7 @@ impl Wire {
                     said.extend(bytes);
                     silent = Instant::now() + PAUSE;
                 }
-                // Somebody has typed something, which has time.
+                // Something was typed, which is not urgent.
                 None if Instant::now() < silent => {}
                 None => {
                     silent = Instant::now() + PAUSE;
@@ -394,14 +394,14 @@ impl Wire {
         Ok(())
     }
 
-    /// Sends what a controller that knows of no axes refuses as such.
+    /// Sends a line that a controller without configured axes refuses in a particular way.
     fn ask_for_axes(&mut self) -> Result<Option<Vec<u8>>, PortError> {
         let Some(line) = self.handling.needs_axes else { return Ok(None) };
         self.port.send(format!("{line}\r").as_bytes())?;
         self.answer_to(None).map(Some)
     }
 
-    /// Whether the controller says that it knows of no axes.
+    /// Whether the controller says that it has no configured axes.
     pub(super) fn knows_no_axes(&mut self) -> Result<bool, PortError> {
         let answer = self.ask_for_axes()?;
         Ok(answer.is_some_and(|answer| self.handling.model().family().has_forgotten(&answer)))
@@ -417,8 +417,8 @@ impl Wire {
         &self.sent
     }
 
-    /// Makes sure, before anything goes on, that the controller has not forgotten where its axes are
-    /// while somebody was waited for.
+    /// Makes sure, before anything goes on, that the controller has not forgotten where its axes
+    /// are while the operator was awaited.
     fn confirm(&mut self) -> Result<(), Broken> {
         if !self.looked && self.look()?.is_none() {
             self.axes.hear_nothing();
@@ -462,7 +462,7 @@ impl Wire {
             match self.port.next(until)? {
                 Some((_, bytes)) => answer.extend(bytes),
                 None if Instant::now() >= until => break,
-                // Somebody has typed something, which has time.
+                // Something was typed, which is not urgent.
                 None => continue,
             }
             self.answered = true;
@@ -525,7 +525,7 @@ impl Wire {
                     first.get_or_insert_with(Instant::now);
                     answer.extend(bytes);
                 }
-                // Somebody has typed something.
+                // Something was typed.
                 (None, _) if Instant::now() < until => continue,
                 (None, Heard::Perhaps) => return Ok(answer),
                 (None, Heard::Part) => return Err(strange(answer)),
@@ -624,7 +624,8 @@ impl Wire {
     fn believe(&mut self, sent: &[u8], answer: &[u8], took: Duration) -> Result<(), Broken> {
         let (_, takes) = self.progress.expected();
         let travel = self.travel_of(sent);
-        // Looking on changes nothing, and what was stopped and goes on ends as in rehearsal.
+        // Observing changes nothing, and a motion that was stopped and continued ends as in
+        // rehearsal.
         let goes_on = self.handling.stop.is_some_and(|stop| {
             sent.strip_suffix(b"\r").is_some_and(|sent| sent == stop.resume.as_bytes())
         });
@@ -704,7 +705,7 @@ impl Channel for Wire {
         let begun = Instant::now();
         self.sent = line.to_vec();
         self.port.send(line)?;
-        // Who typed before it was known here that something moves is heard all the same.
+        // Input typed before the motion was known here still counts.
         if self.moving.load(Ordering::SeqCst) && self.halt.load(Ordering::SeqCst) {
             self.stop()?;
         }
@@ -771,7 +772,7 @@ impl Channel for Wire {
         if self.handling.stop.is_none() || said.is_empty() {
             return Ok(said);
         }
-        // Whoever asks where the axes are at the moment of START is answered when they rest again.
+        // A question for the position at the moment of START is answered when the axes rest again.
         let (said, _) = self.without_places(&said);
         if !said.is_empty() && !self.is_code(said) {
             return Err(Broken::Strange { sent: Vec::new(), said: said.to_vec() });
@@ -814,7 +815,7 @@ impl Channel for Wire {
         if is_new {
             self.look()?;
         }
-        // What is seen now may be otherwise when somebody has decided.
+        // The present state may change by the time the operator has decided.
         self.looked = false;
         Ok(is_new)
     }

@@ -1,4 +1,4 @@
-//! Whatever arrives, something sensible comes out and nothing panics.
+//! Any input gives something sensible and never a panic.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -38,7 +38,7 @@ fn ports() -> impl Strategy<Value = AnyPorts> {
         .prop_map(|(reads, logical, limits)| AnyPorts { reads, logical, limits })
 }
 
-/// Bytes of which commands are made, so that some of the garbage nearly is one.
+/// Bytes of commands, so that some of the garbage nearly is one.
 fn nearly_a_line() -> impl Strategy<Value = Vec<u8>> {
     let head = select(vec![
         "@0", "@0A", "@0a", "@0M", "@0m", "@0R", "@0n", "@0d", "@0b", "@0B", "@0y", "@0w", "@0Z",
@@ -108,7 +108,7 @@ fn check(line: &[u8], ctx: &Context<'_>) -> Result<(), TestCaseError> {
                     prop_assert_eq!(command.op(mode), frame.op());
                     prop_assert!(!command.describe(ctx.axes).is_empty());
                     prop_assert_eq!(frame.check_count(ctx.axes), Ok(()));
-                    // What was understood can be said again.
+                    // What was understood can be printed again.
                     let printed = print(&command, dialect, mode);
                     let ctx = Context { bit_base_one: false, ..ctx.clone() };
                     let again = super::read(&printed, dialect, mode, &ctx);

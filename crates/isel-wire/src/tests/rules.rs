@@ -74,7 +74,7 @@ fn a_stored_line_begins_with_its_code() {
             ("-05000,900", Err(NotStorable)),
         ],
     );
-    // What only the iMC-xx stores, and what nobody does.
+    // Lines that only the iMC-xx stores, and lines that no model stores.
     for line in ["133", "233,-10", "60,128,1", "d900", "g1", "j300", "J100", "N1", "T1"] {
         assert_eq!(frame(line.as_bytes(), Imc4, Stored).unwrap_err(), NotStorable, "{line}");
         assert_eq!(frame(line.as_bytes(), Imc4M, Stored).unwrap_err(), NotStorable, "{line}");

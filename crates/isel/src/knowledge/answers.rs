@@ -1,11 +1,11 @@
-//! What a client makes of an answer.
+//! How a client understands an answer.
 
 use vimc4_device::{Heard, escape};
 use vimc4_isel_wire::Reply;
 
 use crate::{Model, PositionAxes, Unreferenced};
 
-/// What is wrong, if the answer says that something is.
+/// The error, if the answer is one.
 pub(super) fn refusal(answer: &[u8]) -> Option<String> {
     let code = match answer {
         [b'0'] => return None,
@@ -31,7 +31,7 @@ pub(super) fn refusal_of(model: &Model, command: &[u8], answer: &[u8]) -> Option
     })
 }
 
-/// The places in the answer to `P`.
+/// The positions in the answer to `P`.
 pub(super) fn read_position(model: &Model, answer: &[u8]) -> Option<Vec<i64>> {
     let fewest = match model.quirks.position_axes {
         PositionAxes::Three => 3,
@@ -56,7 +56,7 @@ pub(super) fn letter(line: &[u8]) -> Option<u8> {
     line.nth(1).filter(|_| is_command)
 }
 
-/// What the answer to a command looks like that is carried out; one that is not answers a code.
+/// The form of the answer to a command that is carried out; a refused command answers with a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     /// `0`.
@@ -85,12 +85,12 @@ pub(super) fn is_question(letter: u8) -> bool {
     Form::of(letter) != Form::Code
 }
 
-/// How far the answer to a command has come.
+/// How complete the answer to a command is.
 pub(super) fn hear(model: &Model, sent: &[u8], answer: &[u8]) -> Heard {
     let whole = |is_one| if is_one { Heard::Whole } else { Heard::Strange };
     match answer {
         b"" => return Heard::Waits,
-        // A motion that goes on by itself, and then ends, says nothing but that.
+        // A motion that goes on by itself reports only its end.
         _ if sent.is_empty() => return whole(is_code(answer)),
         // Some controllers confirm a stop with a 0 of its own.
         b"F" => return Heard::Perhaps,
@@ -112,7 +112,7 @@ pub(super) fn hear(model: &Model, sent: &[u8], answer: &[u8]) -> Heard {
     }
 }
 
-/// Whether that is what a command answers that ends: a code, or the two of a stop.
+/// Whether this is the last answer of a command: a code, or the two of a stop.
 fn is_code(answer: &[u8]) -> bool {
     match answer {
         b"F0" => true,
@@ -150,7 +150,7 @@ mod tests {
             }
             assert_eq!(read(&[b'0'; 31]), None);
         }
-        // Axes that are not configured are told of by one, and not by the other.
+        // Some models report axes that are not configured, and some do not.
         for (answer, places) in
             [(&b"0"[..], vec![]), (b"0000064", vec![100]), (b"0000064FFFFFF", vec![100, -1])]
         {

@@ -1,4 +1,4 @@
-//! What a line may do, whatever its parameters are.
+//! What a line may do, with any parameters.
 
 use vimc4_device::{Effects, Travel};
 use vimc4_isel_wire::control;
@@ -9,7 +9,7 @@ use super::answers::{is_question, letter};
 pub(super) fn of(sent: &[u8]) -> Effects {
     let mut effects = Effects::default();
     let mut storing = false;
-    // What a controller leaves out of a line is not in it.
+    // What a controller ignores in a line has no effect.
     let is_heard = |byte: &u8| !matches!(byte, b' ' | b'\n') && control(*byte).is_none();
     let heard: Vec<u8> = sent.iter().copied().filter(is_heard).collect();
     for line in heard.split(|&byte| byte == b'\r') {
@@ -50,7 +50,7 @@ pub(super) fn of_signal(name: &str) -> Effects {
     }
 }
 
-/// What a command does that lasts.
+/// The lasting effect of a command.
 pub(super) fn travel_of(command: &[u8]) -> Travel {
     match letter(command) {
         Some(b'A' | b'a' | b'y' | b'w') => Travel::Relative,

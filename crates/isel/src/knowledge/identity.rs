@@ -1,4 +1,4 @@
-//! Who the controller at a port is.
+//! Identifying the controller at a port.
 
 use vimc4_device::{Identity, Question, Until, said};
 
@@ -7,13 +7,13 @@ use crate::Model;
 const VERSION: Question = Question { send: b"@0V\r", until: Until::Pause };
 const OWNER: Question = Question { send: b"@0U\r", until: Until::Pause };
 
-/// Asks for the version, and one that does not name itself for the text of its owner.
+/// Asks for the version, and a controller that does not name its model for its owner's text.
 pub(super) fn identify<E>(
     model: &Model,
     ask: &mut dyn FnMut(Question) -> Result<Vec<u8>, E>,
 ) -> Result<Identity, E> {
     let mut version = ask(VERSION)?;
-    // What somebody has left on the line is refused together with the first question.
+    // Anything left over on the line is refused together with the first question.
     if matches!(version.as_slice(), [b'1'..=b'9']) {
         version = ask(VERSION)?;
     }
@@ -21,13 +21,13 @@ pub(super) fn identify<E>(
         return Ok(Identity::Silent);
     }
     match of_version(model, &version) {
-        // A controller of the later family has a text of its owner.
+        // A controller of the later models has an owner's text.
         Identity::Unknown(said) => Ok(of_owner(model, &ask(OWNER)?, said)),
         known => Ok(known),
     }
 }
 
-/// What the text of `V` says: the name of a model, as a word of it.
+/// The model in the text of `V`: its name, as a separate word.
 fn of_version(model: &Model, answer: &[u8]) -> Identity {
     let said = said(answer);
     let words: Vec<String> = said
@@ -43,7 +43,8 @@ fn of_version(model: &Model, answer: &[u8]) -> Identity {
     }
 }
 
-/// Whether a model is the built-in one of that name; one from a file must only have its commands.
+/// Whether a model is the built-in one of that name; a model from a file only needs the same
+/// commands.
 fn is_like(model: &Model, name: &str) -> bool {
     let is_builtin = Model::names().contains(&model.name.as_str());
     if is_builtin { model.name == name } else { has_commands_of(model, name) }
@@ -54,7 +55,7 @@ fn has_commands_of(model: &Model, name: &str) -> bool {
     Model::builtin(name).is_some_and(|named| model.command_set == named.command_set)
 }
 
-/// What the answer to `U` says: only the later family has a text of its owner.
+/// What the answer to `U` shows: only the later models have an owner's text.
 fn of_owner(model: &Model, answer: &[u8], said: String) -> Identity {
     let is_later = vimc4_device::said(answer).contains("UserInfo");
     let wants_later = has_commands_of(model, "imc-s8");
@@ -62,7 +63,7 @@ fn of_owner(model: &Model, answer: &[u8], said: String) -> Identity {
         (true, true) => Identity::Same(said),
         (false, false) => Identity::Unknown(said),
         (true, false) => Identity::Other { what: "an imc-m, imc-mp or imc-s8".to_owned(), said },
-        // One that does not name itself may lack that text too.
+        // A controller that does not name its model may lack that text too.
         (false, true) if said.is_empty() => Identity::Unknown(said),
         (false, true) => Identity::Other { what: "an imc4 or imc4-m".to_owned(), said },
     }

@@ -1,4 +1,4 @@
-//! What a client makes of an answer.
+//! How a client understands an answer.
 
 use crate::Model;
 use crate::language::{Dialect, Reader, Status, why_refused};
@@ -11,7 +11,8 @@ pub(super) fn read_position(answer: &[u8]) -> Option<Vec<i64>> {
     places.collect()
 }
 
-/// A command has said all with `C` or a status, `IN` of an SMCU with `Z`; `!OC` says nothing.
+/// A command's answer is complete with `C` or a status, that of `IN` of an SMCU with `Z`; `!OC`
+/// answers nothing.
 pub(super) fn is_whole(sent: &[u8], answer: &[u8]) -> bool {
     let sent = sent.trim_ascii_start();
     if sent.starts_with(b"!OC") || sent.starts_with(b"IN") && answer.ends_with(b"Z") {
@@ -21,7 +22,7 @@ pub(super) fn is_whole(sent: &[u8], answer: &[u8]) -> bool {
     lines.any(|line| line.ends_with(b"\r") && matches!(line.first(), Some(b'C' | b'E')))
 }
 
-/// An answer begins with its kind; of a status the whole code is one.
+/// An answer begins with its kind; the kind of a status is its whole code.
 pub(super) fn kind_of(answer: &[u8]) -> Option<String> {
     let answer = answer.strip_suffix(b"\r").unwrap_or(answer);
     let code = if answer.starts_with(b"E") { answer } else { answer.get(..1)? };
@@ -43,7 +44,7 @@ pub(super) fn refusal(answer: &[u8]) -> Option<String> {
     })
 }
 
-/// The same for a command that is known: its bytes may say more than the status.
+/// The same for a known command: its bytes may say more than the status.
 pub(super) fn refusal_of(model: &Model, command: &[u8], answer: &[u8]) -> Option<String> {
     let refusal = refusal(answer)?;
     let status = Reader::new(model.grammar()).understand(command).err();
@@ -54,7 +55,7 @@ pub(super) fn refusal_of(model: &Model, command: &[u8], answer: &[u8]) -> Option
     })
 }
 
-/// Whether all of it is what is said to something unknown: lines with `E` and a number, or with `C`
+/// Whether all of it is an answer to something unknown: lines with `E` and a number, or with `C`
 /// alone.
 pub(super) fn is_status(answer: &[u8]) -> bool {
     let Some(lines) = answer.strip_suffix(b"\r") else { return false };

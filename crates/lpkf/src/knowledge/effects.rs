@@ -24,13 +24,13 @@ pub(super) fn of(sent: &[u8]) -> Effects {
     if passed.is_empty() {
         return effects;
     }
-    // Nobody knows what is connected there. And a channel that was not opened after all, or that
-    // is closed by a loss of power, passes nothing: then these are commands.
+    // What is connected there is unknown. And if the channel was not opened after all, or was
+    // closed by a loss of power, these bytes are commands.
     effects.outputs = true;
     effects.and(of(&passed))
 }
 
-/// Adds those of one command. What a controller refuses has none.
+/// Adds the effects of one command. A refused command has none.
 fn add(effects: &mut Effects, command: &Command) {
     let head = matches!(command, Command::PenDown | Command::PenUp);
     effects.moves |= head || command.moves();

@@ -1,14 +1,15 @@
-//! Who the controller at a port is.
+//! Identifying the controller at a port.
 
 use vimc4_device::{Identity, Question, Until, said};
 
 use crate::Model;
 
-/// One that a stop or a status holds hears nothing else before it is let go; what was to come is
-/// taken away first, so that it goes on with nothing.
+/// A controller that is held by a stop or a status ignores everything else until it is released.
+/// The waiting commands are discarded first, so that it continues with none.
 const STATUS: Question =
     Question { send: b"!CC;!CI;!CB;!GO;OS;", until: Until::Whole(has_identity) };
-/// A controller that is spoken to in lines takes that for the beginning of one. This ends it.
+/// A controller with a line-based language takes that for the beginning of a line. This ends the
+/// line.
 const END_OF_LINE: Question = Question { send: b"\r", until: Until::Pause };
 
 /// Asks for version, date and identity.
@@ -29,7 +30,7 @@ fn has_identity(answer: &[u8]) -> bool {
     lines.any(|line| line.starts_with(b"S") && line.ends_with(b"\r"))
 }
 
-/// What the answer to `OS` says: version, date and an identity, which begins with 1 or 2.
+/// The contents of the answer to `OS`: version, date and an identity, which begins with 1 or 2.
 fn of_status(model: &Model, answer: &[u8]) -> Identity {
     let said = said(answer);
     let Some(fields) = said.split([' ', '\r']).find_map(|line| line.strip_prefix('S')) else {

@@ -1,4 +1,4 @@
-//! Files are streams of commands, wherever their lines end.
+//! Files are streams of commands, regardless of line ends.
 
 use vimc4_device::Piece;
 
@@ -16,9 +16,9 @@ pub(super) fn pieces(model: &Model, file: &[u8]) -> Vec<Piece> {
         let lower_case = file.get(bytes.start).is_some_and(u8::is_ascii_lowercase);
         Piece { bytes, command: false, numbers, lower_case }
     };
-    // Where what has not been completed yet begins.
+    // Where the incomplete part begins.
     let mut begun = None;
-    // Where numbers without a command begin. They are sent, so that the controller can say so.
+    // Where numbers without a command begin. They are sent, so that the controller can report them.
     let mut stray = None;
     for (at, &byte) in file.iter().enumerate() {
         let mut complete = false;
@@ -57,7 +57,7 @@ pub(super) fn pieces(model: &Model, file: &[u8]) -> Vec<Piece> {
             pieces.extend(begun.map(|start| piece(true, start..end)));
             begun = pending.then_some(at);
         } else if reader.pending().len() == 1 {
-            // A sign or a point before it was a beginning of nothing.
+            // A sign or a point before it began nothing.
             begun = Some(at);
         } else if !pending {
             begun = None;
@@ -65,14 +65,14 @@ pub(super) fn pieces(model: &Model, file: &[u8]) -> Vec<Piece> {
     }
     pieces.extend(stray.map(|start| ignored(start..file.len())));
     let command = !reader.channel_open();
-    // The end of the file ends what has been begun, if that is anything.
+    // The end of the file ends an incomplete command.
     let mut complete = !command;
     reader.read(b';', |_| complete = true);
     pieces.extend(begun.filter(|_| complete).map(|start| piece(command, start..file.len())));
     pieces
 }
 
-/// Whether a statement begins here that is commands but for its lower-case letters.
+/// Whether a statement begins here that would be commands but for its lower-case letters.
 fn is_lower_case(before: &[u8], rest: &[u8], grammar: Grammar) -> bool {
     let begins = rest.first().is_some_and(u8::is_ascii_lowercase)
         && matches!(

@@ -1,4 +1,4 @@
-//! What only who knows the machine can check.
+//! Checks that need knowledge of the machine.
 
 use std::cmp::Ordering;
 
@@ -21,7 +21,7 @@ pub struct Limits {
     pub micrometres: bool,
 }
 
-/// What there is to know about one axis.
+/// The properties of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLimits {
     /// How it moves.
@@ -53,14 +53,14 @@ pub struct Value {
     pub of: Unit,
     /// What kind of value it is: a speed, an acceleration or a resolution.
     pub kind: Kind,
-    /// It, as it is compared.
+    /// The value, as it is compared.
     pub value: Number,
-    /// What it may be at least, or at most, in [`Kind::unit`] unless it is a resolution in µm.
+    /// The limit, in [`Kind::unit`] unless it is a resolution in µm.
     pub limit: i32,
 }
 
 impl Misfit {
-    /// What is answered.
+    /// The status that is answered.
     #[must_use]
     pub const fn status(self) -> Status {
         match self {
@@ -76,8 +76,8 @@ impl Misfit {
 }
 
 impl Command {
-    /// Whether there is anything about it that depends on the machine: [`check`](Self::check)
-    /// lets everything else pass.
+    /// Whether anything about it depends on the machine: [`check`](Self::check) accepts everything
+    /// else.
     #[must_use]
     pub const fn depends_on_machine(&self) -> bool {
         matches!(
@@ -101,9 +101,9 @@ impl Command {
 
     /// Whether the machine has the axes that are named and they allow the values.
     ///
-    /// A value for all axes must be allowed by each that is fitted; a speed of the head by X and
-    /// Y. Which axes a position can be asked of is not decided here, and neither is what becomes
-    /// of the coordinates of axes that are not fitted.
+    /// A value for all axes must be allowed by each that is fitted; a speed of the head by X and Y.
+    /// Which axes have positions to ask for is not decided here, nor how coordinates of axes that
+    /// are not fitted are treated.
     ///
     /// # Errors
     ///
@@ -236,7 +236,8 @@ mod tests {
 
     #[test]
     fn every_limit_is_the_manuals() {
-        // What it sets, on the linear X and the rotary Z0: lowest, highest, and the statuses.
+        // What the command sets, on the linear X and the rotary Z0: lowest, highest, and the
+        // statuses.
         for (letters, linear, rotary, low, high) in [
             ("!VZ", 10..=40_000, 1..=3_600, Status::SpeedTooLow, Status::SpeedTooHigh),
             (

@@ -1,8 +1,8 @@
 //! The meaning of a command.
 //!
-//! A [`Command`] is what is left when its letters, the number of its parameters and those values
-//! that never fit have been checked. What depends on the machine is checked by
-//! [`Command::check`]; what it does is the controller's business.
+//! A [`Command`] has passed the checks of its letters, of the number of its parameters and of
+//! values that never fit. [`Command::check`] checks what depends on the machine; what it does is
+//! the controller's business.
 
 use serde::{Deserialize, Serialize};
 
@@ -170,7 +170,7 @@ pub enum Command {
     CloseInterface,
     /// `!CM n`: which waiting times `PD` and `PU` take.
     SetMode(Mode),
-    /// `!CS`: finish the command that was broken off.
+    /// `!CS`: finish the aborted command.
     Continue,
     /// `!CT n`: echo mode on or off.
     Echo(bool),
@@ -182,7 +182,7 @@ pub enum Command {
     FullCurrent,
     /// `!HP`: half the phase current.
     HalfCurrent,
-    /// `!GB`: go back to the start of the command that was broken off.
+    /// `!GB`: go back to the start of the aborted command.
     GoBack,
     /// `!IS`, `!IS n`: reference run.
     Reference(Option<Axis>),
@@ -212,7 +212,7 @@ pub enum Command {
     },
     /// `!RD a`: read a port; the upper four bits are the bank, the lower four the port.
     ReadPort(u8),
-    /// `!RC`: do the command again that was broken off.
+    /// `!RC`: repeat the aborted command.
     RepeatBroken,
     /// `!RS r`, `!RS r,n`: resolution, the way of one step.
     Resolution {
@@ -278,7 +278,7 @@ pub enum Command {
     ClearBuffer,
     /// `!GO`: go on after a stop. Direct.
     GoOn,
-    /// `!RP`: do the last executed command again. Direct.
+    /// `!RP`: repeat the last executed command. Direct.
     Repeat,
     /// `!ST`: stop when the running command has ended. Direct.
     Stop,
@@ -289,7 +289,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Which form of which command it is.
+    /// Its form.
     #[must_use]
     pub const fn op(&self) -> Op {
         match self {

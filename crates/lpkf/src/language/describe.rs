@@ -10,7 +10,7 @@ use vimc4_device::Grouped;
 use super::command::{Axis, Command, Mode, Trackball, Turn, Vector};
 use super::number::Number;
 
-/// More positions or records than this are counted instead of told.
+/// More positions or records than this are counted instead of listed.
 const TOLD: usize = 4;
 
 impl Command {
@@ -161,7 +161,7 @@ fn follow(f: &mut Formatter<'_>, [a, b]: [Axis; 2], vectors: &[Vector]) -> fmt::
     more(f, vectors.len())
 }
 
-/// How many there are that have not been told.
+/// How many have not been listed.
 fn more(f: &mut Formatter<'_>, count: usize) -> fmt::Result {
     if count > TOLD { write!(f, " and {} more", count - TOLD) } else { Ok(()) }
 }
@@ -182,7 +182,7 @@ fn axis_speed(f: &mut Formatter<'_>, axis: Axis, speed: i32) -> fmt::Result {
     write!(f, "speed of {} {} (µm/s or 0.1°/s)", axis.name(), plain(speed))
 }
 
-/// What stands before the element in this place of an enumeration.
+/// The separator before the element at this place of a list.
 const fn comma(place: usize) -> &'static str {
     if place == 0 { "" } else { "," }
 }
@@ -213,7 +213,7 @@ impl Display for Port {
     }
 }
 
-/// A speed of the head. What is below 1 may be in m/s; that is a quirk nobody knows of here.
+/// A speed of the head. A value below 1 may be in m/s; that is a quirk that is unknown here.
 struct PenSpeed(Number);
 
 impl Display for PenSpeed {

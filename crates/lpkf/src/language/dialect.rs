@@ -1,4 +1,4 @@
-//! Which language a controller speaks.
+//! The languages that controllers speak.
 
 use serde::{Deserialize, Serialize};
 

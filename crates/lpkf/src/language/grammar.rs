@@ -1,13 +1,13 @@
-//! How a controller reads: its dialect, and what differs between machines that speak it.
+//! How a controller reads: its dialect, and the differences between machines that speak it.
 
 use serde::{Deserialize, Serialize};
 
 use super::dialect::Dialect;
 use super::table::{Form, Op};
 
-/// How a controller reads what comes over the line.
+/// How a controller reads the bytes of the line.
 ///
-/// Every dialect by itself has all the forms that any of its machines has, and none of the habits:
+/// A plain dialect has all the forms of any of its machines, and none of their peculiarities:
 /// `Grammar::from(Dialect::Smcu)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Grammar {
@@ -43,7 +43,7 @@ impl From<Dialect> for Grammar {
 }
 
 impl Grammar {
-    /// Whether a controller that reads so has a form.
+    /// Whether a controller with this grammar has a form.
     #[must_use]
     pub fn knows(&self, form: &Form) -> bool {
         form.known_to(self.dialect)

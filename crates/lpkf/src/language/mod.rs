@@ -1,8 +1,8 @@
-//! The language of the LPKF controllers: bytes to meaning and back.
+//! The language of the LPKF controllers: from bytes to meaning and back.
 //!
-//! The SMCU and the MotionSystem are spoken to in HPGL with commands of their own, which begin
-//! with `!`. Two [`Dialect`]s of the language exist, and a [`Grammar`] says what else differs
-//! between machines that speak one.
+//! The SMCU and the MotionSystem understand HPGL and commands of their own, which begin with `!`.
+//! The language has two [`Dialect`]s, and a [`Grammar`] holds the further differences between
+//! machines that speak one.
 //!
 //! 1. A [`Reader`] takes the bytes of the line and hands out [`Item`]s: commands, and what is
 //!    for the unit on the second channel.
@@ -10,13 +10,13 @@
 //!    it. The order of its checks is fixed.
 //! 3. [`Command::check`] checks what depends on the machine: axes that are not fitted, speeds,
 //!    accelerations and resolutions.
-//! 4. [`Command::print`] goes all the way back, and [`Command::describe`] says it in words.
+//! 4. [`Command::print`] goes all the way back, and [`Command::describe`] puts it into words.
 //!
 //! [`forms`] lists every form of every command with what it takes and who has it, [`Status::ALL`]
 //! everything that can go wrong.
 //!
 //! The manual is cited by the headings of its chapters. Where it is silent, the comments say what
-//! is assumed, and what has been seen in the field.
+//! is assumed and what has been seen in the field.
 //!
 //! ```
 //! use vimc4_lpkf::language::{Dialect, Item, Reader, Status};

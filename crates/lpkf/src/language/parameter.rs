@@ -1,4 +1,4 @@
-//! What a parameter is: its unit, and the values it can have.
+//! Parameters: their units, and the values they can have.
 
 use serde::{Deserialize, Serialize};
 use vimc4_plant::Unit;
@@ -44,7 +44,7 @@ pub enum Kind {
     Word,
     /// What the trackball does, 1 to 3.
     Interface,
-    /// A data channel. Which there are, the manual does not say.
+    /// A data channel. The manual does not say which there are.
     Channel,
 }
 
@@ -68,7 +68,7 @@ impl Kind {
 
     /// The lowest and the highest value on an axis of this kind, in [`Kind::unit`], where the
     /// manual's table of limits (Grenzwerte von Eingabeparametern) has one. It has no highest
-    /// speed: that is a matter of the machine.
+    /// speed, which depends on the machine.
     #[must_use]
     pub const fn limits(self, axis: Unit) -> (Option<i32>, Option<i32>) {
         match (self, axis) {

@@ -2,9 +2,9 @@
 //!
 //! The order of the checks is fixed; the first that fails says which status is answered:
 //!
-//! 1. Letters of which the model has no form at all: unknown command.
-//! 2. Too few parameters for any form, on whatever model: where X and Y come in pairs, an odd
-//!    number is a single coordinate; everything else is a missing parameter.
+//! 1. Letters for which the model has no form: unknown command.
+//! 2. Too few parameters for any form on any model: where X and Y come in pairs, an odd number is a
+//!    single coordinate; everything else is a missing parameter.
 //! 3. Otherwise the form is the one with the most parameters that are all there; surplus ones
 //!    mean nothing (assumed). If the model lacks it: unknown command.
 //! 4. An odd number of coordinates where pairs are repeated: a single coordinate.
@@ -101,10 +101,10 @@ pub(super) fn forms_for(
 /// A turn in millionths of a degree.
 pub(crate) const TURN: i64 = 360_000_000;
 
-/// So many parameters are read without asking for memory.
+/// This many parameters are read without an allocation.
 const FEW: usize = 8;
 
-/// Why so few parameters are not enough for any of the forms.
+/// The status when there are too few parameters for any of the forms.
 fn incomplete(mut forms: impl Iterator<Item = &'static Form>, count: usize) -> Status {
     let in_pairs = forms.any(|form| {
         matches!(
@@ -333,8 +333,8 @@ fn axis_or_all(number: i32) -> Result<Option<Axis>, Status> {
     }
 }
 
-/// The records of `!PH`, each ended by a CR or by the end of the command. Lines that say nothing
-/// are no records.
+/// The records of `!PH`, each ended by a CR or by the end of the command. Empty lines are not
+/// records.
 fn vectors(records: &[u8]) -> Result<Vec<Vector>, Status> {
     let says_something =
         |line: &&[u8]| line.iter().any(u8::is_ascii_uppercase) || numbers(line).next().is_some();

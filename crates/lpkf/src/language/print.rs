@@ -138,7 +138,7 @@ impl Printer {
         let _ = write!(self.field(), "{number}");
     }
 
-    /// A record on a line of its own: what is 0 need not be said, but a record must say something.
+    /// A record on a line of its own: zeros can be left out, but a record must not be empty.
     fn vector(&mut self, vector: &Vector) {
         let turn = match vector.turn {
             Turn::Clockwise => -1,

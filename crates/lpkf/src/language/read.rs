@@ -11,12 +11,11 @@
 //!
 //! LF separates, or ends a command as CR does: [`Grammar::line_feed_ends`]. `OH` ends at a colon, too.
 //!
-//! `!PH` is the exception: its records stand between CRs and are made of letters, so it ends
-//! at `;` only, or at a `!` (assumed: a host that has given up begins anew). The SMCU, which does
-//! not know the command, does not know its records either: each letter of them begins an unknown
-//! command.
+//! `!PH` is the exception: its records stand between CRs and are made of letters, so it ends at `;`
+//! only, or at a `!` (assumed: a host that gave up begins again). The SMCU, which does not know the
+//! command, does not know its records either: each letter of them begins an unknown command.
 //!
-//! Letters that anything else than a letter breaks off are an unknown command, and so is a `!` on
+//! Letters that are interrupted by anything but a letter are an unknown command, and so is a `!` on
 //! its own. Numbers outside a command are ignored, unless [`Grammar::bare_pairs`] makes them moves,
 //! and so are those of an unknown command, unless [`Grammar::unknown_pairs`] does.
 //!
@@ -36,20 +35,20 @@ use super::table;
 
 /// The longest command that is kept, in bytes, its end not counted.
 ///
-/// Assumed. It has to be enough for a `!PH` with as many records as there can be, each with six
-/// numbers of 32 bits, and some blanks.
+/// Assumed. It must be enough for a `!PH` with the most possible records, each with six numbers of
+/// 32 bits, and some blanks.
 pub const COMMAND_MAX: usize = 8192;
 
-/// Hardly a command is longer than this, in bytes: one allocation for each is enough.
+/// Commands are rarely longer than this, in bytes, so one allocation for each is enough.
 const COMMAND_USUAL: usize = 64;
 
-/// So much of what means nothing is kept.
+/// How much meaningless input is kept.
 const OUTSIDE_MAX: usize = 101;
 
 /// What closes the second channel.
 const CLOSE_CHANNEL: &[u8] = b"!CC";
 
-/// What the bytes of a line amount to. `R` are the bytes of a command, owned or borrowed.
+/// What the bytes of a line mean. `R` are the bytes of a command, owned or borrowed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Item<R = Vec<u8>> {
@@ -92,9 +91,9 @@ pub struct Reader {
     channel: Option<usize>,
     /// Numbers outside a command are being ignored.
     ignores: bool,
-    /// That has not been told yet.
+    /// That has not been reported yet.
     stray: bool,
-    /// What has arrived outside a command since the last end or command, as far as it is kept.
+    /// The input outside a command since the last end or command, as far as it is kept.
     outside: Vec<u8>,
     /// A command or an end has come after it.
     is_past: bool,
@@ -117,13 +116,12 @@ impl Reader {
         }
     }
 
-    /// Takes one byte and hands out what it completes: mostly nothing, and in order if it is
-    /// more than one item.
+    /// Takes one byte and yields the items that it completes, in order; mostly none.
     pub fn feed(&mut self, byte: u8, mut emit: impl FnMut(Item)) {
         self.read(byte, |item| emit(item.into_owned()));
     }
 
-    /// The same, with the bytes of a command lent for as long as it is looked at.
+    /// The same, with the bytes of a command lent while it is visited.
     pub fn read(&mut self, byte: u8, emit: impl FnMut(Item<&[u8]>)) {
         if self.channel.is_some() {
             return self.pass(byte, emit);
@@ -137,7 +135,7 @@ impl Reader {
             b'\n' if self.grammar.line_feed_ends && !self.in_vectors() => self.end_here(emit),
             b':' if self.raw.starts_with(b"OH") => self.end_here(emit),
             b'0'..=b'9' | b'+' | b'-' | b'.' if self.grammar.bare_pairs => self.push(byte, emit),
-            // What comes before the first command, or after the end of one, means nothing.
+            // Input before the first command, or after the end of one, means nothing.
             _ if self.raw.is_empty() => {
                 self.stray |= byte.is_ascii_digit() && !self.ignores;
                 self.ignores |= self.stray;
@@ -162,14 +160,14 @@ impl Reader {
         &self.raw
     }
 
-    /// Whether numbers outside a command have been ignored that this has not been asked for.
+    /// Whether numbers outside a command have been ignored since the last call.
     pub fn take_stray(&mut self) -> bool {
         mem::take(&mut self.stray)
     }
 
-    /// What has arrived outside a command and means nothing, once a command or an end has come after
-    /// it and if this has not been asked for: letters, digits and the like, no more of it than a
-    /// person reads. Blanks, commas and signs on their own are nothing.
+    /// The meaningless input outside a command since the last call, once a command or an end has
+    /// come after it: letters, digits and the like, shortened to a readable length. Blanks, commas
+    /// and signs on their own do not count.
     pub fn take_ignored(&mut self) -> Option<Vec<u8>> {
         mem::take(&mut self.is_past).then(|| mem::take(&mut self.outside))
     }
@@ -182,7 +180,7 @@ impl Reader {
 
     /// Closes the second channel, because the `!OC` that was read is refused.
     pub fn close_channel(&mut self) {
-        // What may have been the beginning of `!CC` is that of a command.
+        // The possible beginning of `!CC` is now the beginning of a command.
         if let Some(held) = self.channel.take() {
             self.raw.extend_from_slice(&CLOSE_CHANNEL[..held]);
         }
@@ -210,7 +208,7 @@ impl Reader {
     fn begin(&mut self, byte: u8, mut emit: impl FnMut(Item<&[u8]>)) {
         self.ignores = false;
         self.end(&mut emit);
-        // The command before it may have been the one that opens the channel.
+        // The command before it may have opened the channel.
         if self.channel.is_some() { self.pass(byte, emit) } else { self.push(byte, emit) }
     }
 

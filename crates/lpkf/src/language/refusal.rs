@@ -1,7 +1,7 @@
 //! Why a command is refused, for people.
 //!
-//! The status says what kind of mistake it is; the bytes say which. They are looked at again only
-//! when somebody wants to know.
+//! The status gives the kind of mistake, the bytes the mistake itself. They are examined again only
+//! on request.
 
 use vimc4_device::Grouped;
 
@@ -66,7 +66,7 @@ pub fn why_refused(raw: &[u8], grammar: impl Into<Grammar>, status: Status) -> S
     }
 }
 
-/// Why bytes outside a command mean nothing, for people: they, and a lower-case fragment.
+/// Why bytes outside a command mean nothing, for people: the bytes, and a lower-case fragment.
 #[must_use]
 pub fn why_ignored(bytes: &[u8], grammar: impl Into<Grammar>) -> String {
     let bytes = bytes.trim_ascii();
@@ -77,10 +77,10 @@ pub fn why_ignored(bytes: &[u8], grammar: impl Into<Grammar>) -> String {
     format!("{shown}: {}", why_meaningless(bytes, grammar.into()))
 }
 
-/// So much of what means nothing is shown.
+/// How much meaningless input is shown.
 const SHOWN: usize = 40;
 
-/// Why bytes that belong to no command, and are no numbers of one, mean nothing.
+/// Why bytes that belong to no command, and are not its numbers, mean nothing.
 fn why_meaningless(bytes: &[u8], grammar: Grammar) -> String {
     let Some(at) = bytes.iter().position(u8::is_ascii_lowercase) else {
         let numbers = bytes.iter().any(u8::is_ascii_digit);
@@ -99,8 +99,8 @@ fn why_meaningless(bytes: &[u8], grammar: Grammar) -> String {
     }
 }
 
-/// What a command that is understood has in it that means nothing or is read as something else, for
-/// people: the end of a sentence, or nothing.
+/// What a valid command contains that means nothing or is read as something else, for people: the
+/// end of a sentence, or nothing.
 #[must_use]
 pub fn remarks(raw: &[u8], grammar: impl Into<Grammar>) -> String {
     let mut text = String::new();
@@ -141,7 +141,7 @@ fn unknown(raw: &[u8], grammar: Grammar, values: &[Number]) -> String {
     }
 }
 
-/// The value of a profile with which a model would know a command.
+/// The profile value with which a model would know a command.
 fn known_with(raw: &[u8], grammar: Grammar) -> Option<&'static str> {
     let other_dialect = match grammar.dialect {
         Dialect::Smcu => Dialect::MotionSystem,
@@ -157,7 +157,7 @@ fn known_with(raw: &[u8], grammar: Grammar) -> Option<&'static str> {
     others.into_iter().find(|(other, _)| known(*other)).map(|(_, value)| value)
 }
 
-/// Of the values of a form, which one is wrong: the first that no machine could take.
+/// Which value of a form is wrong: the first that no machine could take.
 fn wrong_value(form: &Form, values: &[Number], status: Status) -> Option<String> {
     let fits = |kind: Kind, number: Number| {
         let whole = number.whole();

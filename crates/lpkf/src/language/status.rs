@@ -1,4 +1,4 @@
-//! What the controllers report when something is wrong: one list, two ways to write it.
+//! What the controllers report when something is wrong: one list in two notations.
 //!
 //! Both models number their statuses alike. The SMCU has the first 22 and writes them in
 //! hexadecimal; the MotionSystem has them all and adds 100.
@@ -140,7 +140,7 @@ statuses! {
     CommandBufferFull 85 "command-buffer-full" "the command buffer is full, commands are lost";
 }
 
-/// The codes the SMCU has are below this.
+/// The SMCU's codes are below this.
 const SMCU_CODES: u8 = 22;
 
 impl Status {
@@ -165,7 +165,7 @@ impl Status {
         }
     }
 
-    /// What shows that it is so: documented, for both models.
+    /// The evidence: documented, for both models.
     #[must_use]
     pub const fn evidence(self) -> &'static str {
         "D"
@@ -181,10 +181,10 @@ impl Status {
         }
     }
 
-    /// What goes over the line, without its CR: `E0F`, `E115`; `None` if the model lacks it.
+    /// Its form on the line, without CR: `E0F`, `E115`; `None` if the model lacks it.
     ///
     /// The manual gives the SMCU hexadecimal digits. `decimal` is the quirk of one that writes
-    /// decimal ones, `E15`; the MotionSystem does not care.
+    /// decimal ones, `E15`; the MotionSystem ignores it.
     #[must_use]
     pub fn written(self, model: Dialect, decimal: bool) -> Option<String> {
         let code = self.code();
@@ -215,7 +215,7 @@ impl Status {
         matches!(self.code(), 22 | 49..=63)
     }
 
-    /// The status so many codes after this one. Those of the axes follow each other.
+    /// The status this many codes after this one. Those of the axes are consecutive.
     fn at(self, offset: usize) -> Self {
         Self::ALL.get(usize::from(self.code()) + offset).copied().unwrap_or(self)
     }

@@ -197,7 +197,7 @@ impl Answer {
     }
 }
 
-/// What there is to know about one form of a command.
+/// The properties of one form of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Form {
     /// Which it is.
@@ -217,7 +217,7 @@ pub struct Form {
     pub answer: Answer,
     /// Whether it bypasses the command buffer.
     pub direct: bool,
-    /// What shows that it exists: `D` for documented, `F` for seen in the field.
+    /// The evidence for it: `D` for documented, `F` for seen in the field.
     pub evidence: &'static str,
     /// The chapter of the manual that describes it, by its heading, or `field`.
     pub source: &'static str,
@@ -259,15 +259,15 @@ pub(super) fn forms_of(letters: &[u8]) -> impl Iterator<Item = &'static Form> + 
     rows.iter().filter_map(|&row| FORMS.get(usize::from(row)))
 }
 
-/// The rows of [`FORMS`] with the same letters; what is beyond the last is no row.
+/// The rows of [`FORMS`] with the same letters; numbers beyond the last are not rows.
 type Rows = [u8; 2];
 
 const NO_ROWS: Rows = [u8::MAX; 2];
 
-/// How many letters a place in the index has.
+/// The number of letters in the index.
 const LETTERS: usize = 26;
 
-/// The rows by letters: a line is read at the pace at which its commands are found.
+/// The rows by letters: reading is only as fast as finding commands here.
 static INDEX: [Rows; 2 * LETTERS * LETTERS] = index();
 
 const fn index() -> [Rows; 2 * LETTERS * LETTERS] {
@@ -282,7 +282,7 @@ const fn index() -> [Rows; 2 * LETTERS * LETTERS] {
         };
         let place = place(mnemonic[0] == b'!', letters);
         let second = (index[place][0] != u8::MAX) as usize;
-        // A command with a third form would not find its place, and this would not compile.
+        // A command with a third form would find no place, and this would not compile.
         assert!(index[place][second] == u8::MAX);
         index[place][second] = row as u8;
         row += 1;
@@ -355,7 +355,7 @@ const DRILLING: &[Parameter] =
 const MILLING: &[Parameter] =
     &[a("tm1", Kind::Time), a("tm2", Kind::Time), a("tm3", Kind::Time), a("tm4", Kind::Time)];
 
-/// A documented form that answers nothing but `C`. Its chapter follows from its letters.
+/// A documented form that answers only `C`. Its chapter follows from its letters.
 const fn form(
     op: Op,
     mnemonic: &'static str,

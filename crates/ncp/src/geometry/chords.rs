@@ -5,28 +5,28 @@
 //!
 //! # As few as possible
 //!
-//! Every chord begins and ends with a halt, so they are to be long. The tool may be two steps off.
-//! Half a step of these takes the controller, which puts a line on the raster, and the third axis
-//! of a helix takes what its own rounding makes. The rest is [`room`](Chords::room): so far may a
-//! chord be outside the arc at its ends, and inside between them. The ends are put outside as far
-//! as rounding allows, and because it is known where rounding has put them, each chord is as long
-//! as its own two ends let it be: about twice as long as one whose ends are on the arc.
+//! Every chord begins and ends with a halt, so chords should be long. The tool may be two steps
+//! off. The controller, which rounds a line to steps, uses half a step of that, and the third axis
+//! of a helix uses its own rounding error. The rest is [`room`](Chords::room): how far a chord may
+//! be outside the arc at its ends, and inside between them. The ends are put outside as far as
+//! rounding allows, and because it is known where rounding has put them, each chord is as long as
+//! its own two ends let it be: about twice as long as one whose ends are on the arc.
 //!
-//! No end is outside the space that the arc itself takes, at whose limits the machine may end.
+//! No end is outside the space of the arc itself, because the machine may end at its limits.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::parameters::CurveParameters;
 use super::{MOST_STEPS, ROOM, Steps};
 
-/// How many steps of [`ROOM`] the raster takes, with what floating point may be off.
+/// How many steps of [`ROOM`] the rounding to steps uses, including the error of floating point.
 const RASTER: f64 = 0.52;
 
 /// How many steps the third axis of a helix may be off: its ends are rounded, and so are the places
 /// between them, and the angle along a chord is not even.
 const THIRD: f64 = 1.25;
 
-/// How many of these the angle takes.
+/// How many of these the angle uses.
 const UNEVEN: f64 = 0.2;
 
 /// How far a chord is beside its arc at most, in steps of the finer axis, where its ends are on it.
@@ -36,7 +36,8 @@ const SAGITTA: f64 = 0.5;
 /// uneven for the third axis of a helix.
 const MOST_ANGLE: f64 = FRAC_PI_2;
 
-/// Where a step of one axis is longer than so many of the other, chords have their ends on the arc.
+/// Where a step of one axis is longer than this many of the other, chords have their ends on the
+/// arc.
 const MOST_UNLIKE: f64 = 1.6;
 
 /// So have those of a circle with a radius of fewer steps.
@@ -46,7 +47,7 @@ const LEAST_RADIUS: f64 = 4.0;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chords {
     parameters: CurveParameters,
-    /// How much of the angle is behind, 0 to 1.
+    /// How much of the angle is done, 0 to 1.
     done: f64,
     /// Where the chord begins, from the centre, in steps of the finer axis.
     at: [f64; 2],
@@ -77,7 +78,7 @@ impl Chords {
         let alike = unlike <= MOST_UNLIKE && circle.radius() >= LEAST_RADIUS * circle.step();
         // The angle is ahead of a chord's length by φ³ / (72·√3) at most.
         let even = libm::cbrt(UNEVEN * 124.0 / slope.max(f64::MIN_POSITIVE));
-        // One command takes so many steps.
+        // The most steps of one command.
         let longest = circle.sweep() * MOST_STEPS as f64 / (rise as f64).max(1.0);
         let mut chords = Chords {
             parameters,
@@ -112,7 +113,7 @@ impl Chords {
         [of(first, centre[0]), of(second, centre[1])]
     }
 
-    /// The angle of a chord that begins so far outside.
+    /// The angle of a chord that begins this far outside.
     fn angle(&self, outside: f64) -> f64 {
         let radius = self.radius();
         let angle = match self.aim {
@@ -152,7 +153,7 @@ impl Chords {
         place
     }
 
-    /// Whether a chord to a place is nowhere further beside the arc than it may be.
+    /// Whether a chord to a place stays within the permitted distance of the arc.
     fn fits(&self, room: f64, to: [f64; 2]) -> bool {
         let radius = self.radius();
         let [way_x, way_y] = [to[0] - self.at[0], to[1] - self.at[1]];
@@ -180,7 +181,7 @@ impl Iterator for Chords {
         let least = least.min(self.most);
         loop {
             let done = self.done + angle.max(least) / sweep;
-            // What would be left is no way.
+            // The rest would have no length.
             let done = if done > 1.0 - 1e-9 { 1.0 } else { done };
             let to = if done == 1.0 { self.parameters.landing() } else { self.place(done) };
             let there = self.seen_from_centre(&to);

@@ -57,7 +57,7 @@ type Vector = [i128; 2];
 fn between(from: [Value; 2], to: [Value; 2]) -> Vector {
     let way = |axis: usize| {
         let way = to[axis].in_thousandths().saturating_sub(from[axis].in_thousandths());
-        // So that the sum of two products fits.
+        // Limited so that the sum of two products fits.
         i128::from(way.max(-i64::MAX))
     };
     [way(0), way(1)]

@@ -1,10 +1,10 @@
 //! The third axis of a helix, beside the circle engine.
 //!
-//! A controller spreads the steps of the third axis evenly over those of the circle engine. But
-//! where the engine crosses an axis of coordinates it makes one step for a step of the way, and √2
-//! halfway to the next. The third axis, which should be even in the angle, is ahead and behind by
-//! turns, by up to [`SWAY`] radians of its way. So a helix that climbs steeply is divided. The third
-//! axis may be off by what the plane leaves of two steps, and by half a step at most.
+//! A controller spreads the steps of the third axis evenly over those of the circle engine. But the
+//! engine makes one step for a step of the way where it crosses an axis of coordinates, and √2
+//! halfway to the next. The third axis, which should be even in the angle, is alternately ahead and
+//! behind, by up to [`SWAY`] radians of its way. So a helix that climbs steeply is divided. The
+//! third axis may be off by what the plane leaves of two steps, but at most by half a step.
 
 use super::engine::{Trace, Wanted};
 use super::{MOST_STEPS, ROOM};
@@ -61,7 +61,7 @@ impl Climb {
     pub(super) fn lengths(&self, trace: &Trace, wanted: &Wanted) -> Option<(u64, u64)> {
         let slope = self.slope.abs();
         let beside = if slope > wanted.radius {
-            // It sets the clock, and the steps of the engine are rounded to its own.
+            // The third axis sets the clock, and the steps of the engine are rounded to its own.
             trace.off + ROUNDING / 2.0
         } else {
             trace.off
@@ -89,8 +89,8 @@ impl Climb {
     }
 }
 
-/// How many steps of an engine of the radius r can be taken as even in the angle, if it may be off
-/// by so many radians.
+/// How many steps of an engine of radius r can count as even in the angle, if it may be off by this
+/// many radians.
 ///
 /// The angle bends most on an axis of coordinates, by 1 radian for the square of r steps. So over
 /// h·r steps it is off by no more than h² / 8, and by less the longer they are, because it bends

@@ -1,6 +1,6 @@
 //! Arcs and helices as a controller makes them.
 //!
-//! An arc is one `y` and, if the circle engine does not come to the end, a line to it. Where the
+//! An arc is one `y` and, if the circle engine does not reach the end, a line to it. Where the
 //! engine would be too far from the arc, or cannot make it, it is chords. A helix is `w` where the
 //! controller has it.
 
@@ -73,7 +73,7 @@ impl Pieces {
         Some(Pieces::divided(parameters, trace, lengths, Some(climb)))
     }
 
-    /// About how long they take, in seconds, if the third axis makes so many steps.
+    /// About how long they take, in seconds, if the third axis makes this many steps.
     fn seconds(&self, rise: u64, speeds: Speeds) -> f64 {
         let (number, steps) = (self.number() as f64, self.trace.steps as f64);
         // Where the third axis has more steps, it is its steps that the frequency counts.
@@ -91,7 +91,7 @@ impl Pieces {
     ) -> Pieces {
         let frequency = trace.steps as f64 * parameters.velocity / parameters.length();
         // Rounding can make an arc that is shorter than a step one of a step. That takes as long as
-        // a step does; on a slope of 45 degrees the engine makes √2 of them for the way of one.
+        // a step does; on a slope of 45 degrees the engine makes √2 steps for the way of one.
         let most = SQRT_2 * parameters.velocity / parameters.circle.step();
         let frequency = frequency.min(most);
         Pieces { trace, done: 0, first, stride, frequency, climb }
@@ -140,13 +140,13 @@ pub enum Reason {
     UnequalSteps,
     /// The controller has no command for helices.
     NoHelix,
-    /// The third axis would not keep with the angle.
+    /// The third axis would not follow the angle.
     Steep,
     /// No circle of whole numbers is near enough.
     OffTheCircle,
 }
 
-/// So many chords are made to see how long they take; of more it is guessed.
+/// This many chords are made to measure their time; for more it is estimated.
 const FEW: f64 = 400.0;
 
 impl Course {
@@ -169,7 +169,7 @@ impl Course {
         let speed = speed.min(f64::from(speeds.highest));
         let guess = number * (speeds.seconds(steps / number, speed) + COMMAND);
         if number <= FEW {
-            // So few are soon made.
+            // So few take little time.
             let courses = [Some(Course::Chords(chords)), engine.map(Course::Engine)];
             let stairs =
                 Stairs::of(&parameters).filter(|stairs| stairs.seconds(rise, speeds) < 2.0 * guess);
@@ -209,7 +209,7 @@ impl Curve {
         flat && parameters.wanted().is_some_and(|wanted| wanted.has_trace(ROOM))
     }
 
-    /// What it costs that it is made in pieces; nothing if it is one motion.
+    /// The cost of making it in pieces; `None` if it is one motion.
     #[must_use]
     pub fn delay(&self) -> Option<Delay> {
         if let Course::Engine(pieces) = &self.course
@@ -229,7 +229,7 @@ impl Curve {
             let length = motion.path().length();
             delay.pieces += 1;
             delay.takes += speeds.seconds(length as f64, f64::from(motion.speed()));
-            // What only lifts the tool would be done on the way.
+            // A pure lift of the tool would be done on the way.
             let lifts = matches!(motion, Motion::Line { by, .. }
                 if by.iter().enumerate().all(|(axis, steps)| *steps == 0 || axis == circle.plane().third()));
             steps += if lifts { 0 } else { length };
@@ -253,8 +253,8 @@ impl Curve {
         }
     }
 
-    /// What had to be done to the speed: the greatest change of any part. It takes as long as
-    /// making all motions does.
+    /// How the speed had to be changed: the greatest change of any part. Finding it takes as long
+    /// as making all motions.
     #[must_use]
     pub fn fitted(&self) -> Fitted {
         let mut rest = self.clone();

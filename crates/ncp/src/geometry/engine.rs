@@ -24,7 +24,7 @@
 //!
 //! A helix needs the place that belongs to an angle. A point of the circle of radius r has as many
 //! steps behind it as the place on the same diagonal. Between the circles of r and N the diagonal
-//! is up to √2 times as long as they are apart, because it meets them aslant.
+//! is up to √2 times as long as their distance, because it crosses them at an angle.
 //!
 //! # The choice
 //!
@@ -60,7 +60,7 @@ pub(super) struct Wanted {
     pub(super) climbs: bool,
 }
 
-/// What the engine makes of an arc.
+/// How the engine makes an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Trace {
     fit: CircleFit,
@@ -89,8 +89,8 @@ fn x_runs_inward(state: &ArcState) -> bool {
 }
 
 impl Wanted {
-    /// What the engine does with the least bound, of what stays within `room` steps of the arc,
-    /// the line from there to the end included; `None` if nothing does.
+    /// The engine run with the least bound among those within `room` steps of the arc, including
+    /// the line from there to the end; `None` if there is none.
     pub(super) fn trace(&self, room: f64) -> Option<Trace> {
         let mut best: Option<Trace> = None;
         for centre in self.centres() {
@@ -109,8 +109,8 @@ impl Wanted {
         best.filter(|trace| trace.off <= room && self.can_be_ended(trace, room))
     }
 
-    /// Whether anything the engine does stays within `room` steps of the arc. The first that does is
-    /// enough, which takes a part of the time that the best does.
+    /// Whether any engine run stays within `room` steps of the arc. The first one found is enough,
+    /// which is faster than finding the best.
     pub(super) fn has_trace(&self, room: f64) -> bool {
         self.centres().any(|centre| {
             let beside = distance(centre.map(|steps| steps as f64), self.centre);
@@ -181,8 +181,8 @@ impl Wanted {
         Some(Trace { fit, steps, off })
     }
 
-    /// After how many steps the engine is nearest to the landing. Whether an end beside the start
-    /// is at the beginning or at the end of a turn is known from the sweep.
+    /// After how many steps the engine is nearest to the landing. The sweep tells whether an end
+    /// beside the start is at the beginning or at the end of a turn.
     fn steps(&self, fit: &CircleFit, landing: (i64, i64)) -> u64 {
         let turn = fit.steps_per_turn();
         let expected = (self.sweep / TAU * turn as f64) as u64;
@@ -219,7 +219,7 @@ impl Wanted {
         };
         let by = [self.to[0] - at[0], self.to[1] - at[1], 0, 0, 0, 0];
         let line = Path::Line(StraightLine::new(by));
-        // The bound of the engine is for the circle, which may go on behind its end.
+        // The bound of the engine is for the circle, which may go on beyond its end.
         is_near(at) && line.steps().all(|way| is_near([at[0] + way[0], at[1] + way[1]]))
     }
 }

@@ -1,9 +1,9 @@
 //! From ways in the world to motions of a controller.
 //!
 //! A job file speaks of straight lines, arcs and helices in µm and arc seconds. A controller makes
-//! straight lines in steps, in which the fourth axis does not keep time with the others, and
-//! circles whose parameters are whole numbers. [`Straight`] and [`Curve`] are iterators over the
-//! [`Motion`]s that come nearest, and each ends exactly where it must.
+//! straight lines in steps, where the fourth axis does not keep time with the others, and circles
+//! with whole-number parameters. [`Straight`] and [`Curve`] are iterators over the [`Motion`]s that
+//! come nearest, and each ends exactly where it must.
 
 mod chords;
 mod circle;
@@ -36,13 +36,13 @@ pub const MOST_STEPS: i64 = (1 << 23) - 1;
 /// How many steps a path is beside the true one at most.
 const ROOM: f64 = 2.0;
 
-/// What a command and its answer take on a line of 19,200 baud, in seconds.
+/// The time of a command and its answer on a line of 19,200 baud, in seconds.
 const COMMAND: f64 = 0.015;
 
 /// One motion that a controller makes by one command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Motion {
-    /// A straight move in 3D interpolation by so many steps. The speed is that of the axis with
+    /// A straight move in 3D interpolation by this many steps. The speed is that of the axis with
     /// the longest way, in Hz.
     Line {
         /// The way of each axis.
@@ -52,7 +52,7 @@ pub enum Motion {
     },
     /// A circle or a part of one, `y`.
     Arc(Plane, ArcArgs),
-    /// The same while the third axis makes so many steps, `w`.
+    /// The same while the third axis makes this many steps, `w`.
     Helix(Plane, ArcArgs, i32),
 }
 
@@ -103,12 +103,12 @@ fn arc(plane: Plane, args: &ArcArgs) -> Arc {
 pub struct Scale {
     /// Steps, more than 0.
     pub steps: i64,
-    /// In so many thousandths, more than 0.
+    /// In this many thousandths, more than 0.
     pub per: i64,
 }
 
 impl Scale {
-    /// The counter that a place is at: the nearest, a half away from zero.
+    /// The counter at a place: the nearest, a half away from zero.
     #[must_use]
     pub fn round(self, place: Value) -> i64 {
         let twice = 2 * i128::from(place.in_thousandths()) * i128::from(self.steps);
@@ -123,7 +123,7 @@ impl Scale {
         libm::round(thousandths * self.steps as f64 / self.per as f64) as i64
     }
 
-    /// The counter that a place is at, not rounded.
+    /// The counter at a place, not rounded.
     #[must_use]
     pub fn exact(self, place: Value) -> f64 {
         place.in_thousandths() as f64 * self.steps as f64 / self.per as f64
@@ -143,18 +143,18 @@ impl Scale {
     }
 }
 
-/// What speeds a controller takes, in Hz.
+/// The speeds that a controller accepts, in Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Speeds {
     /// The lowest.
     pub lowest: u32,
     /// The highest.
     pub highest: u32,
-    /// How it comes to them.
+    /// How it accelerates to them.
     pub ramp: Ramp,
 }
 
-/// What had to be done to a speed. Of several the greatest is what is to be said.
+/// How a speed had to be changed. Of several changes the greatest is reported.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -168,7 +168,7 @@ pub enum Fitted {
     Capped,
 }
 
-/// What it costs that a movement is made in pieces, each with a halt behind it.
+/// The cost of making a movement in pieces, each followed by a halt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Delay {
     /// How many pieces there are.
@@ -188,7 +188,7 @@ impl Delay {
 }
 
 impl Speeds {
-    /// How long a motion of so many steps takes at a speed in Hz, in seconds.
+    /// How long a motion of this many steps takes at a speed in Hz, in seconds.
     #[must_use]
     pub fn seconds(self, steps: f64, speed: f64) -> f64 {
         let first = f64::from(self.ramp.start_stop);
@@ -196,7 +196,7 @@ impl Speeds {
             return steps / speed;
         }
         let acceleration = f64::from(self.ramp.acceleration) * 1_000.0;
-        // The speed that is come to before it must be braked again.
+        // The speed that is reached before braking must begin.
         let top = speed.min(libm::sqrt(first * first + acceleration * steps));
         let ramps = (top * top - first * first) / acceleration;
         2.0 * (top - first) / acceleration + (steps - ramps).max(0.0) / top

@@ -4,8 +4,8 @@ use super::engine::Wanted;
 use super::{Circle, Scale, Speeds, Steps};
 use crate::language::Value;
 
-/// How many steps the given end may be beside the arc if the arc is to lead to it. If it is
-/// further beside, a line of its own does.
+/// How many steps the given end may be beside the arc for the arc to lead to it. Otherwise a
+/// separate line does.
 const SLANT: f64 = 0.25;
 
 /// What an arc or a helix is made from. Lengths in the world are in thousandths of a µm, and have

@@ -1,8 +1,8 @@
 //! A helix of a controller that has none: its circle engine and its third axis in turn.
 //!
 //! The engine goes on until the third axis is a step behind, or a little more if the engine leaves
-//! that of two steps; then the third axis makes twice as many and is ahead. So a helix that climbs
-//! by few steps is made in few pieces, however wide it is.
+//! that much of two steps; then the third axis makes twice as many steps and is ahead. So a helix
+//! that climbs by few steps is made in few pieces, however wide it is.
 
 use vimc4_isel_wire::Plane;
 
@@ -50,7 +50,7 @@ impl Stairs {
         })
     }
 
-    /// About how long they take, in seconds, if the third axis makes so many steps.
+    /// About how long they take, in seconds, if the third axis makes this many steps.
     pub(super) fn seconds(&self, rise: u64, speeds: Speeds) -> f64 {
         let risers = libm::ceil(rise as f64 / (2.0 * self.reach));
         let steps = self.trace.steps as f64 / (risers + 1.0);

@@ -1,17 +1,17 @@
 //! Straight moves of X, Y, Z and A.
 //!
-//! A controller moves A after the other axes, or without keeping time with them. Here the two are
-//! moved in turn, in pieces so short that neither is ever more than one step from where it would
-//! be if all axes moved together.
+//! A controller moves A after the other axes, or without keeping time with them. Here the two move
+//! in turn, in pieces so short that neither is ever more than one step from its place in a common
+//! move.
 //!
 //! # The pieces
 //!
-//! Of X, Y, Z the longest stands for all three: what the others do is its doing. Of that axis and
-//! A, call the one with more steps, M, the major, the one with fewer, m, the minor. Moved together,
-//! the minor would be at step `j` while the major is near `j·M / m`. So the major goes on until
-//! the minor is one step behind, the minor makes two steps and is one step ahead, and so on: the
-//! major halts near the steps 1, 3, 5 … of the minor, and the minor goes to 2, 4, 6 …. These are
-//! `m + 1` pieces. No fewer do: each but the first and the last can make up for two steps of the
+//! Of X, Y, Z the longest stands for all three: the others follow it. Of that axis and A, call the
+//! one with more steps, M, the major, the one with fewer, m, the minor. Moved together, the minor
+//! would be at step `j` while the major is near `j·M / m`. So the major goes on until the minor is
+//! one step behind, the minor makes two steps and is one step ahead, and so on: the major halts
+//! near the steps 1, 3, 5 … of the minor, and the minor goes to 2, 4, 6 …. These are `m + 1`
+//! pieces. Fewer are not enough: each but the first and the last can make up for two steps of the
 //! minor, and those two for one. Where k steps are allowed instead of one, it is the steps k, 3k,
 //! 5k … and 2k, 4k, 6k …, which are a kth of the pieces.
 
@@ -44,7 +44,7 @@ pub struct Straight {
     a: Way,
 }
 
-/// How far something has come.
+/// The progress of one of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Way {
     whole: i64,
@@ -61,7 +61,7 @@ impl Way {
     }
 }
 
-/// Where the major is to halt, so that the minor is so many steps behind.
+/// Where the major is to halt, so that the minor is this many steps behind.
 fn halt(major: Way, minor: Way, apart: i64) -> i64 {
     let step = i128::from(minor.made.saturating_add(apart));
     if step > i128::from(minor.whole) {
@@ -83,8 +83,8 @@ impl Straight {
         Straight { parameters, line, linear, a: Way::new(a.abs()) }
     }
 
-    /// What it costs that A does not move together with the others; nothing where only one does.
-    /// It takes a moment, however many pieces there are.
+    /// The cost of moving A separately from the others; `None` where only one of the two moves. It
+    /// is quickly computed for any number of pieces.
     #[must_use]
     pub fn delay(&self, speeds: Speeds) -> Option<Delay> {
         let StraightParameters { speed, a_speed, apart, .. } = self.parameters;
@@ -108,7 +108,7 @@ impl Straight {
                 delay.takes += number as f64 * speeds.seconds(steps as f64, speed);
             }
         };
-        // The minor is one time after the other as far behind as it may be, and then ahead.
+        // The minor is alternately as far behind as it may be, and ahead.
         let times = if minor.whole < apart { 0 } else { (minor.whole - apart) / (2 * apart) + 1 };
         let place = |time: i64| halt(major, Way { made: 2 * apart * time, ..minor }, apart);
         if times == 0 {

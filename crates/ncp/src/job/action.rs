@@ -1,4 +1,4 @@
-//! What a job does, one thing after the other, before it is cut into commands.
+//! The actions of a job, one after the other, before they are cut into commands.
 
 use vimc4_isel_wire::AxisSet;
 
@@ -17,13 +17,13 @@ pub(super) enum Action {
     Curve(Box<CurveParameters>),
     /// A hole.
     Drill(Box<Hole>),
-    /// Nothing for so many µs.
+    /// A pause of this many µs.
     Dwell(u64),
     /// An output changes.
     Output(OutputChange),
-    /// Nothing until an input is so.
+    /// A wait until an input has a level.
     Await(InputTest),
-    /// Nothing until the operator goes on.
+    /// A wait until the operator continues.
     Ask(Question),
     /// The ramps of what follows, in Hz/ms.
     Acceleration(u32),
@@ -65,7 +65,7 @@ impl InputTest {
 /// What the operator is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Question {
-    /// To go on: HALT.
+    /// To continue: HALT.
     Halt,
     /// To put in the tool with this number: GETTOOL.
     Tool(u32),
@@ -88,7 +88,7 @@ pub(super) struct Hole {
     pub(super) up: i64,
     /// The scale of Z.
     pub(super) scale: Scale,
-    /// How fast Z goes down the hole, and otherwise, in Hz.
+    /// How fast Z goes down the hole, and elsewhere, in Hz.
     pub(super) feed: u32,
     pub(super) rapid: u32,
 }
@@ -114,7 +114,7 @@ impl Hole {
         Some(Stroke::Straight(StraightParameters { by, speed, a_speed: speed, apart: 1 }))
     }
 
-    /// The steps to a height above the reference plane, which are made.
+    /// The steps to a height above the reference plane; counts them as made.
     fn move_to(&mut self, height: Value) -> i64 {
         let place = place_at(self.plane, self.up, height);
         let z = self.scale.round(place);

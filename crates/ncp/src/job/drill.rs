@@ -76,7 +76,7 @@ pub(super) enum Leg {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Legs {
     definition: Definition,
-    /// How deep a step is at least, in thousandths of a µm like all here.
+    /// The least depth of a step, in thousandths of a µm like everything here.
     least: i64,
     /// How deep the hole is by now.
     depth: i64,
@@ -116,7 +116,7 @@ impl Definition {
         self.has_steps() && self.other <= Value::ZERO && self.first < self.depth
     }
 
-    /// Whether L leads into the work, down to which the drill goes at the rapid speed.
+    /// Whether L, down to which the drill goes at the rapid speed, is inside the work-piece.
     pub(super) fn lifts_into_work(&self) -> bool {
         let bottom = Value::thousandths(-self.depth.in_thousandths());
         self.lift < bottom.max(Value::ZERO)
@@ -144,7 +144,8 @@ impl Definition {
             depth: 0,
             step: self.first_step(),
             after,
-            // S is the height after a hole; before one it is only to keep clear of the work.
+            // S is the height after a hole; before one it only keeps the drill clear of the
+            // work-piece.
             next: if from < self.safety { Next::Safety } else { Next::Across },
         }
     }
@@ -177,7 +178,7 @@ impl Iterator for Legs {
                 (Leg::Rapid(definition.lift), Next::Down)
             }
             Next::Back => (Leg::Rapid(self.retreated()), Next::Feed),
-            // It slows down above the last depth, but not above where it comes from.
+            // It slows down above the last depth, but not above where it starts from.
             Next::Down => (Leg::Rapid(self.retreated().min(definition.lift)), Next::Feed),
             Next::Dwell => (Leg::Dwell(definition.dwell), Next::Out),
             Next::Out => (Leg::Rapid(definition.safety), Next::Nothing),

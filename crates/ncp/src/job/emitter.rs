@@ -1,7 +1,7 @@
 //! From what a job does to commands of the controller.
 //!
-//! Only here is known what the controller has been told: its axes, its plane, what is at its
-//! outputs. A long action is cut into commands one at a time, when the next is asked for.
+//! Only this module knows the controller's present settings: its axes, its plane, its outputs. A
+//! long action is cut into commands one at a time, when the next is asked for.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,16 +11,16 @@ use super::action::{Action, Hole, InputTest, OutputChange, Question, Stroke};
 use super::target::{Target, a_apart};
 use crate::geometry::{Curve, Motion, Straight};
 
-/// One thing that who runs a job has to do.
+/// One step that the code that runs a job has to take.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// Send a command and await its answer.
     Send(Command),
     /// Change an output. To a controller that takes whole ports only, the port is this byte.
     Output(OutputChange, u8),
-    /// Wait for so many µs.
+    /// Wait for this many µs.
     Dwell(u64),
-    /// Wait until an input is so.
+    /// Wait until an input has a level.
     Await(InputTest),
     /// Ask the operator.
     Ask(Question),
@@ -39,7 +39,7 @@ impl Step {
         }
     }
 
-    /// What is sent for it, with its CR; `None` for what is not done by a command.
+    /// The bytes to send for it, with CR; `None` for steps that are not commands.
     #[must_use]
     pub fn line(&self, dialect: Dialect) -> Option<Vec<u8>> {
         let mut line = Vec::with_capacity(64);
@@ -85,7 +85,7 @@ impl Emitter {
         emitter
     }
 
-    /// Takes the next action. What the one before asked for must have been taken away.
+    /// Takes the next action. All steps of the one before must have been taken.
     pub(super) fn begin(&mut self, action: Action) {
         match action {
             Action::Reference(groups) => {
@@ -175,7 +175,7 @@ impl Emitter {
         }
     }
 
-    /// Tells plane and direction, if they are others than before.
+    /// Sets plane and direction, if they have changed.
     fn turn(&mut self, plane: Plane, rx: i8, ry: i8, x: i32, y: i32) {
         if self.plane != plane {
             self.plane = plane;

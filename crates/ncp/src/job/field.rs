@@ -10,7 +10,7 @@ use super::run::{Job, Order};
 use super::target::Target;
 use crate::diagnostic::Diagnostic;
 
-/// A data field: what stands between `@0i` and the `9` at its end.
+/// A data field: the lines between `@0i` and the `9` at its end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
     /// The axes that must be set before it is stored.
@@ -28,7 +28,7 @@ const TENTH: u64 = 100_000;
 
 /// Turns a job into a data field; `None` if it is beyond the controller's memory, or if a line
 /// cannot be carried out. Lines that cannot be expressed in a data field are reported as errors and
-/// left out, and so are those that cannot be read and nothing depends on.
+/// left out, and so are unreadable lines on which nothing depends.
 pub fn compile(
     text: &str,
     target: &Target,
@@ -49,7 +49,7 @@ pub fn compile(
             }
         }
     }
-    // The end takes its byte too.
+    // The end takes a byte too.
     if let Err(problem) = writer.push(&Command::End) {
         let (line, span) = (job.line(), Default::default());
         report(Diagnostic { line, span, problem: problem.into(), left_out: false });
@@ -65,7 +65,7 @@ struct Writer<'t> {
 }
 
 impl Writer<'_> {
-    /// Writes a step, and says what is to be said about it.
+    /// Writes a step, and reports problems with it.
     fn step(&mut self, step: Step) -> Result<(), Problem> {
         match step {
             // The axes are stored with the field, not in it.
@@ -89,10 +89,10 @@ impl Writer<'_> {
         }
     }
 
-    /// Goes round until the input is so. A branch leads on when what it tests is so.
+    /// Loops until the input has the level. A branch leaves the loop when its test holds.
     fn wait(&mut self, test: InputTest) -> Result<(), Problem> {
         let InputTest { port, bit, value } = test;
-        // What a branch of 0 lines leads to: itself, or the line after it.
+        // The target of a branch by 0 lines: itself, or the line after it.
         let own = if self.target.controller.branch_from_next { -1 } else { 0 };
         if bit.is_some() {
             let test = BitTest { port, bit: bit_of(bit), value: 1 - value.min(1) };

@@ -1,4 +1,4 @@
-//! Where the tool is: places as the file has them, exactly, and the counters they are rounded to.
+//! Where the tool is: the exact places of the file, and the counters they are rounded to.
 
 use super::target::Target;
 use crate::geometry::Steps;
@@ -7,7 +7,7 @@ use crate::language::Value;
 /// A place: X, Y, Z and A in machine coordinates, in thousandths of a µm or of an arc second.
 pub(super) type Place = [Value; 4];
 
-/// A cylinder that a turning axis unrolls: what the file calls a linear axis is its surface.
+/// A cylinder unrolled by a rotary axis: a linear axis of the file stands for its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cylinder {
     /// The turning axis.
@@ -16,7 +16,7 @@ pub(super) struct Cylinder {
     pub(super) linear: usize,
     /// The radius, more than 0.
     pub(super) radius: Value,
-    /// Where the linear axis stood when it began; there it stays.
+    /// Where the linear axis stood at the beginning; it stays there.
     pub(super) from: Value,
 }
 
@@ -24,15 +24,15 @@ pub(super) struct Cylinder {
 const RADIAN: f64 = 206_264_806.247_096_36;
 
 impl Cylinder {
-    /// The angle that the turning axis has come to, in thousandths of an arc second from where it
-    /// was at first, when the tool is at `surface`.
+    /// The angle of the rotary axis, in thousandths of an arc second from its first place, when the
+    /// tool is at `surface`.
     fn turned(&self, surface: Value) -> f64 {
         let way = surface.in_thousandths() - self.from.in_thousandths();
         way as f64 / self.radius.in_thousandths() as f64 * RADIAN
     }
 
     /// Where the axes really are when the tool is at a place on the surface. The angle is rounded
-    /// to what a [`Value`] can be.
+    /// to a [`Value`].
     pub(super) fn unrolled(&self, place: &Place) -> Place {
         let mut real = *place;
         let turned = libm::round(self.turned(place[self.linear])) as i64;
@@ -43,7 +43,7 @@ impl Cylinder {
     }
 }
 
-/// The way between two places: its length, and the steps it takes before they are rounded.
+/// The way between two places: its length, and its steps before rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Way {
     /// In thousandths of a µm; of an arc second where only turning axes move.
@@ -96,7 +96,7 @@ impl Way {
     }
 }
 
-/// The counters that a place is at.
+/// The counters at a place.
 pub(super) fn counters(place: &Place, target: &Target, cylinder: Option<&Cylinder>) -> Steps {
     let mut steps = target.round(place);
     if let Some(cylinder) = cylinder {

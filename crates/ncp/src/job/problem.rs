@@ -77,7 +77,7 @@ pub enum Problem {
     /// J and K are both given for the same axis.
     #[error("J and K both give the centre in Z")]
     TwoCentres,
-    /// W is not how far it is from the start to the end.
+    /// W is not the angle from the start to the end.
     #[error(
         "W says {said} degrees, but the helix goes {is} from its start to its end; W does not count"
     )]
@@ -130,7 +130,7 @@ pub enum Problem {
         /// What has set it.
         set_by: SetBy,
     },
-    /// What is one movement in the file takes many motions, and longer.
+    /// One movement of the file takes many motions, and longer.
     #[error(
         "this takes {percent} % longer than it could: it is made in {pieces} pieces, because {why}"
     )]
@@ -182,12 +182,12 @@ pub enum Problem {
     /// A radius of a few µm.
     #[error("a radius of {0} µm is very little")]
     MillimetreRadius(Value),
-    /// The drill goes across where it has come out of a hole.
+    /// The drill moves across at the surface after a hole.
     #[error(
         "the tool goes across the work at its surface: S is the height after a hole, and it is not above the reference plane"
     )]
     AtSurface,
-    /// The drill goes across below where it has come out of a hole.
+    /// The drill moves across below the surface after a hole.
     #[error(
         "the tool goes across inside the work, {0} µm below the reference plane: S is below the plane"
     )]
@@ -204,7 +204,7 @@ pub enum Problem {
         "{0} is {1}, below 0, and is a length; R below 0 would lead into the work at the rapid speed"
     )]
     NegativeLength(char, Value),
-    /// WPZERO before anything is known of where the tool is.
+    /// WPZERO before the place of the tool is known.
     #[error(
         "the tool's place is not known before a reference run, and WPZERO would make it the zero"
     )]
@@ -222,7 +222,7 @@ pub enum Problem {
     /// PATH, PATHEND.
     #[error("path processing has no effect: the moves run as they are written")]
     PathIgnored,
-    /// The tool is not changed, because that was asked for.
+    /// The tool is not changed, because the options say so.
     #[error("tool {0} is not put in: the one before goes on")]
     ToolLeftOut(u32),
     /// TOOLDEF, INITTOOL.
@@ -278,7 +278,7 @@ pub enum SetBy {
     RapidVelocity,
     /// V of DRILLDEF.
     Drill {
-        /// The lengths of DRILLDEF are mm, and V is none of them.
+        /// The lengths of DRILLDEF are mm, but V is not one of them.
         in_mm: bool,
         /// It is in thousandths of an inch a second.
         inch: bool,
@@ -356,7 +356,7 @@ impl fmt::Display for Accessories {
 }
 
 impl Problem {
-    /// How bad it is.
+    /// Its severity.
     #[must_use]
     pub fn severity(self) -> Severity {
         use Problem::*;

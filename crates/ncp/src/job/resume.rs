@@ -1,7 +1,7 @@
-//! Going on with a job in the middle.
+//! Resuming a job in the middle.
 //!
-//! Everything before the line is read, and none of it is done; what it has changed is done anew,
-//! and the tool comes to where it was from above.
+//! Everything before the line is read and none of it is done. Then its settings are restored, and
+//! the tool approaches its place from above.
 
 use std::collections::VecDeque;
 
@@ -15,46 +15,46 @@ use super::target::Target;
 use super::zero::Zero;
 use crate::geometry::Steps;
 
-/// What is done before a job goes on with a line.
+/// What is done before a job is resumed at a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resumption {
     /// The line, from 1.
     pub line: u32,
-    /// What holds there.
+    /// The state there.
     pub standing: Standing,
     /// The axes that make reference runs first.
     pub referenced: AxisSet,
-    /// The axes that have moved, or are about to, from a place that no reference run has told: the
-    /// job took it for 0, and what the counters said there is not known.
+    /// The axes that have moved, or are about to, from a place without a reference run: the job
+    /// took it for 0, and the counters there are not known.
     pub unknown: AxisSet,
-    /// The tool that is put in, if the job has asked for one.
+    /// The tool to put in, if the job has asked for one.
     pub tool: Option<u32>,
     /// The outputs that are set, in the order in which the job has set them.
     pub outputs: Vec<OutputChange>,
-    /// How long the spindle runs up, in µs.
+    /// How long the spindle takes to reach its speed, in µs.
     pub run_up: u64,
     /// The counter of Z at which the tool goes across.
     pub highest: i64,
     /// Whether there is a way to go: something has moved before, or, where the present point counts,
     /// the tool is not where the job begins.
     pub has_begun: bool,
-    /// Whether reference runs have told where axes were.
+    /// Whether reference runs have determined where axes were.
     pub told: bool,
 }
 
-/// Why a job cannot go on with a line.
+/// Why a job cannot be resumed at a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoResumption {
-    /// It ends before.
+    /// The job ends before it.
     #[error("the job has only {0} lines up to its end")]
     Beyond(u32),
-    /// The operator has found the zero, which nobody knows any more.
+    /// The operator had found the zero, and its place is not known any more.
     #[error(
         "the work-piece zero was found by hand in line {0}, and is not known any more; say with \
          --zero where it was found"
     )]
     Taught(u32),
-    /// A line before cannot be carried out.
+    /// An earlier line cannot be carried out.
     #[error("line {0} cannot be carried out")]
     Impossible(u32),
 }
@@ -71,20 +71,20 @@ impl<'t> Job<'t> {
         job
     }
 
-    /// A job that goes on with a line, on a controller whose counters are `here`. What is to be
-    /// said about the lines before is not said again.
+    /// A job that is resumed at a line, on a controller with the counters `here`. Diagnostics about
+    /// the lines before are not repeated.
     ///
     /// The tool is put in; outputs but those of the spindle are set; the axes that the job has
     /// referenced are referenced, unless the options say that the present point counts; Z goes up
-    /// to the highest place it ever ended a line at, the other axes across; the spindle gets what
-    /// it had; Z goes down at the normal speed.
+    /// to the highest place it ever ended a line at, the other axes across; the spindle is set as
+    /// it was; Z goes down at the normal speed.
     ///
     /// `found` is the work-piece zero that the operator has found at a WPTEACH before the line, which
     /// is where the tool was then.
     ///
     /// # Errors
     ///
-    /// If there is no such line, or what holds there cannot be known.
+    /// If there is no such line, or the state there cannot be known.
     pub fn resume(
         text: &'t str,
         target: &'t Target,
@@ -119,7 +119,7 @@ impl<'t> Job<'t> {
     }
 }
 
-/// The axes whose beginning nothing tells, of those that move up to the end of the next line.
+/// The axes with an unknown starting place, among those that move up to the end of the next line.
 fn unknown(job: &Job<'_>) -> AxisSet {
     let mut ahead = job.clone();
     ahead.read_line(&mut Vec::new(), &mut |_| {});
@@ -134,7 +134,7 @@ fn unknown(job: &Job<'_>) -> AxisSet {
     AxisSet::from_bits(bits).unwrap_or(AxisSet::NONE)
 }
 
-/// What the lines before have asked for.
+/// The actions of the lines before.
 #[derive(Default)]
 struct Before {
     tool: Option<u32>,

@@ -12,7 +12,7 @@ use crate::geometry::{Curve, Delay, Steps, Straight};
 use crate::language::{self, Instruction, JobLine, Lines, Span, TextLine, Units};
 use crate::{Diagnostic, Severity};
 
-/// How a job ended, and what was said about it.
+/// How a job ended, and what was reported about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Lines up to the end of the job.
@@ -26,7 +26,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts what is said.
+    /// Counts a diagnostic.
     pub fn count(&mut self, severity: Severity) {
         *match severity {
             Severity::Error => &mut self.errors,
@@ -36,10 +36,10 @@ impl Summary {
     }
 }
 
-/// Reads a job to its end and reports everything that is to be said about it, line by line. The
-/// operator is taken to accept everything.
+/// Reads a job to its end and reports all diagnostics, line by line. The operator is assumed to
+/// accept everything.
 ///
-/// It takes no longer for a movement of millions of steps than for one of a single step.
+/// A movement of millions of steps takes no longer than one of a single step.
 pub fn check(
     text: &str,
     target: &Target,
@@ -66,8 +66,8 @@ pub fn check(
     summary
 }
 
-/// Tells of every movement that is made in pieces, with its line, what that costs; holes are none,
-/// for each of their strokes is a movement.
+/// Reports the cost of every movement that is made in pieces, with its line. Holes do not count,
+/// because each of their strokes is a movement.
 pub fn delays(text: &str, target: &Target, options: Options, tell: &mut dyn FnMut(u32, Delay)) {
     let mut reader = Reader::new(text, target, options);
     let mut actions = Vec::new();
@@ -91,7 +91,7 @@ struct Reader<'t> {
     number: u32,
     /// Where the command of the line stands.
     span: Span,
-    /// What was said of how a line is written.
+    /// The diagnostics about how a line is written.
     said: Vec<(Span, language::Problem)>,
     /// Where the file begins, if it is G-code.
     g_code: Option<TextLine<'t>>,
@@ -111,7 +111,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Carries the next line out; says whether it could be. `None` after the last.
+    /// Carries the next line out; returns whether that was possible. `None` after the last.
     fn line(
         &mut self,
         actions: &mut Vec<Action>,
@@ -142,7 +142,7 @@ impl<'t> Reader<'t> {
         Some(self.carry_out(&line, actions, report) && !failed)
     }
 
-    /// All of it is in another language, which is said once.
+    /// All of it is in another language, which is reported once.
     fn is_g_code(&mut self, line: TextLine<'_>, report: &mut dyn FnMut(Diagnostic)) -> bool {
         self.over = true;
         self.number = line.number;
@@ -152,7 +152,7 @@ impl<'t> Reader<'t> {
         false
     }
 
-    /// What only the end of a job shows.
+    /// Problems that only the end of a job shows.
     fn at_the_end(&mut self, report: &mut dyn FnMut(Diagnostic)) {
         let mut say = |line, span, problem: Problem| {
             report(Diagnostic { line, span, problem: problem.into(), left_out: false });
@@ -163,7 +163,7 @@ impl<'t> Reader<'t> {
         if self.interpreter.lacks_mark() {
             say(1, Span::default(), Problem::MarkMissing);
         }
-        // Blank lines, comments and numbers of lines are nothing.
+        // Blank lines, comments and line numbers do not count.
         let behind = self.lines.find_map(|TextLine { number, text, .. }| {
             let code = text.split(';').next().unwrap_or_default().trim_end();
             let start = code.find(|c: char| !c.is_ascii_whitespace())?;
@@ -239,7 +239,7 @@ pub struct Job<'t> {
     failed: bool,
     found: Option<Zero>,
     kept: Option<u32>,
-    /// The unit of the file, while the operator may have said another.
+    /// The unit of the file, while the operator may use another.
     units: Option<Units>,
 }
 
@@ -259,8 +259,8 @@ impl<'t> Job<'t> {
         }
     }
 
-    /// What to do next; `None` at the end, and from a line on that cannot be read or carried out.
-    /// A line that nothing depends on is left out.
+    /// What to do next; `None` at the end, and from a line on that cannot be read or carried out. A
+    /// faulty line on which nothing depends is left out.
     pub fn next(&mut self, report: &mut dyn FnMut(Diagnostic)) -> Option<Order> {
         loop {
             if let Some(step) = self.emitter.next() {
@@ -273,7 +273,7 @@ impl<'t> Job<'t> {
             if self.failed {
                 return None;
             }
-            // What the operator says is measured in the operator's unit, the file in its own.
+            // The operator's lines use the operator's unit, the file its own.
             if let Some(units) = self.units.take() {
                 self.reader.interpreter.set_units(units);
             }
@@ -288,7 +288,7 @@ impl<'t> Job<'t> {
         self.reader.number + 1
     }
 
-    /// Reads a line, and does nothing of what it asks for.
+    /// Reads a line without carrying it out.
     pub(super) fn read_line(
         &mut self,
         actions: &mut Vec<Action>,
@@ -303,7 +303,7 @@ impl<'t> Job<'t> {
         !ended && self.reader.lines.clone().next().is_some()
     }
 
-    /// These things are done before the line that is read next, and count as its.
+    /// Inserts actions before the next line, which count as its own.
     pub(super) fn first(&mut self, line: u32, actions: VecDeque<Action>) {
         self.reader.number = line;
         self.actions = actions;
@@ -319,7 +319,7 @@ impl<'t> Job<'t> {
         &mut self.reader.interpreter
     }
 
-    /// What it is carried out on.
+    /// The target that it runs on.
     #[must_use]
     pub fn target(&self) -> &'t Target {
         self.reader.interpreter.target()
@@ -371,7 +371,7 @@ impl<'t> Job<'t> {
         self.kept = Some(self.reader.number);
     }
 
-    /// The work-piece zero that the operator has found last, whatever counts since.
+    /// The work-piece zero that the operator has found last, even if another one counts now.
     #[must_use]
     pub fn found(&self) -> Option<Zero> {
         self.found
@@ -383,10 +383,10 @@ impl<'t> Job<'t> {
         self.kept
     }
 
-    /// Carries out what the operator says, a line as in a file, and then asks again. A line that is
-    /// refused is as if it had never been said: nothing moves, so nothing of what holds may change.
-    /// A unit holds for what is said until the file goes on, which keeps its own. What asks the operator,
-    /// or ends the job, is refused: it has its place in a file. Says whether it is carried out.
+    /// Carries out a line of the operator's, as in a file, and then asks again. A refused line has
+    /// no effect: nothing moves and no setting changes. A unit applies to the operator's lines
+    /// until the file goes on, which keeps its own. Commands that ask the operator, or end the job,
+    /// are refused: they belong in a file. Returns whether the line is carried out.
     pub fn enter(
         &mut self,
         text: &str,

@@ -1,4 +1,4 @@
-//! What a job is run on: a controller and its machine.
+//! The target of a job: a controller and its machine.
 
 use std::ops::RangeInclusive;
 
@@ -10,12 +10,12 @@ use super::zero::{Register, Zero};
 use crate::geometry::{Scale, Speeds, Steps};
 use crate::language::Value;
 
-/// What has to be known of a controller.
+/// The properties of a controller that matter to jobs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Controller {
-    /// Which commands it has.
+    /// Its command set.
     pub dialect: Dialect,
-    /// The speeds it takes, in Hz.
+    /// The speeds it accepts, in Hz.
     pub speeds: RangeInclusive<u32>,
     /// Its ramps, before a job changes them.
     pub ramp: Ramp,
@@ -40,13 +40,13 @@ pub struct Target {
     pub controller: Controller,
     /// Speeds, ports, spindle and coolant.
     pub setup: JobSetup,
-    /// The axes there are.
+    /// The existing axes.
     pub axes: AxisSet,
     /// Those that have a reference point.
     pub referable: AxisSet,
-    /// Those that turn.
+    /// The rotary axes.
     pub rotary: AxisSet,
-    /// How many steps a way is.
+    /// The scale of each axis.
     pub scales: [Scale; 4],
     /// The lowest and the highest counter of each axis.
     pub travel: [(Option<i64>, Option<i64>); 4],
@@ -57,7 +57,7 @@ pub struct Target {
     pub registers: [Zero; 8],
 }
 
-/// The sets that axes are told in where A goes alone: X, Y and Z together, and A.
+/// The sets of axes where A goes alone: X, Y and Z together, and A.
 pub(super) fn a_apart(axes: AxisSet) -> impl Iterator<Item = AxisSet> {
     let of = move |part: u8| AxisSet::from_bits(axes.bits() & part).unwrap_or(AxisSet::NONE);
     [of(0b0111), of(0b1000)].into_iter().filter(|axes| !axes.is_empty())
@@ -104,14 +104,14 @@ impl Target {
         }
     }
 
-    /// The speeds the controller takes.
+    /// The speeds the controller accepts.
     #[must_use]
     pub fn speeds(&self) -> Speeds {
         let (lowest, highest) = self.controller.speeds.clone().into_inner();
         Speeds { lowest, highest, ramp: self.controller.ramp }
     }
 
-    /// The counters that places are at.
+    /// The counters at places.
     #[must_use]
     pub fn round(&self, place: &[Value; 4]) -> Steps {
         std::array::from_fn(|axis| self.scales[axis].round(place[axis]))

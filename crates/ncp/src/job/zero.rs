@@ -13,7 +13,7 @@ use crate::language::{LETTERS, Value};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Zero(pub [Option<Value>; 4]);
 
-/// Why a text is no work-piece zero.
+/// Why a text is not a work-piece zero.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoZero {
     /// A coordinate is not a number.
@@ -21,7 +21,7 @@ pub enum NoZero {
     NotANumber {
         /// The axis.
         axis: char,
-        /// What is written.
+        /// The text.
         text: String,
     },
     /// There are more coordinates than axes.

@@ -1,4 +1,4 @@
-//! What a line of a job file says: commands and their words, with their places.
+//! The contents of lines of a job file: commands and their words, with their places.
 
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ impl Span {
     }
 }
 
-/// Something, and where it stands.
+/// A value, and its place in the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Placed<T> {
     /// What it is.
@@ -38,7 +38,7 @@ pub struct Placed<T> {
     pub span: Span,
 }
 
-/// A number, and where it stands, with the letter before it.
+/// A number and its place, including the letter before it.
 pub type Word = Placed<Value>;
 
 /// A word for each axis that has one: X, Y, Z, A, B, C.
@@ -49,11 +49,11 @@ pub type Words = [Option<Word>; 6];
 pub struct JobLine<'t> {
     /// The number that it is given by `N`, if any.
     pub number: Option<u64>,
-    /// What it asks for; nothing if there is only a comment, or if it cannot be read.
+    /// Its instruction; `None` if there is only a comment, or if it cannot be read.
     pub command: Option<Placed<Instruction>>,
-    /// What is behind the semicolon, without blanks around it.
+    /// The text after the semicolon, without blanks around it.
     pub comment: Option<&'t str>,
-    /// Whether nothing that the tool does depends on what cannot be read of it.
+    /// Whether nothing that the tool does depends on the unreadable part of it.
     pub harmless: bool,
 }
 
@@ -89,7 +89,7 @@ pub struct PortBit {
     pub bit: u8,
 }
 
-/// What DRILLDEF sets. Each keeps what it was if it is not given.
+/// What DRILLDEF sets. Each value stays as it was if it is not given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DrillWords {
     /// C: 1 drills, 2 drills and clears the chips, 3 drills and breaks them.
@@ -119,7 +119,7 @@ pub struct DrillWords {
 /// What SPINDLE sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SpindleWords {
-    /// Whether OFF is said; everything else means on.
+    /// Whether OFF is given; everything else means on.
     pub off: bool,
     /// CW or CCW.
     pub turn: Option<Placed<Turn>>,
@@ -155,8 +155,8 @@ impl Units {
 }
 
 impl Instruction {
-    /// Whether it only switches something beside the tool, or does nothing: what the tool does
-    /// is the same without it.
+    /// Whether it only switches something besides the tool, or does nothing: the tool does the same
+    /// without it.
     #[must_use]
     pub fn is_accessory(&self) -> bool {
         use Instruction::{Path, PathEnd, SetBit, SetPort, Switch, ToolDefinition, ToolInit, Type};
@@ -174,7 +174,7 @@ impl Instruction {
     }
 }
 
-/// What a line asks for.
+/// An instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Instruction {
     /// `IMF_PBL…`: this is a job file.

@@ -1,20 +1,20 @@
-//! What may be left out of a file that cannot be read as a whole: nothing that the tool's way
-//! depends on.
+//! What may be left out of a file that is not fully readable: only what the tool's way does not
+//! depend on.
 
 use super::problem::distance;
 use super::reference;
 use super::text::{TextLine, lines};
 use super::token;
 
-/// Whether a line whose command nobody knows cannot have been one that moves something or sets
-/// what later ones count on. It has no coordinates, it says more than a word, and its name is not
-/// like that of such a command, be it cut off or half of it wrong.
+/// Whether a line with an unknown command cannot have been one that moves something or that later
+/// lines depend on. It has no coordinates, it has more than one word, and its name does not
+/// resemble that of such a command, even cut off or half wrong.
 pub(super) fn is_no_motion(line: &str) -> bool {
     let name = token::name(line).map_or("", |(_, name)| name).to_ascii_uppercase();
     let rest = line.get(name.len()..).unwrap_or_default();
     let matters = reference::COMMANDS.iter().filter(|info| !info.is_accessory());
     let mut names = matters.map(|info| info.name).filter(|name| *name != reference::MARK);
-    // What is shorter, or takes no arguments, may be what is left of anything.
+    // A shorter line, or one without arguments, may be the rest of anything.
     let mut others = rest.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| word.len() > 1);
     let says_more = others.clone().next().is_some();
     let standard = others.any(|word| is_like(&word.to_ascii_uppercase(), "STANDARD"));
@@ -23,9 +23,9 @@ pub(super) fn is_no_motion(line: &str) -> bool {
     is_text && !hides_another && !has_coordinates(rest) && !names.any(|known| is_like(&name, known))
 }
 
-/// Whether what stands behind something on its line, up to the comment, has a word that is or
-/// begins with the name of a command, is written nearly so, or is a coordinate of X, Y or Z.
-/// Comments in brackets are none of it; a bracket that is not closed begins no comment.
+/// Whether the rest of a line, up to the comment, has a word that is or begins with the name of a
+/// command, nearly does, or is a coordinate of X, Y or Z. Comments in brackets do not count; a
+/// bracket that is not closed begins no comment.
 pub(super) fn hides_a_command(rest: &str) -> bool {
     let code = token::code(rest).map_or("", |(_, code)| code);
     let is_name = |word: &str| word.len() >= SHORTEST && glued_or_near(word);
@@ -48,7 +48,8 @@ pub(super) fn hides_a_command(rest: &str) -> bool {
     }
 }
 
-/// The first word that is the name of a command, in text that is taken for none, and where it is.
+/// The first word that is the name of a command, in text that is not read as a command, and its
+/// place.
 pub(super) fn command_in(text: &str) -> Option<(usize, &'static str)> {
     let code = token::code(text).map_or("", |(_, code)| code);
     let words = code.split(|c: char| !c.is_ascii_alphabetic() && c != '_');
@@ -80,7 +81,7 @@ fn is_short_name(word: &str) -> bool {
 /// Whether X, Y or Z stands before a number.
 fn has_linear_coordinates(text: &str) -> bool {
     let mut letters = text.split(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
-    // What is behind the last number stands before none.
+    // What follows the last number stands before none.
     letters.next_back();
     letters.any(|before| {
         let word = before.trim_end_matches(token::is_blank);
@@ -89,7 +90,7 @@ fn has_linear_coordinates(text: &str) -> bool {
     })
 }
 
-/// The letters of the shortest word that is taken for one.
+/// The length of the shortest word that is taken for one.
 const SHORTEST: usize = 4;
 
 /// Whether a word names axes and nothing else, as behind REF and PLANE.
@@ -97,8 +98,8 @@ fn is_axes(word: &str) -> bool {
     word.bytes().all(|letter| matches!(letter.to_ascii_uppercase(), b'X'..=b'Z' | b'A'..=b'C'))
 }
 
-/// Whether axes are named, or there is a number behind one of the letters of coordinates or by
-/// itself: that may be what a letter was lost of.
+/// Whether axes are named, or there is a number after a coordinate letter or by itself: that may be
+/// a coordinate that has lost its letter.
 fn has_coordinates(text: &str) -> bool {
     if text.split(|c: char| !c.is_ascii_alphabetic()).any(|word| !word.is_empty() && is_axes(word))
     {
@@ -124,7 +125,7 @@ fn is_like(name: &str, known: &str) -> bool {
         || distance(name, known) * 3 <= known.len() * 2
 }
 
-/// So many lines are looked at to tell one language from another.
+/// How many lines are examined to tell one language from another.
 const LOOK: usize = 200;
 
 /// The first line of G-code in a text that is that: it begins as G-code does, and no line near the
@@ -150,7 +151,7 @@ pub fn g_code(text: &str) -> Option<TextLine<'_>> {
         if code.is_empty() || code.starts_with(['%', '#', 'O', 'o']) {
             continue;
         }
-        // What begins otherwise is in another language.
+        // A line that begins differently is in another language.
         let words = words(code)?;
         let words =
             words.strip_prefix(&['N']).or_else(|| words.strip_prefix(&['n'])).unwrap_or(&words);

@@ -1,8 +1,8 @@
 //! From a line to its command.
 //!
-//! A line is read from left to right. What is wrong with a word is told, the word is passed over,
-//! and reading goes on with the next, so that all that is wrong with a line is told at once. A
-//! line with an error has no command.
+//! A line is read from left to right. A faulty word is reported and skipped, and reading goes on
+//! with the next, so that all mistakes of a line are reported at once. A line with an error has no
+//! command.
 
 use std::ops::RangeInclusive;
 
@@ -22,7 +22,7 @@ use super::value::Value;
 /// The registers for work-piece zeros.
 const REGISTERS: RangeInclusive<u8> = 1..=8;
 
-/// Reads a line, given without its end, and tells what is wrong with it, and where in it.
+/// Reads a line, given without its end, and reports what is wrong with it, and where.
 pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> JobLine<'t> {
     let mut reader = Reader::new(line, report);
     let number = reader.line_number();
@@ -30,7 +30,7 @@ pub fn parse<'t>(line: &'t str, report: &mut dyn FnMut(Span, Problem)) -> JobLin
     let (command, harmless) = reader.command();
     let passed = reader.pass_over();
     let comment = reader.rest().strip_prefix(';').map(str::trim);
-    // What is passed over here may be anything, but for a comment in brackets that was told.
+    // The text skipped here may be anything, except a comment in brackets, which was reported.
     let harmless = sound && harmless && passed.start == passed.end;
     JobLine { number, command, comment, harmless }
 }
@@ -46,7 +46,7 @@ impl<'t> Reader<'t, '_> {
         number
     }
 
-    /// The command, if it can be read, and whether it does no harm to leave out what cannot.
+    /// The command, if it can be read, and whether the unreadable part may be left out.
     fn command(&mut self) -> (Option<Placed<Instruction>>, bool) {
         if self.ends() {
             let says_nothing = !lenient::hides_a_command(self.rest());
@@ -64,7 +64,7 @@ impl<'t> Reader<'t, '_> {
             self.pass_over();
             return (None, harmless);
         };
-        // What is left out with the line must not be another command.
+        // The part that is left out with the line must not be another command.
         let hides_another = lenient::hides_a_command(self.rest());
         let Some(value) = self.form(info, name.span) else {
             self.pass_over();
@@ -86,7 +86,7 @@ impl<'t> Reader<'t, '_> {
         self.say(span, Problem::UnknownCommand(self.excerpt(span)));
     }
 
-    /// Tells of a comment in brackets, up to the end of the line, and passes over it.
+    /// Reports a comment in brackets, up to the end of the line, and skips it.
     fn bracket_comment(&mut self) -> bool {
         let comment = self.take(token::bracket_comment);
         if let Some(comment) = comment {
@@ -95,7 +95,7 @@ impl<'t> Reader<'t, '_> {
         comment.is_some()
     }
 
-    /// From the name of a command to its last word, behind which there may be nothing else.
+    /// From the name of a command to its last word, after which nothing else may follow.
     fn whole_command(&mut self, info: &'static CommandInfo, name: Span) -> Span {
         let span = self.until_here(name);
         if !self.failed() && !self.ends() && !self.next_is(token::bracket_comment) {
@@ -115,7 +115,7 @@ impl<'t> Reader<'t, '_> {
                 Instruction::End
             }
             Form::Anything(command) => {
-                // What posts write behind TYPE is full of words of the trade: `Spindle:18000r.p.m`.
+                // Postprocessors write all kinds of terms after TYPE: `Spindle:18000r.p.m`.
                 let hidden = match command {
                     Instruction::Mark => lenient::command_in(self.rest()),
                     _ => None,
@@ -224,7 +224,7 @@ impl<'t> Reader<'t, '_> {
 
     fn spindle(&mut self, info: &'static CommandInfo, name: Span) -> Instruction {
         let found = self.words(info);
-        // Alone it would start the spindle without saying so.
+        // Alone it would start the spindle unasked.
         if found.iter().all(Option::is_none) {
             self.missing(info, name, "ON or OFF");
         }
@@ -333,7 +333,7 @@ impl<'t> Reader<'t, '_> {
         })
     }
 
-    /// `SETBIT` may have a value behind the bit, which counts then.
+    /// `SETBIT` may have a value after the bit, which counts then.
     fn set_bit(&mut self, info: &'static CommandInfo, name: Span, to: bool) -> Option<Instruction> {
         let bit = self.port_bit(info, name, 'A')?;
         let to = if to && self.next_is(token::equals) { self.equal_to(bit, 1)? == 1 } else { to };

@@ -1,4 +1,4 @@
-//! What can be wrong with how a line is written.
+//! Mistakes in how a line is written.
 
 use std::fmt;
 
@@ -6,9 +6,9 @@ use super::reference;
 use super::value::Value;
 use crate::Severity;
 
-/// Something about how a line is written.
+/// A problem with how a line is written.
 ///
-/// It owns what it tells of the line, cut off if need be, and is still as cheap to copy as a
+/// It owns what it quotes of the line, shortened if necessary, and is still as cheap to copy as a
 /// number: a file may be full of problems.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Problem {
@@ -29,7 +29,7 @@ pub enum Problem {
     UnknownWord {
         /// The name of the command.
         command: &'static str,
-        /// What is written.
+        /// The text.
         word: Excerpt,
     },
     /// There is no such axis.
@@ -47,7 +47,7 @@ pub enum Problem {
     /// A word or a command without its value.
     #[error("{0} has no value")]
     MissingValue(&'static str),
-    /// A command without something that it cannot do without.
+    /// A command that lacks something necessary.
     #[error("{command} has no {missing}")]
     MissingWord {
         /// The name of the command.
@@ -61,13 +61,13 @@ pub enum Problem {
     /// A number that belongs to no word.
     #[error("a number without a letter before it")]
     StrayNumber(&'static str),
-    /// Characters that are part of nothing.
+    /// Characters that belong to nothing.
     #[error("unexpected {0}")]
     Unexpected(Excerpt),
-    /// Something behind the last word that the command takes.
+    /// Something after the last word that the command takes.
     #[error("{0} takes nothing more")]
     Surplus(&'static str),
-    /// A command behind one whose text goes on to the end of the line.
+    /// A command after one whose text goes on to the end of the line.
     #[error("{command} is not done: everything up to the end of the line belongs to {by}")]
     Swallowed {
         /// The name of the command whose text it is.
@@ -75,16 +75,16 @@ pub enum Problem {
         /// The name of the command that is in it.
         command: &'static str,
     },
-    /// Digits, signs and points that are no number, or no digits where a number is due.
+    /// Digits, signs and points that are not a number, or no digits where a number is expected.
     #[error("{0} is not a number")]
     NotANumber(Excerpt),
-    /// A number with places where only whole ones make sense.
+    /// A number with decimals where only whole ones make sense.
     #[error("{0} takes whole numbers only")]
     NotWhole(&'static str),
     /// A number that is beyond what is read.
     #[error("this number is too large")]
     TooLarge,
-    /// A number with more places than are kept.
+    /// A number with more decimals than are kept.
     #[error("this number has more than three decimal places and is rounded")]
     Rounded,
     /// A value beyond what the word takes.
@@ -100,31 +100,31 @@ pub enum Problem {
     /// The lower limit is above the upper one.
     #[error("the lower limit of {0} is above the upper limit")]
     LimitsReversed(&'static str),
-    /// Something else where a port is due: `A`, or `E` if it is to be read.
+    /// Something else where a portis expected: `A`, or `E` if it is to be read.
     #[error("this is not an {} port", if *.0 == 'A' { "output" } else { "input" })]
     NotAPort(char),
-    /// A rotary axis where one of X, Y, Z is due.
+    /// A rotary axis where one of X, Y, Zis expected.
     #[error("{0} is not a linear axis")]
     NotLinear(Excerpt),
     /// Only one limit of an axis.
     #[error("the upper limit of {0} is missing")]
     MissingUpperLimit(&'static str),
-    /// A port without a bit where one is due.
+    /// A port without a bit where oneis expected.
     #[error("the bit of the port is missing")]
     MissingBit,
-    /// No `=` where one is due.
+    /// No `=` where oneis expected.
     #[error("the equals sign is missing")]
     MissingEquals,
     /// No value behind the equals sign.
     #[error("the value is missing")]
     MissingPortValue,
-    /// Something else where the value of a port is due.
+    /// Something else where the value of a portis expected.
     #[error("{0} is not a value of a port")]
     NotAPortValue(Excerpt),
 }
 
 impl Problem {
-    /// How bad it is.
+    /// Its severity.
     #[must_use]
     pub fn severity(self) -> Severity {
         match self {
@@ -171,7 +171,7 @@ impl Problem {
         }
     }
 
-    /// What is probably meant by it, as it would stand in its place.
+    /// What is probably meant by it, as a replacement for it.
     #[must_use]
     pub fn meant(self) -> Option<String> {
         match self {
@@ -289,8 +289,7 @@ impl fmt::Debug for Excerpt {
     }
 }
 
-/// What somebody may have meant by the name of no command: one that is written nearly so, or one
-/// without a blank behind it.
+/// What an unknown name may have meant: a similar command, or a command without a blank after it.
 fn meant(name: &str) -> Option<String> {
     glued(name).or_else(|| nearest(name).map(str::to_owned))
 }

@@ -1,4 +1,4 @@
-//! A line, how far it has been read, and what has been told about it.
+//! A line, how far it has been read, and what has been reported about it.
 
 use super::command::{Placed, Span};
 use super::problem::{Excerpt, Problem};
@@ -30,13 +30,13 @@ impl<'t, 'p> Reader<'t, 'p> {
         self.failed
     }
 
-    /// Tells a problem.
+    /// Reports a problem.
     pub(super) fn say(&mut self, span: Span, problem: Problem) {
         self.failed |= problem.severity() == Severity::Error;
         (self.report)(span, problem);
     }
 
-    /// Tells that a command lacks something, unless what it lacks may be what was wrong before.
+    /// Reports that a command lacks something, unless that may be the part that was wrong before.
     pub(super) fn missing(&mut self, info: &'static CommandInfo, name: Span, what: &'static str) {
         if !self.failed {
             self.say(name, Problem::MissingWord { command: info.name, missing: what });
@@ -76,13 +76,13 @@ impl<'t, 'p> Reader<'t, 'p> {
         token(self.rest).is_ok()
     }
 
-    /// Reads blanks, and tells whether there is nothing behind them but perhaps a comment.
+    /// Reads blanks, and returns whether at most a comment follows them.
     pub(super) fn ends(&mut self) -> bool {
         self.take(token::blanks);
         self.rest.is_empty() || self.rest.starts_with(';') || self.next_is(token::bracket_comment)
     }
 
-    /// Passes over everything up to the comment, and tells where it was.
+    /// Skips everything up to the comment, and returns where it was.
     pub(super) fn pass_over(&mut self) -> Span {
         let start = Span { start: self.place(), end: self.place() };
         self.take(token::code);
@@ -101,7 +101,7 @@ impl<'t, 'p> Reader<'t, 'p> {
         Span { end: self.place() + code, ..beginning }
     }
 
-    /// Passes over the rest of the line.
+    /// Skips the rest of the line.
     pub(super) fn pass_over_all(&mut self) {
         self.rest = "";
     }

@@ -1,7 +1,6 @@
-//! The commands there are, for those who read them and for those who write them: one table.
+//! All commands, for reading and for writing them: one table.
 //!
-//! The parser finds commands and their words in it, editors what to show and to offer, and the
-//! documentation its list.
+//! The parser, the services for editors and the documentation all use it.
 
 use vimc4_motion::Turn;
 
@@ -14,12 +13,12 @@ use Rate::{Normal, Rapid};
 use Source::{Field, Manual};
 use Turn::{Clockwise, Counterclockwise};
 
-/// A command as people look it up.
+/// A command as listed in the reference.
 #[derive(Debug)]
 pub struct CommandInfo {
     /// Its name, in capitals.
     pub name: &'static str,
-    /// What may stand behind the name; what may be missing stands in brackets.
+    /// What may follow the name; optional parts are in brackets.
     pub words: &'static str,
     /// What it does, in a sentence.
     pub meaning: &'static str,
@@ -27,9 +26,9 @@ pub struct CommandInfo {
     pub parameters: &'static [Parameter],
     /// Where it is known from.
     pub source: Source,
-    /// A line that is right.
+    /// A correct line.
     pub example: &'static str,
-    /// What is read behind the name.
+    /// What is read after the name.
     pub(super) form: Form,
 }
 
@@ -60,7 +59,7 @@ pub struct Parameter {
     pub name: &'static str,
     /// What it means.
     pub meaning: &'static str,
-    /// The value it takes; `None` if the word says it all.
+    /// The value it takes; `None` if the word has no value.
     pub value: Option<Number>,
 }
 
@@ -77,7 +76,7 @@ pub struct Number {
     pub whole: bool,
 }
 
-/// What is read behind the name of a command.
+/// What is read after the name of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
     /// Nothing.
@@ -99,7 +98,7 @@ pub(super) enum Form {
     ZeroAt,
     Register,
     SetPort,
-    /// To what it sets the bit.
+    /// The value to which it sets the bit.
     SetBit(bool),
     WaitBit,
     WaitPort,
@@ -144,7 +143,7 @@ pub fn markdown() -> String {
 }
 
 impl CommandInfo {
-    /// The name and what may stand behind it.
+    /// The name and what may follow it.
     #[must_use]
     pub fn pattern(&self) -> String {
         // The number of a register follows its name at once.
@@ -163,7 +162,7 @@ impl CommandInfo {
         axes.find(is_it).map(|(axis, _)| axis)
     }
 
-    /// Whether what the tool does is the same without it.
+    /// Whether the tool does the same without it.
     #[must_use]
     pub fn is_accessory(&self) -> bool {
         match self.form {
@@ -406,7 +405,7 @@ const fn arc(frame: Frame, turn: Turn, helix: bool) -> Form {
     Form::Arc { frame, turn, helix }
 }
 
-/// Every command. Those that fill files stand first, for they are looked for most.
+/// Every command. The most frequent ones come first, because they are looked up most.
 pub static COMMANDS: &[CommandInfo] = &[
     row(
         "MOVEABS",

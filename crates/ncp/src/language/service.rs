@@ -1,4 +1,4 @@
-//! What editors ask of a job file: what is this, what may stand here, what is where.
+//! Services for editors of job files: what is this, what may stand here, what is where.
 //!
 //! Places are bytes from the beginning of the text; one beyond its end, or within a character,
 //! counts as the nearest before it.
@@ -32,7 +32,7 @@ pub use mentions::{definitions, references};
 pub use outline::{Symbol, SymbolKind, outline};
 pub use tokens::{TextToken, TokenKind, tokens};
 
-/// What the job is for, as far as explanations depend on it.
+/// The properties of the target on which explanations depend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Context {
     /// The axes that the machine has.
@@ -70,7 +70,7 @@ struct Here<'t> {
     line: &'t str,
 }
 
-/// A command that is looked at word by word, be it right or not.
+/// A command that is read word by word, correct or not.
 struct Anatomy<'t> {
     info: &'static CommandInfo,
     name: Span,
@@ -79,7 +79,7 @@ struct Anatomy<'t> {
     end: u32,
 }
 
-/// Letters, and the number behind them if there is one.
+/// Letters, and the number after them if there is one.
 struct LooseWord<'t> {
     letters: Placed<&'t str>,
     number: Option<&'t str>,
@@ -108,7 +108,7 @@ impl<'t> Here<'t> {
 
     /// The command of the line, if its name is known.
     fn anatomy(self) -> Option<Anatomy<'t>> {
-        // What is wrong with it is told elsewhere.
+        // Problems with it are reported elsewhere.
         let mut nobody = |_, _| {};
         let mut reader = Reader::new(self.line, &mut nobody);
         reader.ends();
@@ -143,7 +143,7 @@ mod tests {
         Context { axes, rotary, drill_in_mm: false }
     };
 
-    /// Jobs of the fixtures; what else is in their files are lines that are wrong.
+    /// The jobs of the fixtures; the other files there have faulty lines.
     pub(super) const JOBS: [&str; 6] = [
         include_str!("../../../../fixtures/ncp/gerbv/board.ncp"),
         include_str!("../../../../fixtures/ncp/reading/field.toml"),

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::command::Span;
 
-/// What the editors of DOS put behind the last byte of a text.
+/// What the editors of DOS put after the last byte of a text.
 const END_OF_FILE: u8 = 0x1A;
 
 /// What some editors put before the first byte of a text in UTF-8.
@@ -66,7 +66,7 @@ pub struct Lines<'t> {
 }
 
 /// The lines of a text, as editors count them: LF, CR LF and CR each end one. Some ways of copying
-/// a file double its CRs, which puts an empty line behind each. What follows the last end is a line
+/// a file double its CRs, which puts an empty line after each. What follows the last end is a line
 /// only if it is not empty.
 #[must_use]
 pub fn lines(text: &str) -> Lines<'_> {

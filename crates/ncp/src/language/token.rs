@@ -1,4 +1,4 @@
-//! The grammar of what lines are made of.
+//! The grammar of tokens.
 
 use std::str::FromStr;
 
@@ -11,7 +11,7 @@ use nom::{IResult, Parser};
 
 use super::value::{NotAValue, Value};
 
-/// A token and what follows it. Why there is none is for the reader of the line to say.
+/// A token and what follows it. The reader of the line says why there is none.
 pub(super) type Token<'t, T> = IResult<&'t str, T, ()>;
 
 /// Blanks and tabs, or nothing.
@@ -49,12 +49,12 @@ pub(super) fn no_letters(input: &str) -> Token<'_, &str> {
     take_while1(|c: char| c != ';' && !c.is_ascii_alphabetic())(input)
 }
 
-/// What is meant as a number, be it one or not.
+/// Something that is meant as a number, valid or not.
 pub(super) fn numeral(input: &str) -> Token<'_, &str> {
     take_while1(|c: char| matches!(c, '0'..='9' | '+' | '-' | '.'))(input)
 }
 
-/// A numeral behind a word that nobody knows.
+/// A numeral after an unknown word.
 pub(super) fn next_numeral(input: &str) -> Token<'_, &str> {
     preceded(blanks, numeral).parse(input)
 }
@@ -126,7 +126,8 @@ pub(super) fn solid(input: &str) -> Token<'_, &str> {
     take_while1(|c: char| !is_blank(c) && c != ';')(input)
 }
 
-/// Everything up to the next blank, letter or beginning of a number: what can be part of nothing.
+/// Everything up to the next blank, letter or beginning of a number: text that can belong to
+/// nothing.
 pub(super) fn junk(input: &str) -> Token<'_, &str> {
     let solid = |c: char| !is_blank(c) && !matches!(c, ';' | '+' | '-' | '.');
     take_while1(move |c: char| solid(c) && !c.is_ascii_alphanumeric())(input)

@@ -17,13 +17,13 @@ impl Value {
     /// The largest magnitude a file can give, 10⁹ units: a kilometre, 772 turns.
     pub const MOST: Value = Value(1_000_000_000_000);
 
-    /// So many whole units: µm, arc seconds, ms.
+    /// This many whole units: µm, arc seconds, ms.
     #[must_use]
     pub const fn whole(units: i64) -> Value {
         Value(units * 1_000)
     }
 
-    /// So many thousandths of a unit.
+    /// This many thousandths of a unit.
     #[must_use]
     pub const fn thousandths(thousandths: i64) -> Value {
         Value(thousandths)
@@ -35,7 +35,7 @@ impl Value {
         self.0
     }
 
-    /// So many times as much; `None` beyond [`Value::MOST`].
+    /// A multiple of it; `None` beyond [`Value::MOST`].
     #[must_use]
     pub fn times(self, factor: i64) -> Option<Value> {
         let product = self.0.checked_mul(factor)?;
@@ -61,7 +61,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// Why a text is no [`Value`].
+/// Why a text is not a [`Value`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("this is not a number with three decimal places at most")]
 pub struct NotAValue;

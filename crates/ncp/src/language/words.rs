@@ -62,7 +62,7 @@ impl<'t> Reader<'t, '_> {
         found
     }
 
-    /// What does not begin with a letter where a word is due.
+    /// Text that does not begin with a letter where a word is expected.
     fn no_word(&mut self, info: &'static CommandInfo) {
         if let Some(numeral) = self.take(token::numeral) {
             self.say(numeral.span, Problem::StrayNumber(info.name));
@@ -113,7 +113,8 @@ impl<'t> Reader<'t, '_> {
             self.say(text, Problem::NotANumber(self.excerpt(text)));
             return None;
         }
-        // Digits that are no value here may be part of something else, which only the whole shows.
+        // Digits that are not a value here may be part of something else, which only the whole
+        // shows.
         let is_value = |numeral: &str| {
             let number = token::number(numeral);
             number.is_none_or(|number| misfit(info.name, number.value, allowed).is_none())
@@ -129,7 +130,7 @@ impl<'t> Reader<'t, '_> {
         self.value(info.name, allowed, name)
     }
 
-    /// A number, for the word or the command `what` that is behind.
+    /// A number, for the word or the command `what` before it.
     pub(super) fn value(
         &mut self,
         what: &'static str,
@@ -157,7 +158,7 @@ impl<'t> Reader<'t, '_> {
     }
 }
 
-/// Why a value is none that a word takes.
+/// Why a word does not take a value.
 fn misfit(what: &'static str, value: Value, allowed: Number) -> Option<Problem> {
     let Number { least, most, whole, .. } = allowed;
     if value.in_thousandths().abs() > Value::MOST.in_thousandths() {

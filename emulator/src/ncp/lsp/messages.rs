@@ -1,6 +1,6 @@
 //! The messages of the Language Server Protocol: JSON-RPC.
 //!
-//! Whatever arrives, reading goes on with the next message.
+//! After any input, reading goes on with the next message.
 
 use std::io::{self, BufRead, Write};
 
@@ -10,7 +10,7 @@ use vimc4_dap::framing::Frame;
 
 use crate::framing;
 
-/// No message is longer, since no job file is as long.
+/// The longest message; no job file is as long.
 const LARGEST: u64 = 256 << 20;
 
 /// What the client says.
@@ -46,7 +46,7 @@ pub(super) struct Refusal {
 }
 
 impl Refusal {
-    /// It is no JSON.
+    /// It is not JSON.
     fn parse(message: impl ToString) -> Refusal {
         Refusal { code: -32_700, message: message.to_string() }
     }

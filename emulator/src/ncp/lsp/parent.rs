@@ -1,7 +1,7 @@
 //! The end of the program that has started the server.
 //!
-//! An editor that ends closes the server's input, which ends the server too. One that is killed
-//! may leave the input open with somebody else, and nobody would ever speak to the server again.
+//! An editor that ends closes the server's input, which ends the server too. One that is killed may
+//! leave the input open in another process, and then the server would wait for ever.
 
 /// Ends the program when the process of that number ends, if the system can tell without being
 /// asked again and again.
@@ -43,7 +43,7 @@ pub(super) fn guard(process: u32) {
 
 #[cfg(target_os = "linux")]
 fn leave() {
-    // Nobody is there to be told anything, and what waits to be written would wait for ever.
+    // The client is gone, and pending output would wait for ever.
     std::process::exit(1);
 }
 

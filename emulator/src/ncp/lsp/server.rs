@@ -1,4 +1,4 @@
-//! What the server knows, and how it answers.
+//! The state of the server, and its answers.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -28,10 +28,10 @@ use super::messages::{Incoming, Outgoing, Refusal};
 use super::show;
 use crate::job::source::Reading;
 
-/// So many problems of a file are shown.
+/// The most problems of a file that are shown.
 const MOST_PROBLEMS: usize = 1_000;
 
-/// How far the conversation is.
+/// How far the conversation has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Before,
@@ -45,7 +45,7 @@ pub(super) struct Server {
     reading: Reading,
     /// What explanations depend on.
     context: Context,
-    /// What sees to it that the server ends with the program that has started it.
+    /// The guard that ends the server with the program that has started it.
     guard: fn(u32),
     stage: Stage,
     /// Whether the editor knows snippets.
@@ -55,7 +55,7 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// A server that has not been spoken to. `guard` is told the process of its client.
+    /// A new server. `guard` is told the process of its client.
     pub(super) fn new(target: Target, reading: Reading, guard: fn(u32)) -> Server {
         let context = Context {
             axes: target.axes,
@@ -71,7 +71,7 @@ impl Server {
         self.stage == Stage::ShutDown
     }
 
-    /// What is to be said to a message.
+    /// The answers to a message.
     pub(super) fn receive(&mut self, message: Incoming) -> Vec<Outgoing> {
         match message {
             Incoming::Request { id, method, params } => {

@@ -1,4 +1,4 @@
-//! Whatever arrives, something sensible comes out and nothing panics.
+//! Any input gives something sensible and never a panic.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -7,7 +7,7 @@ use proptest::sample::select;
 use super::{feed, print};
 use crate::language::{COMMAND_MAX, Dialect, Grammar, Item, Reader, parse};
 
-/// Pieces of which commands are made, so that some of the garbage nearly is one.
+/// Pieces of commands, so that some of the garbage nearly is one.
 fn piece() -> impl Strategy<Value = Vec<u8>> {
     const LETTERS: &str = "AA AR IN IW OH OS PA PD PR PU VS !AS !CC !CI !CM !CS !CT !ES !EM !FP \
                            !GB !HP !IS !MA !MR !OA !OC !OI !ON !PH !RD !RC !RS !SR !TD !TM !TS \
@@ -65,7 +65,7 @@ proptest! {
                 prop_assert!(!raw.is_empty());
                 prop_assert!(!raw.contains(&b';'), "{}", raw.escape_ascii());
                 match command {
-                    // What was understood can be said again.
+                    // What was understood can be printed again.
                     Ok(command) => {
                         prop_assert!(grammar.knows(command.form()));
                         prop_assert!(!command.describe().is_empty());
@@ -75,7 +75,7 @@ proptest! {
                 }
             }
         }
-        // Two ends and whatever has been begun is over, except in the second channel.
+        // Two ends complete anything that was begun, except in the second channel.
         feed(&mut reader, b";;");
         prop_assert!(reader.is_idle() || reader.channel_open());
     }

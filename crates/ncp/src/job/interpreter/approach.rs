@@ -1,4 +1,4 @@
-//! The way to where a job goes on in the middle.
+//! The way to where a job is resumed in the middle.
 
 use vimc4_isel_wire::{AxisSet, Plane};
 use vimc4_plant::Up;
@@ -14,7 +14,7 @@ use crate::language::{Span, Value};
 /// The axis that is lifted first and lowered last.
 const Z: usize = 2;
 
-/// What holds at a line of a job.
+/// The settings at a line of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Standing {
     /// Where the tool is, in machine coordinates.
@@ -44,7 +44,7 @@ impl Interpreter<'_> {
         self.state.begun
     }
 
-    /// What comes before the first movement, if nothing else does.
+    /// What comes before the first movement by default.
     pub(in crate::job) fn beginning(&mut self) -> Vec<Action> {
         let mut actions = Vec::new();
         let report: &mut dyn FnMut(_, _) = &mut |_, _| {};
@@ -110,7 +110,7 @@ impl Interpreter<'_> {
     /// A straight way to a place, if it is one.
     fn leg(&mut self, to: &Place, counters: &Steps, pace: Pace) -> Option<StraightParameters> {
         let mut actions = Vec::new();
-        // What is to be said of speeds is said where the job asks for them.
+        // Remarks about speeds come where the job asks for them.
         let report: &mut dyn FnMut(_, _) = &mut |_, _| {};
         let mut sink = Sink { span: Span::default(), actions: &mut actions, report };
         let parameters = self.parameters(to, counters, pace, &mut sink);

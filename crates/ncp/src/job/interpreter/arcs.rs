@@ -116,7 +116,7 @@ impl Interpreter<'_> {
         end: Option<[Value; 2]>,
         scales: [Scale; 2],
     ) -> bool {
-        // Two steps are what the ends of any arc may be apart.
+        // The ends of any arc may be two steps apart.
         let room = 2.5 * scales[0].step().min(scales[1].step());
         let near = |end: [Value; 2]| {
             let [x, y] = [0, 1].map(|axis: usize| {
@@ -127,7 +127,7 @@ impl Interpreter<'_> {
         *circle == Err(NoCircle::NoRadius) && centre != start && end.is_none_or(near)
     }
 
-    /// How many whole turns a helix makes more than it must, as W says.
+    /// How many extra whole turns a helix makes, according to W.
     fn turns(
         &mut self,
         parameters: &CurveParameters,
@@ -139,14 +139,14 @@ impl Interpreter<'_> {
         let own = parameters.circle.sweep().to_degrees();
         let turns = libm::round((said - own) / DEGREES);
         let is = own + turns * DEGREES;
-        // Programs write whole degrees.
+        // CAM programs write whole degrees.
         if (said - is).abs() > 2.0 {
             let is = Value::thousandths(libm::round(own * 1_000.0) as i64);
             sink.say_at(sweep.span, Problem::SweepDiffers { said: sweep.value, is });
             return Ok(Turns::None);
         }
         if turns < 0.0 {
-            // The end is rounded to be behind the start: it is hardly any way.
+            // Rounding puts the end behind the start: there is hardly any way.
             let (first, second) = parameters.circle.plane().axes();
             let third = parameters.circle.plane().third();
             let mut to = self.state.place;
@@ -212,7 +212,7 @@ impl Interpreter<'_> {
         [of(first, words[0]), of(second, words[1])]
     }
 
-    /// Whether all of an arc may be come to.
+    /// Whether all of an arc may be reached.
     pub(super) fn check_extent(
         &self,
         circle: &Circle,
@@ -232,8 +232,8 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// Says if the speed of an arc cannot be kept. What it needs lies between bounds that are
-    /// quickly known; only what could be out of range is looked at closely.
+    /// Reports if the speed of an arc cannot be kept. The needed speed lies between bounds that are
+    /// quickly known; only cases that could be out of range are computed exactly.
     pub(super) fn warn_of_curve_speed(
         &mut self,
         parameters: &CurveParameters,
@@ -273,8 +273,8 @@ pub(super) struct ArcWords {
 }
 
 impl ArcWords {
-    /// The words for the centre on the first and the second axis of a plane. As the manual has it
-    /// these are I and J; where there is a K, each letter belongs to its own axis.
+    /// The words for the centre on the first and the second axis of a plane. According to the
+    /// manual these are I and J; where there is a K, each letter belongs to its own axis.
     fn centre_of(&self, plane: Plane, sink: &mut Sink<'_>) -> Result<[Option<Word>; 2], Refusal> {
         let [i, j, k] = self.centre;
         let (Some(z), Plane::Xz | Plane::Yz) = (k, plane) else {
@@ -299,8 +299,8 @@ impl ArcWords {
 enum Turns {
     /// Nothing.
     None,
-    /// So many whole turns before it.
+    /// This many whole turns before it.
     Whole(Circle, u32),
-    /// It is none, but hardly any way.
+    /// It is not an arc, but hardly any way.
     Backwards(StraightParameters),
 }

@@ -54,7 +54,7 @@ impl Interpreter<'_> {
             lift: length(words.lift, old.lift),
             safety: length(words.safety, old.safety),
         };
-        // What no other line can mend is said where it stands, be there a hole or not.
+        // A mistake that no other line can mend is reported where it stands, even without a hole.
         let definition = self.state.drill;
         if let Some(word) = words.depth.filter(|_| definition.depth < Value::ZERO) {
             self.state.told_of_holes.depth = true;
@@ -62,7 +62,7 @@ impl Interpreter<'_> {
         }
         for (name, word) in [('F', words.first), ('O', words.other), ('R', words.retreat)] {
             if let Some(word) = word.filter(|word| word.value < Value::ZERO) {
-                // What the steps are then is not a question.
+                // The steps do not matter then.
                 self.state.told_of_holes.steps |= name != 'R';
                 return Err((word.span, Problem::NegativeLength(name, word.value)));
             }
@@ -74,7 +74,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Refuses a lift that is none, once.
+    /// Refuses, once, a lift that does not lift.
     fn judge_lift(&mut self, span: Span) -> Result<(), Refusal> {
         let definition = self.state.drill;
         let told = &mut self.state.told_of_holes.lift;

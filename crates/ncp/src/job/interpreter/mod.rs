@@ -1,9 +1,8 @@
-//! What the lines of a job ask for.
+//! Interpreting the lines of a job.
 //!
-//! The interpreter knows what holds: where the tool is, exactly; the work-piece zero; speeds,
-//! plane, drilling cycle. It checks every command before anything of it is done. What a line asks
-//! for comes out as [`Action`]s, which are cheap to make and need not be carried out: a mere check
-//! of a job drops them.
+//! The interpreter keeps the state: the exact place of the tool, the work-piece zero, speeds,
+//! plane, drilling cycle. It checks every command before any of it is done. It yields [`Action`]s,
+//! which are cheap to make and need not be carried out: a mere check of a job drops them.
 
 mod approach;
 mod arcs;
@@ -32,8 +31,8 @@ pub use state::Options;
 use state::{Mark, Pace, Refusal, State, Told};
 
 impl Interpreter<'_> {
-    /// Carries a line out: what it asks for goes into `actions`, what is to be said about it to
-    /// `report`. Says whether it can be carried out; if not, nothing of it is in `actions`.
+    /// Carries a line out: its actions go into `actions`, diagnostics to `report`. Returns whether
+    /// it can be carried out; if not, nothing of it is in `actions`.
     pub(in crate::job) fn line(
         &mut self,
         line: &JobLine<'_>,

@@ -56,7 +56,7 @@ impl Interpreter<'_> {
             let reverse = turn.value == Turn::Counterclockwise;
             match spindle.counterclockwise {
                 Some(output) => self.switch(output, reverse, sink)?,
-                // It always turns the one way.
+                // It always turns in the same direction.
                 None if reverse => {
                     self.say_of_spindle(1, turn.span, Problem::NoSpindleDirection, sink);
                 }
@@ -98,7 +98,7 @@ impl Interpreter<'_> {
         self.switch(output, on, sink)
     }
 
-    /// Says something of the spindle, once.
+    /// Reports something about the spindle, once.
     fn say_of_spindle(&mut self, what: usize, span: Span, problem: Problem, sink: &mut Sink<'_>) {
         if let Some(told) = self.state.told_of_spindle.get_mut(what).filter(|told| !**told) {
             *told = true;

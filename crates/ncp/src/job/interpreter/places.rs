@@ -1,4 +1,4 @@
-//! Where the words of a line lead, and whether that may be.
+//! Where the words of a line lead, and whether that is permitted.
 
 use vimc4_isel_wire::AxisSet;
 use vimc4_plant::Up;
@@ -53,7 +53,7 @@ impl Interpreter<'_> {
         state.zero_unsure = without(state.zero_unsure, known);
     }
 
-    /// Whether a place may be come to. An axis that stays where it is may.
+    /// Whether a place may be reached. An axis that stays where it is may always.
     pub(super) fn check(&self, place: &Place, counters: &Steps, span: Span) -> Result<(), Refusal> {
         let state = &self.state;
         let real = state.cylinder.map(|cylinder| (cylinder, cylinder.unrolled(place)));
@@ -96,9 +96,9 @@ impl Interpreter<'_> {
         if self.target.setup.up == Up::Positive { 1 } else { -1 }
     }
 
-    /// Says after a hole that the tool goes across where it has come out of it: once at the
-    /// surface, and below it as long as it stays there, be the way level or slanting. From the
-    /// surface a way upwards leaves the work at once.
+    /// Reports, after a hole, that the tool moves across without having been lifted: once at the
+    /// surface, and below it as long as the tool stays there, on level and slanting ways alike.
+    /// From the surface a way upwards leaves the work-piece at once.
     pub(super) fn warn_of_surface(
         &mut self,
         from: &Place,
@@ -119,7 +119,7 @@ impl Interpreter<'_> {
         {
             sink.say(Problem::AtSurface);
         }
-        // A tool that goes down from the surface has come to cut.
+        // A tool that goes down from the surface is meant to cut.
         let stays = depth > Value::ZERO && left >= Value::ZERO;
         state.in_work = (stays || !across && rise == 0).then_some(left);
     }

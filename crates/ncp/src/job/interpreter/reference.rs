@@ -85,7 +85,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Says once for an axis that others were referenced and it was not.
+    /// Reports once for an axis that others were referenced and it was not.
     pub(super) fn warn_of_unreferenced(&mut self, to: &Place, sink: &mut Sink<'_>) {
         let state = &mut self.state;
         if state.referenced.is_empty() {

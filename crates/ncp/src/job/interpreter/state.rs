@@ -1,4 +1,4 @@
-//! What holds between two lines of a job.
+//! The state between two lines of a job.
 
 use vimc4_isel_wire::{AxisSet, Plane};
 
@@ -21,7 +21,7 @@ pub struct Options {
     pub leave_out_tools: bool,
 }
 
-/// What holds, and what a line makes of it.
+/// The state, and how a line changes it.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::job) struct Interpreter<'t> {
     pub(super) target: &'t Target,
@@ -29,7 +29,7 @@ pub(in crate::job) struct Interpreter<'t> {
     pub(super) state: State,
 }
 
-/// What holds between two lines.
+/// The state between two lines.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct State {
     pub(super) place: Place,
@@ -43,20 +43,21 @@ pub(super) struct State {
     pub(super) units: Units,
     /// The line that is carried out.
     pub(super) line: u32,
-    /// What is switched that nothing is connected to, and where it is switched first.
+    /// What is switched although nothing is connected to it, and where first.
     pub(super) unconnected: Accessories,
     pub(super) first_unconnected: Option<(u32, Span)>,
-    /// What was said of the spindle.
+    /// What has been reported about the spindle.
     pub(super) told_of_spindle: [bool; 3],
     /// How far below the reference plane the last hole has left the tool, 0 at the plane itself, if
     /// it was not lifted above the work and has not been since.
     pub(super) in_work: Option<Value>,
     pub(super) told_of_holes: ToldOfHoles,
-    /// Of which axes WPZERO or the operator has made a place the zero that no reference run has
-    /// told yet, and in which line.
+    /// The axes for which WPZERO or the operator has made an unreferenced place the zero, and in
+    /// which line.
     pub(super) zero_unsure: AxisSet,
     pub(super) zero_line: u32,
-    /// What was said of the normal, the rapid and the drilling speed since they were set.
+    /// What has been reported about the normal, the rapid and the drilling speed since they were
+    /// set.
     pub(super) told: [Told; 3],
     pub(super) plane: Plane,
     pub(super) limits: [Option<(Value, Value)>; 4],
@@ -66,9 +67,9 @@ pub(super) struct State {
     /// Whether something has moved, or been referenced.
     pub(super) begun: bool,
     pub(super) referenced: AxisSet,
-    /// Axes of which it is assumed, and no reference run has told, that they stood at 0.
+    /// Axes that are assumed, without a reference run, to have stood at 0.
     pub(super) assumed: AxisSet,
-    /// Of which axes it was said that they are not.
+    /// Axes that have been reported as not referenced.
     pub(super) told_unreferenced: [bool; 4],
     pub(super) ended: bool,
 }
@@ -79,7 +80,7 @@ pub(super) struct Told {
     pub(super) capped: bool,
 }
 
-/// What was said of the holes as they are defined.
+/// What has been reported about the present definition of holes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct ToldOfHoles {
     pub(super) surface: bool,
@@ -116,11 +117,11 @@ impl From<Rate> for Pace {
     }
 }
 
-/// A reason not to carry a line out, and where it stands.
+/// A reason not to carry a line out, and its place.
 pub(super) type Refusal = (Span, Problem);
 
 impl<'t> Interpreter<'t> {
-    /// What holds before the first line.
+    /// The state before the first line.
     pub(in crate::job) fn new(target: &'t Target, options: Options) -> Interpreter<'t> {
         let setup = &target.setup;
         let state = State {
@@ -155,7 +156,7 @@ impl<'t> Interpreter<'t> {
         Interpreter { target, options, state }
     }
 
-    /// What it is carried out on.
+    /// The target that it runs on.
     pub(in crate::job) fn target(&self) -> &'t Target {
         self.target
     }
@@ -172,7 +173,7 @@ impl<'t> Interpreter<'t> {
         frame(&self.state) == frame(&other.state)
     }
 
-    /// The axes of which it is assumed that they stood at 0.
+    /// The axes that are assumed to have stood at 0.
     pub(in crate::job) fn assumed(&self) -> AxisSet {
         self.state.assumed
     }
@@ -192,7 +193,7 @@ impl<'t> Interpreter<'t> {
         self.state.units = units;
     }
 
-    /// Whether the file had no mark. Only its end shows.
+    /// Whether the file had no mark. Only the end of the file shows that.
     pub(in crate::job) fn lacks_mark(&self) -> bool {
         self.state.mark != Mark::Seen
     }
@@ -208,7 +209,8 @@ impl<'t> Interpreter<'t> {
     pub(in crate::job) fn take_zero(&mut self) {
         let state = &mut self.state;
         state.zero = state.place;
-        // Before the first movement the present place is the reference point, if it may be told.
+        // Before the first movement the present place is the reference point, if the options allow
+        // it.
         state.zero_unsure = match state.begun {
             true => without(self.target.referable, state.referenced),
             false => AxisSet::NONE,

@@ -7,7 +7,7 @@ use crate::job::place::{Place, Way, counters};
 use crate::job::problem::{Problem, SetBy, Why};
 use crate::language::{Units, Value};
 
-/// Which share of its time a movement may lose before it is said.
+/// The share of its time that a movement may lose before that is reported.
 const MOST_LOST: f64 = 0.1;
 
 impl Interpreter<'_> {
@@ -25,7 +25,7 @@ impl Interpreter<'_> {
         let counters = counters(&to, self.target, cylinder.as_ref());
         let checked = self.check(&to, &counters, sink.span);
         let parameters = self.parameters(&to, &counters, pace, sink);
-        // What follows is read as if it had gone there, so that one error is told once.
+        // The rest is read as if it had gone there, so that one error is reported once.
         (self.state.place, self.state.counters) = (to, counters);
         if parameters.by[3] != 0 && parameters.by[..3] != [0; 3] {
             self.warn_of_delay(
@@ -60,7 +60,7 @@ impl Interpreter<'_> {
             _ => self.velocity(pace),
         };
         let (linear, turning) = way.frequencies(velocity);
-        // Beside other axes A moves a few steps at a time, as fast as it can be told.
+        // Together with other axes A moves a few steps at a time, as fast as possible.
         let (speed, a_speed) = match (by[..3] != [0; 3], by[3] != 0) {
             (true, false) => (self.fit(linear, pace, sink), lowest),
             (false, _) => (lowest, self.fit(turning, pace, sink)),
@@ -72,7 +72,7 @@ impl Interpreter<'_> {
         StraightParameters { by, speed, a_speed, apart }
     }
 
-    /// Says if a movement takes much longer because it is made in pieces.
+    /// Reports if a movement takes much longer because it is made in pieces.
     pub(super) fn warn_of_delay(&self, delay: Option<Delay>, why: Why, sink: &mut Sink<'_>) {
         let Some(delay) = delay.filter(|delay| delay.share() > MOST_LOST) else { return };
         let percent = libm::round(delay.share() * 100.0) as u32;
@@ -94,7 +94,7 @@ impl Interpreter<'_> {
         given
     }
 
-    /// Says once for a speed, which asks for a frequency in Hz, that it cannot be kept.
+    /// Reports once for a speed, which needs a frequency in Hz, that it cannot be kept.
     pub(super) fn tell(&mut self, fitted: Fitted, frequency: f64, pace: Pace, sink: &mut Sink<'_>) {
         let speeds = self.target.speeds();
         let wanted = self.velocity(pace);

@@ -56,7 +56,8 @@ impl Units {
         }
     }
 
-    /// To what places are written: programs give whole numbers, which in µm is less than a step.
+    /// The rounding of written places: programs give whole numbers, which in µm is less than a
+    /// step.
     pub(super) fn resolution(self) -> Value {
         match self {
             Units::Metric => Value::ZERO,
@@ -64,7 +65,7 @@ impl Units {
         }
     }
 
-    /// A speed as the file has it, which is that of turning axes.
+    /// A speed as in the file, which is that of rotary axes.
     pub(super) fn back(self, speed: Value) -> Value {
         match self {
             Units::Metric => speed,

@@ -1,4 +1,4 @@
-//! What may stand at a place.
+//! Completion at a place.
 
 use std::ops::Range;
 
@@ -26,9 +26,9 @@ pub struct Completion {
     pub replaces: Range<usize>,
 }
 
-/// What may stand at a place, in bytes from the beginning of the text: commands where one
-/// begins, behind a command the words that it still takes. It is for the editor to choose those
-/// that begin as what is written there.
+/// What may stand at a place, in bytes from the beginning of the text: commands where one begins,
+/// after a command the words that it still takes. The editor chooses those that match the text
+/// there.
 #[must_use]
 pub fn complete(text: &str, offset: usize, context: Context) -> Vec<Completion> {
     let (here, place) = Here::at(text, offset);
@@ -47,7 +47,7 @@ pub fn complete(text: &str, offset: usize, context: Context) -> Vec<Completion> 
     }
 }
 
-/// Where the name of a command has been begun, if there is nothing before it but a number.
+/// The start of a command name, if at most a line number precedes it.
 fn begun_name(before: &str) -> Option<Span> {
     let mut nobody = |_, _| {};
     let mut reader = Reader::new(before, &mut nobody);

@@ -1,4 +1,4 @@
-//! What can be mended without thinking.
+//! Fixes that can be applied without thinking.
 
 use std::ops::Range;
 
@@ -15,13 +15,13 @@ pub struct Fix {
     pub about: Range<usize>,
     /// What is replaced, likewise.
     pub replaces: Range<usize>,
-    /// What stands there then.
+    /// The new text.
     pub with: String,
-    /// Whether it is most likely what is wanted.
+    /// Whether it is the most likely fix.
     pub is_likely: bool,
 }
 
-/// What mends the lines that touch a range of bytes.
+/// Fixes for the lines that touch a range of bytes.
 #[must_use]
 pub fn fixes(text: &str, within: Range<usize>) -> Vec<Fix> {
     let mut fixes = Vec::new();

@@ -1,4 +1,4 @@
-//! What can be folded away.
+//! Foldable parts.
 
 use std::ops::Range;
 
@@ -14,8 +14,8 @@ pub struct Fold {
     pub is_comment: bool,
 }
 
-/// The parts of a job that have more than one line: its sections, cuts and holes, what stands
-/// between PATH and PATHEND, and comments.
+/// The parts of a job that have more than one line: its sections, cuts and holes, the lines between
+/// PATH and PATHEND, and comments.
 #[must_use]
 pub fn folds(text: &str) -> Vec<Fold> {
     let mut folds = Vec::new();

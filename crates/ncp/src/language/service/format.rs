@@ -1,4 +1,4 @@
-//! Lines as they are usually written.
+//! Formatting lines in the usual style.
 
 use std::ops::Range;
 
@@ -11,14 +11,13 @@ use crate::language::{Instruction, lines, parse, token};
 pub struct Edit {
     /// In bytes from the beginning of the text.
     pub replaces: Range<usize>,
-    /// What stands there then.
+    /// The new text.
     pub with: String,
 }
 
-/// What makes every line of a job look the usual way: names and letters in capitals, a blank
-/// between two words and none in one, none at the beginning and the end of a line. Numbers,
-/// comments, the order of words, and lines that are wrong stay as they are: no line means anything
-/// else than before.
+/// The edits that put every line of a job into the usual style: names and letters in capitals, one
+/// blank between words and none within them, none at the beginning and the end of a line. Numbers,
+/// comments, the order of words, and faulty lines stay as they are, so no line changes its meaning.
 #[must_use]
 pub fn format(text: &str) -> Vec<Edit> {
     let mut edits = Vec::new();
@@ -35,7 +34,7 @@ pub fn format(text: &str) -> Vec<Edit> {
     edits
 }
 
-/// A line as it is usually written; `None` if it is wrong, or would mean something else.
+/// A line in the usual style; `None` if it is faulty, or would change its meaning.
 fn formatted(line: &str) -> Option<String> {
     let mut right = true;
     let mut meaning = |line: &str| {
@@ -65,7 +64,7 @@ fn written(line: &str) -> String {
     if let Some(name) = reader.take(token::name) {
         blank(&mut out);
         let info = reference::find(name.value);
-        // The text behind the mark is not a word, and belongs to it without a blank.
+        // The text after the mark is not a word, and belongs to it without a blank.
         if let Some(Form::Anything(_)) = info.map(|info| info.form) {
             let rest = reader.rest();
             let command = name.value.to_ascii_uppercase();
@@ -164,7 +163,7 @@ mod tests {
             ("  ; alone", "; alone"),
             ("gettool 3", "GETTOOL 3"),
             ("N7", "N7"),
-            // What is wrong stays.
+            // Faulty parts stay.
             ("  movabs x5", "  movabs x5"),
             ("moveabs  q5", "moveabs  q5"),
         ] {

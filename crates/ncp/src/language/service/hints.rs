@@ -7,7 +7,7 @@ use super::{Context, Here};
 use crate::language::reference::Form;
 use crate::language::{Instruction, Units, Value, lines, parse, token};
 
-/// A remark behind a word.
+/// A hint after a word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hint {
     /// Where it stands, in bytes from the beginning of the text.
@@ -16,8 +16,8 @@ pub struct Hint {
     pub text: String,
 }
 
-/// What the lengths, speeds and angles in the lines that touch a range of bytes are in mm, mm/s
-/// and degrees. Nothing is said of zeros, nor of lines that are wrong.
+/// The lengths, speeds and angles in the lines that touch a range of bytes, in mm, mm/s and
+/// degrees. Zeros and faulty lines have no hints.
 #[must_use]
 pub fn hints(text: &str, within: Range<usize>, context: Context) -> Vec<Hint> {
     let mut hints = Vec::new();

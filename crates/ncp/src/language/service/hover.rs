@@ -1,4 +1,4 @@
-//! What a command or a word means.
+//! The meaning of a command or a word.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use super::{Context, Here, LooseWord};
 use crate::language::reference::{CommandInfo, Form, Parameter, SPEED, Source, WAY};
 use crate::language::{Instruction, Units, Value, lines, parse, token};
 
-/// What is to be shown about a place.
+/// The explanation of a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hover {
     /// What it is about, in bytes from the beginning of the text.
@@ -35,7 +35,7 @@ pub fn hover(text: &str, offset: usize, context: Context) -> Option<Hover> {
     Some(Hover { range: here.in_text(word.span), markdown })
 }
 
-/// What lengths are in where a line begins: what the last METRIC or INCH before it says.
+/// The unit of lengths at the beginning of a line: that of the last METRIC or INCH before it.
 pub(super) fn units_at(text: &str, offset: usize) -> Units {
     let before = lines(text).take_while(|line| line.offset < offset);
     let units = before.filter_map(|line| {
@@ -135,7 +135,7 @@ fn explain(
     text
 }
 
-/// A number in the units that people think in.
+/// A number in convenient units.
 pub(super) fn larger(
     value: Value,
     info: &CommandInfo,

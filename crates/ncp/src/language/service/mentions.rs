@@ -14,18 +14,18 @@ enum Thing {
     Tool(u32),
 }
 
-/// A place that speaks of it.
+/// A place that mentions it.
 struct Mention {
     thing: Thing,
     /// In bytes from the beginning of the text.
     range: Range<usize>,
-    /// Whether it says what the thing is.
+    /// Whether it defines the thing.
     defines: bool,
 }
 
 /// Where the register or the tool at a place is set: for a register the lines that store into it,
-/// for a tool its TOOLDEF. Those before the place, as far as there are such; all places are in
-/// bytes from the beginning of the text.
+/// for a tool its TOOLDEF. Those before the place, if there are any; all places are in bytes from
+/// the beginning of the text.
 #[must_use]
 pub fn definitions(text: &str, offset: usize) -> Vec<Range<usize>> {
     let Some((thing, at)) = asked(text, offset) else { return Vec::new() };
@@ -36,8 +36,8 @@ pub fn definitions(text: &str, offset: usize) -> Vec<Range<usize>> {
     if before.is_empty() { after } else { before }
 }
 
-/// Every place that speaks of the register or the tool at a place; `with_definitions` also those
-/// that say what it is.
+/// Every place that mentions the register or the tool at a place; `with_definitions` includes its
+/// definitions.
 #[must_use]
 pub fn references(text: &str, offset: usize, with_definitions: bool) -> Vec<Range<usize>> {
     let Some((thing, _)) = asked(text, offset) else { return Vec::new() };
@@ -46,7 +46,7 @@ pub fn references(text: &str, offset: usize, with_definitions: bool) -> Vec<Rang
     mentions(text).filter(wanted).map(|mention| mention.range).collect()
 }
 
-/// What the place is about, and where that begins.
+/// The thing at the place, and where its mention begins.
 fn asked(text: &str, offset: usize) -> Option<(Thing, usize)> {
     let (here, _) = Here::at(text, offset);
     let mention = mention(here)?;
@@ -68,7 +68,7 @@ fn mentions(text: &str) -> impl Iterator<Item = Mention> + '_ {
         .flatten()
 }
 
-/// What a line speaks of.
+/// The thing that a line mentions.
 fn mention(here: Here<'_>) -> Option<Mention> {
     let Anatomy { info, name, words, .. } = here.anatomy()?;
     let behind = here.line.get(name.end as usize..)?;

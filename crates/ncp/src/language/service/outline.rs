@@ -1,4 +1,4 @@
-//! What is where in a job.
+//! The outline of a job.
 
 use std::ops::Range;
 
@@ -44,7 +44,7 @@ pub enum SymbolKind {
 pub fn outline(text: &str) -> Vec<Symbol> {
     let mut outline = Outline::default();
     for line in lines(text) {
-        // What is wrong with it is told elsewhere.
+        // Problems with it are reported elsewhere.
         let read = parse(line.text, &mut |_, _| {});
         if read.command.is_some_and(|command| command.value == Instruction::End) {
             break;
@@ -112,7 +112,8 @@ impl Outline {
         self.symbols.push(Symbol { name, kind, range, selection, children: Vec::new() });
     }
 
-    /// A move of a cut, or a hole: of what goes on if it is the same, else of something new.
+    /// A move of a cut, or a hole: continues the present part if that is of the same kind,
+    /// otherwise begins one.
     fn member(&mut self, line: &TextLine<'_>, kind: SymbolKind) {
         let range = line.offset..line.offset + line.text.len();
         let section = self.symbols.last_mut().filter(|symbol| symbol.kind.is_section());

@@ -1,4 +1,4 @@
-//! What every piece of a job is, for editors that colour it.
+//! The kinds of the pieces of a job, for editors that colour them.
 
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ pub enum TokenKind {
     Number,
     /// Text that a command takes as it is.
     Text,
-    /// A comment, and whatever stands behind the end of the job.
+    /// A comment, and everything after the end of the job.
     Comment,
 }
 

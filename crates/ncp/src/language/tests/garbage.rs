@@ -1,4 +1,4 @@
-//! Whatever a file has, something sensible is told and nothing panics.
+//! Any file gives something sensible and never a panic.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::Severity;
 use crate::language::reference::COMMANDS;
 use crate::language::{decode, lines, service};
 
-/// Pieces of which lines are made, so that some of the garbage nearly is one.
+/// Pieces of lines, so that some of the garbage nearly is one.
 fn nearly_a_line() -> impl Strategy<Value = String> {
     let names = COMMANDS.iter().map(|info| info.name);
     let pieces = [

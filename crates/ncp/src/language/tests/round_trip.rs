@@ -239,7 +239,7 @@ pub(super) fn one_of_each() -> Vec<Instruction> {
         Instruction::Type,
         Instruction::End,
     ];
-    // Whoever adds a command is sent here by the compiler, to put it into the lists above too.
+    // The compiler points here when a command is added, so that it also gets into the lists above.
     let known = |command: &Instruction| match command {
         Instruction::Mark
         | Instruction::Reference(_)
