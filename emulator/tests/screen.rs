@@ -3,146 +3,36 @@
 //!
 //! Where tmux is missing the tests are shown as ignored, with the reason in their names. With
 //! `VIMC4_REQUIRE_TOOLS=1` they fail instead.
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Output};
+use std::process::{Command, ExitCode};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use tempfile::TempDir;
 
 type Outcome = Result<(), Failed>;
 
 /// What is tried, and how.
 type Tried = (&'static str, fn() -> Outcome);
 
-const VIMC4: &str = env!("CARGO_BIN_EXE_vimc4");
+#[path = "dap/editor.rs"]
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod editor;
+#[path = "screen/faces.rs"]
+mod faces;
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+#[path = "screen/tmux.rs"]
+mod tmux;
 
-/// Nothing takes so long.
-const LIMIT: Duration = Duration::from_secs(60);
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// A terminal with a shell in it.
-struct Tmux {
-    folder: TempDir,
-}
-
-impl Tmux {
-    fn start(width: u16, height: u16) -> Tmux {
-        let tmux = Tmux { folder: tempfile::tempdir().unwrap() };
-        let (width, height) = (width.to_string(), height.to_string());
-        let home = format!("HOME={}", tmux.folder.path().display());
-        tmux.run(&[
-            "-f",
-            "/dev/null",
-            "new-session",
-            "-d",
-            "-s",
-            "t",
-            "-x",
-            &width,
-            "-y",
-            &height,
-            "-e",
-            &home,
-            "-c",
-            root().to_str().unwrap(),
-            "sh",
-        ]);
-        // As it is typed it is not what is waited for.
-        tmux.command("PS1='shell''> '");
-        tmux.wait("the prompt", |screen| {
-            screen.lines().any(|line| line.trim().ends_with("shell>"))
-        });
-        tmux
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        let socket = self.folder.path().join("socket");
-        let output = Command::new("tmux")
-            .arg("-S")
-            .arg(socket)
-            .args(arguments)
-            .env_remove("TMUX")
-            .env_remove("NO_COLOR")
-            .env("LC_ALL", "C.UTF-8")
-            .output()
-            .unwrap();
-        assert!(
-            output.status.success(),
-            "{arguments:?}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        output
-    }
-
-    /// Types text as it is.
-    fn type_(&self, text: &str) {
-        self.run(&["send-keys", "-t", "t", "-l", text]);
-    }
-
-    /// Presses keys by their names.
-    fn press(&self, keys: &[&str]) {
-        self.run(&[&["send-keys", "-t", "t"], keys].concat());
-    }
-
-    fn command(&self, line: &str) {
-        self.type_(line);
-        self.press(&["Enter"]);
-    }
-
-    fn screen(&self) -> String {
-        String::from_utf8(self.run(&["capture-pane", "-p", "-t", "t"]).stdout).unwrap()
-    }
-
-    fn screen_with_attributes(&self) -> String {
-        String::from_utf8(self.run(&["capture-pane", "-e", "-p", "-t", "t"]).stdout).unwrap()
-    }
-
-    /// Waits until this is seen, and returns the screen.
-    fn wait_for(&self, text: &str) -> String {
-        self.wait(text, |screen| screen.contains(text))
-    }
-
-    fn wait(&self, what: &str, is_so: impl Fn(&str) -> bool) -> String {
-        let begin = Instant::now();
-        loop {
-            let screen = self.screen();
-            if is_so(&screen) {
-                return screen;
-            }
-            assert!(begin.elapsed() < LIMIT, "{what:?} is not seen:\n{screen}");
-            thread::sleep(Duration::from_millis(20));
-        }
-    }
-
-    /// Starts the console on a file, in its full screen.
-    fn console(&self, arguments: &str) {
-        self.command(&format!("{VIMC4} console {arguments} --screen; echo ended $?"));
-        self.wait_for(": command");
-    }
-
-    /// The program's number.
-    fn process(&self) -> u32 {
-        let shell = self.run(&["display-message", "-p", "-t", "t", "#{pane_pid}"]);
-        let shell = String::from_utf8(shell.stdout).unwrap().trim().to_owned();
-        let children = Command::new("pgrep").args(["-P", &shell]).output().unwrap();
-        String::from_utf8(children.stdout).unwrap().trim().parse().unwrap()
-    }
-}
-
-impl Drop for Tmux {
-    fn drop(&mut self) {
-        let socket = self.folder.path().join("socket");
-        let _ = Command::new("tmux").arg("-S").arg(socket).arg("kill-server").output();
-    }
-}
+use tmux::{Tmux, VIMC4, root};
 
 const MILL: &str = "examples/plate.ncp --machine mill";
 
@@ -420,20 +310,12 @@ fn a_long_recording_is_read_while_nobody_types() -> Outcome {
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let has = |program: &str, option: &str| {
-        Command::new(program).arg(option).output().is_ok_and(|output| output.status.success())
-    };
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
-    let missing = if !has("tmux", "-V") {
-        Some("needs tmux")
-    } else if !has("pgrep", "--version") {
-        Some("needs pgrep")
-    } else {
-        None
-    };
-    let tests: [Tried; 10] = [
+    let missing = tmux::missing();
+    let tests: [Tried; 11] = [
         ("the pictures of the manual", the_pictures_of_the_manual),
         ("a walk through a job", a_walk),
+        ("every face shows the same state", faces::every_face_shows_the_same_state),
         ("the command line completes and remembers", the_command_line_completes_and_remembers),
         ("another size is drawn at once", another_size_is_drawn_at_once),
         ("Ctrl-Z and fg", ctrl_z_gives_the_terminal_back_and_fg_comes_back),

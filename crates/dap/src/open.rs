@@ -43,6 +43,8 @@ pub struct Configuration {
     pub stop_on_entry: bool,
     /// Whether it ends instead of stopping at the end.
     pub end_at_end: bool,
+    /// Whether the rest of a program is sent even after an error reply.
+    pub keep_going: bool,
     /// Whether it runs without debugging and never stops.
     pub no_debug: bool,
     /// Several controllers, each with its own attributes.
@@ -50,7 +52,7 @@ pub struct Configuration {
 }
 
 /// The attributes of a configuration: name, its type in JSON, and what it means.
-pub const ATTRIBUTES: [(&str, &str, &str); 16] = [
+pub const ATTRIBUTES: [(&str, &str, &str); 17] = [
     ("program", "string", "the file: a command list, a program (data field), a plot or a job file"),
     (
         "recording",
@@ -84,6 +86,11 @@ pub const ATTRIBUTES: [(&str, &str, &str); 16] = [
         "endAtEnd",
         "boolean",
         "end with the program; if not, it stops at the end, and goes back from there",
+    ),
+    (
+        "keepGoing",
+        "boolean",
+        "go on sending after an error reply, as software does that ignores it; false by default",
     ),
     ("noDebug", "boolean", "ignore all breakpoints"),
     (

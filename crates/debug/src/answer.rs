@@ -50,6 +50,8 @@ pub enum Answer {
     },
     /// The image of what is kept without power.
     Flash(Vec<u8>),
+    /// What stands for the whole state.
+    Digest(u64),
     /// Buttons, switches and inputs.
     Signals(Vec<SignalView>),
     /// What led to something, going back from it.
@@ -217,6 +219,7 @@ impl fmt::Display for Answer {
                 let from = branches.iter().find(|other| other.id == parted.branch);
                 write!(f, ", from {}", from.map_or("?", |other| other.name.as_str()))
             }),
+            Answer::Digest(digest) => write!(f, "{digest:016x}"),
             Answer::Usage(usage, share) => {
                 write!(
                     f,

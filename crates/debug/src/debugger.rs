@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use serde_json::Value;
 use vimc4_catalogue::Controller;
-use vimc4_device::{Condition, Kinds, Names, Time, TimedInput};
+use vimc4_device::{Condition, Device, Kinds, Names, Time, TimedInput};
 use vimc4_timeline::{History, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
@@ -351,6 +351,17 @@ impl Debugger {
     pub fn unwatch(&mut self, number: usize) -> bool {
         let place = number.checked_sub(1).filter(|place| *place < self.watches.len());
         place.map(|place| self.watches.remove(place)).is_some()
+    }
+
+    /// A number that stands for the whole state at the present: equal states have equal ones, and others
+    /// almost always another. It is the 64-bit FNV-1a of the state as JSON.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        // Every state can be written down.
+        let written = serde_json::to_vec(&self.device().state()).unwrap_or_default();
+        written.iter().fold(0xCBF2_9CE4_8422_2325, |digest, byte| {
+            (digest ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
+        })
     }
 
     // --- bookmarks ---

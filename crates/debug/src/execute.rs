@@ -117,6 +117,7 @@ impl Debugger {
                 Ok(Answer::Queue { used: received.used, size: received.size })
             }
             "flash" => Ok(Answer::Flash(self.device().flash_image())),
+            "digest" => Ok(Answer::Digest(self.digest())),
             "why" => match About::named(rest) {
                 Some(about) => Ok(Answer::Why(self.why(about, progress)?)),
                 None => Err(missing()),

@@ -390,6 +390,16 @@ pub static TABLE: &[Directive] = &[
         group: Group::Looking,
         follows: Follows::Nothing,
     },
+    Directive {
+        name: "digest",
+        short: None,
+        arguments: "",
+        about: "show a number that stands for the whole state: equal states have equal ones",
+        more: "It is the same in every face of the debugger, so two of them can be compared.",
+        example: "digest",
+        group: Group::Looking,
+        follows: Follows::Nothing,
+    },
     // --- asking ---
     Directive {
         name: "why",

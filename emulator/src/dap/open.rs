@@ -90,7 +90,8 @@ fn open(configuration: &Configuration, progress: &mut Progress<'_>) -> Result<Op
         None => PathBuf::from(name),
     };
     match (&configuration.program, &configuration.recording) {
-        (Some(program), None) => read(configuration, path(program), progress).map(opened),
+        (Some(program), None) => read(configuration, path(program), progress)
+            .map(|program| opened(program, configuration.keep_going)),
         (None, Some(recording)) => of_recording(configuration, &path(recording)),
         (Some(_), Some(_)) => Err(Refusal::new("there is a program or a recording, not both")),
         (None, None) => Err(Refusal::new(
@@ -132,11 +133,13 @@ fn read(
 }
 
 /// A program for an editor: it is sent as one goes on.
-fn opened(program: Program) -> Opened {
+fn opened(program: Program, keeps_going: bool) -> Opened {
     let Program { name, history, mut source, pieces, start, stored, statement, .. } = program;
     source.name = absolute(Path::new(&source.name));
     let pieces = pieces.into_iter().chain(start).collect();
-    let debugger = Debugger::over(history).with_source(source).with_feed(Feed::new(pieces));
+    let feed = Feed::new(pieces);
+    let feed = if keeps_going { feed } else { feed.until_error() };
+    let debugger = Debugger::over(history).with_source(source).with_feed(feed);
     let (live, said) = (None, String::new());
     Opened { name, debugger, stored, is_file: true, statement, live, said }
 }
