@@ -44,6 +44,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/library.md", "cc ", "emulator/tests/recipes.rs"),
     ("docs/library.md", "./axis ", "emulator/tests/recipes.rs"),
     ("docs/library.md", "LD_LIBRARY_PATH=", "crates/capi/tests/c.rs"),
+    ("docs/library.md", "mcs ", "crates/capi/tests/c.rs"),
     ("docs/python.md", "pip ", "installs what is being tested; `.ci/run` does"),
     ("README.md", "python3 examples/tour.py", "a test of its own below"),
     ("", "socat ", "emulator/tests/connect"),
@@ -58,6 +59,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("docs/recordings.md", "jq ", "needs jq"),
     ("", "vimc4 record ", "waits for Ctrl-C; emulator/tests/recording.rs"),
     ("docs/connect.md", "gensiot ", "emulator/tests/connect"),
+    ("docs/connect.md", "ser2net ", "emulator/tests/connect"),
     ("docs/connect.md", "picocom ", "emulator/tests/connect"),
     ("docs/connect.md", "minicom ", "emulator/tests/connect"),
     ("docs/connect.md", "screen ", "emulator/tests/connect"),
@@ -85,13 +87,14 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
 ];
 
 /// The programs with which command lines begin in blocks that do not mark them with `$`.
-const PROGRAMS: [&str; 17] = [
+const PROGRAMS: [&str; 18] = [
     "vimc4",
     "cargo",
     "git",
     "cd",
     "socat",
     "gensiot",
+    "ser2net",
     "picocom",
     "minicom",
     "screen",

@@ -94,6 +94,28 @@ fn the_example_stops_at_step_2500() -> Outcome {
     Ok(())
 }
 
+/// Mono is asked for on Linux only, and not by everybody.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_example_in_csharp_does_so_too() -> Outcome {
+    if run("mcs", &[OsStr::new("--version")]).is_err() {
+        assert!(env::var_os("VIMC4_REQUIRE_TOOLS").is_none(), "needs mono-mcs");
+        return Ok(());
+    }
+    let folder = tempfile::tempdir()?;
+    let (program, source) =
+        (folder.path().join("stop.exe"), root().join("../../examples/csharp/stop.cs"));
+    let out = format!("-out:{}", program.display());
+    let compiled = run("mcs", &[OsStr::new("-warnaserror"), OsStr::new(&out), source.as_os_str()])?;
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    let mut mono = Command::new("mono");
+    let ran = mono.arg(&program).env("LD_LIBRARY_PATH", libraries()?).output()?;
+    let said = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(String::from_utf8_lossy(&ran.stdout), "answers 0F at step 2503\n", "{said}");
+    assert!(ran.status.success(), "{said}");
+    Ok(())
+}
+
 #[test]
 fn cxx_takes_the_header_too() -> Outcome {
     let Ok(version) = run("c++", &[OsStr::new("--version")]) else { return Ok(()) };

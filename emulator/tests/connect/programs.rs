@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -158,6 +158,14 @@ pub(crate) fn programs() -> Vec<Program> {
             rfc2217: Test("yes", gensiot),
         },
         Program {
+            name: "ser2net, as a client",
+            needs: &[("PATH=$PATH:/usr/sbin command -v ser2net", "ser2net"), SOCAT],
+            terminal: None,
+            lines: None,
+            tcp: None,
+            rfc2217: Test("yes", ser2net),
+        },
+        Program {
             name: "picocom",
             needs: &[("picocom --help", "picocom"), SCRIPT],
             terminal: Test("yes; `--lower-dtr` and `--lower-rts` end it", picocom),
@@ -279,6 +287,20 @@ fn pyserial(way: Way) -> Outcome {
 fn gensiot(way: Way) -> Outcome {
     let bench = Bench::new(way)?;
     let mut program = Typed::at(&mut bench.shell(&bench.recipe("gensiot ")?))?;
+    program.converses()?;
+    program.ends().map(drop)
+}
+
+/// What ser2net passes on is an ordinary socket, at which socat is typed.
+fn ser2net(way: Way) -> Outcome {
+    let bench = Bench::new(way)?;
+    let free = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+    let line = bench.recipe("ser2net -n ")?.replace("4005", &free.to_string());
+    let line = format!("env PATH=$PATH:/usr/sbin {line}");
+    let _passes_on = Typed::at(&mut bench.shell(&line))?;
+    // It passes on one connection at a time, so none is made only to see whether it listens.
+    let line = format!("socat - tcp:127.0.0.1:{free},retry=300,interval=0.1");
+    let mut program = Typed::at(&mut bench.shell(&line))?;
     program.converses()?;
     program.ends().map(drop)
 }
