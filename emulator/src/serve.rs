@@ -119,6 +119,9 @@ pub(crate) struct Arguments {
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
     pub(crate) json: bool,
+    /// Let happen what the rules of this file say, as docs/faults.md shows; at every controller
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scenario: Option<PathBuf>,
     /// End when standard input does: a script that starts it and is killed then leaves nothing
     /// behind
     #[arg(long)]
@@ -296,7 +299,14 @@ pub(crate) async fn start(
                 builder = builder.record_size(size);
             }
         }
-        emulators.push(builder.start()?);
+        let emulator = builder.start()?;
+        let control = emulator.control().by("--scenario");
+        emulators.push(emulator);
+        if let Some(file) = &arguments.scenario {
+            let names = control.names().await.map_err(Failure::midway)?;
+            let scenario = vimc4::scenario_file(file, &names)?;
+            control.scenario(scenario).await.map_err(Failure::midway)?;
+        }
         // Thousands take a while, during which the user may cancel.
         yield_now().await;
     }

@@ -38,6 +38,7 @@ mod handling;
 mod list;
 mod model;
 mod names;
+mod scenario;
 
 pub use axes::{all_names, axis};
 pub use controller::Controller;
@@ -47,6 +48,7 @@ pub use names::{
     Unknown, bare, machine, machine_profile, machines, model, model_profile, models, models_like,
     quirks,
 };
+pub use scenario::scenario;
 pub use vimc4_device::{Effects, MemoryError, Piece, Turn};
 pub use vimc4_plant::{Machine, Measure, ProfileError, profile_text};
 

@@ -58,10 +58,12 @@ impl Session {
         script::needs(self.family, self.steps.iter().map(|step| &step.action))
     }
 
-    /// Whether something goes wrong in it, so that it needs a controller at a line.
+    /// Whether something goes wrong in it, or a rule does something, so that it needs a controller at a
+    /// line.
     #[must_use]
     pub fn has_faults(&self) -> bool {
-        let is_fault = |step: &Step| matches!(step.action, Action::Do(Deed::Fault(_)));
+        let is_fault =
+            |step: &Step| matches!(step.action, Action::Do(Deed::Fault(_)) | Action::Rule(_));
         self.steps.iter().any(is_fault)
     }
 

@@ -6,8 +6,8 @@ use std::fmt::{self, Write as _};
 
 use vimc4_catalogue::Family;
 use vimc4_device::{
-    Course, Deed, Device, Event, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion, Names,
-    Output, OwnedInput, Time, View, show_nanos,
+    Course, Deed, Device, Event, Faulting, FlashChange, Harness, Input, Kinds, MAX_CAUSES, Motion,
+    Names, Output, OwnedInput, Ruling, Time, View, show_nanos,
 };
 
 use crate::format::Session;
@@ -226,6 +226,11 @@ impl<D: Device> Player<D> {
             Action::Wait(nanos) => return self.advance(*nanos),
             Action::Mark => self.stopwatch = self.harness.now(),
             Action::Do(deed) => return self.act(deed),
+            Action::Rule(ruling) => return self.rule(ruling),
+            Action::Reset => {
+                self.input(Input::Rule(&Ruling::EndAll));
+                self.input(Input::Fault(&Faulting::EndAll));
+            }
             Action::Restart | Action::New | Action::Store(_) => {}
             Action::Position(wanted) => {
                 let view = self.view();
@@ -433,6 +438,17 @@ impl<D: Device> Player<D> {
                 self.record.signals.extend(touched.map(|signal| signal.name.clone()));
             }
             self.input(input.as_input());
+        }
+        Ok(())
+    }
+
+    /// Begins or ends rules. What the script has read with the names of all controllers is read with
+    /// those of this one.
+    fn rule(&mut self, ruling: &Ruling) -> Result<(), Mismatch> {
+        let words = vimc4_catalogue::all_names().write_ruling(ruling);
+        match Names::of(self.harness.device()).read_ruling(&words) {
+            Ok(ruling) => self.input(Input::Rule(&ruling)),
+            Err(error) => return mismatch(words, error.to_string()),
         }
         Ok(())
     }

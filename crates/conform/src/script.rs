@@ -3,7 +3,7 @@
 use std::fmt;
 
 use vimc4_catalogue::{Effects, Family};
-use vimc4_device::{Deed, Order, Sort, Verb, parse_duration, unescape_first};
+use vimc4_device::{Deed, Order, Ruling, Sort, Verb, parse_duration, unescape_first};
 
 /// One line of a script.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,6 +36,11 @@ pub enum Action {
     /// `set`, `press`, `hold`, `release`, `cover open`, `input 0.3 1`, `power off`: something is
     /// done at the machine, in the words of the orders to a running emulator.
     Do(Deed),
+    /// `when x > 1000: press stop`, `at 2s: power off for 100ms`, `rule end all`: from now on a rule
+    /// does something, said as people say it to an emulator that runs.
+    Rule(Ruling),
+    /// `reset`: all rules and all faults end.
+    Reset,
     /// `store pattern.cnc`: every line of that program is sent and answered 0. It stands for the
     /// actions that [`store`] makes of its text.
     Store(String),
@@ -170,7 +175,7 @@ pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
         "baud" => Action::Baud(number(rest)?),
         "warning" => Action::Warning(rest.to_owned()),
         "why" => Action::Why(rest.to_owned()),
-        _ => Action::Do(deed(text)?),
+        _ => ordered(text)?,
     };
     if matches!(word, "mark" | "restart") && !rest.is_empty() {
         return Err(ScriptError::new(
@@ -212,6 +217,8 @@ pub fn needs<'a>(family: Family, actions: impl IntoIterator<Item = &'a Action>) 
                     effects = effects.and(family.effects_of_signal(name));
                 }
             }
+            // A rule sees what happens inside.
+            Action::Rule(_) | Action::Reset => (needs.operator, needs.view) = (true, true),
             Action::Position(_)
             | Action::Carriage(_)
             | Action::Port { .. }
@@ -300,11 +307,13 @@ fn unescape(text: &str) -> Result<Vec<u8>, ScriptError> {
     Ok(bytes)
 }
 
-/// An act at the machine. Whether the controller in question has the signal is checked during play;
-/// here any controller's signals are accepted.
-fn deed(text: &str) -> Result<Deed, ScriptError> {
+/// An act at the machine, or a rule. Whether the controller in question has the signal is checked
+/// during play; here any controller's signals are accepted.
+fn ordered(text: &str) -> Result<Action, ScriptError> {
     match Order::read(text, vimc4_catalogue::all_names()) {
-        Ok(Some(Order::Do(deed))) => Ok(deed),
+        Ok(Some(Order::Do(deed))) => Ok(Action::Do(deed)),
+        Ok(Some(Order::Rule(ruling))) => Ok(Action::Rule(ruling)),
+        Ok(Some(Order::Reset)) => Ok(Action::Reset),
         Err(error) if error.at() > 0 => Err(ScriptError { message: error.to_string() }),
         _ => {
             let word = text.split(' ').next().unwrap_or_default();

@@ -627,7 +627,9 @@ impl Debugger {
                 self.told(stop)
             }
             Some(Order::Position) => Ok(self.whereabouts()),
-            Some(Order::Faults) => Err(DebugError::new(WITHOUT_LINE)),
+            Some(Order::Faults | Order::Rules | Order::Reset | Order::Rule(_)) => {
+                Err(DebugError::new(WITHOUT_LINE))
+            }
             Some(Order::Signals) => Ok(Answer::Signals(self.device().view(self.now()).signals)),
             Some(Order::Help(None)) => Ok(self.helped()),
             Some(Order::Help(Some(verb))) => Ok(Answer::Deeds(typed(verb).collect())),
@@ -677,7 +679,20 @@ fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
 
 /// Whether a verb has no use where nothing runs by itself, or consists of several steps.
 fn is_elsewhere(verb: Verb) -> bool {
-    matches!(verb, Verb::Cancel | Verb::Erase | Verb::Fault | Verb::Faults)
+    matches!(
+        verb,
+        Verb::Cancel
+            | Verb::Erase
+            | Verb::Fault
+            | Verb::Faults
+            | Verb::When
+            | Verb::While
+            | Verb::At
+            | Verb::Every
+            | Verb::Rule
+            | Verb::Rules
+            | Verb::Reset
+    )
 }
 
 fn unknown(word: &str) -> DebugError {

@@ -202,6 +202,7 @@ impl fmt::Display for Said<'_> {
                     Event::Flash { what } => write!(f, "flash memory: {what}"),
                     Event::Baud { baud } => write!(f, "{baud} bit/s"),
                     Event::Fault { number, news } => write!(f, "fault {number} {news}"),
+                    Event::Rule { rule, news } => write!(f, "rule {rule} {news}"),
                     Event::Warning(warning) => write!(f, "warning: {warning}"),
                     other => write!(f, "{other:?}"),
                 }?;

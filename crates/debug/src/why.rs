@@ -471,6 +471,9 @@ impl Debugger {
             OwnedInput::Fault(faulting) => {
                 format!("fault {}", Names::of(self.device()).write_faulting(faulting))
             }
+            OwnedInput::Rule(ruling) => {
+                format!("rule {}", Names::of(self.device()).write_ruling(ruling))
+            }
             OwnedInput::Wake => "time passed".to_owned(),
         }
     }

@@ -68,7 +68,7 @@ impl Device for Lamp {
                 }
             }
             Input::Power(_) => self.state.until = None,
-            Input::Signal(..) | Input::Fault(_) | Input::Wake => {}
+            Input::Signal(..) | Input::Fault(_) | Input::Rule(_) | Input::Wake => {}
         }
     }
 

@@ -6,7 +6,7 @@ use std::fmt;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Course, FaultNews, FaultNumber, Grouped, Point, Segment, SignalId};
+use crate::{Course, FaultNews, FaultNumber, Grouped, Point, RuleId, RuleNews, Segment, SignalId};
 
 /// Something that happened inside a device. It comes with the model time at which it happened.
 ///
@@ -109,6 +109,13 @@ pub enum Event {
         /// What happened to it.
         news: FaultNews,
     },
+    /// A rule of a scenario has begun, acted or ended.
+    Rule {
+        /// Which.
+        rule: RuleId,
+        /// What there is to tell of it.
+        news: RuleNews,
+    },
     // --- warning ---
     /// Something was lost or assumed.
     Warning(Warning),
@@ -130,7 +137,7 @@ impl Event {
             Event::Port { .. } => Kinds::PORT,
             Event::Flash { .. } => Kinds::FLASH,
             Event::Baud { .. } => Kinds::LINE,
-            Event::Fault { .. } => Kinds::FAULT,
+            Event::Fault { .. } | Event::Rule { .. } => Kinds::FAULT,
             Event::Warning(_) => Kinds::WARNING,
             Event::Course(_) => Kinds::COURSE,
         }
@@ -328,7 +335,7 @@ impl Kinds {
     pub const WARNING: Kinds = Kinds(1 << 7);
     /// Signals of the outside world.
     pub const SIGNAL: Kinds = Kinds(1 << 8);
-    /// Faults.
+    /// Faults, and the rules of scenarios.
     pub const FAULT: Kinds = Kinds(1 << 9);
     /// What commands find and what stops them, for coverage. It adds nothing to what the other events
     /// tell people, so it is not in [`ALL`](Kinds::ALL).

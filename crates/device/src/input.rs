@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 
-use crate::{Faulting, SignalId, Time};
+use crate::{Faulting, Ruling, SignalId, Time};
 
 /// Something that happens to a device from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,8 @@ pub enum Input<'a> {
     Power(bool),
     /// A [fault](crate::Fault) begins or ends. A device that knows no such fault does nothing.
     Fault(&'a Faulting),
+    /// A [scenario](crate::Scenario) begins or ends. Only a [`Line`](crate::Line) acts on it.
+    Rule(&'a Ruling),
     /// Only time has passed: perform what is due. Always allowed, never needed before the wake-up
     /// time that the device asked for.
     Wake,
@@ -41,6 +43,8 @@ pub enum OwnedInput {
     Power(bool),
     /// See [`Input::Fault`].
     Fault(Faulting),
+    /// See [`Input::Rule`].
+    Rule(Ruling),
     /// See [`Input::Wake`].
     Wake,
 }
@@ -54,6 +58,7 @@ impl OwnedInput {
             OwnedInput::Signal(id, value) => Input::Signal(*id, *value),
             OwnedInput::Power(on) => Input::Power(*on),
             OwnedInput::Fault(faulting) => Input::Fault(faulting),
+            OwnedInput::Rule(ruling) => Input::Rule(ruling),
             OwnedInput::Wake => Input::Wake,
         }
     }
@@ -66,6 +71,7 @@ impl From<Input<'_>> for OwnedInput {
             Input::Signal(id, value) => OwnedInput::Signal(id, value),
             Input::Power(on) => OwnedInput::Power(on),
             Input::Fault(faulting) => OwnedInput::Fault(faulting.clone()),
+            Input::Rule(ruling) => OwnedInput::Rule(ruling.clone()),
             Input::Wake => OwnedInput::Wake,
         }
     }

@@ -22,6 +22,7 @@ mod model;
 mod outbox;
 mod output;
 mod run;
+mod scenario;
 mod signal;
 mod text;
 mod verb;
@@ -50,11 +51,15 @@ pub use model::{MemoryError, Model};
 pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
+pub use scenario::{
+    Act, Awaits, Cue, Lasts, Rule, RuleError, RuleId, RuleNews, RulePart, RuleStage, RuleView,
+    Ruling, Scenario, ScenarioNumber, Trigger,
+};
 pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said, unescape, unescape_first};
 pub use verb::{
     Completion, Deed, DeedError, Form, Order, OrderError, Sort, Verb, faults_in_words,
-    position_in_words,
+    position_in_words, rules_in_words,
 };
 pub use view::{Activity, AxisView, Cause, Fill, PortView, SignalView, TimerView, View, WaitsFor};
 pub use vimc4_motion::{AXES, Path, Point, Running, Segment, Time};

@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 
 use crate::facts::{Facts, first, lapse};
 use crate::{
-    AXES, Activity, Condition, Event, Fact, FaultView, Input, Kinds, Output, Point, Running,
-    Signal, SignalId, Time, View,
+    AXES, Activity, Condition, Event, Fact, FaultView, Input, Kinds, Output, Point, RuleView,
+    Running, Signal, SignalId, Time, View,
 };
 
 /// How many causes a forecast follows before it gives up, so that it ends even for something that
@@ -178,6 +178,11 @@ pub trait Device {
 
     /// The faults that it has, in the order of their numbers.
     fn faults(&self) -> Vec<FaultView> {
+        Vec::new()
+    }
+
+    /// The rules of scenarios that it has, in the order of their numbers.
+    fn rules(&self) -> Vec<RuleView> {
         Vec::new()
     }
 

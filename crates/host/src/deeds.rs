@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use vimc4_device::{Device, Faulting, Input, Kinds, SignalId, Time};
+use vimc4_device::{Device, Faulting, Input, Kinds, Ruling, SignalId, Time};
 
 use crate::drive::Drive;
 use crate::report::{Deed, Effect, News, Source};
@@ -22,17 +22,32 @@ pub(crate) fn act<D: Device + Clone>(
     if told {
         rig.tell_news(at, News::Deed { by: by.clone(), deed: deed.clone() });
     }
-    let changed = changes(rig, by, inputs, at);
-    rig.disappoint();
-    if changed {
-        return Effect::Something;
-    }
-    let why = why_without_effect(&rig.device, inputs, at);
-    if told {
+    let effect = effect(rig, by, inputs, at);
+    if told && let Effect::Nothing { why } = effect {
         let by = by.clone();
         rig.tell_news(at, News::NoEffect { by, deed, why: why.map(Cow::Borrowed) });
     }
-    Effect::Nothing { why }
+    effect
+}
+
+/// Gives the device inputs that are no deed: it tells of their effect itself.
+pub(crate) fn give<D: Device + Clone>(
+    drive: &mut Drive<D>,
+    by: &Source,
+    inputs: &[Input<'_>],
+) -> Effect {
+    let at = drive.catch_up_to_present();
+    drive.rig.pass_time(at);
+    effect(&mut drive.rig, by, inputs, at)
+}
+
+fn effect<D: Device>(rig: &mut Rig<D>, by: &Source, inputs: &[Input<'_>], at: Time) -> Effect {
+    let changed = changes(rig, by, inputs, at);
+    rig.disappoint();
+    match changed {
+        true => Effect::Something,
+        false => Effect::Nothing { why: why_without_effect(&rig.device, inputs, at) },
+    }
 }
 
 /// Something happens to the device, of which all that is due by then has been done. Returns
@@ -66,6 +81,9 @@ fn why_without_effect<D: Device>(
         [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
         [Input::Fault(Faulting::End(_))] => Some("there is no such fault"),
         [Input::Fault(Faulting::EndAll)] => Some("nothing is wrong"),
+        [Input::Rule(Ruling::End(_))] => Some("there is no such rule"),
+        [Input::Rule(Ruling::EndAll)] => Some("there are no rules"),
+        [Input::Rule(Ruling::EndAll), ..] => Some("there are no rules, and nothing is wrong"),
         // Of several things each may have undone the one before: the first reason that there is.
         _ => inputs
             .iter()

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use tokio::sync::{mpsc, oneshot};
 use vimc4_device::{
-    Condition, Deed, Device, Fault, FaultNumber, Faulting, OwnedInput, Signal, Time, View,
+    Condition, Deed, Device, Fault, FaultNumber, Faulting, Input, OwnedInput, Ruling, Scenario,
+    ScenarioNumber, Signal, Time, View,
 };
 
 use crate::breakpoints::BreakpointView;
@@ -138,6 +139,37 @@ impl<D: Device + Clone + 'static> Handle<D> {
             let numbers = runner.device().faults().into_iter().map(|view| view.number);
             let numbers = numbers.filter(|number| *number != FaultNumber::TERMINAL);
             Ok(numbers.max().unwrap_or_default())
+        })
+    }
+
+    /// A scenario begins now, with the number that comes back.
+    pub fn scenario(&self, scenario: Scenario) -> Pending<ScenarioNumber> {
+        let by = self.source();
+        self.with(move |runner| {
+            if scenario.rules.is_empty() {
+                return Ok(ScenarioNumber::NEXT);
+            }
+            let ruling = Ruling::Begin(ScenarioNumber::NEXT, scenario);
+            runner.do_to(&by, &[Input::Rule(&ruling)]);
+            // It has the highest number, for it is the latest.
+            let numbers = runner.device().rules().into_iter().map(|view| view.id.scenario);
+            Ok(numbers.max().unwrap_or_default())
+        })
+    }
+
+    /// The scenario of this number ends, or all do.
+    pub fn end_scenarios(&self, number: Option<ScenarioNumber>) -> Pending<Effect> {
+        let by = self.source();
+        let ruling = number.map_or(Ruling::EndAll, Ruling::End);
+        self.with(move |runner| Ok(runner.do_to(&by, &[Input::Rule(&ruling)])))
+    }
+
+    /// All scenarios and all faults end.
+    pub fn reset(&self) -> Pending<Effect> {
+        let by = self.source();
+        self.with(move |runner| {
+            let inputs = [Input::Rule(&Ruling::EndAll), Input::Fault(&Faulting::EndAll)];
+            Ok(runner.do_to(&by, &inputs))
         })
     }
 

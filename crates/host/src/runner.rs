@@ -203,6 +203,10 @@ impl<D: Device + Clone + 'static> Runner<D> {
         deeds::act(&mut self.drive, by, deed, inputs)
     }
 
+    pub(crate) fn do_to(&mut self, by: &Source, inputs: &[Input<'_>]) -> Effect {
+        deeds::give(&mut self.drive, by, inputs)
+    }
+
     pub(crate) fn set_out(&mut self, by: Source, destination: Destination, ticket: Ticket) {
         self.drive.set_out(by, destination, ticket);
     }

@@ -74,7 +74,7 @@ impl Device for Controller {
             }
             Input::Power(on) => self.0.power(on),
             Input::Fault(faulting) => self.0.fault(faulting),
-            Input::Wake => {}
+            Input::Rule(_) | Input::Wake => {}
         }
     }
 

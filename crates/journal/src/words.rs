@@ -50,6 +50,7 @@ impl Words {
             Event::CutShort { why, .. } => format!("        cut short: {why}"),
             Event::Flash { what } => format!("flash: {what}"),
             Event::Fault { number, news } => format!("fault {number} {news}"),
+            Event::Rule { rule, news } => format!("rule {rule} {news}"),
             Event::Baud { baud } => format!("line: {baud} baud"),
             Event::Warning(warning) => format!("warning: {warning}"),
             _ => return None,

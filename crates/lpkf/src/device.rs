@@ -25,7 +25,7 @@ impl Device for Controller {
             Input::Signal(id, value) => self.signal(id, value),
             Input::Power(on) => self.power(on),
             Input::Fault(faulting) => self.fault(faulting),
-            Input::Wake => {}
+            Input::Rule(_) | Input::Wake => {}
         }
     }
 

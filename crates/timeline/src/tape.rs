@@ -1,6 +1,6 @@
 //! The inputs of a branch, packed.
 
-use vimc4_device::{Faulting, Input, SignalId, Time};
+use vimc4_device::{Faulting, Input, Ruling, SignalId, Time};
 
 /// The inputs of a branch with their times, in order. Their contents are stored one after the
 /// other, so a million commands take some 30 MB.
@@ -9,6 +9,7 @@ pub(crate) struct Tape {
     entries: Vec<Entry>,
     bytes: Vec<u8>,
     faults: Vec<Faulting>,
+    rulings: Vec<Ruling>,
 }
 
 /// An input. Its bytes follow those of the input before it on the tape.
@@ -28,6 +29,8 @@ impl Entry {
     /// The index of a fault on the tape.
     const FAULT: u64 = 3;
     const WAKE: u64 = 4;
+    /// Which one of what is done about scenarios.
+    const RULE: u64 = 5;
 
     fn end(self) -> usize {
         (self.end & ((1 << Entry::SORT) - 1)) as usize
@@ -61,6 +64,11 @@ impl Tape {
                 self.faults.push(faulting.clone());
                 Entry::FAULT
             }
+            Input::Rule(ruling) => {
+                self.bytes.extend(self.rulings.len().to_le_bytes());
+                self.rulings.push(ruling.clone());
+                Entry::RULE
+            }
             Input::Wake => Entry::WAKE,
         };
         self.entries.push(Entry { at, end: sort << Entry::SORT | self.bytes.len() as u64 });
@@ -83,6 +91,9 @@ impl Tape {
             Entry::FAULT => {
                 Input::Fault(self.faults.get(usize::from_le_bytes(own.try_into().ok()?))?)
             }
+            Entry::RULE => {
+                Input::Rule(self.rulings.get(usize::from_le_bytes(own.try_into().ok()?))?)
+            }
             _ => Input::Wake,
         };
         Some((entry.at, input))
@@ -92,17 +103,24 @@ impl Tape {
     pub(crate) fn size(&self) -> u64 {
         let entries = self.entries.capacity() * size_of::<Entry>();
         let faults = self.faults.capacity() * size_of::<Faulting>();
-        (entries + self.bytes.capacity() + faults) as u64
+        let rulings = self.rulings.capacity() * size_of::<Ruling>();
+        (entries + self.bytes.capacity() + faults + rulings) as u64
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use vimc4_device::ScenarioNumber;
+
     use super::*;
 
     #[test]
     fn inputs_of_every_sort_come_back_by_their_numbers() {
+        let (end, all) = (Ruling::End(ScenarioNumber(3)), Ruling::EndAll);
         let inputs = [
+            Input::Rule(&end),
+            Input::Rule(&all),
+            Input::Fault(&Faulting::EndAll),
             Input::Wake,
             Input::Bytes(b"@07\r"),
             Input::Signal(SignalId(u16::MAX), i32::MIN),
@@ -119,6 +137,6 @@ mod tests {
         for (number, input) in (0..).zip(inputs) {
             assert_eq!(tape.get(number), Some((Time::from_secs(number), input)));
         }
-        assert_eq!((tape.get(8), tape.len()), (None, 8));
+        assert_eq!((tape.get(11), tape.len()), (None, 11));
     }
 }

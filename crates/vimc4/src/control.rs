@@ -6,7 +6,7 @@ use std::time::Duration;
 use vimc4_catalogue::{Controller, Details, Family, Machine, Model, State};
 use vimc4_device::{
     Condition, Deed, Device, Event, Fault, FaultNumber, FaultView, Faulting, Line, LineState,
-    Names, OwnedInput, Signal, Stamp, Time,
+    Names, OwnedInput, RuleView, Scenario, ScenarioNumber, Signal, Stamp, Time,
 };
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, Effect, Handle, HostLines, Journey, MemoryPort,
@@ -347,6 +347,31 @@ impl Control {
     /// The present faults, and how often each has struck.
     pub fn faults(&self) -> Pending<Vec<FaultView>> {
         self.handle.with(|runner| Ok(runner.device().faults()))
+    }
+
+    /// Things happen from now on as rules say, with the number that comes back.
+    pub fn scenario(&self, scenario: impl Into<Scenario>) -> Pending<ScenarioNumber> {
+        self.handle.scenario(scenario.into())
+    }
+
+    /// The scenario of this number ends, if there is one: what its rules hold is set back.
+    pub fn end_scenario(&self, number: ScenarioNumber) -> Pending<Effect> {
+        self.handle.end_scenarios(Some(number))
+    }
+
+    /// All scenarios end.
+    pub fn end_scenarios(&self) -> Pending<Effect> {
+        self.handle.end_scenarios(None)
+    }
+
+    /// All scenarios and all faults end, no matter how they were started.
+    pub fn reset(&self) -> Pending<Effect> {
+        self.handle.reset()
+    }
+
+    /// The rules of the present scenarios, and how often each has acted.
+    pub fn rules(&self) -> Pending<Vec<RuleView>> {
+        self.handle.with(|runner| Ok(runner.device().rules()))
     }
 
     /// The present state.

@@ -10,7 +10,10 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vimc4_catalogue::Model;
-use vimc4_device::{Condition, Event, FaultNumber, FaultView, Names, Order, Signal, Stamp, Time};
+use vimc4_device::{
+    Condition, Event, FaultNumber, FaultView, Names, Order, RuleView, Scenario, ScenarioNumber,
+    Signal, Stamp, Time,
+};
 use vimc4_host::{
     BreakpointId, BreakpointView, ControlError, MemoryPort, Pause, RunError, Step, Worker, block_on,
 };
@@ -24,8 +27,10 @@ use crate::control::{Control, Snapshot, View};
 use crate::error::Error;
 use crate::expect::Live;
 use crate::fault::{AnyFault, FaultHandle};
+use crate::profiles::scenario_file;
 use crate::record::HostCommand;
 use crate::recording::RecordingFile;
+use crate::scenario::{AnyScenario, ScenarioHandle};
 
 /// A virtual controller that runs until it is dropped, in a thread of its own or one that it
 /// shares with [others](crate::Builder::on).
@@ -415,6 +420,83 @@ impl Emulator {
     /// If the emulator has ended.
     pub fn end_faults(&self) -> Result<(), Error> {
         self.control.end_faults().wait()?;
+        Ok(())
+    }
+
+    /// Things happen from now on as rules say, and until the handle is dropped: then what they have
+    /// changed is set back.
+    ///
+    /// ```
+    /// use std::io::{Read, Write};
+    /// use vimc4::{Clock, Emulator};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let emu = Emulator::builder().machine("bench").time(Clock::Instant).start()?;
+    /// let mut port = emu.connect()?;
+    /// let stops = emu.scenario("rule once when x > 100: press stop")?;
+    /// port.write_all(b"@01\r@0A1000,900\r")?;
+    /// let mut answers = [0; 2];
+    /// port.read_exact(&mut answers)?;
+    /// assert_eq!(&answers, b"0F");
+    /// assert_eq!(stops.acted()?, 1);
+    /// drop(stops);
+    /// assert!(emu.rules()?.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If the words describe no rules, or the emulator has ended.
+    pub fn scenario(&self, scenario: impl Into<AnyScenario>) -> Result<ScenarioHandle, Error> {
+        let scenario = match scenario.into() {
+            AnyScenario::Scenario(scenario) => scenario,
+            AnyScenario::Words(words) => {
+                let names = self.names()?;
+                let lines = words.lines().map(str::trim).filter(|line| !line.is_empty());
+                let rules = lines.map(|line| names.read_rule(line)).collect::<Result<_, _>>()?;
+                Scenario { rules }
+            }
+        };
+        let number = self.control.scenario(scenario).wait()?;
+        Ok(ScenarioHandle::new(self.control.clone(), number))
+    }
+
+    /// The same with the rules of a [file](crate::scenario_file).
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be read, something in it is no rule, or the emulator has ended.
+    pub fn scenario_file(&self, path: impl AsRef<Path>) -> Result<ScenarioHandle, Error> {
+        self.scenario(scenario_file(path, &self.names()?)?)
+    }
+
+    /// The rules of the present scenarios, and how often each has acted.
+    ///
+    /// # Errors
+    ///
+    /// If the emulator has ended.
+    pub fn rules(&self) -> Result<Vec<RuleView>, Error> {
+        Ok(self.control.rules().wait()?)
+    }
+
+    /// Ends the scenario of this number, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// If the emulator has ended.
+    pub fn end_scenario(&self, number: ScenarioNumber) -> Result<(), Error> {
+        self.control.end_scenario(number).wait()?;
+        Ok(())
+    }
+
+    /// Ends all scenarios and all faults, no matter how they were started.
+    ///
+    /// # Errors
+    ///
+    /// If the emulator has ended.
+    pub fn reset(&self) -> Result<(), Error> {
+        self.control.reset().wait()?;
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 use vimc4_catalogue::{MemoryError, ProfileError, Unknown};
-use vimc4_device::FaultError;
+use vimc4_device::{FaultError, RuleError};
 use vimc4_host::{ControlError, FlashFileError, RunError, TcpError};
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyError};
@@ -49,6 +49,17 @@ pub enum Error {
     /// The words describe no fault.
     #[error(transparent)]
     Fault(#[from] FaultError),
+    /// A scenario cannot be read.
+    #[error("cannot read the scenario {path}: {source}; check the name of the file", path = .path.display())]
+    ScenarioFile {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The words describe no rule.
+    #[error(transparent)]
+    Rule(#[from] RuleError),
     /// The given text is not an address.
     #[error(
         "`{address}` is not an address: {source}; write host:port, as in 127.0.0.1:4004 or \

@@ -40,6 +40,7 @@
 //! | ask what the host did | [`Emulator::commands`], [`Emulator::journal`], [`Emulator::position`], [`Emulator::view`] |
 //! | say what it has to do, in which order, how often, never | [`Emulator::expect`] |
 //! | lose, garble, delay bytes, or cut the cable | [`Emulator::fault`] |
+//! | press, switch off and break things when something else happens | [`Emulator::scenario`] |
 //! | await instead of block | [`Emulator::control`] |
 //! | hold the controller while its host is connected, at breakpoints or by hand, and lead it step by step | [`Emulator::pause`], [`Emulator::break_when`], [`Emulator::step`], [`Control`] |
 //! | try several things from the same point | [`Emulator::snapshot`], [`Emulator::restore`] |
@@ -55,6 +56,7 @@ mod order;
 mod profiles;
 mod record;
 mod recording;
+mod scenario;
 
 pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};
@@ -63,11 +65,12 @@ pub use error::{Error, ProfileFileError};
 pub use expect::{Live, Watched};
 pub use fault::{AnyFault, FaultHandle};
 pub use order::Outcome;
-pub use profiles::{machine, machine_profile, model, model_profile};
+pub use profiles::{machine, machine_profile, model, model_profile, scenario_file};
 pub use record::HostCommand;
 pub use recording::{
     OnError, RecordingError, RecordingFile, pack, recording_head, unpack, unpacking,
 };
+pub use scenario::{AnyScenario, ScenarioHandle};
 #[cfg(feature = "lpkf")]
 pub use vimc4_catalogue::lpkf;
 pub use vimc4_catalogue::{
@@ -75,11 +78,13 @@ pub use vimc4_catalogue::{
     bare, isel, machines, models, models_like, quirks,
 };
 pub use vimc4_device::{
-    AXES, Activity, Awaited, AxisView, BadByte, Cause, Chance, CommandNumber, Completion,
-    Condition, ConditionError, Damage, Deed, DeedError, Event, Fault, FaultError, FaultNews,
-    FaultNumber, FaultStage, FaultView, Faulting, Fill, Garbling, Kinds, LineFault, Motion, Names,
-    NotADuration, Order, OrderError, Point, PortView, Signal, SignalKind, SignalView, Sort, Stamp,
-    Strike, Time, TimerView, Verb, WaitsFor, Warning, Way, When, escape, parse_duration,
+    AXES, Act, Activity, Awaited, Awaits, AxisView, BadByte, Cause, Chance, CommandNumber,
+    Completion, Condition, ConditionError, Cue, Damage, Deed, DeedError, Event, Fault, FaultError,
+    FaultNews, FaultNumber, FaultStage, FaultView, Faulting, Fill, Garbling, Kinds, Lasts,
+    LineFault, Motion, Names, NotADuration, Order, OrderError, Point, PortView, Rule, RuleError,
+    RuleId, RuleNews, RuleStage, RuleView, Ruling, Scenario, ScenarioNumber, Signal, SignalKind,
+    SignalView, Sort, Stamp, Strike, Time, TimerView, Trigger, Verb, WaitsFor, Warning, Way, When,
+    escape, parse_duration,
 };
 pub use vimc4_host::{
     BreakpointId, BreakpointView, Clients, Clock, ClockError, ControlError, Effect, HostLines,

@@ -3,7 +3,7 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use vimc4_device::{Condition, Order, faults_in_words, position_in_words};
+use vimc4_device::{Condition, Order, Ruling, faults_in_words, position_in_words, rules_in_words};
 use vimc4_host::{ControlError, Effect};
 
 use crate::control::Control;
@@ -66,6 +66,18 @@ impl Control {
             Order::Faults => {
                 let (names, faults) = (self.names(), self.faults());
                 Box::pin(async move { Ok(faults_in_words(&faults.await?, &names.await?)) })
+            }
+            Order::Rule(Ruling::Begin(_, scenario)) => {
+                answer(self.scenario(scenario.clone()), |number| format!("ok, rule {number}"))
+            }
+            Order::Rule(Ruling::End(number)) => {
+                answer(self.end_scenario(*number), |effect| said(&effect))
+            }
+            Order::Rule(Ruling::EndAll) => answer(self.end_scenarios(), |effect| said(&effect)),
+            Order::Reset => answer(self.reset(), |effect| said(&effect)),
+            Order::Rules => {
+                let (names, rules) = (self.names(), self.rules());
+                Box::pin(async move { Ok(rules_in_words(&rules.await?, &names.await?)) })
             }
             Order::Signals => answer(self.names(), |names| names.list()),
             Order::Help(None) => answer(self.names(), |names| names.help()),

@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use vimc4_catalogue::{Machine, Model, ProfileError, Unknown};
 
+use vimc4_device::{Names, Scenario};
+
 use crate::error::{Error, ProfileFileError};
 
 /// No profile is as large as this.
@@ -49,6 +51,26 @@ pub fn machine_profile(name: &str) -> Result<&'static str, Error> {
     Ok(vimc4_catalogue::machine_profile(name)?)
 }
 
+/// The scenario in a file, for a controller with these names: TOML, a table for each rule.
+///
+/// ```toml
+/// [[rule]]
+/// name = "slips"          # what other rules call it, if any do
+/// when = "x > 1000"       # or `at`, `every`, `while`
+/// times = 1               # no more often than this
+/// do = "fault jam x for 20ms; press stop"
+/// ```
+///
+/// # Errors
+///
+/// If the file cannot be read, or something in it is no rule.
+pub fn scenario_file(path: impl AsRef<Path>, names: &Names) -> Result<Scenario, Error> {
+    let path = path.as_ref();
+    let text = read(path);
+    let text = text.map_err(|source| Error::ScenarioFile { path: path.to_owned(), source })?;
+    parse_file("scenario", path, text, |text| vimc4_catalogue::scenario(text, names))
+}
+
 /// What has no name that is built in may be the name of a file.
 fn read_as<T>(
     unknown: Unknown,
@@ -61,6 +83,15 @@ fn read_as<T>(
         return Err(unknown.into());
     }
     let text = read(path).map_err(|source| Error::File { what, path: path.to_owned(), source })?;
+    parse_file(what, path, text, parse)
+}
+
+fn parse_file<T>(
+    what: &'static str,
+    path: &Path,
+    text: String,
+    parse: impl Fn(&str) -> Result<T, ProfileError>,
+) -> Result<T, Error> {
     parse(&text).map_err(|error| {
         Error::Profile(Box::new(ProfileFileError {
             what,

@@ -102,6 +102,50 @@ fn each_verb_does_what_it_says() {
                 assert_eq!(give("fault end all"), "ok");
                 assert!(emu.faults().unwrap().is_empty());
             }
+            Verb::When | Verb::While | Verb::At | Verb::Every | Verb::Rule => {
+                let rule = match verb {
+                    Verb::When => "when command @A: hold stop",
+                    Verb::While => "while x >= 0: hold stop",
+                    Verb::At => "at 20ms: hold stop",
+                    Verb::Every => "every 20ms: hold stop for 5ms",
+                    _ => "rule it once when idle: hold stop until at 50ms",
+                };
+                assert_eq!(give(rule), "ok, rule 1");
+                let mut port = emu.connect().unwrap();
+                port.write_all(b"@01\r@0A5,900\r").unwrap();
+                emu.advance(Duration::from_millis(20)).unwrap();
+                assert_eq!(signal("stop"), Some(1), "{rule}");
+                assert_eq!(give("rule end 1"), "ok");
+                assert_eq!(signal("stop"), Some(0), "{rule}");
+                assert_eq!(give("rule end 1"), "ok, without effect: there is no such rule");
+                assert_eq!(give("rule end all"), "ok, without effect: there are no rules");
+            }
+            Verb::Reset => {
+                give("fault drop to-host");
+                give("at 5ms: hold stop");
+                emu.advance(Duration::from_millis(20)).unwrap();
+                assert_eq!(give("reset"), "ok");
+                assert_eq!(signal("stop"), Some(0));
+                assert!(emu.faults().unwrap().is_empty() && emu.rules().unwrap().is_empty());
+                assert_eq!(
+                    give("reset"),
+                    "ok, without effect: there are no rules, and nothing is wrong"
+                );
+            }
+            Verb::Rules => {
+                assert_eq!(give("rules"), "there are no rules");
+                give("when answered: hold stop");
+                give("rule later once at 1s: power off for 100ms; fault jam x");
+                let mut port = emu.connect().unwrap();
+                port.write_all(b"@01\r").unwrap();
+                emu.advance(Duration::ZERO).unwrap();
+                assert_eq!(
+                    give("rules"),
+                    "1     holds, acted once         when answered: hold stop\n\
+                     2     waits, acted 0 times      rule later once at 1s: power off for 100ms; \
+                     fault jam x"
+                );
+            }
             Verb::Faults => {
                 assert_eq!(give("faults"), "nothing is wrong");
                 give("fault garble into ? to-host");

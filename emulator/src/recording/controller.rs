@@ -233,6 +233,10 @@ pub(super) fn known(names: &Names, given: &Given) -> Result<OwnedInput, String> 
             let faulting = names.read_faulting(words);
             Ok(OwnedInput::Fault(faulting.map_err(|error| format!("fault {error}"))?))
         }
+        Given::Rule(words) => {
+            let ruling = names.read_ruling(words);
+            Ok(OwnedInput::Rule(ruling.map_err(|error| format!("rule {error}"))?))
+        }
         Given::Bytes(bytes) => Ok(OwnedInput::Bytes(bytes.clone())),
         Given::Power(on) => Ok(OwnedInput::Power(*on)),
         Given::Wait => Ok(OwnedInput::Wake),

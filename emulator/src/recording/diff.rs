@@ -134,6 +134,7 @@ fn input(entry: &Entry) -> String {
             format!("power {}", if *on { "on" } else { "off" })
         }
         What::Given { given: Given::Fault(words), .. } => format!("fault {words}"),
+        What::Given { given: Given::Rule(words), .. } => format!("rule {words}"),
         What::Given { given: Given::Wait, .. } => "time passes".to_owned(),
         _ => "it is put into a state".to_owned(),
     };

@@ -162,7 +162,10 @@ fn scripts<D: twins::Family>(session: &Session, setup: Setup) -> Vec<Vec<u8>> {
                         let value = (*value).clamp(i8::MIN.into(), i8::MAX.into()) as i8;
                         then(Operation::Signal(place.unwrap_or(signals.len()) as u8, value));
                     }
-                    OwnedInput::Bytes(_) | OwnedInput::Fault(_) | OwnedInput::Wake => {}
+                    OwnedInput::Bytes(_)
+                    | OwnedInput::Fault(_)
+                    | OwnedInput::Rule(_)
+                    | OwnedInput::Wake => {}
                 }),
                 Err(_) => then(Operation::Signal(signals.len() as u8, 1)),
             },

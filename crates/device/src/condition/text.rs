@@ -41,7 +41,7 @@ const DEEPEST: u32 = 32;
 const SHOWN: usize = 80;
 
 /// The words with a meaning of their own where a text could stand.
-const RESERVED: [&str; 5] = ["and", "or", "then", "while", "error"];
+const RESERVED: [&str; 6] = ["and", "or", "then", "while", "until", "error"];
 
 /// The names that conditions use for the axes and the signals of a device.
 ///
@@ -810,6 +810,7 @@ fn happening(
     let bare = is_known(text)
         && !text.is_empty()
         && text.chars().all(|c| c.is_ascii_graphic() && is_of_word(c))
+        && !text.ends_with([':', ';'])
         && !RESERVED.iter().any(|word| word.eq_ignore_ascii_case(text));
     if bare {
         return write!(f, " {text}");

@@ -5,7 +5,10 @@ use proptest::test_runner::TestRunner;
 use vimc4_motion::{Arc, ArcState, Chain, Helix, Path, Profile, Ramp, StraightLine, Stretch};
 
 use super::*;
-use crate::{AXES, Activity, CommandNumber, Situation, Stamp, StopCause, Strike, Time, Way};
+use crate::{
+    AXES, Activity, CommandNumber, Deed, ScenarioNumber, Situation, Stamp, StopCause, Strike, Time,
+    Way,
+};
 
 #[test]
 fn warnings_say_what_happened_and_what_to_do() {
@@ -153,6 +156,7 @@ fn events() -> impl Strategy<Value = Event> {
         1 => words().prop_map(|what| Event::Flash { what }),
         1 => any::<u32>().prop_map(|baud| Event::Baud { baud }),
         2 => faults().prop_map(|(number, news)| Event::Fault { number: FaultNumber(number), news }),
+        2 => rules().prop_map(|(rule, news)| Event::Rule { rule, news }),
         3 => warnings().prop_map(Event::Warning),
         2 => courses().prop_map(Event::Course),
     ]
@@ -177,6 +181,26 @@ fn courses() -> impl Strategy<Value = Course> {
             situation
         }),
     ]
+}
+
+fn rules() -> impl Strategy<Value = (RuleId, RuleNews)> {
+    let deed = || Deed::Press("stop".to_owned());
+    let news = prop_oneof![
+        Just(RuleNews::Begins),
+        any::<u32>()
+            .prop_map(move |number| RuleNews::Acts(vec![deed()], vec![FaultNumber(number)])),
+        texts().prop_map(move |why| RuleNews::Cannot(deed(), why)),
+        Just(RuleNews::SetsBack),
+        Just(RuleNews::Runaway),
+        Just(RuleNews::Ends),
+    ];
+    let id = (any::<u32>(), any::<u32>(), prop::option::of(texts()));
+    let id = id.prop_map(|(number, place, name)| RuleId {
+        scenario: ScenarioNumber(number),
+        place,
+        name,
+    });
+    (id, news)
 }
 
 fn faults() -> impl Strategy<Value = (u32, FaultNews)> {
@@ -221,11 +245,12 @@ fn variant(event: &Event) -> u32 {
         Event::Fault { .. } => 21,
         Event::Course(Course::Finds { .. }) => 22,
         Event::Course(Course::Stops { .. }) => 23,
+        Event::Rule { .. } => 24,
     }
 }
 
 /// How many variants there are.
-const VARIANTS: u32 = 24;
+const VARIANTS: u32 = 25;
 
 #[test]
 fn what_is_written_is_read_again() {

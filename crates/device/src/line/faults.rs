@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use super::chance::Dice;
 use super::lane::span_of;
+use super::rules::Rules;
 use super::uart::{Wave, read_early};
 use crate::{
     Breakpoint, Damage, Device, Event, Fault, FaultNews, FaultNumber, FaultStage, FaultView,
-    Garbling, Kinds, LineFault, Output, Strike, Time, Way,
+    Garbling, Kinds, LineFault, Output, OwnedInput, Strike, Time, Way,
 };
 
 /// The most faults that a line has at once; one more ends the oldest.
@@ -22,6 +23,9 @@ const MOST: usize = 1_000;
 pub(super) struct Faults {
     /// In the order of their numbers.
     list: Vec<Begun>,
+    /// The rules of scenarios, which see the same events at the same instants.
+    #[serde(default, skip_serializing_if = "Rules::is_empty")]
+    pub(super) rules: Rules,
     pub(super) to_host: Held,
     pub(super) to_controller: Held,
     /// Bytes that are sent at a different speed from the one they are read at.
@@ -112,12 +116,14 @@ struct Flight {
 pub(super) enum ForDevice {
     Begin(FaultNumber, Fault),
     End(FaultNumber),
+    /// A rule does something.
+    Do(OwnedInput),
 }
 
 impl Faults {
     /// Whether nothing here can matter any more.
     pub(super) fn is_empty(&self) -> bool {
-        self.list.is_empty() && self.leaving() + self.coming() == 0
+        self.list.is_empty() && self.rules.is_empty() && self.leaving() + self.coming() == 0
     }
 
     /// How many bytes are on their way to the host.
@@ -257,6 +263,7 @@ impl Faults {
         // The device itself reports when one of its own faults strikes.
         let own = self.list.iter().any(|begun| !begun.is_of_line());
         let own = if own { Kinds::FAULT } else { Kinds::NONE };
+        let own = own.and(self.rules.kinds());
         awaited.fold(own, |kinds, awaited| kinds.and(awaited.condition.kinds()))
     }
 
@@ -273,7 +280,7 @@ impl Faults {
             }
             Stage::Over => None,
         };
-        self.list.iter().filter_map(due).min()
+        self.list.iter().filter_map(due).chain(self.rules.due(device)).min()
     }
 
     /// Looks at the device right after a cause or an input with these events, or between two causes.

@@ -3,6 +3,7 @@
 mod chance;
 mod faults;
 mod lane;
+mod rules;
 mod uart;
 
 use std::collections::VecDeque;
@@ -13,8 +14,9 @@ use serde::{Deserialize, Serialize};
 use self::faults::{Faults, ForDevice};
 use self::lane::{INSTANT, Lane};
 use crate::{
-    Activity, Device, Event, Fact, FaultNumber, FaultView, Faulting, Input, Kinds, Output, Point,
-    Running, Signal, SignalId, Time, View, Way,
+    Activity, Device, Event, Fact, FaultNumber, FaultView, Faulting, Input, Kinds, Output,
+    OwnedInput, Point, RuleView, Ruling, Running, ScenarioNumber, Signal, SignalId, Time, View,
+    Way,
 };
 
 /// How many bytes may be on their way to a paced device. A client that writes faster than the
@@ -32,7 +34,11 @@ const LANE: usize = 4_096;
 /// through to the device, each when its prerequisites have come, and its end when its time is over.
 /// So a device only knows faults that are present or absent.
 ///
-/// With a fault, bytes reach the device one by one, each after the consequences of the one before.
+/// Scenarios begin and end by [`Input::Rule`]: what their rules do is given to the device, or begins
+/// a fault of the line.
+///
+/// With a fault or a rule, bytes reach the device one by one, each after the consequences of the one
+/// before.
 #[derive(Clone, Debug)]
 pub struct Line<D: Device> {
     device: D,
@@ -58,6 +64,9 @@ struct Wires {
     /// The highest number that a fault ever had.
     #[serde(default, skip_serializing_if = "FaultNumber::is_next")]
     numbered: FaultNumber,
+    /// The highest number that a scenario ever had.
+    #[serde(default, skip_serializing_if = "ScenarioNumber::is_next")]
+    scenarios: ScenarioNumber,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     faults: Option<Box<Faults>>,
 }
@@ -93,6 +102,7 @@ impl<D: Device> Line<D> {
             to_device: Lane::default(),
             from_device: Lane::default(),
             numbered: FaultNumber::NEXT,
+            scenarios: ScenarioNumber::NEXT,
             faults: None,
         };
         let wanted = device.watch(Kinds::NONE);
@@ -162,11 +172,28 @@ impl<D: Device> Line<D> {
     fn collect_with_faults(&mut self) {
         let baud = self.pace();
         loop {
-            let Some(faults) = self.wires.faults.as_deref_mut() else { return };
+            let Wires { faults, numbered, paced, from_device, .. } = &mut self.wires;
+            let Some(faults) = faults.as_deref_mut() else { return };
             let outputs: Vec<Output> = std::iter::from_fn(|| self.device.poll_output()).collect();
             let events: Vec<Event> = outputs.iter().filter_map(Output::event).cloned().collect();
             let mut news = Vec::new();
-            let given = faults.look(&events, &self.device, &mut news);
+            let mut given = faults.look(&events, &self.device, &mut news);
+            let done = faults.rules.look(&events, &self.device, numbered, &mut news);
+            for input in done {
+                // A fault strikes the bytes that come with what it was begun for.
+                given.extend(match input {
+                    OwnedInput::Fault(Faulting::Begin(number, fault)) => {
+                        faults.begin(number, fault, &self.device, &mut news)
+                    }
+                    OwnedInput::Fault(Faulting::End(number)) => {
+                        faults.end(Some(number), self.device.now(), &mut news)
+                    }
+                    OwnedInput::Fault(Faulting::EndAll) => {
+                        faults.end(None, self.device.now(), &mut news)
+                    }
+                    input => vec![ForDevice::Do(input)],
+                });
+            }
             let mut leaving = Vec::new();
             for output in outputs {
                 match output {
@@ -176,8 +203,8 @@ impl<D: Device> Line<D> {
                         if faults.send(Way::ToHost, &bytes, at, speed) {
                             continue;
                         }
-                        if self.wires.paced {
-                            self.wires.from_device.push(&bytes, at, baud);
+                        if *paced {
+                            from_device.push(&bytes, at, baud);
                         } else {
                             for byte in bytes {
                                 faults.pass(Way::ToHost, byte, at, INSTANT, &mut leaving);
@@ -230,9 +257,54 @@ impl<D: Device> Line<D> {
             let faulting = match given {
                 ForDevice::Begin(number, fault) => Faulting::Begin(number, fault),
                 ForDevice::End(number) => Faulting::End(number),
+                ForDevice::Do(OwnedInput::Fault(faulting)) => {
+                    self.fault(&faulting);
+                    continue;
+                }
+                ForDevice::Do(input) => {
+                    self.disturb(input.as_input(), now);
+                    continue;
+                }
             };
             self.device.accept(Input::Fault(&faulting), now);
         }
+    }
+
+    /// Something happens to the device that is not on the line.
+    fn disturb(&mut self, input: Input<'_>, at: Time) {
+        if input == Input::Power(false) {
+            // What the transmitter had not sent is gone; what is on its way to the device arrives at a
+            // device that is switched off.
+            self.wires.from_device = Lane::default();
+        }
+        self.device.accept(input, at);
+    }
+
+    /// Begins or ends scenarios.
+    fn rule(&mut self, ruling: &Ruling) {
+        let mut news = Vec::new();
+        let Wires { faults, scenarios, .. } = &mut self.wires;
+        let done = match ruling {
+            Ruling::Begin(number, scenario) => {
+                let number = match *number {
+                    ScenarioNumber::NEXT => ScenarioNumber(scenarios.0.saturating_add(1)),
+                    number => number,
+                };
+                *scenarios = (*scenarios).max(number);
+                let rules = &mut faults.get_or_insert_default().rules;
+                rules.begin(number, scenario.clone(), &self.device, &mut news)
+            }
+            Ruling::End(number) => match faults {
+                Some(faults) => faults.rules.end(Some(*number), &self.device, &mut news),
+                None => Vec::new(),
+            },
+            Ruling::EndAll => match faults {
+                Some(faults) => faults.rules.end(None, &self.device, &mut news),
+                None => Vec::new(),
+            },
+        };
+        self.leave(news);
+        self.give(done.into_iter().map(ForDevice::Do).collect());
     }
 
     /// Begins or ends faults.
@@ -362,17 +434,15 @@ impl<D: Device> Device for Line<D> {
                     self.wires.to_device.push(bytes, now, pace);
                 }
             }
-            Input::Power(false) => {
-                // Unsent bytes of the transmitter are gone; bytes on their way to the device arrive
-                // at a device that is switched off.
-                self.wires.from_device = Lane::default();
-                self.device.accept(input, at);
-            }
             Input::Fault(faulting) => {
                 self.device.accept(Input::Wake, at);
                 self.fault(faulting);
             }
-            input => self.device.accept(input, at),
+            Input::Rule(ruling) => {
+                self.device.accept(Input::Wake, at);
+                self.rule(ruling);
+            }
+            input => self.disturb(input, at),
         }
         self.collect();
     }
@@ -481,6 +551,10 @@ impl<D: Device> Device for Line<D> {
             FaultView { struck: known.map_or(view.struck, |known| known.struck), ..view }
         })
         .collect()
+    }
+
+    fn rules(&self) -> Vec<RuleView> {
+        self.wires.faults.iter().flat_map(|faults| faults.rules.views()).collect()
     }
 
     fn is_idle(&self) -> bool {

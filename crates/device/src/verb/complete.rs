@@ -133,6 +133,32 @@ impl Names {
                 let kinds = kinds().map(|(kind, about)| with(&[&format!("{kind} ")], about));
                 kinds.chain(ends).collect()
             }
+            Verb::When | Verb::While => {
+                let conditions = self.conditions();
+                let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
+                let listed = self.listed_conditions().into_iter();
+                let listed = listed.map(|(begin, word, about)| with(&[begin, &word], about));
+                let happens = |line: &(Vec<String>, String)| {
+                    let words = line.0.get(1).map_or("", String::as_str);
+                    ["command", "answer", "line "].iter().any(|begin| words.starts_with(begin))
+                };
+                // What happens never lasts.
+                let ways = conditions.chain(listed);
+                ways.filter(|line| verb == Verb::When || !happens(line)).collect()
+            }
+            Verb::At | Verb::Every => vec![with(&[], form.about)],
+            Verb::Rule => {
+                let ways = [
+                    ("end ", "rules end"),
+                    ("end all", "all rules end"),
+                    ("once ", "a rule that acts once"),
+                    ("when ", "a rule"),
+                    ("while ", "a rule"),
+                    ("at ", "a rule"),
+                    ("every ", "a rule"),
+                ];
+                ways.map(|(way, about)| with(&[way], about)).to_vec()
+            }
             Verb::RunUntil => {
                 let conditions = self.conditions();
                 let conditions = conditions.iter().map(|(begin, about)| with(&[begin], about));
@@ -148,6 +174,8 @@ impl Names {
             | Verb::Position
             | Verb::Signals
             | Verb::Faults
+            | Verb::Rules
+            | Verb::Reset
             | Verb::Quit => {
                 vec![(vec![verb.name().to_owned()], form.about.to_owned())]
             }

@@ -1,6 +1,7 @@
 //! What can be told to a device, for people.
 
 use super::table::{Verb, row};
+use crate::scenario::help_on_rules;
 use crate::{Names, Signal, SignalKind};
 
 impl Names {
@@ -38,6 +39,10 @@ impl Names {
         if verb == Verb::Fault {
             lines.push("FAULT is one of these, and then which way and when:".to_owned());
             lines.extend(Names::help_on_faults().iter().map(|(form, about)| row(form, about)));
+        }
+        if matches!(verb, Verb::When | Verb::While | Verb::At | Verb::Every | Verb::Rule) {
+            lines.push("All of these are rules:".to_owned());
+            lines.extend(help_on_rules().iter().map(|(form, about)| row(form, about)));
         }
         if verb == Verb::RunUntil {
             lines.push(

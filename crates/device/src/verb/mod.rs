@@ -8,14 +8,16 @@
 mod complete;
 mod deed;
 mod help;
+mod inputs;
 mod order;
 mod panel;
 mod table;
 
-use crate::{AxisView, FaultView, Names};
+use crate::{AxisView, FaultView, Names, RuleId, RuleView};
 
 pub use complete::Completion;
-pub use deed::{Deed, DeedError};
+pub use deed::Deed;
+pub use inputs::DeedError;
 pub use order::{Order, OrderError};
 pub use table::{Form, Sort, Verb};
 
@@ -45,13 +47,33 @@ pub fn faults_in_words(faults: &[FaultView], names: &Names) -> String {
     }
 }
 
+/// The rules that a device has, a line each, as people read them: number, stage, how often it has
+/// acted, and what it is.
+#[must_use]
+pub fn rules_in_words(rules: &[RuleView], names: &Names) -> String {
+    let line = |view: &RuleView| {
+        let RuleView { id, rule, stage, acted } = view;
+        let acted = match acted {
+            1 => "acted once".to_owned(),
+            times => format!("acted {times} times"),
+        };
+        let number = RuleId { name: None, ..id.clone() }.to_string();
+        let stage = format!("{stage}, {acted}");
+        format!("{number:<5} {stage:<24}  {}", names.write_rule(rule))
+    };
+    match rules {
+        [] => "there are no rules".to_owned(),
+        rules => rules.iter().map(line).collect::<Vec<_>>().join("\n"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
     use super::table::TABLE;
     use super::*;
-    use crate::{Condition, Names, Signal, SignalId};
+    use crate::{Condition, Names, Ruling, Scenario, ScenarioNumber, Signal, SignalId};
 
     /// A panel that has one of everything.
     fn names() -> Names {
@@ -66,6 +88,12 @@ mod tests {
         let axes = [(0, "X"), (1, "Y"), (2, "Z"), (3, "A"), (2, "Z0")];
         let axes = axes.map(|(axis, name)| (axis, name.to_owned()));
         Names::new(axes, signals).with_erasing(true)
+    }
+
+    /// A scenario of one rule, in which axes are numbers.
+    fn read_one(words: &str) -> Scenario {
+        let names = Names::new([], names().signals().to_vec());
+        names.read_rule(words).unwrap().into()
     }
 
     fn read(line: &str) -> Result<Option<Order>, String> {
@@ -88,12 +116,19 @@ mod tests {
                 | Verb::Erase
                 | Verb::Power
                 | Verb::Fault
+                | Verb::When
+                | Verb::While
+                | Verb::At
+                | Verb::Every
+                | Verb::Rule
+                | Verb::Reset
                 | Verb::Advance
                 | Verb::RunUntil
                 | Verb::Cancel
                 | Verb::Position
                 | Verb::Signals
                 | Verb::Faults
+                | Verb::Rules
                 | Verb::Help
                 | Verb::Complete
                 | Verb::Quit => {}
@@ -108,6 +143,7 @@ mod tests {
         let deed = Order::Do;
         let fault = |words: &str| Box::new(words.parse().unwrap());
         let at = |axis, position| Order::RunUntil(Condition::AxisAt { axis, position });
+        let rule = |words: &str| Order::Rule(Ruling::Begin(ScenarioNumber::NEXT, read_one(words)));
         let mut seen = Vec::new();
         for (line, order) in [
             ("press start", deed(Deed::Press(text("start")))),
@@ -131,6 +167,15 @@ mod tests {
             ),
             ("fault end all", deed(Deed::Fault(fault("end all")))),
             ("faults", Order::Faults),
+            ("when x > 5: press start", rule("when axis0 > 5: press start")),
+            ("while x > 5: input 0.2 1", rule("while axis0 > 5: input 0.2 1")),
+            ("at 2s: power off for 100ms", rule("at 2s: power off for 100ms")),
+            ("every 1s: press start", rule("every 1s: press start")),
+            ("rule jam once at 2s: fault jam x", rule("rule jam once at 2s: fault jam axis0")),
+            ("rule end 3", Order::Rule(Ruling::End(ScenarioNumber(3)))),
+            ("rule end all", Order::Rule(Ruling::EndAll)),
+            ("rules", Order::Rules),
+            ("reset", Order::Reset),
             ("advance 250ms", Order::Advance(Duration::from_millis(250))),
             ("advance 1.5 s", Order::Advance(Duration::from_millis(1_500))),
             ("advance 0.1h", Order::Advance(Duration::from_secs(360))),

@@ -4,10 +4,12 @@ use std::error::Error;
 use std::fmt;
 use std::time::Duration;
 
-use super::deed::{Deed, DeedError, is_like};
+use super::deed::Deed;
+use super::inputs::{DeedError, is_like};
 use super::table::Verb;
 use crate::condition::excerpt;
-use crate::{Condition, Names, parse_duration};
+use crate::scenario::{RulePart, RuleTexts, read_rule, read_ruling};
+use crate::{Condition, Names, Rule, RuleError, Ruling, Trigger, parse_duration};
 
 /// Something a person tells a controller, or the place where it runs.
 ///
@@ -30,6 +32,10 @@ use crate::{Condition, Names, parse_duration};
 pub enum Order {
     /// Do something to the device.
     Do(Deed),
+    /// Begin or end rules.
+    Rule(Ruling),
+    /// End all rules and all faults.
+    Reset,
     /// Erase the stored program at the panel. What that takes depends on the model and on how the
     /// panel stands.
     Erase,
@@ -45,6 +51,8 @@ pub enum Order {
     Signals,
     /// Say what is wrong.
     Faults,
+    /// Say which rules there are.
+    Rules,
     /// Say what can be told; or all that there is to say of one verb.
     Help(Option<Verb>),
     /// Say what can follow this.
@@ -121,6 +129,18 @@ impl Order {
             Order::Do(Deed::Set(..) | Deed::Several { .. } | Deed::Byte(_) | Deed::Restore) => {
                 Verb::Set
             }
+            Order::Rule(Ruling::Begin(_, scenario)) => match scenario.rules.as_slice() {
+                [Rule { name: None, times: None, trigger, .. }] => match trigger {
+                    Trigger::Every { first, span } if first == span => Verb::Every,
+                    Trigger::At(_) | Trigger::Every { .. } => Verb::At,
+                    Trigger::When(_) => Verb::When,
+                    Trigger::While(_) => Verb::While,
+                },
+                _ => Verb::Rule,
+            },
+            Order::Rule(_) => Verb::Rule,
+            Order::Reset => Verb::Reset,
+            Order::Rules => Verb::Rules,
             Order::Erase => Verb::Erase,
             Order::Advance(_) => Verb::Advance,
             Order::RunUntil(_) => Verb::RunUntil,
@@ -132,6 +152,68 @@ impl Order {
             Order::Complete(_) => Verb::Complete,
             Order::Quit => Verb::Quit,
         }
+    }
+}
+
+/// Reads something that a rule does; else where it is none, and what would be right.
+fn deed_of(text: &str, names: &Names) -> Result<Deed, (usize, String)> {
+    const RIGHT: &str = "something that is done to the controller, such as `press stop`, \
+                         `input 0.3 1`, `power off` or `fault cut`";
+    match Order::read(text, names) {
+        Ok(Some(Order::Do(deed))) => Ok(deed),
+        Ok(_) => Err((0, RIGHT.to_owned())),
+        // A line that is no order at all is none that a rule could do.
+        Err(error) if error.at() == 0 && !error.right().contains("did you mean") => {
+            Err((0, RIGHT.to_owned()))
+        }
+        Err(error) => Err((error.at(), error.right().to_owned())),
+    }
+}
+
+impl Names {
+    /// Reads a rule, as people type it: `when x > 1000: press stop`.
+    ///
+    /// # Errors
+    ///
+    /// If it is none, with the place and what would be right there.
+    pub fn read_rule(&self, text: &str) -> Result<Rule, RuleError> {
+        let ruling = read_ruling(text, self, &|text| deed_of(text, self))?;
+        let rules = match ruling {
+            Ruling::Begin(_, scenario) => scenario.rules,
+            Ruling::End(_) | Ruling::EndAll => Vec::new(),
+        };
+        let mut rules = rules.into_iter();
+        match (rules.next(), rules.next()) {
+            (Some(rule), None) => Ok(rule),
+            _ => Err(RuleError::new(text, 0, "one rule, as in `when x > 1000: press stop`")),
+        }
+    }
+
+    /// Reads what is done about scenarios: a rule that begins, `end 3` or `end all`. A scenario of
+    /// several rules has them in lines of their own.
+    ///
+    /// # Errors
+    ///
+    /// If it is none, with the place and what would be right there.
+    pub fn read_ruling(&self, text: &str) -> Result<Ruling, RuleError> {
+        read_ruling(text, self, &|text| deed_of(text, self))
+    }
+
+    /// Reads a rule that is there in parts, as in a file: its name, how often it acts, what would stand
+    /// before its colon, and what would stand behind it.
+    ///
+    /// # Errors
+    ///
+    /// If it is none, with the part, the place in it and what would be right there.
+    pub fn read_rule_of(
+        &self,
+        name: Option<&str>,
+        times: Option<u64>,
+        trigger: &str,
+        acts: &str,
+    ) -> Result<Rule, (RulePart, RuleError)> {
+        let texts = RuleTexts { name, times, trigger, acts };
+        read_rule(&texts, self, &|text| deed_of(text, self))
     }
 }
 
@@ -210,6 +292,13 @@ impl<'t> Typed<'t> {
                 })
             }
             Verb::RunUntil => self.run_until(arguments, place, names),
+            Verb::When | Verb::While | Verb::At | Verb::Every | Verb::Rule => {
+                let read = |text: &str| deed_of(text, names);
+                let ruling = read_ruling(self.0, names, &read);
+                ruling.map(Order::Rule).map_err(|error| self.wrong(error.at(), error.right()))
+            }
+            Verb::Reset => alone(Order::Reset),
+            Verb::Rules => alone(Order::Rules),
             Verb::Erase => alone(Order::Erase),
             Verb::Cancel => alone(Order::Cancel),
             Verb::Position => alone(Order::Position),

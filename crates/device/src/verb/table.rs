@@ -23,6 +23,18 @@ pub enum Verb {
     Power,
     /// Something goes wrong, or does no more.
     Fault,
+    /// Something is done whenever something happens or becomes so.
+    When,
+    /// Something is done as long as something is so.
+    While,
+    /// Something is done after a time.
+    At,
+    /// Something is done again and again.
+    Every,
+    /// A rule with a name, or so often; or rules end.
+    Rule,
+    /// Rules and faults end.
+    Reset,
     /// Moves time forward by a span.
     Advance,
     /// Lets time pass until a condition holds.
@@ -35,6 +47,8 @@ pub enum Verb {
     Signals,
     /// Says what is wrong.
     Faults,
+    /// Says which rules there are.
+    Rules,
     /// Says what can be told.
     Help,
     /// Says what can follow what has been typed.
@@ -87,7 +101,7 @@ const fn typed(arguments: &'static str, about: &'static str) -> Form {
 }
 
 /// In the order of the help.
-pub(super) const TABLE: [Row; 18] = [
+pub(super) const TABLE: [Row; 25] = [
     Row {
         verb: Verb::Press,
         sort: Sort::Deed,
@@ -151,6 +165,54 @@ pub(super) const TABLE: [Row; 18] = [
         ],
     },
     Row {
+        verb: Verb::When,
+        sort: Sort::Deed,
+        name: "when",
+        forms: &[form(
+            "CONDITION: ORDER",
+            "scenario",
+            "do something whenever something happens or becomes so, as in \
+             `when answer error: press stop`; `help when` has all",
+        )],
+    },
+    Row {
+        verb: Verb::While,
+        sort: Sort::Deed,
+        name: "while",
+        forms: &[form("CONDITION: ORDER", "scenario", "the same as long as something is so")],
+    },
+    Row {
+        verb: Verb::At,
+        sort: Sort::Deed,
+        name: "at",
+        forms: &[form(
+            "TIME: ORDER",
+            "scenario",
+            "the same after a time, as in `at 2s: power off for 100ms`",
+        )],
+    },
+    Row {
+        verb: Verb::Every,
+        sort: Sort::Deed,
+        name: "every",
+        forms: &[form("TIME: ORDER", "scenario", "the same again and again")],
+    },
+    Row {
+        verb: Verb::Rule,
+        sort: Sort::Deed,
+        name: "rule",
+        forms: &[
+            form("NAME [once] …", "scenario", "the same with a name, or so often"),
+            form("end NUMBER|all", "end_scenario", "rules end, and what they hold is set back"),
+        ],
+    },
+    Row {
+        verb: Verb::Reset,
+        sort: Sort::Deed,
+        name: "reset",
+        forms: &[form("", "reset", "all rules and all faults end")],
+    },
+    Row {
         verb: Verb::Advance,
         sort: Sort::Time,
         name: "advance",
@@ -202,6 +264,12 @@ pub(super) const TABLE: [Row; 18] = [
         sort: Sort::Question,
         name: "faults",
         forms: &[form("", "faults", "the faults there are, and how often each has struck")],
+    },
+    Row {
+        verb: Verb::Rules,
+        sort: Sort::Question,
+        name: "rules",
+        forms: &[form("", "rules", "the rules there are, and how often each has acted")],
     },
     Row {
         verb: Verb::Help,

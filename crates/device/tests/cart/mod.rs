@@ -168,7 +168,11 @@ impl Device for Cart {
                 self.state.off = !on;
                 self.state.received.clear();
             }
-            Input::Bytes(_) | Input::Signal(..) | Input::Fault(_) | Input::Wake => {}
+            Input::Bytes(_)
+            | Input::Signal(..)
+            | Input::Fault(_)
+            | Input::Rule(_)
+            | Input::Wake => {}
         }
     }
 

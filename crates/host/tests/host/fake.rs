@@ -174,7 +174,7 @@ impl Device for Fake {
                 self.state.waiting.extend(bytes);
                 self.work();
             }
-            Input::Bytes(_) | Input::Fault(_) | Input::Wake => {}
+            Input::Bytes(_) | Input::Fault(_) | Input::Rule(_) | Input::Wake => {}
             Input::Signal(id, value) => self.state.signals[usize::from(id.0)] += value,
             Input::Power(on) => self.state.powered = on,
         }

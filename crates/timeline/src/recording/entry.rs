@@ -129,6 +129,9 @@ pub enum Given {
     /// A fault begins or ends, in the words that
     /// [`write_faulting`](vimc4_device::Names::write_faulting) finds with the names of the controller.
     Fault(String),
+    /// A scenario begins or ends, in the words that
+    /// [`write_ruling`](vimc4_device::Names::write_ruling) finds with the names of the controller.
+    Rule(String),
     /// Time has passed because an order said so.
     Wait,
 }
@@ -147,6 +150,7 @@ impl Given {
             }
             OwnedInput::Power(on) => Given::Power(*on),
             OwnedInput::Fault(faulting) => Given::Fault(names().write_faulting(faulting)),
+            OwnedInput::Rule(ruling) => Given::Rule(names().write_ruling(ruling)),
             OwnedInput::Wake => Given::Wait,
         }
     }
@@ -169,6 +173,10 @@ impl Given {
             Given::Fault(words) => {
                 let faulting = names().read_faulting(words);
                 OwnedInput::Fault(faulting.map_err(|_| format!("fault {words}"))?)
+            }
+            Given::Rule(words) => {
+                let ruling = names().read_ruling(words);
+                OwnedInput::Rule(ruling.map_err(|_| format!("rule {words}"))?)
             }
         })
     }
@@ -254,6 +262,10 @@ fn put(out: &mut Vec<u8>, at: Time, what: &What) {
                 }
                 Given::Fault(words) => {
                     key(out, "fault");
+                    put_json(out, words);
+                }
+                Given::Rule(words) => {
+                    key(out, "rule");
                     put_json(out, words);
                 }
                 Given::Wait => {

@@ -60,6 +60,8 @@ struct WrittenLine {
     #[serde(default)]
     fault: Option<String>,
     #[serde(default)]
+    rule: Option<String>,
+    #[serde(default)]
     wait: Option<bool>,
     #[serde(default, deserialize_with = "present")]
     state: Option<Value>,
@@ -312,7 +314,18 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         given,
     };
     let WrittenLine {
-        at, given: input, out, signal, value, power, fault, wait, state, stands, ..
+        at,
+        given: input,
+        out,
+        signal,
+        value,
+        power,
+        fault,
+        rule,
+        wait,
+        state,
+        stands,
+        ..
     } = read;
     let WrittenLine { causes, news, mark, end, by, .. } = read;
     let by_nobody = by.is_none();
@@ -328,6 +341,7 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
     }
     said.extend(power.map(|on| given(Given::Power(on), by.clone())));
     said.extend(fault.map(|words| given(Given::Fault(words), by.clone())));
+    said.extend(rule.map(|words| given(Given::Rule(words), by.clone())));
     said.extend(wait.filter(|wait| *wait).map(|_| given(Given::Wait, by.clone())));
     said.extend(state.map(|state| What::State { by, state }));
     let done = said.len();
@@ -353,7 +367,7 @@ fn read_entry(text: &[u8], line: u32) -> Result<Entry, ReadError> {
         return Err(error(
             "it does not say one thing".to_owned(),
             "each line has `at` and one of `in`, `out`, `signal` with `value`, `power`, `fault`, \
-             `wait`, `state`, `stands`, `news`, `mark` and `end`; `by` belongs to what was done",
+             `rule`, `wait`, `state`, `stands`, `news`, `mark` and `end`; `by` belongs to what was done",
         ));
     };
     Ok(Entry { at, what, line })
