@@ -151,7 +151,7 @@ pub(crate) fn read(
         name: path.to_string_lossy().into_owned(),
         lines: whole.lines().map(str::to_owned).collect(),
         of_command,
-        first: None,
+        ..Source::default()
     };
     let history = debugger.history().clone();
     Ok(Some(Program {

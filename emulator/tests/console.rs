@@ -175,6 +175,24 @@ fn on_a_branch_the_rest_of_the_file_is_sent_until_an_error_reply() {
 }
 
 #[test]
+fn what_is_sent_by_hand_is_in_no_line_and_moves_none() {
+    let file = ["examples/commands.txt", "--machine", "mill"];
+    // In front of the one in line 7 comes another one, which nobody has written down.
+    let by_hand = "goto command 3\nnext idle\nsend @0V\n";
+    let lines = "step\nframes\nstep\nframes\nstep\nframes\n";
+    let out = said(&file, &format!("{by_hand}{lines}"));
+    assert!(out.contains("command #4: @0V\n"), "{out}");
+    assert!(out.contains("command #5: @0M2400,4000,1600,4000,-500,900,0,900 (line 7 of"), "{out}");
+    assert!(out.contains("command #6: @0A800,4000,0,4000,-500,900,500,900 (line 9 of"), "{out}");
+    // A breakpoint at a line waits for that line, and on the other branch nothing has changed.
+    let rest = "break line 9\ncontinue\nframes\ngoto main\nframes\ngoto line 9\nframes\n";
+    let out = said(&file, &format!("{by_hand}{rest}"));
+    assert!(out.contains("command #6: @0A800,4000,0,4000,-500,900,500,900 (line 9 of"), "{out}");
+    assert!(out.contains("command #6: @0P (line 10 of"), "{out}");
+    assert!(out.contains("command #5: @0A800,4000,0,4000,-500,900,500,900 (line 9 of"), "{out}");
+}
+
+#[test]
 fn what_would_come_is_not_sent_twice() {
     let file = ["examples/commands.txt", "--machine", "mill"];
     // What was sent on the one way was sent on the other as well.

@@ -1,12 +1,13 @@
 //! The debugger.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU64;
 use std::ops::ControlFlow;
 
 use serde_json::Value;
 use vimc4_catalogue::Controller;
-use vimc4_device::{Condition, Device, Kinds, Names, Time, TimedInput};
-use vimc4_timeline::{History, Place};
+use vimc4_device::{CommandNumber, Condition, Device, Kinds, Names, Time, TimedInput};
+use vimc4_timeline::{BranchId, History, Moment, Place};
 
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::reel::Unread;
@@ -51,6 +52,8 @@ pub struct Debugger {
     names: Names,
     pub(crate) source: Option<Source>,
     pub(crate) feed: Option<Feed>,
+    /// The commands of each branch that came by hand and not from the source, and when that was given.
+    by_hand: BTreeMap<BranchId, Vec<(Moment, CommandNumber)>>,
     /// What is still to be read of a recording.
     pub(crate) unread: Option<Unread>,
     pub(crate) breakpoints: Vec<Breakpoint>,
@@ -91,6 +94,7 @@ impl Debugger {
             history,
             source: None,
             feed: None,
+            by_hand: BTreeMap::new(),
             unread: None,
             breakpoints: Vec::new(),
             last_breakpoint: 0,
@@ -186,6 +190,44 @@ impl Debugger {
     /// The text that the commands come from.
     pub fn set_source(&mut self, source: Option<Source>) {
         self.source = source;
+    }
+
+    // --- what came by hand ---
+
+    /// Bytes come by hand that no line of the source is of: so many commands get numbers of their own.
+    pub(crate) fn keep_by_hand(&mut self, bytes: &[u8]) {
+        if self.source.is_none() || self.feed.is_none() {
+            return;
+        }
+        let last = self.executing().map_or(0, |command| command.number.0.get());
+        let present = self.place();
+        let own = self.by_hand.entry(present.branch).or_default();
+        let kept = own.last().map_or(0, |(_, number)| number.0.get());
+        let lines = bytes.split(|byte| matches!(byte, b'\r' | b'\n' | b';'));
+        let count = lines.filter(|line| !line.trim_ascii().is_empty()).count() as u64;
+        let first = last.max(kept) + 1;
+        let numbers = (first..first + count).filter_map(NonZeroU64::new);
+        own.extend(numbers.map(|number| (present.moment, CommandNumber(number))));
+        self.find_by_hand();
+    }
+
+    /// The source heeds what came by hand on the way of the present, and nothing else.
+    pub(crate) fn find_by_hand(&mut self) {
+        let Some(source) = self.source.as_mut().filter(|_| !self.by_hand.is_empty()) else {
+            return;
+        };
+        source.by_hand.clear();
+        let branches: Vec<_> = self.history.branches().collect();
+        let mut way = Some((self.history.heading(), None));
+        while let Some((branch, limit)) = way {
+            let own = self.by_hand.get(&branch).into_iter().flatten();
+            let own = own.filter(|(at, _)| limit.is_none_or(|limit| *at < limit));
+            source.by_hand.extend(own.map(|(_, number)| *number));
+            let parted = branches.iter().find(|own| own.id == branch).and_then(|own| own.parted);
+            way = parted.map(|place| (place.branch, Some(place.moment)));
+        }
+        source.by_hand.sort_unstable();
+        source.by_hand.dedup();
     }
 
     // --- what is done to the controller ---

@@ -28,6 +28,7 @@ impl Debugger {
             let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
             return self.pass(way, nanos.saturating_mul(count), unit, progress);
         }
+        self.find_by_hand();
         let (mut notes, mut made) = (Vec::new(), 0);
         let mut problems = VecDeque::new();
         while made < count {
@@ -78,6 +79,7 @@ impl Debugger {
     /// the latest, or where the controller waits for something from outside and the host does
     /// nothing more; going back ends at the beginning.
     pub fn go(&mut self, way: Way, until: Option<Time>, progress: &mut Progress<'_>) -> Stop {
+        self.find_by_hand();
         let mut notes = Vec::new();
         let mut problems = VecDeque::new();
         loop {
@@ -406,6 +408,7 @@ impl Debugger {
         if let Some(feed) = &mut self.feed {
             feed.hear(&self.history, self.history.outputs());
         }
+        self.find_by_hand();
         let outputs: Vec<Output> = self.history.drain().take(OUTPUTS_MAX).collect();
         let said = outputs.iter().map(|output| self.say(output)).collect();
         let (place, at) = (self.place(), self.now());

@@ -141,6 +141,9 @@ impl Debugger {
             let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
         }
         self.history.give(input);
+        if let Input::Bytes(bytes) = input {
+            self.keep_by_hand(bytes);
+        }
     }
 
     /// Keeps what was found out while it was read.

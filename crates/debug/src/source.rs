@@ -15,6 +15,9 @@ pub struct Source {
     pub of_command: Vec<u32>,
     /// The number of the first of these commands; by default the first of all.
     pub first: Option<CommandNumber>,
+    /// The numbers of commands that came by hand on the way of the present, in order: they come from no
+    /// line, and those of the lines behind them are higher.
+    pub by_hand: Vec<CommandNumber>,
 }
 
 impl Source {
@@ -24,14 +27,18 @@ impl Source {
         let lines: Vec<String> = text.lines().map(str::to_owned).collect();
         let full = (1..).zip(&lines).filter(|(_, line)| !line.trim().is_empty());
         let of_command = full.map(|(number, _)| number).collect();
-        Source { name: name.into(), of_command, lines, first: None }
+        Source { name: name.into(), of_command, lines, ..Source::default() }
     }
 
     /// The line, from 1, that a command comes from.
     #[must_use]
     pub fn line_of(&self, command: CommandNumber) -> Option<u32> {
         let first = self.first.unwrap_or(CommandNumber::FIRST);
-        let place = command.0.get().checked_sub(first.0.get())?;
+        let before = self.by_hand.partition_point(|own| *own < command);
+        if self.by_hand.get(before) == Some(&command) {
+            return None;
+        }
+        let place = command.0.get().checked_sub(first.0.get())?.checked_sub(before as u64)?;
         let line = *self.of_command.get(usize::try_from(place).ok()?)?;
         (line > 0).then_some(line)
     }
@@ -40,8 +47,14 @@ impl Source {
     #[must_use]
     pub fn begins_line(&self, command: CommandNumber) -> Option<u32> {
         let line = self.line_of(command)?;
-        let before = command.0.get().checked_sub(1).and_then(std::num::NonZeroU64::new);
-        let before = before.and_then(|number| self.line_of(CommandNumber(number)));
+        let mut before = command.0.get();
+        let before = loop {
+            before = before.saturating_sub(1);
+            match std::num::NonZeroU64::new(before).map(CommandNumber) {
+                Some(number) if self.by_hand.binary_search(&number).is_ok() => {}
+                number => break number.and_then(|number| self.line_of(number)),
+            }
+        };
         (before != Some(line)).then_some(line)
     }
 
@@ -51,7 +64,12 @@ impl Source {
         let found = self.of_command.iter().enumerate().filter(|(_, of)| **of >= line && **of > 0);
         let (place, of) = found.min_by_key(|(place, of)| (**of, *place))?;
         let first = self.first.unwrap_or(CommandNumber::FIRST);
-        let number = first.0.checked_add(place as u64)?;
+        let mut number = first.0.checked_add(place as u64)?;
+        for own in &self.by_hand {
+            if own.0 <= number {
+                number = number.checked_add(1)?;
+            }
+        }
         Some((CommandNumber(number), *of))
     }
 }

@@ -596,6 +596,23 @@ fn a_host_goes_on_where_something_was_changed_in_the_past() {
 }
 
 #[test]
+fn what_is_typed_shifts_no_line() {
+    let mut editor = Editor::at_entry(drilling());
+    let at = editor.steps("next", "line");
+    assert_eq!((&at["reason"], editor.line()), (&json!("step"), 3));
+    editor.console("send @0V");
+    editor.event("stopped");
+    let program = example("commands.txt");
+    editor.set_lines(&program, json!([{ "line": 7 }, { "line": 9 }]));
+    for line in [7, 9] {
+        assert_eq!(editor.walk("continue")["reason"], "breakpoint");
+        let command = if line == 7 { "@0M2400" } else { "@0A800" };
+        let (stopped, name) = editor.stack()[0].clone();
+        assert!(stopped == line && name.starts_with(command), "{stopped} {name}");
+    }
+}
+
+#[test]
 fn the_console_has_the_commands_of_the_debugger() {
     let mut editor = Editor::at_entry(drilling());
     assert_eq!(editor.console("x + 5"), "5");
