@@ -116,7 +116,7 @@ pub fn play<D: Device>(
 /// # Errors
 ///
 /// The first deviation from the session.
-pub fn play_watched<D: Device>(
+pub(crate) fn play_watched<D: Device>(
     session: &Session,
     drive: Drive,
     build: impl Fn(&[u8]) -> Result<D, String>,

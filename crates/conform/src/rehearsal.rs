@@ -56,7 +56,7 @@ pub fn rehearse<D: Device>(
 /// # Errors
 ///
 /// What a player at a port would see instead of what must come.
-pub fn rehearse_with_handshake<D: Device>(
+pub(crate) fn rehearse_with_handshake<D: Device>(
     device: D,
     steps: &[PortStep],
     timing: Timing,

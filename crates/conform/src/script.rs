@@ -120,7 +120,7 @@ const OWN: [&str; 15] = [
 /// # Errors
 ///
 /// If it is none of the known words or their values make no sense.
-pub fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
+pub(crate) fn parse_line(text: &str) -> Result<Vec<Action>, ScriptError> {
     let text = without_comment(text);
     let (word, rest) = text.split_once(' ').map_or((text, ""), |(w, r)| (w, r.trim()));
     let values: Vec<&str> = rest.split_whitespace().collect();

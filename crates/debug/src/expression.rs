@@ -91,7 +91,7 @@ impl Expression {
 
     /// Whether it is a comparison or the like, which holds or does not, rather than a mere value.
     #[must_use]
-    pub fn is_claim(&self) -> bool {
+    pub(crate) fn is_claim(&self) -> bool {
         match &self.root {
             Node::Not(_) | Node::Constant(Value::Bool(_)) => true,
             Node::Pair(_, operator, _) => operator.is_claim(),

@@ -73,7 +73,7 @@ impl Feed {
     }
 
     /// Somebody says that it is not to wait any longer for what it [waits](Feed::waits) for.
-    pub fn goes_on_all_the_same(&mut self, history: &History<Controller>) {
+    pub(crate) fn goes_on_all_the_same(&mut self, history: &History<Controller>) {
         let next = self.next(history);
         if self.waits.take().is_some() && matches!(self.pieces.get(next), Some(Piece::Until(..))) {
             self.keep(history, true, next + 1);

@@ -45,7 +45,7 @@ impl Source {
 
     /// Whether a command is the first of its line.
     #[must_use]
-    pub fn begins_line(&self, command: CommandNumber) -> Option<u32> {
+    pub(crate) fn begins_line(&self, command: CommandNumber) -> Option<u32> {
         let line = self.line_of(command)?;
         let mut before = command.0.get();
         let before = loop {

@@ -39,6 +39,36 @@ impl Condition {
     }
 }
 
+/// The rest of a span, from an instant of it on.
+struct Ahead<'f, F: ?Sized> {
+    facts: &'f F,
+    from: Time,
+    wake: Option<Time>,
+}
+
+impl<F: Facts + ?Sized> Ahead<'_, F> {
+    fn contains(&self, at: &Time) -> bool {
+        *at == self.from || self.wake.is_none_or(|wake| *at < wake)
+    }
+
+    /// The first instant at which a fact holds.
+    fn fact(&self, fact: Fact) -> Option<Time> {
+        self.facts.first_time(&fact, self.from).filter(|at| self.contains(at))
+    }
+
+    fn axis(&self, axis: u8, low: i64, high: i64) -> Option<Time> {
+        self.fact(Fact::Axis { axis, low, high })
+    }
+
+    fn below(&self, axis: u8, position: i64) -> Option<Time> {
+        self.axis(axis, i64::MIN, position.checked_sub(1)?)
+    }
+
+    fn above(&self, axis: u8, position: i64) -> Option<Time> {
+        self.axis(axis, position.checked_add(1)?, i64::MAX)
+    }
+}
+
 /// The first instant from `from`, which is in the span up to the wake-up time, at which a condition
 /// holds by states alone.
 pub(crate) fn first<F: Facts + ?Sized>(
@@ -46,29 +76,26 @@ pub(crate) fn first<F: Facts + ?Sized>(
     condition: &Condition,
     from: Time,
 ) -> Option<Time> {
-    let wake = facts.wake();
-    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
-    let fact = |fact: Fact| facts.first_time(&fact, from).filter(within);
-    let axis = |axis: u8, low: i64, high: i64| fact(Fact::Axis { axis, low, high });
-    let below = |of: u8, position: i64| axis(of, i64::MIN, position.checked_sub(1)?);
-    let above = |of: u8, position: i64| axis(of, position.checked_add(1)?, i64::MAX);
+    let ahead = Ahead { facts, from, wake: facts.wake() };
     match *condition {
-        Condition::AxisAt { axis: of, position } => axis(of, position, position),
-        Condition::AxisBelow { axis, position } => below(axis, position),
-        Condition::AxisAbove { axis, position } => above(axis, position),
+        Condition::AxisAt { axis, position } => ahead.axis(axis, position, position),
+        Condition::AxisBelow { axis, position } => ahead.below(axis, position),
+        Condition::AxisAbove { axis, position } => ahead.above(axis, position),
         Condition::Outside { ref low, ref high } => (0..)
             .zip(low.iter().zip(high))
-            .flat_map(|(of, (low, high))| [below(of, *low), above(of, *high)])
+            .flat_map(|(axis, (low, high))| [ahead.below(axis, *low), ahead.above(axis, *high)])
             .flatten()
             .min(),
-        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level }),
-        Condition::Limit { axis, positive, active } => fact(Fact::Limit { axis, positive, active }),
-        Condition::SignalIs { signal, value } => fact(Fact::Signal { signal, value }),
+        Condition::PortBit { port, bit, level } => ahead.fact(Fact::PortBit { port, bit, level }),
+        Condition::Limit { axis, positive, active } => {
+            ahead.fact(Fact::Limit { axis, positive, active })
+        }
+        Condition::SignalIs { signal, value } => ahead.fact(Fact::Signal { signal, value }),
         // Something may be due right now.
         Condition::Idle => {
-            (facts.is_idle() && wake.is_none_or(|wake| wake > facts.now())).then_some(from)
+            (facts.is_idle() && ahead.wake.is_none_or(|wake| wake > facts.now())).then_some(from)
         }
-        Condition::At(time) => Some(time.max(from)).filter(within),
+        Condition::At(time) => Some(time.max(from)).filter(|at| ahead.contains(at)),
         Condition::All(ref parts) => first_of_all(facts, parts, from),
         Condition::Any(ref parts) => parts.iter().filter_map(|part| first(facts, part, from)).min(),
         Condition::Command { .. }
@@ -99,27 +126,17 @@ pub(crate) fn lapse<F: Facts + ?Sized>(
     condition: &Condition,
     from: Time,
 ) -> Option<Time> {
-    let wake = facts.wake();
-    let within = |at: &Time| *at == from || wake.is_none_or(|wake| *at < wake);
-    let fact = |fact: Fact| facts.first_time(&fact, from).filter(within);
-    let below = |axis: u8, low: i64| {
-        let high = low.checked_sub(1)?;
-        fact(Fact::Axis { axis, low: i64::MIN, high })
-    };
-    let above = |axis: u8, high: i64| {
-        let low = high.checked_add(1)?;
-        fact(Fact::Axis { axis, low, high: i64::MAX })
-    };
+    let ahead = Ahead { facts, from, wake: facts.wake() };
     let is_combined = matches!(condition, Condition::All(_) | Condition::Any(_));
     if !is_combined && first(facts, condition, from) != Some(from) {
         return Some(from);
     }
     match *condition {
         Condition::AxisAt { axis, position } => {
-            [below(axis, position), above(axis, position)].into_iter().flatten().min()
+            [ahead.below(axis, position), ahead.above(axis, position)].into_iter().flatten().min()
         }
-        Condition::AxisBelow { axis, position } => above(axis, position.saturating_sub(1)),
-        Condition::AxisAbove { axis, position } => below(axis, position.saturating_add(1)),
+        Condition::AxisBelow { axis, position } => ahead.above(axis, position.saturating_sub(1)),
+        Condition::AxisAbove { axis, position } => ahead.below(axis, position.saturating_add(1)),
         Condition::Outside { ref low, ref high } => {
             first_of_latest(facts, &[], from, |mut latest| {
                 for (axis, (low, high)) in (0..).zip(low.iter().zip(high)) {
@@ -127,16 +144,18 @@ pub(crate) fn lapse<F: Facts + ?Sized>(
                     let anywhere = Fact::Axis { axis, low: i64::MIN, high: i64::MAX };
                     let is_there = facts.first_time(&anywhere, latest).is_some();
                     if is_there && (low, high) != (i64::MIN, i64::MAX) {
-                        let inside = Fact::Axis { axis, low, high };
-                        latest = facts.first_time(&inside, latest).filter(within)?;
+                        let inside = facts.first_time(&Fact::Axis { axis, low, high }, latest);
+                        latest = inside.filter(|at| ahead.contains(at))?;
                     }
                 }
                 Some(latest)
             })
         }
-        Condition::PortBit { port, bit, level } => fact(Fact::PortBit { port, bit, level: !level }),
+        Condition::PortBit { port, bit, level } => {
+            ahead.fact(Fact::PortBit { port, bit, level: !level })
+        }
         Condition::Limit { axis, positive, active } => {
-            fact(Fact::Limit { axis, positive, active: !active })
+            ahead.fact(Fact::Limit { axis, positive, active: !active })
         }
         Condition::All(ref parts) => parts.iter().filter_map(|part| lapse(facts, part, from)).min(),
         Condition::Any(ref parts) => first_of_latest(facts, parts, from, |mut latest| {

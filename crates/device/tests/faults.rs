@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "tests end at what they do not expect")]
 
 mod cart;
+mod pieces;
 
 use std::time::Duration;
 
@@ -12,6 +13,7 @@ use vimc4_device::{
 };
 
 use cart::Cart;
+use pieces::in_pieces;
 
 const fn ms(millis: u64) -> Time {
     Time::from_millis(millis)
@@ -354,15 +356,7 @@ proptest! {
                 harness.run_to(when);
                 harness.input(input.as_input());
             }
-            let mut there = pieced.now();
-            while there < when {
-                there = when.min(there + Duration::from_micros(*pieces.next().unwrap()));
-                pieced.advance(there - pieced.now());
-            }
-            match happening {
-                Happening::Line(line) => line.bytes().for_each(|byte| pieced.send(&[byte])),
-                _ => pieced.input(input.as_input()),
-            }
+            in_pieces(&mut pieced, when, &mut pieces, input.as_input());
             planned.plan(when, input.as_input());
             restored.run_to(when);
             let state = serde_json::to_string(&restored.device().state()).unwrap();

@@ -1,10 +1,12 @@
 //! A harness drives a device as the contract says, whatever the pieces.
 
 mod cart;
+mod pieces;
 
 use std::time::Duration;
 
 use cart::Cart;
+use pieces::in_pieces;
 use proptest::prelude::*;
 use vimc4_device::{
     AXES, Condition, Device, Endless, Event, FlashChange, Foresight, Harness, Input, Kinds, Line,
@@ -257,15 +259,7 @@ proptest! {
             when = when + Duration::from_micros(*micros);
             whole.run_to(when);
             whole.input(happening.input());
-            let mut there = pieced.now();
-            while there < when {
-                there = when.min(there + Duration::from_micros(*pieces.next().unwrap()));
-                pieced.advance(there - pieced.now());
-            }
-            match happening {
-                Happening::Line(line) => line.bytes().for_each(|byte| pieced.send(&[byte])),
-                other => pieced.input(other.input()),
-            }
+            in_pieces(&mut pieced, when, &mut pieces, happening.input());
             planned.plan(when, happening.input());
             stepped.plan(when, happening.input());
             let written = TimedInput { at: when, input: happening.input().into() };

@@ -1,6 +1,6 @@
 //! Faults of the machine, and their consequences.
 
-use vimc4_device::{Event, Fault, FaultNumber, Faulting, Kinds, Loss, MachineStrike, Mishap};
+use vimc4_device::{Event, FaultNumber, Faulting, Kinds, Loss, MachineStrike, Mishap};
 use vimc4_motion::Running;
 use vimc4_plant::{Contact, End, Plant, PlantSignal, Way};
 
@@ -15,18 +15,10 @@ type Limits = [[bool; 2]; AXES];
 impl Firmware {
     /// A fault begins or ends.
     pub(crate) fn fault(&mut self, faulting: &Faulting) {
-        match faulting {
-            Faulting::Begin(number, Fault::Machine(fault)) => {
-                self.end_fault(*number);
-                self.begin_fault(*number, &fault.mishap);
-            }
-            Faulting::Begin(..) => {}
-            Faulting::End(number) => self.end_fault(*number),
-            Faulting::EndAll => {
-                for number in self.state.plant.faults() {
-                    self.end_fault(number);
-                }
-            }
+        let (ended, begun) = self.state.plant.faulting(faulting);
+        ended.into_iter().for_each(|number| self.end_fault(number));
+        if let Some((number, mishap)) = begun {
+            self.begin_fault(number, mishap);
         }
     }
 

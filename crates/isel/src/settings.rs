@@ -80,7 +80,7 @@ impl Settings {
 
     /// Whether a limit switch is active at a low level.
     #[must_use]
-    pub fn is_low_active(&self, axis: usize, switch: usize) -> bool {
+    pub(crate) fn is_low_active(&self, axis: usize, switch: usize) -> bool {
         self.limits >> (axis * 4 + 2 + switch) & 1 == 1
     }
 }

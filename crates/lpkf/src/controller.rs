@@ -21,9 +21,8 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use vimc4_device::{
-    CommandNumber, Course, Event, Fault, FaultNews, FaultNumber, Faulting, Kinds, Loss,
-    MachineStrike, Mishap, Motion, Outbox, SignalId, Situation, Stamp, StopCause, Strike, Time,
-    Warning,
+    CommandNumber, Course, Event, FaultNews, FaultNumber, Faulting, Kinds, Loss, MachineStrike,
+    Mishap, Motion, Outbox, SignalId, Situation, Stamp, StopCause, Strike, Time, Warning,
 };
 use vimc4_plant::{Contact, End, Followed, Machine, Plant};
 
@@ -465,18 +464,10 @@ impl Controller {
 
     /// A fault begins or ends.
     pub(crate) fn fault(&mut self, faulting: &Faulting) {
-        match faulting {
-            Faulting::Begin(number, Fault::Machine(fault)) => {
-                self.end_fault(*number);
-                self.begin_fault(*number, &fault.mishap);
-            }
-            Faulting::Begin(..) => {}
-            Faulting::End(number) => self.end_fault(*number),
-            Faulting::EndAll => {
-                for number in self.state.plant.faults() {
-                    self.end_fault(number);
-                }
-            }
+        let (ended, begun) = self.state.plant.faulting(faulting);
+        ended.into_iter().for_each(|number| self.end_fault(number));
+        if let Some((number, mishap)) = begun {
+            self.begin_fault(number, mishap);
         }
     }
 

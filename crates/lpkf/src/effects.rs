@@ -37,13 +37,13 @@ impl Command {
 
     /// Whether it drives axes to their switches, wherever those are.
     #[must_use]
-    pub fn seeks_switches(&self) -> bool {
+    pub(crate) fn seeks_switches(&self) -> bool {
         matches!(self, Command::Reference(_) | Command::HardClipLimits(_))
     }
 
     /// Whether it switches the spindle, the head, the motor currents or an output.
     #[must_use]
-    pub fn switches_outputs(&self) -> bool {
+    pub(crate) fn switches_outputs(&self) -> bool {
         matches!(
             self,
             Command::PenDown

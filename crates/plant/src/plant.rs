@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use vimc4_device::{
-    AXES, FaultNumber, Mishap, Point, Running, Segment, SignalId, SwitchSays, Time,
+    AXES, Fault, FaultNumber, Faulting, Mishap, Point, Running, Segment, SignalId, SwitchSays, Time,
 };
 use vimc4_motion::Pull;
 
@@ -260,7 +260,7 @@ impl Plant {
     }
 
     /// The same for conditions that can begin to hold only at these places of the carriage.
-    pub fn first_among(
+    pub(crate) fn first_among(
         &self,
         axis: usize,
         way: &Way<'_>,
@@ -507,10 +507,21 @@ impl Plant {
         !self.faults.is_empty()
     }
 
-    /// The numbers of the present faults.
+    /// What an order about faults means here: the faults that end, and then the one that begins, if
+    /// it is one of the machine.
     #[must_use]
-    pub fn faults(&self) -> Vec<FaultNumber> {
-        self.faults.numbers()
+    pub fn faulting<'f>(
+        &self,
+        faulting: &'f Faulting,
+    ) -> (Vec<FaultNumber>, Option<(FaultNumber, &'f Mishap)>) {
+        match faulting {
+            Faulting::Begin(number, Fault::Machine(fault)) => {
+                (vec![*number], Some((*number, &fault.mishap)))
+            }
+            Faulting::Begin(..) => (Vec::new(), None),
+            Faulting::End(number) => (vec![*number], None),
+            Faulting::EndAll => (self.faults.numbers(), None),
+        }
     }
 
     /// The fault that blocks the motor of an axis, if one does.

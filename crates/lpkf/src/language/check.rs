@@ -79,7 +79,7 @@ impl Command {
     /// Whether anything about it depends on the machine: [`check`](Self::check) accepts everything
     /// else.
     #[must_use]
-    pub const fn depends_on_machine(&self) -> bool {
+    pub(crate) const fn depends_on_machine(&self) -> bool {
         matches!(
             self,
             Self::PenSpeed(_)

@@ -34,7 +34,7 @@ impl Number {
 
     /// Whether it is beyond the 32 bits.
     #[must_use]
-    pub fn is_clipped(self) -> bool {
+    pub(crate) fn is_clipped(self) -> bool {
         i64::from(self.whole()) != self.nearest()
     }
 

@@ -198,20 +198,20 @@ impl Status {
 
     /// An axis left its range.
     #[must_use]
-    pub fn range_left(axis: Axis, side: Side) -> Self {
+    pub(crate) fn range_left(axis: Axis, side: Side) -> Self {
         Self::RangeNegativeX.at(2 * axis.index() + side as usize)
     }
 
     /// A limit switch was hit.
     #[must_use]
-    pub fn limit_switch(axis: Axis, side: Side) -> Self {
+    pub(crate) fn limit_switch(axis: Axis, side: Side) -> Self {
         Self::LimitNegativeX.at(2 * axis.index() + side as usize)
     }
 
     /// Whether nothing can move with this fault: the sum of all errors, power stages, limit
     /// switches, air.
     #[must_use]
-    pub const fn forbids_motion(self) -> bool {
+    pub(crate) const fn forbids_motion(self) -> bool {
         matches!(self.code(), 22 | 49..=63)
     }
 

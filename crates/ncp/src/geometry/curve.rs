@@ -204,7 +204,7 @@ impl Curve {
 
     /// Whether a curve with these parameters is an arc that the controller makes at once.
     #[must_use]
-    pub fn is_one_circle(parameters: &CurveParameters) -> bool {
+    pub(crate) fn is_one_circle(parameters: &CurveParameters) -> bool {
         let flat = parameters.rise.is_none();
         flat && parameters.wanted().is_some_and(|wanted| wanted.has_trace(ROOM))
     }

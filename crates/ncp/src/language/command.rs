@@ -143,7 +143,7 @@ pub enum Units {
 impl Units {
     /// A length or a speed of the file in µm or µm/s.
     #[must_use]
-    pub fn in_um(self, value: Value) -> Value {
+    pub(crate) fn in_um(self, value: Value) -> Value {
         match self {
             Units::Metric => value,
             Units::Inch => {
@@ -158,7 +158,7 @@ impl Instruction {
     /// Whether it only switches something besides the tool, or does nothing: the tool does the same
     /// without it.
     #[must_use]
-    pub fn is_accessory(&self) -> bool {
+    pub(crate) fn is_accessory(&self) -> bool {
         use Instruction::{Path, PathEnd, SetBit, SetPort, Switch, ToolDefinition, ToolInit, Type};
         matches!(
             self,

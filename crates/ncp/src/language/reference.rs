@@ -164,7 +164,7 @@ impl CommandInfo {
 
     /// Whether the tool does the same without it.
     #[must_use]
-    pub fn is_accessory(&self) -> bool {
+    pub(crate) fn is_accessory(&self) -> bool {
         match self.form {
             Form::Plain(command) | Form::Anything(command) => command.is_accessory(),
             Form::Switch(_)
