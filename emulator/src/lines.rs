@@ -58,6 +58,7 @@ not tried.";
     mut_arg("line_pacing", |arg| arg.requires("serve")),
     mut_arg("flash", |arg| arg.requires("serve")),
     mut_arg("record", |arg| arg.requires("serve")),
+    mut_arg("coverage", |arg| arg.requires("serve")),
     mut_arg("tcp_clients", |arg| arg.requires("serve")),
     mut_arg("fresh_clients", |arg| arg.requires("serve")),
     mut_arg("replace", |arg| arg.requires("serve")),
@@ -282,7 +283,7 @@ impl Served {
         runtime.block_on(async {
             let mut emulators = Vec::new();
             if let Err(failure) = serve::start(arguments, log, &mut emulators).await {
-                serve::finish(emulators, log).await;
+                let _ = serve::finish(arguments, emulators, log).await;
                 return say(Err(failure));
             }
             if let Some(emulator) = emulators.first() {
@@ -295,7 +296,9 @@ impl Served {
                     let _ = failure.report();
                 },
             }
-            serve::finish(emulators, log).await;
+            if let Err(failure) = serve::finish(arguments, emulators, log).await {
+                let _ = failure.report();
+            }
         });
     }
 }

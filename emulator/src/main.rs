@@ -6,6 +6,7 @@ mod circle;
 mod completions;
 mod conform;
 mod console;
+mod coverage;
 mod dap;
 mod deferred;
 mod doctor;
@@ -94,6 +95,8 @@ enum Tool {
         about = "Find the shortest input of a recording that still shows a difference or an error"
     )]
     Minimise(Deferred<recording::less::MinimiseArguments>),
+    #[command(about = "Say how much of what a controller can do was met by tests")]
+    Coverage(Deferred<coverage::Arguments>),
     #[command(about = "Debug programs, jobs and recordings in an editor: a debug adapter")]
     Dap(Deferred<dap::Arguments>),
     #[command(about = "Say what a program will find at a port, and the remedy")]
@@ -157,6 +160,7 @@ fn main() -> ExitCode {
         Tool::Minimise(Deferred(arguments)) => {
             recording::guarded(|| recording::less::minimise(&arguments))
         }
+        Tool::Coverage(Deferred(arguments)) => coverage::run(&arguments),
         Tool::Dap(Deferred(arguments)) => {
             return dap::run(&arguments).unwrap_or_else(Failure::report);
         }

@@ -58,7 +58,8 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let mut meter = Meter::new(&machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let tape = arguments.world.tape(&model, &machine)?;
-    let driver = Driver::new(controller, meter, arguments.loops).recording(tape);
+    let covering = arguments.world.covering(&model)?;
+    let driver = Driver::new(controller, meter, arguments.loops).recording(tape).covering(covering);
     let report = RunReport::new(&arguments, &script);
     let mut session = Session { handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");

@@ -19,6 +19,7 @@ use vimc4::{Clients, Clock, Control, Emulator, Names, Verbosity, Worker};
 
 use crate::answers::Answers;
 use crate::completions;
+use crate::coverage;
 use crate::dap::{self, Served};
 use crate::endings::Endings;
 use crate::failure::Failure;
@@ -42,6 +43,7 @@ Examples:
   vimc4 serve --model imc-s8 --machine mill --flash program.flash
   vimc4 serve --model smcu --machine board-plotter --time 8x
   vimc4 serve --record session.jsonl
+  vimc4 serve --time instant --coverage coverage.json
   vimc4 serve --json --time instant --count 8 --until-stdin-closes
   VIMC4_LOG=info vimc4 serve
 
@@ -93,6 +95,10 @@ pub(crate) struct Arguments {
     /// it ends. Several controllers get NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    /// At the end, add what of the controllers' commands, answers, states and stops was met to this file,
+    /// which `vimc4 coverage` shows
+    #[arg(long, value_name = "FILE")]
+    pub(crate) coverage: Option<PathBuf>,
     /// Begin another file of the recording, NAME.2.EXT, when one reaches this size, such as 64M
     #[arg(long, value_name = "SIZE", requires = "record", value_parser = size)]
     pub(crate) record_size: Option<u64>,
@@ -184,7 +190,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             Ok(Err(failure)) => Err(failure),
             Err(code) => Ok(code),
         };
+        let counted = Counted::of(&arguments, &emulators);
         end_all(emulators, &log, Control::stop_and_leave).await;
+        let end = end.and_then(|code| counted.keep().map(|()| code));
         let _ = timeout(STANDSTILL, answers.written()).await;
         end
     });
@@ -218,8 +226,33 @@ pub(crate) fn open_log(arguments: &Arguments) -> Result<Log, Failure> {
 
 /// Ends all controllers, those that are ready and those of a start that has failed, and leaves
 /// nothing behind.
-pub(crate) async fn finish(emulators: Vec<Emulator>, log: &Log) {
+pub(crate) async fn finish(
+    arguments: &Arguments,
+    emulators: Vec<Emulator>,
+    log: &Log,
+) -> Result<(), Failure> {
+    let counted = Counted::of(arguments, &emulators);
     end_all(emulators, log, Control::stop).await;
+    counted.keep()
+}
+
+/// The controllers whose coverage is kept when they have ended, and where.
+struct Counted<'a> {
+    path: Option<&'a Path>,
+    controls: Vec<Control>,
+}
+
+impl Counted<'_> {
+    fn of<'a>(arguments: &'a Arguments, emulators: &[Emulator]) -> Counted<'a> {
+        let path = arguments.coverage.as_deref();
+        let controls = emulators.iter().filter(|_| path.is_some());
+        Counted { path, controls: controls.map(|emulator| emulator.control().clone()).collect() }
+    }
+
+    fn keep(&self) -> Result<(), Failure> {
+        let Some(path) = self.path else { return Ok(()) };
+        coverage::keep(path, self.controls.iter().filter_map(Control::coverage_so_far))
+    }
 }
 
 async fn end_all(mut emulators: Vec<Emulator>, log: &Log, stop: fn(&Control)) {
@@ -257,6 +290,9 @@ pub(crate) async fn start(
     let workers = workers(count)?;
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
+    if let Some(path) = &arguments.coverage {
+        coverage::begin(path, &model)?;
+    }
     for (number, worker) in (1..=count).zip(workers.iter().cycle()) {
         let several = (count > 1).then_some(number);
         let prefix = several.map_or_else(String::new, |number| format!("{number}: "));
@@ -271,6 +307,7 @@ pub(crate) async fn start(
             .line_pacing(arguments.line_pacing)
             .fresh_clients(arguments.fresh_clients)
             .record(false)
+            .coverage(arguments.coverage.is_some())
             .name(number.to_string())
             .sink(log.terminal(verbosity, prefix.clone()));
         if arguments.log.is_some() {

@@ -18,11 +18,12 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 14] = [
+const PAGES: [(&str, &str); 15] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
     ("docs/connect.md", include_str!("../../docs/connect.md")),
+    ("docs/coverage.md", include_str!("../../docs/coverage.md")),
     ("docs/debugging.md", include_str!("../../docs/debugging.md")),
     ("docs/design.md", include_str!("../../docs/design.md")),
     ("docs/library.md", include_str!("../../docs/library.md")),
@@ -109,7 +110,8 @@ const PROGRAMS: [&str; 18] = [
 ];
 
 /// Command lines that end with another exit code than 0.
-const ENDS: [(&str, i32); 3] = [
+const ENDS: [(&str, i32); 4] = [
+    ("vimc4 run examples/board.plt --model smcu --machine board-plotter --coverage", 2),
     ("vimc4 run examples/program.txt", 3),
     ("vimc4 replay examples/limit.jsonl --quirk", 1),
     ("vimc4 diff drill.jsonl examples/limit.jsonl", 1),

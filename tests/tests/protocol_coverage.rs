@@ -1,6 +1,6 @@
 //! What controllers can do, as their tables list it, held against what they do.
 
-#![expect(clippy::expect_used, clippy::panic, reason = "what cannot be read fails the test")]
+#![expect(clippy::expect_used, reason = "what cannot be read fails the test")]
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use vimc4::{Event, Model};
 use vimc4_conform::fixtures;
 use vimc4_conform::play::{Drive, Record, play};
 use vimc4_conform::workshop::Workshop;
-use vimc4_coverage::{Collector, Coverage, Totals};
+use vimc4_coverage::Collector;
 
 /// Nothing that happens in any session is missing in the tables; what the sessions of each model meet of
 /// them is printed.

@@ -256,7 +256,8 @@ impl Coverage {
             if number > 0 {
                 json.push_str(",\n");
             }
-            json.push_str(&serde_json::json!(command).to_string());
+            // A structure of texts and numbers can always be written.
+            json.push_str(&serde_json::to_string(command).unwrap_or_default());
         }
         json.push_str("\n]}\n");
         json

@@ -16,13 +16,13 @@
 //! let mut imc4 = Harness::new(bare(&model, &machine, &[])?).watching(Collector::KINDS);
 //! imc4.ask(b"@01\r")?;
 //! imc4.ask(b"@0A1000,900\r")?;
-//! for event in imc4.take().iter().filter_map(|output| output.event()) {
+//! for event in imc4.outputs().iter().filter_map(|output| output.event()) {
 //!     collector.see(event);
 //! }
 //! let coverage = collector.coverage();
 //! let moves = coverage.command("@A").ok_or("the model has it")?;
 //! assert!(moves.answers.iter().any(|answer| answer.name == "0" && answer.met == 1));
-//! assert!(coverage.missing().iter().any(|sentence| sentence.starts_with("`@A`: you never met `2`")));
+//! assert!(coverage.missing().iter().any(|line| line.starts_with("`@A`: during “move” you never met the stop byte")));
 //! # Ok(())
 //! # }
 //! ```

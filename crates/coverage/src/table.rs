@@ -81,7 +81,7 @@ impl Coverage {
         }
         sentences.extend(alike.into_iter().map(|(what, commands)| {
             let commands: Vec<String> = commands.iter().map(|name| format!("`{name}`")).collect();
-            format!("{}: you never met {what}.", commands.join(", "))
+            format!("{}: {what}.", commands.join(", "))
         }));
         sentences
     }
@@ -96,17 +96,17 @@ impl Command {
     /// What of it was never met, as ends of sentences.
     fn missing(&self) -> Vec<String> {
         let mut missing = Vec::new();
-        let answers =
-            unmet(&self.answers).map(|answer| format!("`{}` ({})", answer.name, answer.about));
+        let answers = unmet(&self.answers).map(|p| format!("`{}` ({})", p.name, p.about));
         let answers: Vec<String> = answers.collect();
         if !answers.is_empty() {
-            missing.push(answers.join(", "));
+            missing.push(format!("you never met {}", answers.join(", ")));
         }
-        let states: Vec<&str> = unmet(&self.states).map(|state| state.name.as_str()).collect();
+        let states: Vec<String> =
+            unmet(&self.states).map(|state| format!("\u{201c}{}\u{201d}", state.name)).collect();
         if !states.is_empty() {
-            missing.push(format!("the state {}", states.join("; ")));
+            missing.push(format!("you never met it in {}", states.join(", ")));
         }
-        // What stops it during one thing after the other.
+        // What stops it, during one thing after the other; what is alike is said once.
         let mut during: Vec<(&str, Vec<&str>)> = Vec::new();
         for point in unmet(&self.stops) {
             match during.iter_mut().find(|(state, _)| *state == point.about) {
@@ -114,9 +114,17 @@ impl Command {
                 None => during.push((&point.about, vec![&point.name])),
             }
         }
-        let during = during.into_iter();
-        missing
-            .extend(during.map(|(state, causes)| format!("{}, during {state}", causes.join("; "))));
+        let mut alike: Vec<(Vec<&str>, Vec<String>)> = Vec::new();
+        for (state, causes) in during {
+            let state = format!("\u{201c}{state}\u{201d}");
+            match alike.iter_mut().find(|(same, _)| *same == causes) {
+                Some((_, states)) => states.push(state),
+                None => alike.push((causes, vec![state])),
+            }
+        }
+        missing.extend(alike.into_iter().map(|(causes, states)| {
+            format!("during {} you never met {}", states.join(", "), causes.join(", "))
+        }));
         missing
     }
 }

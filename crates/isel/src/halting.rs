@@ -28,7 +28,11 @@ impl Firmware {
         let goes_on = |run: &&mut Run| !run.paused && run.stopping.is_none();
         if let Some(run) = self.state.run.as_mut().filter(goes_on) {
             run.stopping = Some(by);
-            self.struck(by.cause());
+            // A motion is struck when it brakes, and what waits for nothing is not at all.
+            let waits = matches!(self.state.activity, Activity::Waiting { what, .. } if what != Wait::Forever);
+            if waits {
+                self.struck(by.cause());
+            }
         }
         match &self.state.activity {
             Activity::Moving(moving) => match (moving.job, moving.plan.until) {
@@ -119,6 +123,9 @@ impl Firmware {
         {
             // This segment ends by itself at least as early; the next one does not begin.
             moving.ending = ending;
+            self.struck_by(ending);
+        } else if moving.job == Purpose::Program {
+            // The program halts after it.
             self.struck_by(ending);
         }
         Outcome::Nothing

@@ -21,6 +21,7 @@ use vimc4_host::{Pty, PtyLink};
 use vimc4_journal::Picture;
 
 use crate::control::Control;
+use crate::coverage::Tally;
 use crate::emulator::{Emulator, Kept, Places};
 use crate::error::Error;
 use crate::profiles;
@@ -44,6 +45,7 @@ pub struct Builder {
     line_pacing: bool,
     paused: bool,
     record: bool,
+    coverage: bool,
     recording: Option<Recording>,
     name: Option<String>,
     sinks: Vec<Box<dyn Sink>>,
@@ -161,6 +163,7 @@ impl Builder {
             line_pacing: false,
             paused: false,
             record: true,
+            coverage: false,
             recording: None,
             name: None,
             sinks: Vec::new(),
@@ -278,6 +281,13 @@ impl Builder {
         self
     }
 
+    /// Whether it counts what of its protocol the host meets, for [`Emulator::coverage`]. By default it
+    /// does not, and costs nothing.
+    pub fn coverage(mut self, on: bool) -> Builder {
+        self.coverage = on;
+        self
+    }
+
     /// Records everything into a file that stays only if the test fails: if the thread that drops the
     /// emulator is panicking. Otherwise it is removed then.
     pub fn record_failure(mut self, path: impl Into<PathBuf>) -> Builder {
@@ -365,9 +375,10 @@ impl Builder {
             Some(worker) => worker.clone(),
             None => Worker::start(&format!("vimc4 {}", model.name())).map_err(Error::Start)?,
         };
+        let tally = self.coverage.then(|| Tally::new(&model));
         let (made, record, recording) = {
             let _inside = worker.enter();
-            self.assemble(&model, Arc::clone(&machine), &addresses)?
+            self.assemble(&model, Arc::clone(&machine), &addresses, tally.as_ref())?
         };
         let (runner, handle, places) = made;
         let (over, ended) = watch::channel(None);
@@ -378,7 +389,7 @@ impl Builder {
             // Nobody may be interested.
             let _ = over.send(Some(end.map_err(Arc::new)));
         });
-        let control = Control::new(model, machine, handle, record);
+        let control = Control::new(model, machine, handle, record, tally);
         #[cfg_attr(
             not(all(unix, feature = "pty")),
             expect(unused_mut, reason = "there are no links")
@@ -398,6 +409,7 @@ impl Builder {
         model: &Model,
         machine: Arc<Machine>,
         [tcp, rfc2217]: &[Vec<SocketAddr>; 2],
+        tally: Option<&Tally>,
     ) -> Result<(Made, Option<Record>, Option<Kept>), Error> {
         let mut places = Places::default();
         let tcp = listen(tcp, |address| Tcp::bind(address, self.clients))?;
@@ -465,6 +477,9 @@ impl Builder {
         let record = self.record.then(|| Record::new(Picture::of(runner.device())));
         if let Some(record) = &record {
             runner.watch(Box::new(record.recorder()));
+        }
+        if let Some(tally) = tally {
+            runner.watch(Box::new(tally.counter()));
         }
         for sink in self.sinks {
             runner.watch(sink);

@@ -13,8 +13,10 @@ use vimc4_host::{
     Modem, Pause, Pending, Sink, SinkId, Step,
 };
 
+use vimc4_coverage::Coverage;
 use vimc4_journal::{Journal, Picture};
 
+use crate::coverage::Tally;
 use crate::record::{HostCommand, Memory, Record};
 
 /// Controls an emulator without waiting: every method is that of the same name of
@@ -51,6 +53,7 @@ pub struct Control {
     machine: Arc<Machine>,
     pub(crate) handle: Handle<Line<Controller>>,
     pub(crate) record: Option<Record>,
+    tally: Option<Tally>,
 }
 
 /// A picture of a controller: [`Emulator::view`](crate::Emulator::view).
@@ -95,8 +98,9 @@ impl Control {
         machine: Arc<Machine>,
         handle: Handle<Line<Controller>>,
         record: Option<Record>,
+        tally: Option<Tally>,
     ) -> Control {
-        Control { model, machine, handle, record }
+        Control { model, machine, handle, record, tally }
     }
 
     /// The same controls under another name, which appears in the log and the news. Without one the
@@ -220,6 +224,26 @@ impl Control {
             memory.pass(device.now());
             memory.journal.clone()
         })
+    }
+
+    /// How much of what the controller can do the host has met. It has to be wanted by
+    /// [`Builder::coverage`].
+    ///
+    /// [`Builder::coverage`]: crate::Builder::coverage
+    pub fn coverage(&self) -> Pending<Coverage> {
+        let tally = self.tally.clone();
+        self.handle.with(move |_| match tally {
+            Some(tally) => Ok(tally.coverage()),
+            None => Err(ControlError::Unsupported(
+                "nothing is counted; build the emulator with Builder::coverage(true)",
+            )),
+        })
+    }
+
+    /// The same without asking the controller, which may have ended: what was met by all that it has
+    /// answered. `None` if nothing is counted.
+    pub fn coverage_so_far(&self) -> Option<Coverage> {
+        self.tally.as_ref().map(Tally::coverage)
     }
 
     /// Forgets the commands and events so far.

@@ -20,6 +20,7 @@ use vimc4_host::{
 #[cfg(all(unix, feature = "pty"))]
 use vimc4_host::{LinkError, PtyLink};
 
+use vimc4_coverage::Coverage;
 use vimc4_journal::Journal;
 use vimc4_journal::expect::Expect;
 
@@ -260,6 +261,17 @@ impl Emulator {
     /// with its time and the number of its command.
     pub fn journal(&self) -> Result<Journal, Error> {
         Ok(self.control.journal().wait()?)
+    }
+
+    /// How much of what the controller can do the host has met so far: commands, their answers, the
+    /// states that they found and what stopped them. [`add_coverage`](crate::add_coverage) adds it to a
+    /// file.
+    ///
+    /// # Errors
+    ///
+    /// If it is not counted, which [`Builder::coverage`](crate::Builder::coverage) switches on.
+    pub fn coverage(&self) -> Result<Coverage, Error> {
+        Ok(self.control.coverage().wait()?)
     }
 
     /// Begins a sentence about what has to happen: from now on, if it ends with

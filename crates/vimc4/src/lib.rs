@@ -39,6 +39,7 @@
 //! | be the person at the machine | [`Emulator::press`], [`Emulator::turn`], [`Emulator::input`], [`Emulator::power`] |
 //! | ask what the host did | [`Emulator::commands`], [`Emulator::journal`], [`Emulator::position`], [`Emulator::view`] |
 //! | say what it has to do, in which order, how often, never | [`Emulator::expect`] |
+//! | count what of the protocol a test has met | [`Emulator::coverage`], [`add_coverage`] |
 //! | lose, garble, delay bytes, or cut the cable | [`Emulator::fault`] |
 //! | press, switch off and break things when something else happens | [`Emulator::scenario`] |
 //! | await instead of block | [`Emulator::control`] |
@@ -48,6 +49,7 @@
 
 mod builder;
 mod control;
+mod coverage;
 mod emulator;
 mod error;
 mod expect;
@@ -60,6 +62,7 @@ mod scenario;
 
 pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};
+pub use coverage::{CoverageFileError, add_coverage, read_coverage};
 pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
 pub use expect::{Live, Watched};
@@ -94,6 +97,9 @@ pub use vimc4_host::{
 #[cfg(all(unix, feature = "pty"))]
 pub use vimc4_host::{LinkError, PtyLink, User, Users};
 
+pub use vimc4_coverage::{
+    Command as CoveredCommand, Coverage, CoverageError, Lcov, Point as CoveragePoint, Total, Totals,
+};
 pub use vimc4_journal::expect::{
     Clauses, CommandClause, ConditionLike, Expect, Expectation, Failure, Following, Mistake, Must,
     Reason, Sentence, Trial, Unmet, Whenever,

@@ -110,7 +110,8 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), site.model.axis_names())?;
     let mut link = Virtual::new(
         Driver::new(controller, meter, None)
-            .recording(arguments.world.tape(&site.model, &site.machine)?),
+            .recording(arguments.world.tape(&site.model, &site.machine)?)
+            .covering(arguments.world.covering(&site.model)?),
         Handling::of(&site.model),
         arguments.json,
     );
@@ -129,6 +130,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
     let outcome = Outcome::of(ending, &link).but(checked.refused.as_ref());
     let code = outcome.report(arguments, &site, &mut link, checked.told)?;
     link.driver.end_recording();
+    link.driver.keep_coverage()?;
     link.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
     Ok(code)
 }

@@ -10,6 +10,8 @@ use vimc4_device::{Device, Event, Harness, Input, Kinds, Motion, Output, SignalI
 use super::meter::Meter;
 use super::rounds::Rounds;
 use super::tape::Tape;
+use crate::coverage::Covering;
+use crate::failure::Failure;
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(crate) struct Driver {
@@ -25,6 +27,7 @@ pub(crate) struct Driver {
     pub(crate) meter: Meter,
     pub(crate) rounds: Rounds,
     tape: Option<Tape>,
+    covering: Option<Covering>,
     /// Events that have not been taken yet.
     pub(crate) news: VecDeque<(Time, News)>,
 }
@@ -59,15 +62,14 @@ pub(crate) enum Halt {
     Idling,
 }
 
+/// The kinds of events that it takes note of.
+const WANTED: Kinds =
+    Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::MOTION).and(Kinds::PORT).and(Kinds::WARNING);
+
 impl Driver {
     pub(crate) fn new(device: Controller, meter: Meter, most_rounds: Option<u64>) -> Driver {
-        let wanted = Kinds::COMMAND
-            .and(Kinds::ANSWER)
-            .and(Kinds::MOTION)
-            .and(Kinds::PORT)
-            .and(Kinds::WARNING);
         let mut driver = Driver {
-            harness: Harness::new(device).watching(wanted),
+            harness: Harness::new(device).watching(WANTED),
             end: Time::NEVER,
             most_rounds,
             has_head: false,
@@ -75,6 +77,7 @@ impl Driver {
             meter,
             rounds: Rounds::default(),
             tape: None,
+            covering: None,
             news: VecDeque::new(),
         };
         driver.has_head = driver.head().is_some();
@@ -89,6 +92,20 @@ impl Driver {
         }
         self.tape = tape;
         self
+    }
+
+    /// Counts what is met from now on.
+    pub(crate) fn covering(mut self, covering: Option<Covering>) -> Driver {
+        if covering.is_some() {
+            self.harness = self.harness.watching(WANTED.and(Covering::KINDS));
+        }
+        self.covering = covering;
+        self
+    }
+
+    /// Keeps what was met, if that is counted.
+    pub(crate) fn keep_coverage(&mut self) -> Result<(), Failure> {
+        self.covering.take().map_or(Ok(()), Covering::keep)
     }
 
     /// Ends the recording, if there is one.
@@ -199,6 +216,9 @@ impl Driver {
     }
 
     fn take(&mut self, at: Time, event: Event) {
+        if let Some(covering) = &self.covering {
+            covering.see(&event);
+        }
         match event {
             Event::Command { bytes, .. } => {
                 self.news.push_back((at, News::Begun(bytes.to_vec())));

@@ -275,6 +275,7 @@ impl Session {
         let rounds = self.driver.rounds.made();
         self.report.finish(&end, &view, &self.driver.meter, rounds, machine, baud)?;
         self.driver.end_recording();
+        self.driver.keep_coverage()?;
         self.driver.meter.trace.take().map_or(Ok(()), Trace::finish)?;
         Ok(ExitCode::from(end.why.code()))
     }

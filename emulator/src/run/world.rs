@@ -9,6 +9,7 @@ use vimc4_device::{Device, Names, Order, OwnedInput, SignalId, Verb};
 use super::driver::Driver;
 use super::tape::Tape;
 use crate::completions;
+use crate::coverage::Covering;
 use crate::failure::Failure;
 use crate::values::duration;
 
@@ -32,6 +33,10 @@ pub(crate) struct World {
     /// and .zst are compressed when it ends
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    /// Add what of the controller's commands, answers, states and stops was met to this file, which
+    /// `vimc4 coverage` shows
+    #[arg(long, value_name = "FILE")]
+    coverage: Option<PathBuf>,
 }
 
 /// What the world around the controller does.
@@ -65,6 +70,11 @@ impl World {
     /// The recording, if there is to be one.
     pub(crate) fn tape(&self, model: &Model, machine: &Machine) -> Result<Option<Tape>, Failure> {
         self.record.as_deref().map(|path| Tape::new(path, model, machine)).transpose()
+    }
+
+    /// What counts what is met, if that is wanted.
+    pub(crate) fn covering(&self, model: &Model) -> Result<Option<Covering>, Failure> {
+        self.coverage.as_deref().map(|path| Covering::new(path, model)).transpose()
     }
 
     /// What the outside world will do.

@@ -151,7 +151,9 @@ fn causes(model: &Model, doing: Doing, program: bool) -> Vec<StopCause> {
     let erases = doing == Doing::Erasing;
     // On a reference run it stands in for the switch, which the free steps do not look for.
     let ends = model.quirks.stop_in_reference == StopInReference::End && program;
-    let heeds_stop = !tests && !erases && (ends || doing != Doing::ReferenceFreeSteps);
+    // A line that branches to itself is never over.
+    let stays = doing == Doing::ProgramHaltedOnItself;
+    let heeds_stop = !tests && !erases && !stays && (ends || doing != Doing::ReferenceFreeSteps);
     let watches = |op| program && spec(model.command_set.dialect(), Mode::Direct, op).is_some();
     let all = [
         (Cause::StopByte, heeds_stop),

@@ -1,0 +1,162 @@
+//! `vimc4 coverage`, and what `--coverage` of other commands keeps.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use vimc4::{Coverage, Model, add_coverage, read_coverage};
+use vimc4_coverage::Collector;
+use vimc4_device::{Event, Kinds};
+
+use crate::endings::Endings;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(clap::Args)]
+#[command(
+    long_about = "\
+Say how much of what a controller can do was met: commands, their answers, the states that they found and
+what stopped them
+
+`vimc4 serve --coverage FILE` and `vimc4 run --coverage FILE` write such files, and add to one that is
+there. Several files of the same model are read as one.",
+    after_long_help = "\
+Examples:
+  vimc4 run examples/commands.txt --machine mill --coverage coverage.json
+  vimc4 coverage coverage.json
+  vimc4 coverage coverage.json --missing
+  vimc4 coverage coverage.json --html coverage.html --lcov coverage.info
+
+Exit codes: 0 printed and written, 2 wrong usage, or a file cannot be used."
+)]
+pub(crate) struct Arguments {
+    /// Files that `--coverage` has written
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// Print what was never met, in sentences, instead of the table
+    #[arg(long)]
+    missing: bool,
+    /// Write a page of HTML, which needs nothing else
+    #[arg(long, value_name = "OUT")]
+    html: Option<PathBuf>,
+    /// Write a tracefile of lcov for viewers of coverage, and beside it OUT.txt, the text of the commands
+    /// that it is about
+    #[arg(long, value_name = "OUT")]
+    lcov: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut whole: Option<Coverage> = None;
+    for path in &arguments.files {
+        let read = read_coverage(path).map_err(Failure::usage)?;
+        match &mut whole {
+            None => whole = Some(read),
+            Some(whole) => whole.merge(&read).map_err(|error| {
+                Failure::usage(format!("coverage file {}: {error}", path.display()))
+            })?,
+        }
+    }
+    let Some(coverage) = whole else { return Err(Failure::usage("no file is given")) };
+    if let Some(path) = &arguments.html {
+        write(path, &coverage.html())?;
+    }
+    if let Some(path) = &arguments.lcov {
+        let mut source = path.clone().into_os_string();
+        source.push(".txt");
+        let source = PathBuf::from(source);
+        let lcov = coverage.lcov(&source.display().to_string());
+        write(&source, &lcov.source)?;
+        write(path, &lcov.tracefile)?;
+    }
+    if !arguments.missing {
+        return output::print(&coverage.table());
+    }
+    output::print(&coverage.missing().iter().map(|line| format!("{line}\n")).collect::<String>())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    fs::write(path, text).map_err(|error: io::Error| {
+        Failure::usage(format!(
+            "cannot write {}: {error}; name a file in a folder that can be written to",
+            path.display()
+        ))
+    })
+}
+
+/// Sees to it before anything begins that a file can be used for this model at the end.
+pub(crate) fn begin(path: &Path, model: &Model) -> Result<(), Failure> {
+    add_coverage(path, &Coverage::of(model)).map(drop).map_err(Failure::usage)
+}
+
+/// Adds what several controllers of one model have met.
+pub(crate) fn keep(path: &Path, met: impl IntoIterator<Item = Coverage>) -> Result<(), Failure> {
+    let whole = met.into_iter().reduce(|mut whole, more| {
+        // They are of one model.
+        let _ = whole.merge(&more);
+        whole
+    });
+    whole.map_or(Ok(()), |whole| add_coverage(path, &whole).map(drop).map_err(Failure::midway))
+}
+
+/// Counts what a run in virtual time meets, and keeps it even if somebody ends the program.
+pub(crate) struct Covering(Arc<Counted>);
+
+struct Counted {
+    path: PathBuf,
+    /// Nothing any more once it is kept.
+    collector: Mutex<Option<Collector>>,
+}
+
+/// The exit code of a program that is interrupted, as shells have it.
+const INTERRUPTED: i32 = 130;
+
+impl Covering {
+    pub(crate) const KINDS: Kinds = Collector::KINDS;
+
+    pub(crate) fn new(path: &Path, model: &Model) -> Result<Covering, Failure> {
+        let collector = Mutex::new(Some(Collector::new(model)));
+        let counted = Arc::new(Counted { path: path.to_owned(), collector });
+        let failed = |error| Failure::usage(format!("cannot wait for Ctrl-C: {error}"));
+        let runtime =
+            tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        // Whoever finds the file may end the program, and what it has met until then is kept.
+        let mut endings = runtime.block_on(async { Endings::listen() });
+        begin(path, model)?;
+        let at_end = Arc::clone(&counted);
+        let told = move || {
+            runtime.block_on(endings.told());
+            if let Err(failure) = at_end.keep() {
+                failure.report();
+            }
+            process::exit(INTERRUPTED);
+        };
+        thread::Builder::new().name("endings".to_owned()).spawn(told).map_err(failed)?;
+        Ok(Covering(counted))
+    }
+
+    pub(crate) fn see(&self, event: &Event) {
+        if let Some(collector) = &mut *self.0.lock() {
+            collector.see(event);
+        }
+    }
+
+    pub(crate) fn keep(self) -> Result<(), Failure> {
+        self.0.keep()
+    }
+}
+
+impl Counted {
+    /// Adds it to the file, once.
+    fn keep(&self) -> Result<(), Failure> {
+        let mut collector = self.lock();
+        let met = collector.take().map(|collector| collector.coverage().clone());
+        keep(&self.path, met)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Collector>> {
+        self.collector.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,144 @@
+//! `--coverage` and `vimc4 coverage`: what was met is kept however a program ends, and shown as
+//! docs/coverage.md says.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use rustix::process::Signal;
+
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{Process, VIMC4, ask, connect, root, tcp, until, vimc4};
+
+const MANUAL: &str = include_str!("../../docs/coverage.md");
+
+fn text(output: &Output) -> String {
+    let [out, err] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    format!("{out}{err}")
+}
+
+/// What is in a file of coverage: how often this point of a command was met.
+fn met(file: &Path, mnemonic: &str, name: &str) -> u64 {
+    let coverage = vimc4::read_coverage(file).unwrap();
+    let command = coverage.command(mnemonic).unwrap();
+    command.points().find(|point| point.name == name).unwrap().met
+}
+
+#[test]
+fn the_manual_shows_what_is_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["examples", "bin"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    symlink(VIMC4, folder.path().join("bin/vimc4")).unwrap();
+    for name in ["commands.txt", "program.txt", "board.plt"] {
+        let file = Path::new("examples").join(name);
+        fs::copy(root().join(&file), folder.path().join(&file)).unwrap();
+    }
+    let path =
+        format!("{}:{}", folder.path().join("bin").display(), std::env::var("PATH").unwrap());
+    let mut shown = 0;
+    for block in MANUAL.split("```console\n").skip(1) {
+        let block = block.split("```").next().unwrap();
+        for example in format!("\n{block}").split("\n$ ").skip(1) {
+            let (line, expected) = example.split_once('\n').unwrap_or((example, ""));
+            let mut shell = Command::new("sh");
+            shell.args(["-c", line]).current_dir(folder.path()).env("PATH", &path);
+            let said = text(&shell.output().unwrap());
+            assert_eq!(said.trim_end(), expected.trim_end(), "docs/coverage.md: {line}");
+            shown += 1;
+        }
+    }
+    assert!(shown >= 9, "{shown}");
+}
+
+const SERVED: [&str; 6] = ["--pty", "none", "--time", "instant", "--coverage", "coverage.json"];
+
+#[test]
+fn what_was_met_is_kept_however_it_ends() {
+    for end in [None, Some(Signal::TERM), Some(Signal::INT), Some(Signal::HUP)] {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut serve, ready) = Process::serve(folder.path(), &SERVED);
+        let mut port = connect(tcp(&ready, 0));
+        assert_eq!(ask(&mut port, "@01\r@0A5\r", 2), "07");
+        match end {
+            Some(signal) => serve.signal(signal),
+            None => serve.give("quit\n"),
+        }
+        assert!(serve.child.wait().unwrap().success(), "{end:?}");
+        let file = folder.path().join("coverage.json");
+        assert_eq!((met(&file, "@axes", "0"), met(&file, "@A", "7")), (1, 1), "{end:?}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something is left");
+    }
+}
+
+#[test]
+fn several_controllers_and_several_runs_are_added_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut serve, ready) =
+        Process::serve(folder.path(), &[&SERVED[..], &["--count", "3"]].concat());
+    for number in [0, 2] {
+        assert_eq!(ask(&mut connect(tcp(&ready, number)), "@01\r", 1), "0");
+    }
+    fs::write(folder.path().join("axes.txt"), "@01\n@0P\n").unwrap();
+    let runs: Vec<Process> = (0..8)
+        .map(|_| {
+            let run = ["run", "axes.txt", "--coverage", "coverage.json"];
+            Process::of(vimc4(folder.path(), &run).stdout(Stdio::null()).spawn().unwrap())
+        })
+        .collect();
+    for mut run in runs {
+        assert!(run.child.wait().unwrap().success());
+    }
+    serve.signal(Signal::TERM);
+    assert!(serve.child.wait().unwrap().success());
+    let file = folder.path().join("coverage.json");
+    assert_eq!((met(&file, "@axes", "0"), met(&file, "@P", "0")), (10, 8));
+}
+
+#[test]
+fn a_run_that_is_interrupted_keeps_what_it_has_met() {
+    let folder = tempfile::tempdir().unwrap();
+    // For ever: the time and the number of rounds are not limited, and nothing waits.
+    fs::write(folder.path().join("endless.txt"), "040,400\n0-40,400\n30,-2\n9\n").unwrap();
+    let run = ["run", "endless.txt", "--loops", "4000000000", "--for", "9999h"];
+    let mut run = vimc4(folder.path(), &[&run[..], &["--coverage", "coverage.json"]].concat());
+    let mut run = Process::of(run.stdout(Stdio::null()).spawn().unwrap());
+    let file = folder.path().join("coverage.json");
+    until("there is no file", || fs::read(&file).is_ok_and(|bytes| !bytes.is_empty()));
+    run.signal(Signal::TERM);
+    assert_eq!(run.child.wait().unwrap().code(), Some(130));
+    assert!(vimc4::read_coverage(&file).is_ok());
+}
+
+#[test]
+fn a_file_that_cannot_be_used_is_refused_before_anything_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("axes.txt"), "@01\n").unwrap();
+    fs::write(at("other.json"), "{}").unwrap();
+    let run = |file: &str, model: &str| {
+        let run = ["run", "axes.txt", "--model", model, "--coverage", file];
+        let output = vimc4(folder.path(), &run).output().unwrap();
+        (output.status.code(), text(&output))
+    };
+    assert_eq!(run("imc4.json", "imc4").0, Some(0));
+    let before = fs::read_to_string(at("imc4.json")).unwrap();
+    for (file, model, said) in [
+        ("imc4.json", "imc4-m", "it covers the model imc4, and this is imc4-m"),
+        ("other.json", "imc4", "it is no coverage that `--coverage` has written"),
+        ("nowhere/coverage.json", "imc4", "cannot use the coverage file nowhere/coverage.json"),
+    ] {
+        let (code, text) = run(file, model);
+        assert_eq!(code, Some(2), "{text}");
+        assert!(text.contains(said), "{text}");
+        assert!(!text.contains("ended"), "it has run: {text}");
+    }
+    assert_eq!(fs::read_to_string(at("imc4.json")).unwrap(), before);
+    assert_eq!(fs::read_to_string(at("other.json")).unwrap(), "{}");
+}
