@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::When;
 use crate::SignalId;
 
-/// Something that goes wrong with the machine. It strikes when it begins, and what it changes stays
-/// changed until it ends; what chance there is in [`When`] has no say.
+/// Something that goes wrong with the machine. It strikes when it begins, and its change lasts
+/// until it ends; the probability in [`When`] does not apply.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MachineFault {
     /// What goes wrong.
@@ -19,7 +19,7 @@ pub struct MachineFault {
 }
 
 impl MachineFault {
-    /// A fault that is there at once, until it is ended.
+    /// A fault that begins at once and lasts until it is ended.
     #[must_use]
     pub fn new(mishap: Mishap) -> MachineFault {
         MachineFault { mishap, when: When::ALWAYS }
@@ -31,49 +31,49 @@ impl MachineFault {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Mishap {
-    /// A limit switch does not say what is so.
+    /// A limit switch reports a wrong state.
     Switch {
         /// The axis.
         axis: u8,
         /// Whether it is the switch at the positive end.
         positive: bool,
-        /// What it says instead.
+        /// What it reports instead.
         says: SwitchSays,
     },
     /// The two limit switches of an axis are plugged in the wrong way round.
     Swapped(u8),
-    /// An axis has so many steps more of play.
+    /// An axis has this many more steps of play.
     Backlash {
         /// The axis.
         axis: u8,
         /// Steps.
         steps: u32,
     },
-    /// An axis has so much more to pull.
+    /// An axis has this much more load.
     Load {
         /// The axis.
         axis: u8,
-        /// The acceleration in Hz/ms that would ask for as much.
+        /// The acceleration in Hz/ms that would load it as much.
         pull: u32,
     },
     /// The motor of an axis cannot turn.
     Jam(u8),
-    /// Somebody or something moves the carriage of an axis by so many steps, once, and the controller
-    /// knows nothing of it.
+    /// The carriage of an axis is pushed by this many steps, once, without the controller knowing.
     Push {
         /// The axis.
         axis: u8,
         /// Steps of the machine.
         steps: i64,
     },
-    /// A signal has a value, whatever it is set to. When the fault ends it is as it was set last.
+    /// A signal is held at a value, regardless of what it is set to. When the fault ends it has the
+    /// value that was set last.
     Hold {
         /// The signal.
         signal: SignalId,
         /// The value.
         value: i32,
     },
-    /// A contact bounces when it opens or closes: it opens and closes again so many times.
+    /// A contact bounces when it opens or closes: it opens and closes again this many times.
     Bounce {
         /// The signal, a limit switch or an input.
         signal: SignalId,
@@ -86,17 +86,17 @@ pub enum Mishap {
     Power,
 }
 
-/// What a limit switch says that does not say what is so.
+/// What a faulty limit switch reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SwitchSays {
-    /// It is stuck, as if it was always pressed.
+    /// It is stuck, as if it were always pressed.
     Pressed,
-    /// It is stuck, as if it was never pressed.
+    /// It is stuck, as if it were never pressed.
     Released,
     /// It is not plugged in: the controller sees no switch.
     Nothing,
-    /// It lets go so many steps further back than it should.
+    /// It releases this many steps further back than it should.
     Late(u32),
 }
 

@@ -4,9 +4,8 @@
 //! [input](crate::Input::Fault) with a time like any other, so recordings carry faults, histories
 //! replay them, and a state has those that are there in it. Each has a number, by which it is ended.
 //!
-//! Faults of the line are the business of [`Line`](crate::Line). It also looks after the times of all
-//! others: a device is given a fault at the instant from which on it may strike, and is told when it
-//! ends.
+//! [`Line`](crate::Line) handles faults of the line. It also keeps the times of all others: a
+//! device is given a fault at the instant from which it may strike, and is told when it ends.
 //!
 //! # The text of a fault
 //!
@@ -24,7 +23,7 @@
 //! change = [NUMBER] fault | "end" NUMBER | "end" "all"
 //! ```
 //!
-//! What comes `after` stands last, because a condition has words of its own, and `while` behind that.
+//! `after` comes last, because a condition has words of its own, and `while` follows it.
 
 mod line;
 mod machine;
@@ -133,7 +132,7 @@ impl fmt::Display for FaultNumber {
     }
 }
 
-/// What is done about faults.
+/// An order about faults.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Faulting {
@@ -162,7 +161,7 @@ pub struct FaultView {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultStage {
-    /// It waits for what has to come before.
+    /// It waits for its prerequisites.
     Waits,
     /// It strikes when there is something to strike.
     Strikes,
@@ -180,14 +179,14 @@ impl fmt::Display for FaultStage {
     }
 }
 
-/// What is told of a fault.
+/// News of a fault.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FaultNews {
     /// It was begun.
     Begins(Box<Fault>),
-    /// What had to come before has come: it strikes from now on.
+    /// Its prerequisites have come: it strikes from now on.
     Armed,
     /// It has struck.
     Strikes(Strike),

@@ -13,7 +13,7 @@ use crate::{escape, show_nanos};
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Strike {
-    /// Something on the line arrives otherwise than it was sent.
+    /// Something on the line arrives differently from how it was sent.
     Line {
         /// Which way it went.
         way: Way,
@@ -24,7 +24,7 @@ pub enum Strike {
         /// How much later than without the fault, in nanoseconds.
         late: u64,
     },
-    /// Something is otherwise with the machine.
+    /// Something has changed in the machine.
     Machine(MachineStrike),
 }
 

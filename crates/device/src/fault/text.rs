@@ -27,7 +27,7 @@ const KINDS: [(&str, &str); 12] = [
     ("speed", "the host has another speed, as in `speed 9600`"),
 ];
 
-/// What can be said of when a fault strikes.
+/// The words for when a fault strikes.
 const WHEN: &str = "once, `3 times`, always, `every 10th`, `3rd byte`, `5%`, `for 200ms`, \
                     `seed 7`, or `after` or `while` and a condition";
 
@@ -41,8 +41,8 @@ impl Names {
         whole(text, |words| self.fault(words))
     }
 
-    /// Reads what is done about faults: a fault that begins, with its number before it unless it is
-    /// the [next](FaultNumber::NEXT), `end 3` or `end all`.
+    /// Reads an order about faults: a fault that begins, with its number before it unless it is the
+    /// [next](FaultNumber::NEXT), `end 3` or `end all`.
     ///
     /// # Errors
     ///
@@ -72,8 +72,7 @@ impl Names {
         text
     }
 
-    /// Writes what is done about faults so that [`read_faulting`](Names::read_faulting) reads the
-    /// same.
+    /// Writes an order about faults so that [`read_faulting`](Names::read_faulting) reads the same.
     #[must_use]
     pub fn write_faulting(&self, faulting: &Faulting) -> String {
         match faulting {
@@ -156,7 +155,7 @@ impl Names {
         words: &mut Words<'_>,
     ) -> Result<When, FaultError> {
         let mut when = When::ALWAYS;
-        // Whoever says which of many, or for how long, does not mean the first alone.
+        // Naming which of many, or for how long, means more than the first one.
         let (mut times, mut first, mut many) = (None, None, false);
         while !words.is_empty() {
             if words.take_if("after") || words.take_if("when") {
@@ -422,7 +421,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Reads what is done about faults, with numbers for axes and signals.
+/// Reads an order about faults, with numbers for axes and signals.
 impl FromStr for Faulting {
     type Err = FaultError;
 

@@ -17,7 +17,7 @@ pub struct When {
     /// The first opportunity that it takes, from 1.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub first: u64,
-    /// From that one on it takes every so many-th, 1 for all of them.
+    /// From that one on it takes every n-th, 1 for all of them.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub every: u64,
     /// Of those it takes each with this probability.
@@ -26,13 +26,13 @@ pub struct When {
     /// It strikes no more often than this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub times: Option<u64>,
-    /// It is over so long after what had to come before.
+    /// It is over this long after its prerequisites have come.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lasts: Option<Duration>,
-    /// It strikes as long as this is so, whenever it is; a state. Nothing that happens is ever so.
+    /// It strikes while this state holds, each time it holds. A happening never holds.
     #[serde(default, rename = "while", skip_serializing_if = "Option::is_none")]
     pub during: Option<Box<Condition>>,
-    /// What chance begins with; 0 for the number of the fault. Equal seeds strike equally.
+    /// The random seed; 0 for the number of the fault. Equal seeds strike equally.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub seed: u64,
 }
@@ -70,27 +70,27 @@ impl When {
         When::times(1)
     }
 
-    /// At the first so many opportunities.
+    /// At this many first opportunities.
     #[must_use]
     pub fn times(times: u64) -> When {
         When { times: Some(times), ..When::ALWAYS }
     }
 
-    /// The same, when this has come, after what has to come before already.
+    /// The same, with one more prerequisite after those that it already has.
     #[must_use]
     pub fn after(mut self, condition: Condition) -> When {
         self.after.push(Awaited { condition, times: 1 });
         self
     }
 
-    /// The same, as long as this is so and whenever it is.
+    /// The same, while this holds, each time it holds.
     #[must_use]
     pub fn during(self, condition: Condition) -> When {
         When { during: Some(Box::new(condition)), ..self }
     }
 }
 
-/// Something that has to come.
+/// A prerequisite.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Awaited {
     /// What. A state has come when it is so, or, where it is waited for several times, becomes so.
@@ -108,13 +108,13 @@ impl Chance {
     /// Always.
     pub const CERTAIN: Chance = Chance(1_000_000);
 
-    /// So many millionths; more than a million are certain.
+    /// This many millionths; more than a million are certain.
     #[must_use]
     pub const fn millionths(millionths: u32) -> Chance {
         if millionths > 1_000_000 { Chance::CERTAIN } else { Chance(millionths) }
     }
 
-    /// So many percent; more than a hundred are certain.
+    /// This many percent; more than a hundred are certain.
     #[must_use]
     pub const fn percent(percent: u32) -> Chance {
         Chance::millionths(percent.saturating_mul(10_000))

@@ -1,10 +1,10 @@
-//! What can follow a line that has been begun.
+//! Completion of a line that has been begun.
 
 use super::table::{Verb, row};
 use crate::fault::kinds;
 use crate::{Names, Signal};
 
-/// A way to go on with a line.
+/// A way to continue a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Completion {
     /// The line with one more piece: a word, a name, or what of it was missing. If more is to
@@ -15,8 +15,8 @@ pub struct Completion {
 }
 
 impl Names {
-    /// All ways to go on with a line that has been begun, in the order of the help. None if it is
-    /// wrong already, or what follows cannot be listed, such as a time.
+    /// All ways to continue a line, in the order of the help. None if it is already wrong, or if
+    /// what follows cannot be listed, such as a time.
     ///
     /// ```
     /// use vimc4_device::{Names, Signal, SignalId};

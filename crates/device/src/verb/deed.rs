@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Faulting;
 
-/// Something that is done to a device and is not a command: a byte that acts at once, the panel, the
-/// power. It is all that is needed to do it again.
+/// Something that is done to a device and is not a command: a byte that acts at once, the panel,
+/// the power. It is enough to repeat the act.
 ///
 /// ```
 /// use vimc4_device::{Deed, OwnedInput, Signal, SignalId};

@@ -1,11 +1,12 @@
-//! What can be told to a device, for people.
+//! The orders that a device takes, for people.
 
 use super::table::{Verb, row};
 use crate::scenario::help_on_rules;
 use crate::{Names, Signal, SignalKind};
 
 impl Names {
-    /// What can be told to the device, a line each: what it does not have is not in it.
+    /// The orders that the device takes, one line each; orders for what it does not have are left
+    /// out.
     #[must_use]
     pub fn help(&self) -> String {
         let mut lines = Vec::new();
@@ -27,8 +28,7 @@ impl Names {
         lines.join("\n")
     }
 
-    /// All that there is to say of a verb, a line for each of its forms, and what its words stand
-    /// for.
+    /// The full help of a verb: a line for each of its forms, and what its words stand for.
     #[must_use]
     pub fn help_on(&self, verb: Verb) -> String {
         let forms = verb.forms().iter().map(|form| {
@@ -67,7 +67,7 @@ impl Names {
         self.signals().iter().map(line).collect::<Vec<_>>().join("\n")
     }
 
-    /// What is to be said of a verb for this device.
+    /// The help of a verb for this device.
     fn remark(&self, verb: Verb) -> Option<String> {
         let latching = self.signals().iter().filter(|signal| signal.latches);
         let latching: Vec<_> = latching.map(|signal| signal.name.as_str()).collect();

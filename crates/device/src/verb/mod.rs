@@ -1,4 +1,4 @@
-//! What people can tell a controller, a word and what it does each: one table.
+//! The orders that people can give to a controller, each with its word and effect: one table.
 //!
 //! From it come the orders that people type while a controller runs, their help and their
 //! completion, what a schedule or a script does at the panel, and the names of the methods that do
@@ -105,7 +105,7 @@ mod tests {
         for verb in Verb::all() {
             assert_eq!(TABLE.iter().filter(|row| row.verb == verb).count(), 1, "{verb:?}");
             assert!(!verb.forms().is_empty());
-            // Whoever adds a verb is led here by the compiler.
+            // The compiler leads here when a verb is added.
             match verb {
                 Verb::Press
                 | Verb::Hold
@@ -284,7 +284,7 @@ mod tests {
             let found = offered.iter().find(|way| way.line.trim_end() == begin);
             assert_eq!(found.is_some(), verb != Verb::Complete, "{verb:?}: {offered:?}");
         }
-        // What is not there is not in them.
+        // They leave out what does not exist.
         let none = Names::new([], Vec::new());
         for absent in ["press", "key", "input", "set", "erase", "signals  "] {
             assert!(!none.help().lines().any(|row| row.starts_with(absent)), "{}", none.help());

@@ -11,7 +11,7 @@ use crate::condition::excerpt;
 use crate::scenario::{RulePart, RuleTexts, read_rule, read_ruling};
 use crate::{Condition, Names, Rule, RuleError, Ruling, Trigger, parse_duration};
 
-/// Something a person tells a controller, or the place where it runs.
+/// An order to a controller, or to the program that runs it.
 ///
 /// ```
 /// use vimc4_device::{Deed, Names, Order, Signal, SignalId};
@@ -43,17 +43,17 @@ pub enum Order {
     Advance(Duration),
     /// Let time pass until a condition holds.
     RunUntil(Condition),
-    /// Give up what time is on its way to.
+    /// Give up pending advances of time.
     Cancel,
     /// Say where the axes are.
     Position,
     /// Say what can be set.
     Signals,
-    /// Say what is wrong.
+    /// List the faults.
     Faults,
     /// Say which rules there are.
     Rules,
-    /// Say what can be told; or all that there is to say of one verb.
+    /// List the orders; or give the full help of one verb.
     Help(Option<Verb>),
     /// Say what can follow this.
     Complete(String),
@@ -241,7 +241,7 @@ impl<'t> Typed<'t> {
         match deed.inputs(names.signals()) {
             Ok(_) => Ok(Order::Do(deed)),
             Err(DeedError::NoInput { .. }) if names.has_any_bit() => Ok(Order::Do(deed)),
-            // A list of all signals is long.
+            // A list of all signals would be long.
             Err(DeedError::NoSignal { wanted: "signal", name, like, .. }) if like.is_empty() => {
                 let right = format!("there is no signal `{name}`; `signals` lists those there are");
                 Err(self.wrong(self.place(word), right))
@@ -402,7 +402,7 @@ impl<'t> Typed<'t> {
         }
     }
 
-    /// It begins with nothing that there is.
+    /// It begins with nothing known.
     fn unknown(self, words: &[&str], names: &Names) -> OrderError {
         let first = words.first().copied().unwrap_or_default();
         if first == "run" {

@@ -1,9 +1,9 @@
-//! What a device offers to those who tell it something.
+//! What a device offers for orders.
 
 use super::table::Verb;
 use crate::{Names, Signal, SignalKind};
 
-/// What can be told to a device with these names.
+/// The orders that a device with these names can take.
 impl Names {
     /// Whether the device has what the verb is about: no erasing where the panel cannot erase, no
     /// switches where there are none.

@@ -39,7 +39,7 @@ pub enum Verb {
     Advance,
     /// Lets time pass until a condition holds.
     RunUntil,
-    /// Gives up what time is on its way to.
+    /// Gives up pending advances of time.
     Cancel,
     /// Says where the axes are.
     Position,
@@ -305,7 +305,7 @@ impl Verb {
     }
 
     fn row(self) -> &'static Row {
-        // What is not in the table cannot be found in it; a test sees to it that all are.
+        // A verb missing from the table could not be found; a test makes sure that all are there.
         TABLE.iter().find(|row| row.verb == self).unwrap_or(&TABLE[0])
     }
 
@@ -364,7 +364,7 @@ const COLUMN: usize = 22;
 
 /// An order and what it is about, as a line.
 pub(super) fn row(order: &str, about: &str) -> String {
-    // However long an order is, blanks part it from what it does.
+    // Even a long order is separated by blanks from its description.
     let gap = if order.trim_end().len() < COLUMN { "" } else { "  " };
     format!("{order:<COLUMN$}{gap}{about}").trim_end().to_owned()
 }
