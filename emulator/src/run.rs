@@ -55,6 +55,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let script = Script::of(&arguments.file, &bytes, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&controller)?;
+    let scenario = arguments.world.scenario(&controller)?;
     let mut meter = Meter::new(&machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let tape = arguments.world.tape(&model, &machine)?;
@@ -63,7 +64,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let report = RunReport::new(&arguments, &script);
     let mut session = Session { handling, driver, report, stored: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
-    let outside = Outside { signals, starts, time: arguments.time };
+    let outside = Outside { signals, starts, scenario, time: arguments.time };
     let axes = arguments.axes.or(script.axes).unwrap_or(7);
     let end = match script.kind {
         Kind::Commands => session.command_list(&script.lines, &outside),

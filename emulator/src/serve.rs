@@ -87,6 +87,10 @@ pub(crate) struct Arguments {
     /// Make every character take as long as on a serial line
     #[arg(long)]
     pub(crate) line_pacing: bool,
+    /// Read bytes as the speeds of both ends of the line have it: a client whose port has the wrong speed
+    /// hears and sends noise. Its port is a pseudo-terminal or one of RFC 2217. Includes --line-pacing
+    #[arg(long)]
+    pub(crate) line_physics: bool,
     /// Keep the flash memory in this file, which is created if it does not exist. Several controllers get
     /// NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
@@ -120,7 +124,7 @@ pub(crate) struct Arguments {
     pub(crate) fresh_clients: bool,
     /// Wait for an editor at this port of this computer, which attaches to the controllers with the Debug
     /// Adapter Protocol; 0 picks a free one and prints it
-    #[arg(long, value_name = "PORT", conflicts_with = "line_pacing")]
+    #[arg(long, value_name = "PORT", conflicts_with_all = ["line_pacing", "line_physics"])]
     pub(crate) dap: Option<u16>,
     /// Print one line of JSON for scripts when ready
     #[arg(long)]
@@ -305,6 +309,7 @@ pub(crate) async fn start(
             .on(worker)
             .tcp_clients(arguments.tcp_clients)
             .line_pacing(arguments.line_pacing)
+            .line_physics(arguments.line_physics)
             .fresh_clients(arguments.fresh_clients)
             .record(false)
             .coverage(arguments.coverage.is_some())

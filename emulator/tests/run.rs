@@ -773,3 +773,61 @@ fn what_is_said_behind_an_early_answer_belongs_to_its_command() {
         "line 5 (`@0m5,900,5,900,90000,900,0,900`) was answered 0, and then 2: limit switch Z+";
     assert!(ended(&text).contains(end), "{text}");
 }
+
+/// Runs the command in a folder: exit code, standard output and standard error.
+fn in_folder(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vimc4"));
+    let command = command.args(arguments).current_dir(folder).stdin(Stdio::null());
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (status.code().unwrap(), text(stdout), text(stderr))
+}
+
+/// What the page of scenarios shows comes out.
+#[test]
+fn a_scenario_goes_as_its_page_shows() {
+    let page = include_str!("../../docs/scenarios.md");
+    let block = |begin: &str| {
+        let (_, rest) = page.split_once(begin).unwrap();
+        rest.split_once("```\n").unwrap().0.to_owned()
+    };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let line = "run examples/commands.txt --machine mill --scenario examples/scenario.toml";
+    let arguments: Vec<&str> = line.split(' ').collect();
+    let (code, out, _) = in_folder(&root, &arguments);
+    assert_eq!((code, out), (1, block(&format!("```console\n$ vimc4 {line}\n"))));
+
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = "[[rule]]\nwhen = \"x > far\"\ndo = \"press stop\"\n";
+    fs::write(folder.path().join("wrong.toml"), wrong).unwrap();
+    fs::write(folder.path().join("commands.txt"), "@07\n").unwrap();
+    let arguments = ["run", "commands.txt", "--scenario", "wrong.toml"];
+    let (code, out, error) = in_folder(folder.path(), &arguments);
+    assert_eq!((code, out), (2, String::new()));
+    assert_eq!(error.trim_end(), block("in the file:\n\n```text\n").trim_end());
+
+    // The file of the page is the file of the examples.
+    let example = include_str!("../../examples/scenario.toml");
+    let rules = &example[example.find("[[rule]]").unwrap()..];
+    assert!(page.contains(rules), "{rules}");
+}
+
+/// A recording has the scenario, and a replay does the same.
+#[test]
+fn a_scenario_is_recorded_and_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let rules = "[[rule]]\nname = \"a\"\nwhen = \"x > 50\"\ntimes = 1\n\
+                 do = \"hold stop for 2ms; fault duplicate to-host\"\n\
+                 [[rule]]\nwhen = \"rule a then 1ms\"\ndo = \"input 0.2 1\"\n";
+    fs::write(folder.path().join("rules.toml"), rules).unwrap();
+    fs::write(folder.path().join("commands.txt"), "@01\n@0A1000,900\n@0S\n").unwrap();
+    let arguments =
+        ["run", "commands.txt", "--scenario", "rules.toml", "--record", "session.jsonl"];
+    let (_, out, error) = in_folder(folder.path(), &arguments);
+    assert!(out.contains("rule 1.1 (a) acts: hold stop; fault duplicate to-host"), "{out}{error}");
+    assert!(out.contains("rule 1.2 acts: input 0.2 1"), "{out}");
+    let recording = fs::read_to_string(folder.path().join("session.jsonl")).unwrap();
+    assert!(recording.contains("\"rule\":\"0\\n"), "{recording}");
+    let (code, out, error) = in_folder(folder.path(), &["replay", "session.jsonl"]);
+    assert_eq!(code, 0, "{out}{error}");
+}

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use vimc4_device::{Device, Time};
+use vimc4_device::{Damage, Device, FaultNumber, Faulting, Input, LineFault, Time, Way, When};
 
 use crate::clients::ClientsOfLine;
 use crate::deeds;
@@ -28,6 +28,7 @@ pub(crate) fn receive<D: Device + Clone>(
             let bytes = buffer.get(..count).unwrap_or_default();
             taken = bytes.len();
             let rig = &mut drive.rig;
+            mind_speed(rig, clients, from, at);
             if clients.are_several()
                 && !rig.sinks.is_empty()
                 && let Some(news) = clients.speaks(&rig.wire.label(from))
@@ -44,6 +45,19 @@ pub(crate) fn receive<D: Device + Clone>(
         Received::Finished => {}
         Received::News(news) => {
             let at = drive.catch_up_to_present();
+            let news = match news {
+                News::WrongSpeed { transport, client, line, .. } => {
+                    let noise = drive.rig.has_physics;
+                    News::WrongSpeed { transport, client, line, noise }
+                }
+                news => news,
+            };
+            if matches!(news, News::Closed { observes: false, .. }) {
+                end_speed(&mut drive.rig, clients, from, at);
+            } else if matches!(news, News::Opened { observes: false, .. } | News::WrongSpeed { .. })
+            {
+                mind_speed(&mut drive.rig, clients, from, at);
+            }
             let half = clients.come_or_go(&news);
             // A client that comes is told what it will find, and of one that goes what it has left.
             let comes = matches!(news, News::Opened { .. });
@@ -55,6 +69,49 @@ pub(crate) fn receive<D: Device + Clone>(
     }
     drive.rig.wire.drop_finished();
     taken
+}
+
+/// Where the line has its physics, the speed of the client that speaks is the speed of the host.
+fn mind_speed<D: Device>(rig: &mut Rig<D>, clients: &ClientsOfLine, from: usize, at: Time) {
+    if !rig.has_physics {
+        return;
+    }
+    let speed = rig.wire.client_baud(from).filter(|speed| *speed != rig.device.baud());
+    set_speed(rig, clients, from, at, speed);
+}
+
+/// The client has left, and its speed with it.
+fn end_speed<D: Device>(rig: &mut Rig<D>, clients: &ClientsOfLine, from: usize, at: Time) {
+    if rig.has_physics {
+        set_speed(rig, clients, from, at, None);
+    }
+}
+
+fn set_speed<D: Device>(
+    rig: &mut Rig<D>,
+    clients: &ClientsOfLine,
+    from: usize,
+    at: Time,
+    speed: Option<u32>,
+) {
+    let known = rig.device.faults().into_iter().find(|view| view.number == FaultNumber::TERMINAL);
+    let known = known.and_then(|view| match view.fault.of_line()?.damage {
+        Damage::Speed(speed) => Some(speed),
+        _ => None,
+    });
+    let faulting = match speed {
+        speed if speed == known => return,
+        Some(speed) => {
+            let fault = LineFault::new(Damage::Speed(speed), Way::Both, When::ALWAYS);
+            Faulting::Begin(FaultNumber::TERMINAL, fault.into())
+        }
+        None => Faulting::End(FaultNumber::TERMINAL),
+    };
+    let by = clients.source(&rig.wire.label(from));
+    match rig.is_paused() {
+        true => rig.hold_back(Input::Fault(&faulting), Some(&by)),
+        false => rig.input(Input::Fault(&faulting), at, Some(&by)),
+    }
 }
 
 /// Passes on what has arrived, and says when it begins behind a half line of somebody else.

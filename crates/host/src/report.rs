@@ -220,6 +220,8 @@ pub enum News {
         client: u32,
         /// The speed of the device's line in bits per second.
         line: u32,
+        /// Whether the device does hear noise, because the line has its physics.
+        noise: bool,
     },
     /// A client has set its port to a parity, which no device's line here has. It is understood
     /// all the same; a real device would hear noise. Of even parity, and of 7 bits, a

@@ -53,6 +53,8 @@ struct Pending {
 pub(crate) struct Rig<D: Device> {
     pub(crate) device: D,
     pub(crate) wire: Wire,
+    /// Whether the speed of a client counts.
+    pub(crate) has_physics: bool,
     pub(crate) storage: Storage,
     pub(crate) sinks: Sinks,
     pub(crate) waiters: Waiters,
@@ -81,6 +83,7 @@ impl<D: Device> Rig<D> {
         let mut rig = Rig {
             device,
             wire,
+            has_physics: false,
             storage: Storage::default(),
             sinks: Sinks::default(),
             waiters: Waiters::default(),

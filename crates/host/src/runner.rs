@@ -150,6 +150,14 @@ impl<D: Device + Clone + 'static> Runner<D> {
         self
     }
 
+    /// Bytes are read at the speeds that both ends of the line have: that to which a client has set its
+    /// port, where that is known, and that of the device.
+    #[must_use]
+    pub fn with_line_physics(mut self, on: bool) -> Runner<D> {
+        self.drive.rig.has_physics = on;
+        self
+    }
+
     /// Says what ends a line, so that a half line that a client has left can be reported when the
     /// next client comes. With `fresh` it is forgotten instead: the device gets whole lines only.
     #[must_use]

@@ -114,7 +114,7 @@ impl Traces {
             News::Lost { transport, bytes } => {
                 tell!(WARN, &of(transport), at, bytes, "the client does not read: lost");
             }
-            News::WrongSpeed { transport, client, line } => {
+            News::WrongSpeed { transport, client, line, .. } => {
                 tell!(WARN, &of(transport), at, client, line, "wrong speed");
             }
             News::WrongParity { transport, parity } => {

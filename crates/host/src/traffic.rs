@@ -254,16 +254,22 @@ impl<F: FnMut(String) + Send> Traffic<F> {
                 *bytes,
                 format_args!("{transport}: {} lost, the client does not read", count(*bytes)),
             ),
-            News::WrongSpeed { transport, client, line } => self.warn(
-                at,
-                "changes of the speed",
-                transport,
-                0,
-                format_args!(
-                    "{transport}: the client has set {client} baud, the controller has {line}; a \
-                     real one would hear noise"
-                ),
-            ),
+            News::WrongSpeed { transport, client, line, noise } => {
+                let heard = match noise {
+                    true => "it hears noise, and so does the client",
+                    false => "a real one would hear noise",
+                };
+                self.warn(
+                    at,
+                    "changes of the speed",
+                    transport,
+                    0,
+                    format_args!(
+                        "{transport}: the client has set {client} baud, the controller has {line}; \
+                         {heard}"
+                    ),
+                );
+            }
             News::WrongParity { transport, parity } => self.warn(
                 at,
                 "changes of the parity",
@@ -629,7 +635,10 @@ mod tests {
                 let what = format!("{name} says nothing").into();
                 tell(happened(at, Event::Warning(Warning::NoEffect { what })));
                 let (client, line) = (300, 19_200);
-                tell(news(at, News::WrongSpeed { transport: label(name), client, line }));
+                tell(news(
+                    at,
+                    News::WrongSpeed { transport: label(name), client, line, noise: false },
+                ));
             }
         }
         // A client that comes and goes gets no more lines by that.

@@ -54,6 +54,11 @@ impl Wire {
         self.transports.push(transport);
     }
 
+    /// The speed of the client that speaks on a transport, if that is known.
+    pub(crate) fn client_baud(&mut self, transport: usize) -> Option<u32> {
+        self.transports.get_mut(transport)?.client_baud()
+    }
+
     /// What a transport is called.
     pub(crate) fn label(&self, transport: usize) -> Arc<str> {
         self.transports.get(transport).map_or_else(|| Arc::from(""), |of| Arc::clone(of.label()))

@@ -43,6 +43,7 @@ pub struct Builder {
     serial: Option<String>,
     flash: Option<PathBuf>,
     line_pacing: bool,
+    line_physics: bool,
     paused: bool,
     record: bool,
     coverage: bool,
@@ -161,6 +162,7 @@ impl Builder {
             serial: None,
             flash: None,
             line_pacing: false,
+            line_physics: false,
             paused: false,
             record: true,
             coverage: false,
@@ -258,6 +260,16 @@ impl Builder {
     /// Whether a character takes its time on the line, in model time.
     pub fn line_pacing(mut self, on: bool) -> Builder {
         self.line_pacing = on;
+        self
+    }
+
+    /// Whether bytes are read as the speeds of both ends of the line have it: what a client sends with
+    /// its port at 9,600 baud is read at the controller's speed bit by bit, and so is what comes back. By
+    /// default every client is understood, and a warning says that a real controller would hear noise.
+    /// The port of a client is a pseudo-terminal or one of RFC 2217; its speed is looked at when it opens
+    /// the line and whenever it sends. Includes [`line_pacing`](Builder::line_pacing).
+    pub fn line_physics(mut self, on: bool) -> Builder {
+        self.line_physics = on;
         self
     }
 
@@ -436,7 +448,8 @@ impl Builder {
                 let path = flash.as_ref().map(|(file, _)| file.path().to_owned());
                 Error::Flash { path: path.unwrap_or_default(), source }
             })?;
-        let line = if self.line_pacing { Line::paced(controller) } else { Line::ideal(controller) };
+        let paced = self.line_pacing || self.line_physics;
+        let line = if paced { Line::paced(controller) } else { Line::ideal(controller) };
         let (runner, handle) = Handle::pair(line, self.time);
         let handling = Handling::of(model);
         let name = self.name.unwrap_or_else(|| {
@@ -444,6 +457,7 @@ impl Builder {
             STARTED.fetch_add(1, Ordering::Relaxed).to_string()
         });
         let mut runner = runner.named(&name).with_lines(handling.ends, self.fresh_clients);
+        runner = runner.with_line_physics(self.line_physics);
         if let Some((ends, right)) = handling.instead_of_line_feed {
             runner = runner.with_line_feeds(ends, right);
         }
@@ -488,7 +502,7 @@ impl Builder {
         if let Some(Recording { path, size, from, failed_only, tell }) =
             self.recording.filter(|recording| !recording.path.as_os_str().is_empty())
         {
-            let (clock, paced) = (self.time.to_string(), self.line_pacing);
+            let clock = self.time.to_string();
             let about = About { model, machine: &machine, clock, paced, controller: name };
             let from = if from.is_empty() { "library".to_owned() } else { from };
             let tell = tell

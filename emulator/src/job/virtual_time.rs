@@ -87,7 +87,7 @@ impl Virtual {
                     all.extend(bytes);
                 }
                 News::Warning(warning) => self.warnings.push((at, warning)),
-                News::Begun(_) | News::Ignored(_) | News::Line(_) => {}
+                News::Begun(_) | News::Ignored(_) | News::Line(_) | News::Told(_) => {}
             }
         }
         all

@@ -5,7 +5,10 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use vimc4_catalogue::Controller;
-use vimc4_device::{Device, Event, Harness, Input, Kinds, Motion, Output, SignalId, Time, Warning};
+use vimc4_device::{
+    Device, Event, FaultNews, Harness, Input, Kinds, Line, Motion, Output, RuleNews, Ruling,
+    Scenario, ScenarioNumber, SignalId, Time, Warning,
+};
 
 use super::meter::Meter;
 use super::rounds::Rounds;
@@ -15,7 +18,9 @@ use crate::failure::Failure;
 
 /// Runs a device from cause to cause and takes note of what it does.
 pub(crate) struct Driver {
-    harness: Harness<Controller>,
+    harness: Harness<Line<Controller>>,
+    /// Whether rules may do something that a program going round and round waits for.
+    has_rules: bool,
     /// When to stop.
     end: Time,
     /// After how many rounds of a program to stop.
@@ -47,6 +52,8 @@ pub(crate) enum News {
     Line(u32),
     /// Something was lost or assumed.
     Warning(Warning),
+    /// A rule or a fault has done something.
+    Told(String),
 }
 
 /// Why nothing goes on.
@@ -63,13 +70,18 @@ pub(crate) enum Halt {
 }
 
 /// The kinds of events that it takes note of.
-const WANTED: Kinds =
-    Kinds::COMMAND.and(Kinds::ANSWER).and(Kinds::MOTION).and(Kinds::PORT).and(Kinds::WARNING);
+const WANTED: Kinds = Kinds::COMMAND
+    .and(Kinds::ANSWER)
+    .and(Kinds::MOTION)
+    .and(Kinds::PORT)
+    .and(Kinds::FAULT)
+    .and(Kinds::WARNING);
 
 impl Driver {
     pub(crate) fn new(device: Controller, meter: Meter, most_rounds: Option<u64>) -> Driver {
         let mut driver = Driver {
-            harness: Harness::new(device).watching(WANTED),
+            harness: Harness::new(Line::ideal(device)).watching(WANTED),
+            has_rules: false,
             end: Time::NEVER,
             most_rounds,
             has_head: false,
@@ -115,7 +127,7 @@ impl Driver {
         }
     }
 
-    pub(crate) fn device(&self) -> &Controller {
+    pub(crate) fn device(&self) -> &Line<Controller> {
         self.harness.device()
     }
 
@@ -141,6 +153,15 @@ impl Driver {
     /// Sets a signal at a time, after what else is set then.
     pub(crate) fn schedule(&mut self, at: Time, signal: SignalId, value: i32) {
         self.harness.plan(at, Input::Signal(signal, value));
+    }
+
+    /// Begins a scenario now, after what else is planned for now.
+    pub(crate) fn begin(&mut self, scenario: &Scenario) {
+        if !scenario.rules.is_empty() {
+            self.has_rules = true;
+            let ruling = Ruling::Begin(ScenarioNumber::NEXT, scenario.clone());
+            self.harness.plan(self.now(), Input::Rule(&ruling));
+        }
     }
 
     /// When the outside world does something next.
@@ -172,7 +193,7 @@ impl Driver {
         if self.most_rounds.is_some_and(|most| self.rounds.made() >= most) {
             return Err(Halt::Rounds);
         }
-        if self.rounds.is_idling() && self.next_signal().is_none() {
+        if self.rounds.is_idling() && self.next_signal().is_none() && !self.has_rules {
             return Err(Halt::Idling);
         }
         Ok(())
@@ -241,6 +262,13 @@ impl Driver {
             }
             Event::Port { .. } => self.rounds.something_happened(),
             Event::Warning(warning) => self.news.push_back((at, News::Warning(warning))),
+            Event::Rule { rule, news } if !matches!(news, RuleNews::Begins | RuleNews::Ends) => {
+                self.rounds.disturbed();
+                self.news.push_back((at, News::Told(format!("rule {rule} {news}"))));
+            }
+            Event::Fault { number, news: news @ FaultNews::Strikes(_) } => {
+                self.news.push_back((at, News::Told(format!("fault {number} {news}"))));
+            }
             _ => {}
         }
     }

@@ -153,6 +153,8 @@ pub(super) struct RunReport {
     began: Time,
     answers: Vec<Value>,
     warnings: Vec<Value>,
+    /// What rules and faults have done, for JSON.
+    told: Vec<Value>,
     /// What the controller has left out.
     left: Vec<LeftOut>,
     /// The name of the model.
@@ -178,6 +180,7 @@ impl RunReport {
             began: Time::ZERO,
             answers: Vec::new(),
             warnings: Vec::new(),
+            told: Vec::new(),
             left: Vec::new(),
             model: arguments.setup.model().to_owned(),
             keep_going: arguments.keep_going,
@@ -395,6 +398,16 @@ impl RunReport {
         self.say(&format!("        warning: {text} at {}", seconds(at - self.began)));
     }
 
+    /// A rule or a fault has done something.
+    pub(super) fn told(&mut self, at: Time, text: &str) {
+        let after = at - self.began;
+        if self.json {
+            self.told.push(json!({ "told": text, "at_ns": nanos(after) }));
+        } else {
+            self.say(&format!("        {text} at {}", seconds(after)));
+        }
+    }
+
     /// Time has passed.
     pub(super) fn progress(&mut self, now: Time) {
         self.progress.tick(|| format!("{} of virtual time", seconds(now - self.began)));
@@ -454,6 +467,11 @@ impl RunReport {
                 summary.insert("escapes".to_owned(), left(Left::Escape).into());
                 summary.insert("lower_case".to_owned(), left(Left::LowerCase).into());
                 summary.insert("taken_away".to_owned(), left(Left::TakenAway).into());
+            }
+            if !self.told.is_empty()
+                && let Some(summary) = summary.as_object_mut()
+            {
+                summary.insert("told".to_owned(), std::mem::take(&mut self.told).into());
             }
             if let (true, Some(summary)) = (has_head, summary.as_object_mut()) {
                 let down = json!({ "path_mm": down_mm, "time_ns": nanos(down_time) });

@@ -194,6 +194,7 @@ impl Session {
                 };
                 self.report.warning(at, &warning, text);
             }
+            News::Told(text) => self.report.told(at, &text),
             News::Begun(_) | News::Ignored(_) | News::Answer(..) => {}
         }
     }

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use vimc4::RecordingFile;
-use vimc4_catalogue::{Controller, Machine, Model};
-use vimc4_device::{Device, Line, Names, Output, TimedInput};
+use vimc4_catalogue::{Machine, Model};
+use vimc4_device::{Device, Names, Output, TimedInput};
 use vimc4_timeline::recording::{Entry, Given, What};
 
 use crate::failure::Failure;
@@ -27,14 +27,14 @@ impl Tape {
         Ok(Tape { file: file.map_err(Failure::usage)?, by: Arc::from("run") })
     }
 
-    pub(super) fn begin(&self, device: &Controller) {
+    pub(super) fn begin(&self, device: &impl Device) {
         self.state(device);
     }
 
     /// Takes note of what has gone in and come out, in the order of its times.
     pub(super) fn note(
         &self,
-        device: &Controller,
+        device: &impl Device,
         given: Vec<TimedInput>,
         outputs: &VecDeque<Output>,
     ) {
@@ -49,21 +49,20 @@ impl Tape {
         given.for_each(|given| self.given(device, given));
     }
 
-    fn given(&self, device: &Controller, TimedInput { at, input }: TimedInput) {
+    fn given(&self, device: &impl Device, TimedInput { at, input }: TimedInput) {
         let given = Given::of(&input, || Names::of(device));
         self.file.add(&Entry::new(at, What::Given { by: Arc::clone(&self.by), given }));
     }
 
-    pub(super) fn end(self, device: &Controller) {
+    pub(super) fn end(self, device: &impl Device) {
         self.state(device);
         self.file.add(&Entry::new(device.now(), What::End("the run has ended".to_owned())));
         self.file.finish();
     }
 
     /// A state as every recording has it: that of a controller at a line.
-    fn state(&self, device: &Controller) {
-        let line = Line::ideal(device.clone());
-        let state = serde_json::to_value(line.state()).unwrap_or_default();
+    fn state(&self, device: &impl Device) {
+        let state = serde_json::to_value(device.state()).unwrap_or_default();
         self.file.add(&Entry::new(device.now(), What::State { by: None, state }));
     }
 }

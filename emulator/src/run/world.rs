@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use vimc4_catalogue::{Machine, Model};
-use vimc4_device::{Device, Names, Order, OwnedInput, SignalId, Verb};
+use vimc4_device::{Device, Names, Order, OwnedInput, Scenario, SignalId, Verb};
 
 use super::driver::Driver;
 use super::tape::Tape;
@@ -26,6 +26,9 @@ pub(crate) struct World {
     /// Press a button at a time, and release it 0.1 s later; the emergency stop stays pressed
     #[arg(long, value_name = "BUTTON[@TIME]", value_parser = timed, add = completions::buttons())]
     pub(super) press: Vec<(String, Duration)>,
+    /// Let happen what the rules of this file say, as docs/scenarios.md shows
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scenario: Option<PathBuf>,
     /// Write every step with its time into a file: seconds,X,Y,Z,A
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
@@ -44,6 +47,8 @@ pub(crate) struct Outside {
     pub(crate) signals: Vec<Scheduled>,
     /// Whether that includes pressing START.
     pub(crate) starts: bool,
+    /// What happens when something else does.
+    pub(crate) scenario: Scenario,
     /// How much time there is.
     pub(crate) time: Duration,
 }
@@ -56,6 +61,7 @@ impl Outside {
         for &Scheduled { after, signal, value } in &self.signals {
             driver.schedule(now + after, signal, value);
         }
+        driver.begin(&self.scenario);
     }
 }
 
@@ -75,6 +81,14 @@ impl World {
     /// What counts what is met, if that is wanted.
     pub(crate) fn covering(&self, model: &Model) -> Result<Option<Covering>, Failure> {
         self.coverage.as_deref().map(|path| Covering::new(path, model)).transpose()
+    }
+
+    /// What will happen when something else does; nothing without a file.
+    pub(crate) fn scenario(&self, device: &impl Device) -> Result<Scenario, Failure> {
+        match &self.scenario {
+            Some(file) => Ok(vimc4::scenario_file(file, &Names::of(device))?),
+            None => Ok(Scenario::new()),
+        }
     }
 
     /// What the outside world will do.

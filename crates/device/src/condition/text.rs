@@ -20,6 +20,7 @@
 use std::error::Error;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take_while1};
@@ -94,15 +95,12 @@ pub enum LengthUnit {
     Degree,
 }
 
-/// Without names, axes and signals are numbers: `axis0 = 5`, `signal 3 changes`.
-static NUMBERS: Names = Names {
-    axes: Vec::new(),
-    signals: Vec::new(),
-    can_erase: false,
-    has_any_bit: false,
-    vocabulary: None,
-    scales: [None; AXES],
-};
+/// Without names, signals are numbers, and the first axes are called as nearly everywhere: `x = 5`,
+/// `axis4 = 5`, `signal 3 changes`.
+static NUMBERS: LazyLock<Names> = LazyLock::new(|| {
+    let axes = [(0, "X"), (1, "Y"), (2, "Z"), (3, "A")];
+    Names::new(axes.map(|(axis, name)| (axis, name.to_owned())), Vec::new())
+});
 
 impl Names {
     /// These axes, each with its index (0 for X), and these signals. An axis may have several
@@ -669,7 +667,7 @@ const FORMS: &str = "a condition, such as `x = 2500`, `z < -5000`, `outside x 0.
     `port 2 bit 0 on`, `limit x+`, `signal stop changes`, `idle`, `at 1.5s`, `command @A`, \
     `answered @A`, `answer 0`, `answer error` or `line 12`";
 
-/// Reads a condition in which axes and signals are numbers.
+/// Reads a condition in which signals are numbers.
 impl FromStr for Condition {
     type Err = ConditionError;
 
@@ -678,7 +676,7 @@ impl FromStr for Condition {
     }
 }
 
-/// With numbers for axes and signals; [`Names::write`] has their names.
+/// With numbers for signals; [`Names::write`] has their names.
 impl fmt::Display for Condition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", NUMBERS.write(self))

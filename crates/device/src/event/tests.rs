@@ -6,8 +6,7 @@ use vimc4_motion::{Arc, ArcState, Chain, Helix, Path, Profile, Ramp, StraightLin
 
 use super::*;
 use crate::{
-    AXES, Activity, CommandNumber, Deed, ScenarioNumber, Situation, Stamp, StopCause, Strike, Time,
-    Way,
+    AXES, Activity, CommandNumber, ScenarioNumber, Situation, Stamp, StopCause, Strike, Time, Way,
 };
 
 #[test]
@@ -184,7 +183,7 @@ fn courses() -> impl Strategy<Value = Course> {
 }
 
 fn rules() -> impl Strategy<Value = (RuleId, RuleNews)> {
-    let deed = || Deed::Press("stop".to_owned());
+    let deed = || "press stop".to_owned();
     let news = prop_oneof![
         Just(RuleNews::Begins),
         any::<u32>()

@@ -405,7 +405,7 @@ fn write_line(text: &mut String, fault: &LineFault) {
     }
 }
 
-/// Reads a fault in which axes and signals are numbers.
+/// Reads a fault in which signals are numbers.
 impl FromStr for Fault {
     type Err = FaultError;
 
@@ -414,14 +414,14 @@ impl FromStr for Fault {
     }
 }
 
-/// With numbers for axes and signals; [`Names::write_fault`] has their names.
+/// With numbers for signals; [`Names::write_fault`] has their names.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&without_names().write_fault(self))
     }
 }
 
-/// Reads an order about faults, with numbers for axes and signals.
+/// Reads an order about faults, with numbers for signals.
 impl FromStr for Faulting {
     type Err = FaultError;
 
@@ -430,7 +430,7 @@ impl FromStr for Faulting {
     }
 }
 
-/// With numbers for axes and signals; [`Names::write_faulting`] has their names.
+/// With numbers for signals; [`Names::write_faulting`] has their names.
 impl fmt::Display for Faulting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&without_names().write_faulting(self))

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Act, Awaits, Breakpoint, Condition, Deed, Device, Event, FaultNumber, Faulting, Kinds, Lasts,
-    Output, OwnedInput, Rule, RuleId, RuleNews, RuleStage, RuleView, Scenario, ScenarioNumber,
-    SignalId, Time, Trigger,
+    Names, Output, OwnedInput, Rule, RuleId, RuleNews, RuleStage, RuleView, Scenario,
+    ScenarioNumber, SignalId, Time, Trigger,
 };
 
 /// So many rules a device has at once; the scenario of one more is cut.
@@ -323,15 +323,15 @@ impl Rules {
         }
         begun.wait_anew(ahead.device);
         acted.extend(id.name.clone());
-        let signals = ahead.device.signals();
+        let names = Names::of(ahead.device);
         let (mut done, mut faults, mut failed) = (Vec::new(), Vec::new(), Vec::new());
         for (nth, act) in acts.iter().enumerate() {
-            match act.deed.inputs(&signals) {
+            match act.deed.inputs(names.signals()) {
                 Ok(inputs) => {
                     faults.extend(self.change(&id, nth, act, inputs, ahead, numbered));
-                    done.push(act.deed.clone());
+                    done.push(names.write_deed(&act.deed));
                 }
-                Err(error) => failed.push((act.deed.clone(), error.to_string())),
+                Err(error) => failed.push((names.write_deed(&act.deed), error.to_string())),
             }
         }
         if !done.is_empty() || failed.is_empty() {

@@ -349,10 +349,10 @@ impl fmt::Display for RuleStage {
 pub enum RuleNews {
     /// It was begun.
     Begins,
-    /// It acts: what it does, and the numbers of the faults that begin with that.
-    Acts(Vec<Deed>, Vec<FaultNumber>),
+    /// It acts: what it does, in the words of orders, and the numbers of the faults that begin with that.
+    Acts(Vec<String>, Vec<FaultNumber>),
     /// Something that it cannot do here: what, and why.
-    Cannot(Deed, String),
+    Cannot(String, String),
     /// What it has held is set back.
     SetsBack,
     /// It has acted so often at one instant that time would never go on; it is over.
@@ -366,10 +366,7 @@ impl fmt::Display for RuleNews {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             RuleNews::Begins => f.write_str("begins"),
-            RuleNews::Acts(deeds, _) => {
-                let deeds: Vec<String> = deeds.iter().map(Deed::to_string).collect();
-                write!(f, "acts: {}", deeds.join("; "))
-            }
+            RuleNews::Acts(deeds, _) => write!(f, "acts: {}", deeds.join("; ")),
             RuleNews::Cannot(deed, why) => write!(f, "cannot {deed}: {why}"),
             RuleNews::SetsBack => f.write_str("sets back what it has changed"),
             RuleNews::Runaway => f.write_str("is over: it would act at this instant for ever"),

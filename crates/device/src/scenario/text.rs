@@ -535,14 +535,14 @@ fn shown(span: Duration) -> String {
     show_nanos(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX))
 }
 
-/// With numbers for axes and signals; [`Names::write_rule`] has their names.
+/// With numbers for signals; [`Names::write_rule`] has their names.
 impl fmt::Display for Rule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&without_names().write_rule(self))
     }
 }
 
-/// With numbers for axes and signals; [`Names::write_ruling`] has their names.
+/// With numbers for signals; [`Names::write_ruling`] has their names.
 impl fmt::Display for Ruling {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&without_names().write_ruling(self))

@@ -74,6 +74,12 @@ pub trait Transport: Send {
     /// The device's line now runs at this speed.
     fn set_baud(&mut self, _baud: u32) {}
 
+    /// The speed to which the client that speaks has set its port, in bits per second, if that is
+    /// known.
+    fn client_baud(&mut self) -> Option<u32> {
+        None
+    }
+
     /// Whether a client can be told to wait, so that nothing that it sends is lost.
     fn has_handshake(&self) -> bool {
         true

@@ -188,7 +188,8 @@ impl Pty {
         let transport = || Arc::clone(&self.label);
         // A speed of 0 means to hang up, which some programs use for a terminal without a line.
         if client != self.baud && client != 0 {
-            let news = News::WrongSpeed { transport: transport(), client, line: self.baud };
+            let news =
+                News::WrongSpeed { transport: transport(), client, line: self.baud, noise: false };
             self.news.push_back(news);
         }
         if let Some(parity) = parity {
@@ -215,6 +216,11 @@ impl Pty {
 impl Transport for Pty {
     fn label(&self) -> &Arc<str> {
         &self.label
+    }
+
+    /// A speed of 0 means to hang up, which some programs use for a terminal without a line.
+    fn client_baud(&mut self) -> Option<u32> {
+        self.watch.settings().map(|settings| settings.baud).filter(|baud| *baud != 0)
     }
 
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {

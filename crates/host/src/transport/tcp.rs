@@ -354,6 +354,10 @@ impl Transport for Tcp {
         &self.label
     }
 
+    fn client_baud(&mut self) -> Option<u32> {
+        Some(self.holder.as_ref()?.telnet.as_ref()?.baud())
+    }
+
     fn poll_receive(&mut self, cx: &mut Context<'_>, buffer: &mut [u8]) -> Poll<Received> {
         self.accept(cx);
         self.attend_observers(cx);

@@ -96,7 +96,12 @@ impl Telnet {
         let Settings { baud, data_bits, parity } = self.settings;
         let transport = || Arc::clone(label);
         if baud != line {
-            news.push_back(News::WrongSpeed { transport: transport(), client: baud, line });
+            news.push_back(News::WrongSpeed {
+                transport: transport(),
+                client: baud,
+                line,
+                noise: false,
+            });
         }
         if parity != Parity::None {
             let parity = parity.name().into();
@@ -110,6 +115,11 @@ impl Telnet {
     /// CTS is on or off now.
     pub(super) fn set_cts(&mut self, on: bool) {
         self.server.set_cts(on);
+    }
+
+    /// The speed to which the client has set its port.
+    pub(super) fn baud(&self) -> u32 {
+        self.settings.baud
     }
 
     /// What the client does not want to be sent now.
