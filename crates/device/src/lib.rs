@@ -36,8 +36,8 @@ pub use event::{Event, Kinds, Loss, Motion, Warning};
 pub use facts::Facts;
 pub use fault::{
     Awaited, BadByte, Chance, Damage, Fault, FaultError, FaultNews, FaultNumber, FaultStage,
-    FaultView, Faulting, Garbling, LineFault, MachineFault, MachineStrike, Mishap, Strike,
-    SwitchSays, Way, When,
+    FaultView, Faulting, Garbling, LineFault, MOST_FAULTS, MachineFault, MachineStrike, Mishap,
+    Strike, SwitchSays, Way, When,
 };
 pub use grouped::Grouped;
 pub use handling::{

@@ -9,7 +9,8 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 use vimc4_device::{
-    Device, Event, FaultStage, Faulting, Harness, Input, Kinds, Line, Names, Output, Time,
+    Device, Event, FaultStage, Faulting, Harness, Input, Kinds, Line, MOST_FAULTS, Names, Output,
+    Time,
 };
 
 use cart::Cart;
@@ -72,7 +73,14 @@ fn every_kind_does_what_it_says() {
         ("cut", "p\r", "", 0),
         ("cut to-host for 5ms", "p\rm4\rp\rm1\rp\r", "05", 5),
         ("break 5ms to-host", "p\rm5\rp\r", "\\x0005", 5),
-        ("break 5ms", "p\r", "", 0),
+        ("break 5ms", "p\r", "", 5),
+        // Time passes to where a fault is over, of itself; but not to where it could no longer strike
+        // anyway.
+        ("cut for 5ms", "p\r", "", 5),
+        ("drop to-host for 5ms", "p\r", "", 5),
+        ("merge 2ms to-host for 5ms", "p\r", "0", 5),
+        ("drop to-host for 5ms after command m", "p\rm1\rp\r", "0", 5),
+        ("drop to-host once for 5ms", "p\rp\r", "0", 0),
         // What waits for a command strikes the answer to it.
         ("drop to-host after command m", "p\rm5\rp\r", "05", 5),
         ("garble into ? to-host after command m", "p\rm5\rp\r", "0?5", 5),
@@ -140,6 +148,37 @@ fn faults_are_listed_counted_and_ended() {
     order(&mut cart, "9 drop to-host");
     assert_eq!(listed(&cart), [(9, Strikes, 0)]);
     assert_eq!(cart.ask(b"p\rp\r").unwrap(), b"0");
+}
+
+#[test]
+fn a_fault_that_can_still_strike_is_never_forgotten_for_another() {
+    let mut cart = cart(&["garble into ? to-host"]);
+    let numbers = |cart: &Harness<Line<Cart>>| {
+        cart.device().faults().iter().map(|view| view.number.0).collect::<Vec<_>>()
+    };
+    // Those that are over go first, the oldest of them.
+    for _ in 0..1_001 {
+        order(&mut cart, "drop to-host for 0ms");
+    }
+    assert_eq!(numbers(&cart).len(), MOST_FAULTS);
+    assert_eq!(numbers(&cart)[..2], [1, 4]);
+    assert_eq!(cart.ask(b"p\rp\r").unwrap(), b"?0");
+    // As long as as many as there may be can strike, there are no others.
+    order(&mut cart, "end all");
+    for _ in 0..MOST_FAULTS {
+        order(&mut cart, "duplicate to-host after x > 900");
+    }
+    let before = cart.device().state();
+    order(&mut cart, "drop to-host");
+    assert_eq!(cart.device().state(), before);
+    assert_eq!(cart.ask(b"p\r").unwrap(), b"0");
+    // One that takes the place of another needs no other place.
+    let last = numbers(&cart).last().copied().unwrap();
+    order(&mut cart, &format!("{last} drop to-host"));
+    assert_eq!(cart.ask(b"p\rp\r").unwrap(), b"0");
+    order(&mut cart, "drop to-host");
+    assert_eq!(cart.ask(b"p\rp\r").unwrap(), b"0");
+    assert_eq!(*numbers(&cart).last().unwrap(), last + 1);
 }
 
 #[test]

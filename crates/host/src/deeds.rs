@@ -8,6 +8,10 @@ use crate::drive::Drive;
 use crate::report::{Deed, Effect, News, Source};
 use crate::rig::Rig;
 
+/// Why there is not one fault more than [`MOST_FAULTS`](vimc4_device::MOST_FAULTS).
+pub(crate) const NO_MORE_FAULTS: &str =
+    "no more than 1,000 faults at once; end those that are no longer needed";
+
 /// Performs a deed on the device, and tells its source whether it has had any effect.
 pub(crate) fn act<D: Device + Clone>(
     drive: &mut Drive<D>,
@@ -79,6 +83,11 @@ fn why_without_effect<D: Device>(
     let already = "it was so already";
     match inputs {
         [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
+        [Input::Fault(Faulting::Begin(number, _))]
+            if device.faults().iter().all(|view| view.number != *number) =>
+        {
+            Some(NO_MORE_FAULTS)
+        }
         [Input::Fault(Faulting::End(_))] => Some("there is no such fault"),
         [Input::Fault(Faulting::EndAll)] => Some("nothing is wrong"),
         [Input::Rule(Ruling::End(_))] => Some("there is no such rule"),

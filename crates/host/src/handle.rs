@@ -134,7 +134,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
         self.with(move |runner| {
             let faulting = Faulting::Begin(FaultNumber::NEXT, fault);
             let input = OwnedInput::Fault(faulting.clone());
-            runner.act(&by, Deed::Fault(Box::new(faulting)), &[input.as_input()]);
+            let effect = runner.act(&by, Deed::Fault(Box::new(faulting)), &[input.as_input()]);
+            if let Effect::Nothing { why: Some(why) } = effect {
+                return Err(ControlError::Unsupported(why));
+            }
             // It has the highest number, for it is the latest.
             let numbers = runner.device().faults().into_iter().map(|view| view.number);
             let numbers = numbers.filter(|number| *number != FaultNumber::TERMINAL);

@@ -6,7 +6,9 @@ use std::io::Write;
 use std::time::Duration;
 
 use vimc4::device::{Controller, Device, Line};
-use vimc4::{Clock, Damage, Emulator, Error, FaultNumber, LineFault, MemoryPort, Time, Way, When};
+use vimc4::{
+    Clock, Damage, Emulator, Error, FaultNumber, LineFault, MemoryPort, Order, Time, Way, When,
+};
 use vimc4_timeline::recording::{Player, Recording, What};
 
 fn emulator() -> (Emulator, MemoryPort) {
@@ -48,6 +50,38 @@ fn a_fault_ends_with_its_handle() {
     assert_eq!(ask(&emu, &mut port, "@01\r"), "0");
     let wrong = emu.fault("cut to-hots").unwrap_err();
     assert!(matches!(wrong, Error::Fault(_)), "{wrong}");
+}
+
+#[test]
+fn one_fault_too_many_is_refused_and_ends_no_other() {
+    let (emu, mut port) = emulator();
+    let held = emu.fault("hold overtemperature").unwrap();
+    for _ in 1..vimc4::MOST_FAULTS {
+        emu.fault("drop to-host after x > 100").unwrap().keep();
+    }
+    let refused = emu.fault("drop to-host").err().unwrap().to_string();
+    assert!(refused.starts_with("no more than 1,000 faults at once"), "{refused}");
+    let order = Order::read("fault drop to-host", &emu.names().unwrap()).unwrap().unwrap();
+    assert_eq!(emu.give(&order).unwrap(), format!("ok, without effect: {refused}"));
+    assert_eq!(emu.faults().unwrap().first().unwrap().number, held.number());
+    assert_eq!(ask(&emu, &mut port, "@01\r"), "0");
+}
+
+/// Time that jumps from one thing to the next takes the end of a fault for such a thing, whatever the
+/// fault.
+#[test]
+fn time_that_jumps_comes_to_the_end_of_every_fault() {
+    for fault in ["cut for 200ms", "drop to-host for 200ms", "break 200ms", "power-off for 200ms"] {
+        let emu = Emulator::builder().machine("bench").time(Clock::Instant).start().unwrap();
+        let fault = emu.fault(fault).unwrap();
+        emu.run_until_idle().unwrap();
+        let begun = std::time::Instant::now();
+        while !fault.is_over().unwrap() && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::yield_now();
+        }
+        assert!(fault.is_over().unwrap());
+        assert_eq!(emu.now().unwrap(), Time::from_millis(200));
+    }
 }
 
 #[test]

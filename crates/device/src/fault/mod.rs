@@ -132,11 +132,16 @@ impl fmt::Display for FaultNumber {
     }
 }
 
+/// The most faults that there are at once. One more takes the place of the oldest that is over; while
+/// none is, there can be no other, and beginning one does nothing.
+pub const MOST_FAULTS: usize = 1_000;
+
 /// An order about faults.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Faulting {
-    /// A fault begins, with this number. One that has the number already ends.
+    /// A fault begins, with this number, unless there are [as many](MOST_FAULTS) as there can be. One
+    /// that has the number already ends.
     Begin(FaultNumber, Fault),
     /// The fault of this number ends, if there is one.
     End(FaultNumber),

@@ -12,11 +12,8 @@ use super::rules::Rules;
 use super::uart::{Wave, read_early};
 use crate::{
     Breakpoint, Damage, Device, Event, Fault, FaultNews, FaultNumber, FaultStage, FaultView,
-    Garbling, Kinds, LineFault, Output, OwnedInput, Strike, Time, Way,
+    Garbling, Kinds, LineFault, MOST_FAULTS, Output, OwnedInput, Strike, Time, Warning, Way,
 };
-
-/// The most faults that a line has at once; one more ends the oldest.
-const MOST: usize = 1_000;
 
 /// The faults of a line and what they hold back.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -199,6 +196,14 @@ impl Faults {
 
     // --- beginning and ending ---
 
+    /// Whether a fault of this number can begin now.
+    pub(super) fn has_room_for(&self, number: FaultNumber, now: Time) -> bool {
+        let takes = |begun: &Begun| begun.number == number || begun.is_done(now);
+        number == FaultNumber::TERMINAL
+            || self.list.len() < MOST_FAULTS
+            || self.list.iter().any(takes)
+    }
+
     pub(super) fn begin<D: Device>(
         &mut self,
         number: FaultNumber,
@@ -206,10 +211,18 @@ impl Faults {
         device: &D,
         news: &mut Vec<Output>,
     ) -> Vec<ForDevice> {
-        let mut given = self.end(Some(number), device.now(), news);
-        if self.list.len() >= MOST {
-            let oldest = self.list.first().map(|begun| begun.number);
-            given.extend(self.end(oldest, device.now(), news));
+        let now = device.now();
+        if !self.has_room_for(number, now) {
+            // Who begins one by an order is told otherwise; a rule has nobody else to tell.
+            let what =
+                "no more than 1,000 faults at once; a rule's begins only when one has ended".into();
+            news.push(Output::Event(now.into(), Event::Warning(Warning::NoEffect { what })));
+            return Vec::new();
+        }
+        let mut given = self.end(Some(number), now, news);
+        if self.list.len() >= MOST_FAULTS {
+            let done = self.list.iter().find(|begun| begun.is_done(now)).map(|begun| begun.number);
+            given.extend(done.map(|done| self.end(Some(done), now, news)).into_iter().flatten());
         }
         tell(news, device.now(), number, FaultNews::Begins(Box::new(fault.clone())));
         let seed = fault.when().seed;
@@ -273,14 +286,15 @@ impl Faults {
         let due = |begun: &Begun| match &begun.stage {
             Stage::Waits { breakpoint, .. } => breakpoint.next(device),
             Stage::Strikes { since } => {
-                let ends = begun.ends(*since).filter(|_| begun.has_to_end());
+                let ends = begun.ends(*since).filter(|_| begun.has_an_end());
                 let leaves = begun.fault.when().during.as_ref();
                 let leaves = leaves.and_then(|during| device.leaving(during));
                 ends.into_iter().chain(leaves).min()
             }
             Stage::Over => None,
         };
-        self.list.iter().filter_map(due).chain(self.rules.due(device)).min()
+        let high = self.list.iter().filter_map(Begun::high_again);
+        self.list.iter().filter_map(due).chain(high).chain(self.rules.due(device)).min()
     }
 
     /// Looks at the device right after a cause or an input with these events, or between two causes.
@@ -301,6 +315,9 @@ impl Faults {
         }
         for place in 0..self.list.len() {
             let Some(begun) = self.list.get_mut(place) else { continue };
+            if begun.high_again().is_some_and(|high| high <= now) {
+                begun.until = None;
+            }
             match &mut begun.stage {
                 Stage::Waits { .. } => {
                     if begun.awaits(events, device) {
@@ -312,7 +329,7 @@ impl Faults {
                 }
                 Stage::Strikes { since } => {
                     let since = *since;
-                    if begun.has_to_end() && begun.ends(since).is_some_and(|ends| ends <= now) {
+                    if begun.has_an_end() && begun.ends(since).is_some_and(|ends| ends <= now) {
                         begun.stage = Stage::Over;
                         given.extend((!begun.is_of_line()).then_some(ForDevice::End(begun.number)));
                     } else if let Some(during) = begun.fault.when().during.clone()
@@ -465,15 +482,27 @@ impl Begun {
         self.fault.of_line().is_some()
     }
 
-    /// Whether its end itself changes something: what a device does, or how bits already on the
-    /// line are read.
-    fn has_to_end(&self) -> bool {
-        self.fault.of_line().is_none_or(|line| matches!(line.damage, Damage::Speed(_)))
+    /// Whether the end of its time makes a difference: it can strike until then, or the end itself
+    /// changes what a device does or how bits already on the line are read.
+    fn has_an_end(&self) -> bool {
+        let changes = |line: &LineFault| matches!(line.damage, Damage::Speed(_));
+        self.fault.of_line().is_none_or(changes) || !self.has_struck_enough()
+    }
+
+    /// When the line that it holds low is high again.
+    fn high_again(&self) -> Option<Time> {
+        let line = self.fault.of_line()?;
+        self.until.filter(|_| matches!(line.damage, Damage::Break(_)))
     }
 
     /// Whether the device has been given it.
     fn is_with_device(&self) -> bool {
         !self.is_of_line() && matches!(self.stage, Stage::Strikes { .. })
+    }
+
+    /// Whether nothing is left of it that could make a difference.
+    fn is_done(&self, now: Time) -> bool {
+        self.seen_stage(now) == FaultStage::Over && !self.is_with_device()
     }
 
     /// When its time is over.

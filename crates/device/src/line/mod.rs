@@ -317,6 +317,10 @@ impl<D: Device> Line<D> {
                     FaultNumber::NEXT => FaultNumber(self.wires.numbered.0.saturating_add(1)),
                     number => number,
                 };
+                let full = |faults: &Faults| !faults.has_room_for(number, now);
+                if self.wires.faults.as_deref().is_some_and(full) {
+                    return;
+                }
                 if number != FaultNumber::TERMINAL {
                     self.wires.numbered = self.wires.numbered.max(number);
                 }
