@@ -40,6 +40,7 @@
 //! | ask what the host did | [`Emulator::commands`], [`Emulator::journal`], [`Emulator::position`], [`Emulator::view`] |
 //! | say what it has to do, in which order, how often, never | [`Emulator::expect`] |
 //! | count what of the protocol a test has met | [`Emulator::coverage`], [`add_coverage`] |
+//! | let several controllers and a simulation of your own share one time | [`Group`] |
 //! | lose, garble, delay bytes, or cut the cable | [`Emulator::fault`] |
 //! | press, switch off and break things when something else happens | [`Emulator::scenario`] |
 //! | await instead of block | [`Emulator::control`] |
@@ -54,6 +55,7 @@ mod emulator;
 mod error;
 mod expect;
 mod fault;
+mod group;
 mod order;
 mod profiles;
 mod record;
@@ -67,6 +69,7 @@ pub use emulator::Emulator;
 pub use error::{Error, ProfileFileError};
 pub use expect::{Live, Watched};
 pub use fault::{AnyFault, FaultHandle};
+pub use group::{Group, GroupError, GroupState, Member, Simulation, World};
 pub use order::Outcome;
 pub use profiles::{machine, machine_profile, model, model_profile, scenario_file};
 pub use record::HostCommand;
