@@ -27,6 +27,7 @@ use crate::journal::Journal;
 use crate::pending::{Journey, Pending};
 use crate::port::Port;
 use crate::reports::Reports;
+use crate::sweep::Given;
 use crate::waiting::{answer, lock};
 use crate::{error, profiles};
 
@@ -48,6 +49,8 @@ pub(crate) struct Core {
     alarms: Arc<Alarms>,
     /// Whether there is a journal.
     records: bool,
+    /// What it was given, if it is there to try a host.
+    given: Option<Given>,
     /// The process that it runs in.
     process: u32,
     recording: Option<vimc4::RecordingFile>,
@@ -81,6 +84,7 @@ impl Core {
     #[pyo3(signature = (
         *, model, machine, time, pty, replace_link, fresh_clients, tcp, rfc2217, tcp_clients,
         serial, flash, line_pacing, paused, record, recording, record_size, recorded_by, name, on,
+        tried,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are the options of the builder, by name")]
     fn new(
@@ -104,6 +108,7 @@ impl Core {
         recorded_by: &str,
         name: Option<String>,
         on: Option<&Bound<'_, Worker>>,
+        tried: bool,
     ) -> PyResult<Core> {
         let wrong = |error: String| PyValueError::new_err(error);
         let clock = Clock::from_str(time).map_err(|error| wrong(error.to_string()))?;
@@ -162,6 +167,10 @@ impl Core {
                 lines.push_back(line);
             }));
         }
+        let given = tried.then(Given::default);
+        if let Some(given) = &given {
+            builder = builder.sink(given.clone());
+        }
         let emulator = py.detach(|| builder.start()).map_err(|error| error::of(py, &error))?;
         let places = Places {
             port: emulator.port().map(PathBuf::from),
@@ -177,6 +186,7 @@ impl Core {
             next: AtomicU64::new(1),
             alarms: Arc::default(),
             records: record,
+            given,
             process: std::process::id(),
             names: OnceLock::new(),
             conversation,
@@ -265,9 +275,10 @@ impl Core {
         let clear = Arc::new(crate::port::Clear::default());
         let tell = Arc::clone(&clear);
         let (control, alarms) = (self.control.clone(), Arc::clone(&self.alarms));
+        let leads_time = self.given.is_some();
         let ports = self.control.connect_with_lines(move |cts| tell.set(cts));
         self.pending(ports, move |py, (port, lines): (vimc4::MemoryPort, HostLines)| {
-            Ok(Py::new(py, Port::new(port, lines, clear, control, alarms))?.into_any())
+            Ok(Py::new(py, Port::new(port, lines, clear, control, alarms, leads_time))?.into_any())
         })
     }
 
@@ -438,6 +449,14 @@ impl Core {
                     Err(error::raise(py, "Mistake", mistake.to_string()))
                 }
             }
+        }))
+    }
+
+    /// Everything that it was given, once what was written last has arrived.
+    fn given(&self) -> PyResult<Pending> {
+        let given = self.given.clone().ok_or_else(|| error::broken("it is not tried"))?;
+        Ok(Pending::of(self.control.now(), move |py, _| {
+            Ok(given.told()?.into_pyobject(py)?.into_any().unbind())
         }))
     }
 
@@ -666,6 +685,12 @@ impl Core {
         tell: impl FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
     ) -> Pending {
         Pending::of(reply, tell).hearing(self.alarms.ear())
+    }
+
+    /// A fault of a sweep, which stays.
+    pub(crate) fn begin_fault(&self, py: Python<'_>, fault: vimc4::Fault) -> PyResult<()> {
+        let begun = py.detach(|| self.control.fault(fault).wait());
+        begun.map(drop).map_err(|error| error::of_control(py, &error))
     }
 
     /// What people call its axes and signals, asked once.

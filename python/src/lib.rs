@@ -22,6 +22,7 @@ mod pending;
 mod port;
 mod profiles;
 mod reports;
+mod sweep;
 mod waiting;
 
 use pyo3::prelude::*;
@@ -50,6 +51,8 @@ mod _vimc4 {
     use super::profiles::{Machine, Model, machine_profile, machines, model_profile, models};
     #[pymodule_export]
     use super::reports::Reports;
+    #[pymodule_export]
+    use super::sweep::{SweepResults, SweepSession};
     use super::*;
 
     #[pymodule_init]

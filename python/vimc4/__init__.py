@@ -108,6 +108,8 @@ __all__ = [
     "Sentence",
     "Signal",
     "Snapshot",
+    "Sweep",
+    "Swept",
     "Unfinished",
     "Unmet",
     "Watched",
@@ -117,18 +119,24 @@ __all__ = [
     "machines",
     "model_profile",
     "models",
+    "sweep",
 ]
 
 if _TYPE_CHECKING:
     from ._aio import Aio
+    from ._sweep import Sweep, Swept, sweep
 
 
 def __getattr__(name: str) -> object:
-    # asyncio takes longer to import than everything else together.
+    # asyncio takes longer to import than everything else together, and concurrent.futures not less.
     if name == "Aio":
         from ._aio import Aio
 
         return Aio
+    if name in ("Sweep", "Swept", "sweep"):
+        from . import _sweep
+
+        return getattr(_sweep, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

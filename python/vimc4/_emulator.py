@@ -66,6 +66,8 @@ class Emulator:
     name: str
     """What it is called in reports and addresses."""
 
+    _tried = False
+
     def __init__(
         self,
         model: str | os.PathLike[str] | Model = "imc4",
@@ -142,6 +144,7 @@ class Emulator:
             recorded_by=recorded_by,
             name=name,
             on=on,
+            tried=self._tried,
         )
         running[name] = self
 

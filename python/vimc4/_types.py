@@ -192,6 +192,15 @@ class View(TypedDict):
     details: dict[str, Any]
 
 
+Harm = Literal[
+    "dropped", "garbled", "misread", "duplicated", "delayed", "stop", "emergency-stop", "limit-switch",
+    "power-off", "lost-steps",
+]  # fmt: skip
+"""What goes wrong in a sweep."""
+
+Mode = Literal["transient", "persistent", "compound"]
+"""How it goes wrong: once, from then on, or once with a second fault while the driver recovers."""
+
 Event = dict[str, Any]
 """Something that happened: ``at`` and the number of its ``command``, under ``event`` its kind, and
 what that kind has besides. ``match`` takes it apart well."""

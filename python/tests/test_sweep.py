@@ -1,0 +1,133 @@
+"""Every fault that can strike a driver, one after the other."""
+
+import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+import vimc4 as virtual
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from sweeping import careful, careless, patient
+
+
+def test_a_careful_driver_is_wrong_only_where_no_answer_tells():
+    swept = virtual.sweep(careful, "imc-s8", "mill")
+    assert swept.points > 500
+    assert sum(outcome.points for outcome in swept.outcomes) == swept.points
+    assert {outcome.heard for outcome in swept.bad} == {"what it always hears"}
+    told = virtual.sweep(careful, "imc-s8", "mill", harms=["garbled", "duplicated"])
+    told.check()
+
+
+def test_a_careless_driver_is_found_out():
+    swept = virtual.sweep(careless, "imc-s8", "mill")
+    with pytest.raises(AssertionError, match="it reports success, but the machine is not where it"):
+        swept.check()
+    worst = swept.bad[0]
+    assert worst.bad and worst.should and str(worst) in str(swept)
+    assert any("as the answer to" in outcome.heard for outcome in swept.bad)
+    # Once more, as for a debugger.
+    swept.again(worst.point)
+
+
+def test_who_waits_for_ever_hangs():
+    swept = virtual.sweep(patient, "imc-s8", "mill", harms=["dropped"], modes=["transient"])
+    worst = swept.bad[0]
+    assert worst.title == "it hangs" and "wait for a limited time" in worst.should
+
+
+def endless(emulator):
+    """It asks until it gets an answer, and looks at no clock."""
+    port = emulator.serial(timeout=1)
+    for line in (b"@07\r", b"@0P\r"):
+        answer = b""
+        while not answer:
+            port.write(line)
+            answer = port.read(1)
+
+
+def test_who_goes_round_and_round_is_ended():
+    swept = virtual.sweep(
+        endless, "imc-s8", harms=["power-off"], modes=["persistent"], limit=0.3
+    )
+    assert [outcome.title for outcome in swept.bad] == ["it hangs"]
+
+
+def polling(emulator):
+    """It looks whether there is an answer, and takes what is there."""
+    port = emulator.connect()
+    for line in (b"@07\r", b"@0R7\r", b"@0A800,900,0,900,0,900,0,900\r"):
+        port.write(line)
+        for _ in range(3):
+            if port.in_waiting:
+                assert port.read(port.in_waiting) == b"0"
+                break
+        else:
+            raise TimeoutError
+
+
+def test_a_driver_may_look_whether_there_is_something():
+    one, other = (virtual.sweep(polling, "imc-s8", "mill", modes=["transient"]) for _ in range(2))
+    assert one.lines() == other.lines() and one.points > 100
+
+
+def broken(emulator):
+    raise ValueError("it never works")
+
+
+def test_a_driver_that_fails_by_itself_is_told_so():
+    with pytest.raises(virtual.Error, match="although nothing is broken; mend that first"):
+        virtual.sweep(broken)
+    with pytest.raises(ValueError, match="3/2 is no part"):
+        virtual.sweep(careful, shard=(3, 2))
+
+
+def test_shards_are_put_together_and_interrupted_ones_go_on():
+    options = {"model": "imc-s8", "machine": "mill", "harms": ["dropped", "stop"]}
+    whole = virtual.sweep(careless, **options)
+    steps = []
+    known = ""
+    for number in (1, 2, 3):
+        done = virtual.sweep(
+            careless, **options, shard=(number, 3), known=known,
+            progress=lambda done, total: steps.append((done, total)),
+        )  # fmt: skip
+        known = done.lines()
+    assert known == whole.lines() and len(known.splitlines()) > whole.points
+    # Each point was tried once.
+    assert sum(total for done, total in steps if done == total) == whole.points
+    again = virtual.sweep(careless, **options, known=known, progress=lambda *_: pytest.fail("nothing"))
+    assert again.lines() == known
+
+
+@pytest.mark.parametrize(
+    "executor",
+    [
+        lambda: ThreadPoolExecutor(4),
+        lambda: ProcessPoolExecutor(2, mp_context=get_context("spawn")),
+    ],
+    ids=["threads", "processes"],
+)
+def test_the_results_are_equal_whoever_does_the_work(executor):
+    options = {"model": "imc-s8", "machine": "mill"}
+    alone = virtual.sweep(careless, **options).lines()
+    with executor() as workers:
+        assert virtual.sweep(careless, **options, executor=workers).lines() == alone
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_workers_may_be_those_of_dask(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    options = {"model": "imc-s8", "machine": "mill"}
+    alone = virtual.sweep(careless, **options).lines()
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        local_directory=tmp_path,
+    ) as cluster, distributed.Client(cluster) as client:  # fmt: skip
+        client.run(sys.path.insert, 0, str(Path(__file__).parent))
+        swept = virtual.sweep(careless, **options, executor=client.get_executor())
+        assert len(client.scheduler_info()["workers"]) == 2
+    assert swept.lines() == alone
