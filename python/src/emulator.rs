@@ -21,6 +21,7 @@ use vimc4::{
 
 use crate::alarm::Alarms;
 use crate::convert::{event, plain, span, typed};
+use crate::coverage::Coverage;
 use crate::expect::{Expect, Expectation};
 use crate::harness::Harness;
 use crate::journal::Journal;
@@ -83,8 +84,8 @@ impl Core {
     #[new]
     #[pyo3(signature = (
         *, model, machine, time, pty, replace_link, fresh_clients, tcp, rfc2217, tcp_clients,
-        serial, flash, line_pacing, paused, record, recording, record_size, recorded_by, name, on,
-        tried,
+        serial, flash, line_pacing, paused, record, coverage, recording, record_size, recorded_by, name,
+        on, tried,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are the options of the builder, by name")]
     fn new(
@@ -103,6 +104,7 @@ impl Core {
         line_pacing: bool,
         paused: bool,
         record: bool,
+        coverage: bool,
         recording: Option<PathBuf>,
         record_size: Option<u64>,
         recorded_by: &str,
@@ -126,7 +128,8 @@ impl Core {
             .tcp_clients(tcp_clients.parse().map_err(wrong)?)
             .line_pacing(line_pacing)
             .paused(paused)
-            .record(record);
+            .record(record)
+            .coverage(coverage);
         if let Some(address) = tcp {
             builder = builder.tcp(address);
         }
@@ -372,6 +375,18 @@ impl Core {
             let class = py.import("vimc4._journal")?.getattr("Journal")?;
             Ok(class.call1((Journal::new(journal, names, axes),))?.unbind())
         }))
+    }
+
+    /// How much of what it can do the host has met.
+    fn coverage(&self) -> Pending {
+        self.pending(self.control.coverage(), |py, coverage| {
+            Ok(Py::new(py, Coverage(coverage))?.into_any())
+        })
+    }
+
+    /// The same of one that may have ended; None if nothing is counted.
+    fn coverage_so_far(&self) -> Option<Coverage> {
+        self.control.coverage_so_far().map(Coverage)
     }
 
     /// Begins a sentence; `said` is told how it ends.

@@ -51,6 +51,15 @@ pub(crate) fn unmet(py: Python<'_>, failure: &vimc4::Failure) -> PyErr {
     }
 }
 
+/// A file of coverage that cannot be used.
+pub(crate) fn of_coverage_file(py: Python<'_>, error: &vimc4::CoverageFileError) -> PyErr {
+    let name = match error {
+        vimc4::CoverageFileError::File { .. } => "CoverageFileError",
+        _ => "CoverageError",
+    };
+    raise(py, name, error.to_string())
+}
+
 /// What a running emulator does not do.
 pub(crate) fn of_control(py: Python<'_>, error: &ControlError) -> PyErr {
     let name = match error {

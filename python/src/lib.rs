@@ -13,6 +13,7 @@ mod alarm;
 #[cfg(unix)]
 mod bell;
 mod convert;
+mod coverage;
 mod emulator;
 mod error;
 mod expect;
@@ -33,6 +34,8 @@ mod _vimc4 {
     #[cfg(unix)]
     #[pymodule_export]
     use super::bell::Bell;
+    #[pymodule_export]
+    use super::coverage::Coverage;
     #[pymodule_export]
     use super::emulator::{Core, Recording, Sink, Snapshot, Worker};
     #[pymodule_export]

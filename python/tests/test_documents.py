@@ -73,4 +73,5 @@ def test_names_that_are_written_are_there(root):
         assert hasattr(virtual, name) or hasattr(virtual.Emulator, name), name
     options = set(re.findall(r"`(\w+)=", prose)) - {"timeout"}
     init = virtual.Emulator.__init__.__annotations__.keys() | {"rtscts"}
+    init |= virtual.sweep.__annotations__.keys()
     assert options <= init, options - init

@@ -365,3 +365,78 @@ def test_what_goes_wrong_ends_with_the_test(pytester):
             "expected command @B, never",
         ]
     )
+
+
+COVERED = MOVES + """
+import vimc4 as virtual
+
+def test_moves(port):
+    port.write(MOVE)
+    assert port.read() == b"0"
+
+def test_asks(port):
+    port.write(b"@0P\\r")
+    assert port.read(19)[:1] == b"0"
+
+def test_has_one_of_its_own():
+    with virtual.Emulator(time="instant") as emulator:
+        emulator.connect().write(b"@01\\r@0R1\\r")
+        emulator.run_until_idle()
+        assert emulator.coverage().totals()["commands"]["met"] >= 2
+
+@pytest.mark.vimc4(coverage=False)
+def test_does_not_count(port):
+    port.write(b"@0V\\r")
+    port.read()
+"""
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["alone", "xdist"])
+def test_what_was_met_is_added_to_a_file(pytester, workers):
+    import vimc4 as virtual
+
+    pytester.makepyfile(COVERED)
+    file = pytester.path / "met.json"
+    for times in (1, 2):
+        result = pytester.runpytest_subprocess(f"--vimc4-coverage={file}", *workers)
+        result.assert_outcomes(passed=4)
+        result.stdout.fnmatch_lines(
+            ["*coverage of vimc4*", "imc4: * of * commands, * of * answers, *", f"vimc4 coverage {file}"]
+        )
+        coverage = virtual.Coverage.read(file)
+        met = {
+            command["mnemonic"]: sum(answer["met"] for answer in command["answers"])
+            for command in coverage.commands()
+        }
+        assert (met["@A"], met["@P"], met["@R"], met["@V"]) == (times, times, times, 0)
+    # Without the option nothing is counted.
+    pytester.makepyfile(
+        """
+        import pytest, vimc4 as virtual
+
+        def test_it(vimc4):
+            with pytest.raises(virtual.ControlError):
+                vimc4.coverage()
+        """
+    )
+    pytester.runpytest_subprocess(*workers).assert_outcomes(passed=1)
+
+
+def test_each_model_has_its_own_file(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.parametrize("model", ["imc4", "smcu"])
+        def test_it(vimc4_start, model):
+            vimc4_start(model)
+        """
+    )
+    result = pytester.runpytest_subprocess("--vimc4-coverage=met.json")
+    result.stdout.fnmatch_lines(["nothing is written: * imc4, smcu, *coverage-{model}.json"])
+    assert not (pytester.path / "met.json").exists()
+    result = pytester.runpytest_subprocess("--vimc4-coverage=met-{model}.json")
+    result.stdout.fnmatch_lines(["imc4: 0 of *", "smcu: 0 of *"])
+    assert (pytester.path / "met-smcu.json").exists()
+    result = pytester.runpytest_subprocess("--vimc4-coverage=met-smcu.json", "-k", "imc4")
+    result.stdout.fnmatch_lines(["*it covers the model smcu, and this is imc4*"])

@@ -234,3 +234,34 @@ def test_a_family_of_its_own_speaks_its_own_language():
         port.write(b"!CT1;")
         assert port.read_until(b"\r")
         assert emulator.axis_names[:2] == ["X", "Y"]
+
+
+@pytest.mark.vimc4(coverage=True)
+def test_what_the_driver_has_met_is_counted(vimc4, tmp_path):
+    stepper = Stepper(vimc4.serial())
+    stepper.move_by(100, 0, 0, speed=900)
+
+    coverage = vimc4.coverage()
+    assert coverage.totals()["commands"]["met"] == 2
+    assert any("you never met" in sentence and "limit switch" in sentence for sentence in coverage.missing())
+    (tmp_path / "coverage.html").write_text(coverage.html())
+
+    # Several runs are added up in a file, which `vimc4 coverage` shows.
+    file = tmp_path / "coverage.json"
+    assert coverage.add_to(file) == coverage == virtual.Coverage.read(file)
+    assert coverage.add_to(file) == coverage + coverage
+
+
+def test_coverage_is_of_one_model(tmp_path):
+    with virtual.Emulator(coverage=True) as one, virtual.Emulator("smcu", coverage=True) as other:
+        mine, others = one.coverage(), other.coverage()
+    with pytest.raises(virtual.CoverageError, match="it covers the model smcu"):
+        mine + others
+    with pytest.raises(virtual.CoverageError, match="no coverage"):
+        virtual.Coverage.from_json("{}")
+    with pytest.raises(virtual.CoverageFileError):
+        mine.add_to(tmp_path)
+    assert virtual.Coverage.from_json(mine.json()) == mine and mine.model in repr(mine)
+    source, tracefile = mine.lcov("tables.txt")
+    assert "@A" in source and "SF:tables.txt" in tracefile
+    assert "@A" in mine.table() and mine.commands()[0]["mnemonic"]

@@ -26,6 +26,8 @@ from ._errors import (
     Cancelled,
     ConditionError,
     ControlError,
+    CoverageError,
+    CoverageFileError,
     DeedError,
     Ended,
     Endless,
@@ -49,6 +51,7 @@ from ._port import Port
 from ._scope import Fault, Watched
 from ._types import Breakpoint, Command, Effect, FaultView, Move, Pause, Progress, Signal
 from ._vimc4 import (
+    Coverage,
     Expect,
     Harness,
     Journey,
@@ -73,6 +76,9 @@ __all__ = [
     "Command",
     "ConditionError",
     "ControlError",
+    "Coverage",
+    "CoverageError",
+    "CoverageFileError",
     "DeedError",
     "Effect",
     "Emulator",

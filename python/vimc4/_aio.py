@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         Step,
         View,
     )
-    from ._vimc4 import Harness, Journey, Pending, Port, Snapshot
+    from ._vimc4 import Coverage, Harness, Journey, Pending, Port, Snapshot
 
 
 class _Waiting:
@@ -244,6 +244,10 @@ class Aio:
         reports = self._emulator.reports(*wants, room=room)
         while (report := await reports.next_report()) is not None:
             yield report
+
+    def coverage(self) -> Pending[Coverage]:
+        """How much of what it can do the host has met."""
+        return self._core.coverage()
 
     def journal(self) -> Pending[Journal]:
         """Everything that happened, oldest first."""

@@ -8,7 +8,7 @@ import os
 import sys
 import warnings
 import weakref
-from typing import TYPE_CHECKING, Any, Iterable, Iterator
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator
 
 from . import _vimc4
 from ._errors import Ended, RecordingWarning
@@ -34,10 +34,13 @@ if TYPE_CHECKING:
         Step,
         View,
     )
-    from ._vimc4 import Expect, Harness, Machine, Model, Recording, Snapshot, Worker
+    from ._vimc4 import Coverage, Expect, Harness, Machine, Model, Recording, Snapshot, Worker
 
 running: weakref.WeakValueDictionary[str, Emulator] = weakref.WeakValueDictionary()
 """The emulators of this process, by their names."""
+
+covered: Callable[[Coverage], object] | None = None
+"""Gets what hosts have met from every emulator at its end, if somebody wants it."""
 
 _numbers = itertools.count(1)
 
@@ -85,6 +88,7 @@ class Emulator:
         line_pacing: bool = False,
         paused: bool = False,
         record: bool = True,
+        coverage: bool | None = None,
         recording: str | os.PathLike[str] | None = None,
         record_failure: str | os.PathLike[str] | None = None,
         record_size: int | None = None,
@@ -108,6 +112,8 @@ class Emulator:
         :param line_pacing: whether a character takes its time on the line
         :param paused: whether its time is paused from the first moment
         :param record: whether commands, events and the conversation are remembered
+        :param coverage: whether it counts what of its protocol the host meets; with pytest's option
+            ``--vimc4-coverage`` it does unless this says otherwise
         :param recording: a file into which everything is recorded; it must not be there yet
         :param record_failure: the same, but it stays only if a ``with`` ends by an exception
         :param record_size: about how many bytes a file of the recording has at most
@@ -139,6 +145,7 @@ class Emulator:
             line_pacing=line_pacing,
             paused=paused,
             record=record,
+            coverage=covered is not None if coverage is None else coverage,
             recording=recording if record_failure is None else record_failure,
             record_size=record_size,
             recorded_by=recorded_by,
@@ -187,6 +194,8 @@ class Emulator:
             self.keep_recording()
         recording = core.recording
         core.close()
+        if covered is not None and (coverage := core.coverage_so_far()) is not None:
+            covered(coverage)
         if recording is not None and self._failed_only:
             recording.discard()
         for error in core.take_recording_errors():
@@ -389,6 +398,11 @@ class Emulator:
         """Checks everything that is expected of it, which is not expected any more then. Its end does
         that, too, and at the end of a test the plugin of pytest."""
         raise_first(Marks(()).outcome(self))
+
+    def coverage(self) -> Coverage:
+        """How much of what it can do the host has met so far: commands, their answers, the states that
+        they found and what stopped them. It has to be begun with ``coverage=True``."""
+        return self._core.coverage().wait()
 
     def journal(self) -> Journal:
         """Everything that happened, oldest first: commands, answers, motions, ports, what people did."""

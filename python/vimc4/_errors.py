@@ -36,6 +36,14 @@ class OrderError(Error, ValueError):
     """A text is not an order. It says where it goes wrong, and what would be right there."""
 
 
+class CoverageError(Error, ValueError):
+    """It is no coverage, or not of the same model."""
+
+
+class CoverageFileError(Error, OSError):
+    """A file of coverage cannot be read or written."""
+
+
 class FaultError(Error, ValueError):
     """A text describes no fault. It says where it goes wrong, and what would be right there."""
 

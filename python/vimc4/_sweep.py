@@ -120,7 +120,7 @@ class Sweep:
 
     def again(self, point: int) -> None:
         """Tries a point once more, in this thread: for a debugger."""
-        with _Tried(self._task.model, self._task.machine, "manual", record=False) as emulator:
+        with _Tried(self._task.model, self._task.machine, "manual", record=False, coverage=False) as emulator:
             self._session.begin(emulator._core, point)
             self._task.drive(emulator)
 
@@ -233,7 +233,7 @@ def _try(task: _Task, points: Iterable[int]) -> list[str]:
 
 def _run(task: _Task, session: _vimc4.SweepSession | None, point: int) -> tuple[int | None, str]:
     """Runs a driver once. Says how it has ended, None if it has not, and what it has given."""
-    with _Tried(task.model, task.machine, "manual", record=False) as emulator:
+    with _Tried(task.model, task.machine, "manual", record=False, coverage=False) as emulator:
         if session is not None:
             session.begin(emulator._core, point)
         codes: list[int | None] = []

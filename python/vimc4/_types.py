@@ -201,6 +201,42 @@ Harm = Literal[
 Mode = Literal["transient", "persistent", "compound"]
 """How it goes wrong: once, from then on, or once with a second fault while the driver recovers."""
 
+
+class CoverageTotal(TypedDict):
+    """How much of something was met."""
+
+    met: int
+    possible: int
+
+
+class CoverageTotals(TypedDict):
+    """How much was met of each kind."""
+
+    commands: CoverageTotal
+    answers: CoverageTotal
+    states: CoverageTotal
+    stops: CoverageTotal
+
+
+class CoveragePoint(TypedDict):
+    """One thing that can be met, and how often it was. ``about``, which says more about it, may be
+    missing."""
+
+    name: str
+    met: int
+
+
+class CoveredCommand(TypedDict):
+    """One form of a command."""
+
+    mnemonic: str
+    title: str
+    section: str
+    answers: list[CoveragePoint]
+    states: list[CoveragePoint]
+    stops: list[CoveragePoint]
+
+
 Event = dict[str, Any]
 """Something that happened: ``at`` and the number of its ``command``, under ``event`` its kind, and
 what that kind has besides. ``match`` takes it apart well."""

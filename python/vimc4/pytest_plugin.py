@@ -18,9 +18,11 @@ from typing import TYPE_CHECKING, Any, Generator, Iterator
 
 import pytest
 
+from . import _emulator
 from ._emulator import Emulator, running
-from ._errors import Unfinished, Unmet
+from ._errors import Error, Unfinished, Unmet
 from ._scope import Marks, raise_first
+from ._vimc4 import Coverage
 
 if TYPE_CHECKING:
     from typing import Protocol
@@ -36,13 +38,105 @@ _AT_END: pytest.StashKey[Unmet | Unfinished] = pytest.StashKey()
 _UNMET: pytest.StashKey[list[tuple[str, str]]] = pytest.StashKey()
 
 
+_COVERAGE: pytest.StashKey[dict[str, Coverage]] = pytest.StashKey()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("vimc4", "virtual controllers")
+    group.addoption(
+        "--vimc4-coverage",
+        metavar="FILE",
+        help="count what of the protocol of the virtual controllers the tests meet, and add it to this file, "
+        "which `vimc4 coverage` shows; `{model}` in its name stands for the model",
+    )
+
+
 def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--vimc4-coverage"):
+        met = config.stash[_COVERAGE] = {}
+
+        def add(coverage: Coverage) -> None:
+            _add(met, coverage)
+
+        _emulator.covered = add
+        if config.pluginmanager.hasplugin("xdist"):
+            config.pluginmanager.register(_OfXdist(), "vimc4-xdist")
+        config.add_cleanup(_no_more_coverage)
     config.addinivalue_line(
         "markers",
         "vimc4(model, machine, time, **options): which virtual controller the fixture vimc4 is; the "
         "options are those of vimc4.Emulator. Of several markers the nearest decides, option by "
         "option. Without it: model='imc4', machine='bench', time='instant'.",
     )
+
+
+def _add(met: dict[str, Coverage], more: Coverage) -> None:
+    known = met.get(more.model)
+    met[more.model] = more if known is None else known + more
+
+
+def _no_more_coverage() -> None:
+    _emulator.covered = None
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """A worker of xdist hands over what its tests have met."""
+    met = session.config.stash.get(_COVERAGE, None)
+    if met is None:
+        return
+    # Those of nobody's fixture go on to the end of the process.
+    for emulator in list(running.values()):
+        if not emulator.closed and (coverage := emulator._core.coverage_so_far()) is not None:
+            _add(met, coverage)
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["vimc4-coverage"] = [coverage.json() for coverage in met.values()]
+
+
+class _OfXdist:
+    """What xdist alone knows of."""
+
+    def pytest_testnodedown(self, node: Any) -> None:
+        """A worker has ended."""
+        met = node.config.stash.get(_COVERAGE, None)
+        if met is not None:
+            for text in getattr(node, "workeroutput", {}).get("vimc4-coverage", []):
+                _add(met, Coverage.from_json(text))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    config = terminalreporter.config
+    met = config.stash.get(_COVERAGE, None)
+    if met is None or hasattr(config, "workerinput"):
+        return
+    terminalreporter.section("coverage of vimc4")
+    name = config.getoption("--vimc4-coverage")
+    if len(met) > 1 and "{model}" not in name:
+        models = ", ".join(sorted(met))
+        terminalreporter.line(
+            f"nothing is written: the tests have met several models, {models}, and each has a file of its own; "
+            f"say where the model goes, as in --vimc4-coverage coverage-{{model}}.json",
+            red=True,
+        )
+        return
+    for model, coverage in sorted(met.items()):
+        file = name.replace("{model}", model)
+        try:
+            totals = coverage.add_to(file).totals()
+        except Error as error:
+            terminalreporter.line(str(error), red=True)
+            continue
+        kinds = (
+            (totals["commands"], "commands"),
+            (totals["answers"], "answers"),
+            (totals["states"], "states"),
+            (totals["stops"], "causes of a stop"),
+        )
+        shares = ", ".join(f"{total['met']} of {total['possible']} {kind}" for total, kind in kinds)
+        terminalreporter.line(f"{model}: {shares}")
+        terminalreporter.line(f"vimc4 coverage {file}")
+    if not met:
+        terminalreporter.line("no test has used an emulator of this process")
 
 
 @pytest.fixture
