@@ -30,6 +30,7 @@ mod run;
 mod send;
 mod serve;
 mod setup;
+mod sweep;
 mod text;
 mod traces;
 mod values;
@@ -97,6 +98,10 @@ enum Tool {
     Minimise(Deferred<recording::less::MinimiseArguments>),
     #[command(about = "Say how much of what a controller can do was met by tests")]
     Coverage(Deferred<coverage::Arguments>),
+    #[command(
+        about = "Try every fault on host software or a recorded session, and report what comes of it"
+    )]
+    Sweep(Deferred<sweep::Arguments>),
     #[command(about = "Debug programs, jobs and recordings in an editor: a debug adapter")]
     Dap(Deferred<dap::Arguments>),
     #[command(about = "Say what a program will find at a port, and the remedy")]
@@ -161,6 +166,9 @@ fn main() -> ExitCode {
             recording::guarded(|| recording::less::minimise(&arguments))
         }
         Tool::Coverage(Deferred(arguments)) => coverage::run(&arguments),
+        Tool::Sweep(Deferred(arguments)) => {
+            return sweep::run(arguments).unwrap_or_else(Failure::report);
+        }
         Tool::Dap(Deferred(arguments)) => {
             return dap::run(&arguments).unwrap_or_else(Failure::report);
         }

@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 15] = [
+const PAGES: [(&str, &str); 16] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
@@ -33,6 +33,7 @@ const PAGES: [(&str, &str); 15] = [
     ("docs/python.md", include_str!("../../docs/python.md")),
     ("docs/recordings.md", include_str!("../../docs/recordings.md")),
     ("docs/stepping.md", include_str!("../../docs/stepping.md")),
+    ("docs/sweep.md", include_str!("../../docs/sweep.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
 ];
 
@@ -57,6 +58,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("", "vimc4 lines -- node", "emulator/tests/connect"),
     ("", "vimc4 lines -- mono", "emulator/tests/connect"),
     ("", "vimc4 lines --pty", "emulator/tests/connect: Wine and DOSBox"),
+    ("docs/sweep.md", "vimc4 sweep --machine", "needs pyserial; emulator/tests/recipes.rs"),
+    ("docs/sweep.md", "vimc4 sweep --shard", "emulator/tests/sweep.rs"),
+    ("", "vimc4 sweep merge", "emulator/tests/sweep.rs"),
+    ("vimc4 sweep", "vimc4 sweep", "emulator/tests/sweep.rs and recipes.rs"),
     ("docs/recordings.md", "jq ", "needs jq"),
     ("", "vimc4 record ", "waits for Ctrl-C; emulator/tests/recording.rs"),
     ("docs/connect.md", "gensiot ", "emulator/tests/connect"),

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use serde_json::Value;
 use vimc4::{Clock, Emulator};
 
 const GUIDE: &str = include_str!("../../docs/library.md");
@@ -142,6 +143,66 @@ fn the_python_tests_pass() -> Outcome {
     Ok(())
 }
 
+/// The five mistakes of the sample driver are found in one sweep, each in a recording of at most 30 lines;
+/// nothing is found in the driver without them.
+fn the_mistakes_of_the_drill_are_found() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    // One of each kind suffices, and so does a part of the bytes of the longer driver.
+    let sweep = |driver: &str, more: &str, code: i32| -> Result<Value, Failed> {
+        let driver = root().join("examples/sweep").join(driver);
+        let line = format!(
+            "\"$VIMC4\" sweep --json --modes transient {more} -- python3 {} {{port}}",
+            driver.display()
+        );
+        let output = sh(folder.path(), &line)?;
+        if output.status.code() != Some(code) {
+            let said = [output.stdout, output.stderr].concat();
+            return Err(format!("{line}: {}: {}", output.status, String::from_utf8(said)?).into());
+        }
+        Ok(serde_json::from_slice(&output.stdout)?)
+    };
+    let report = sweep("drill.py", "--out drill --limit 5s --jobs 8", 1)?;
+    let outcomes: Vec<&Value> = report["outcomes"].as_array().into_iter().flatten().collect();
+    let bad = |outcome: &&&Value| {
+        outcome["outcome"]["verdicts"].as_array().is_some_and(|v| !v.is_empty())
+    };
+    let found = |title: &str, broken: &str, heard: &str| {
+        let text =
+            |outcome: &Value, key: &str| outcome[key].as_str().unwrap_or_default().to_owned();
+        let is_it = |outcome: &&&Value| {
+            text(outcome, "title").starts_with(title)
+                && text(outcome, "broken").contains(broken)
+                && text(outcome, "heard").contains(heard)
+        };
+        outcomes.iter().filter(bad).any(|outcome| is_it(&outcome))
+    };
+    let mistakes = [
+        ("it reports success", "STOP was pressed", "`F` as"),
+        ("it hangs", "", "less than a whole answer to `@#P`"),
+        ("it reports success", "limit switch was hit", "`2` as"),
+        ("it reports success", "the answer to `@0A", "no answer to `@#A#"),
+        ("it moves before it has made a reference run", "the power failed", ""),
+    ];
+    for (title, broken, heard) in mistakes {
+        if !found(title, broken, heard) {
+            return Err(format!("not found: {title}, {broken}, {heard}, in {report:#}").into());
+        }
+    }
+    for outcome in outcomes.iter().filter(bad) {
+        let case = folder.path().join(outcome["recording"].as_str().unwrap_or_default());
+        let lines = fs::read_to_string(&case)?.lines().count();
+        let output = sh(folder.path(), &format!("\"$VIMC4\" replay '{}'", case.display()))?;
+        if lines > 30 || !output.status.success() {
+            return Err(format!("{}: {lines} lines, {}", case.display(), output.status).into());
+        }
+    }
+    let report = sweep("mended.py", "--out mended --limit 60s --jobs 8 --shard 1/4", 0)?;
+    match report["done"].as_u64() {
+        Some(200..) => Ok(()),
+        _ => Err(format!("{report:#}").into()),
+    }
+}
+
 fn main() -> ExitCode {
     let required = std::env::var_os("VIMC4_REQUIRE_TOOLS").is_some_and(|value| value == "1");
     let with = |there: bool, reason: &str, name: &str, body: fn() -> Outcome| {
@@ -158,6 +219,12 @@ fn main() -> ExitCode {
             "needs python3 with pyserial",
             "the Python tests pass",
             the_python_tests_pass,
+        ),
+        with(
+            pyserial,
+            "needs python3 with pyserial",
+            "the mistakes of the drill are found",
+            the_mistakes_of_the_drill_are_found,
         ),
     ];
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()

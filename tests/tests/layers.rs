@@ -43,6 +43,7 @@ const ALLOWED: [(&str, &[&str]); 25] = [
             "vimc4-device",
             "vimc4-host",
             "vimc4-journal",
+            "vimc4-sweep",
             "vimc4-timeline",
         ],
     ),
@@ -69,7 +70,6 @@ const EVERYTHING_BUT_FAMILIES: &[&str] = &[
     "vimc4-motion",
     "vimc4-ncp",
     "vimc4-picture",
-    "vimc4-sweep",
     "vimc4-timeline",
 ];
 

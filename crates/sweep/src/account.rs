@@ -279,7 +279,11 @@ impl<D: Device + Clone> Witness<D> {
         );
         let axes = match references {
             true => Vec::new(),
-            false => device.view(device.now()).axes,
+            false => {
+                let view = device.view(device.now());
+                // Without power nothing will move.
+                if view.powered { view.axes } else { Vec::new() }
+            }
         };
         let axes = axes.into_iter().filter(|axis| !axis.referenced);
         let unreferenced = axes.map(|axis| (axis.index, axis.name)).collect();

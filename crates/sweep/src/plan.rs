@@ -159,12 +159,11 @@ impl Default for Choice {
     }
 }
 
-/// All points of a session, in order: the bytes to the controller, the bytes to the host, the commands,
-/// the motions and the answers. Equal sessions have equal plans.
+/// All points of a session, in order: the bytes to the controller, the bytes to the host, and what
+/// happens to the machine at commands, in motions and after answers. Equal sessions have equal plans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     sections: Vec<Section>,
-    motions: Vec<(usize, u8)>,
     stop: Option<SignalId>,
     emergency_stop: Option<SignalId>,
 }
@@ -172,18 +171,16 @@ pub struct Plan {
 /// Places of one sort, each with the same points.
 #[derive(Clone, Debug, PartialEq)]
 struct Section {
-    sort: Sort,
-    places: usize,
+    places: Places,
     variants: Vec<(Harm, Mode)>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Sort {
-    ToController,
-    ToHost,
-    Command,
-    Motion,
-    Answer,
+/// Places, which are counted where there are many.
+#[derive(Clone, Debug, PartialEq)]
+enum Places {
+    ToController(usize),
+    ToHost(usize),
+    Listed(Vec<Place>),
 }
 
 /// What has been before a snapshot, from which a point is counted.
@@ -203,11 +200,23 @@ impl Plan {
         let emergency_stop = signals.iter().find(|signal| signal.latches);
         let id = |signal: Option<&Signal>| signal.map(|signal| signal.id);
         let (stop, emergency_stop) = (id(stop), id(emergency_stop));
-        let motions = clean.motions.iter().enumerate().flat_map(|(place, motion)| {
-            let is_between = move |quarter: &u8| position(motion, *quarter) != motion.from;
-            (1..=3).filter(is_between).map(move |quarter| (place, quarter))
-        });
-        let motions: Vec<(usize, u8)> = motions.collect();
+        let motions: Vec<Place> = (0..).zip(&clean.motions).flat_map(quarters).collect();
+        let commands: Vec<Place> = (0..clean.commands.len()).map(Place::Command).collect();
+        let answers: Vec<Place> = (0..clean.answers.len()).map(Place::Answer).collect();
+        // STOP and a switch that is hit too early end a reference run, and the controller reports that all
+        // is well: no host can notice that.
+        let is_reference = |command: u64| {
+            let mut of_command = clean.motions.iter().filter(|motion| motion.command == command);
+            of_command.any(|motion| motion.references)
+        };
+        let can_be_stopped = |place: &&Place| match place {
+            Place::Command(command) => !is_reference(*command as u64 + 1),
+            Place::Motion(motion, _) => {
+                clean.motions.get(*motion).is_some_and(|motion| !motion.references)
+            }
+            _ => true,
+        };
+        let stopped = commands.iter().chain(&motions).filter(can_be_stopped).copied().collect();
         let variants = |harms: &[Harm]| {
             let has = |harm: &Harm| match harm {
                 Harm::Stop => stop.is_some(),
@@ -223,16 +232,20 @@ impl Plan {
         };
         let bytes = [Harm::Dropped, Harm::Garbled, Harm::Misread, Harm::Duplicated, Harm::Delayed];
         let to_controller = if chosen.live { &bytes[..4] } else { &bytes[..] };
-        let machine =
-            [Harm::Stop, Harm::EmergencyStop, Harm::LimitSwitch, Harm::PowerOff, Harm::LostSteps];
+        let moving = [Harm::EmergencyStop, Harm::PowerOff, Harm::LostSteps];
+        let moves = motions.iter().filter(can_be_stopped).copied().collect();
+        let section =
+            |places: Places, harms: &[Harm]| Section { places, variants: variants(harms) };
         let sections = vec![
-            section(Sort::ToController, clean.to_controller.len(), variants(to_controller)),
-            section(Sort::ToHost, clean.to_host.len(), variants(&bytes)),
-            section(Sort::Command, clean.commands.len(), variants(&[Harm::Stop, Harm::PowerOff])),
-            section(Sort::Motion, motions.len(), variants(&machine)),
-            section(Sort::Answer, clean.answers.len(), variants(&[Harm::PowerOff])),
+            section(Places::ToController(clean.to_controller.len()), to_controller),
+            section(Places::ToHost(clean.to_host.len()), &bytes),
+            section(Places::Listed(stopped), &[Harm::Stop]),
+            section(Places::Listed(commands), &[Harm::PowerOff]),
+            section(Places::Listed(moves), &[Harm::LimitSwitch]),
+            section(Places::Listed(motions), &moving),
+            section(Places::Listed(answers), &[Harm::PowerOff]),
         ];
-        Plan { sections, motions, stop, emergency_stop }
+        Plan { sections, stop, emergency_stop }
     }
 
     /// How many points there are.
@@ -259,15 +272,10 @@ impl Plan {
             let variants = section.variants.len() as u64;
             let place = usize::try_from(rest / variants).ok()?;
             let (harm, mode) = *section.variants.get(usize::try_from(rest % variants).ok()?)?;
-            let place = match section.sort {
-                Sort::ToController => Place::ToController(place),
-                Sort::ToHost => Place::ToHost(place),
-                Sort::Command => Place::Command(place),
-                Sort::Motion => {
-                    let (motion, quarter) = *self.motions.get(place)?;
-                    Place::Motion(motion, quarter)
-                }
-                Sort::Answer => Place::Answer(place),
+            let place = match &section.places {
+                Places::ToController(_) => Place::ToController(place),
+                Places::ToHost(_) => Place::ToHost(place),
+                Places::Listed(places) => *places.get(place)?,
             };
             return Some(Point { number, place, harm, mode });
         }
@@ -451,12 +459,18 @@ impl Plan {
 
 impl Section {
     fn len(&self) -> u64 {
-        self.places as u64 * self.variants.len() as u64
+        let places = match &self.places {
+            Places::ToController(count) | Places::ToHost(count) => *count,
+            Places::Listed(places) => places.len(),
+        };
+        places as u64 * self.variants.len() as u64
     }
 }
 
-fn section(sort: Sort, places: usize, variants: Vec<(Harm, Mode)>) -> Section {
-    Section { sort, places, variants }
+/// The places on the way of a motion.
+fn quarters((place, motion): (usize, &MotionPlace)) -> Vec<Place> {
+    let is_between = |quarter: &u8| position(motion, *quarter) != motion.from;
+    (1..=3).filter(is_between).map(|quarter| Place::Motion(place, quarter)).collect()
 }
 
 /// Where the counter of the axis is so many quarters of the way on.

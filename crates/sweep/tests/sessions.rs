@@ -45,9 +45,10 @@ fn a_plan_counts_everything_that_happens() {
         (1..=3).filter(|quarter| way * quarter / 4 > 0).count()
     });
     let motions: usize = motions.sum();
-    // Each byte {dropped, garbled, duplicated} x 3 and late x 2, each command {STOP, power} x 3, each
-    // quarter of a motion {STOP, emergency stop, limit switch, power} x 3, each answer {power} x 3.
-    let points = (bytes + 4 + 38) * 11 + 6 * 6 + motions * 12 + 6 * 3;
+    // Each byte {dropped, garbled, duplicated} x 3 and late x 2, each command {power} x 3, each quarter
+    // of a motion {emergency stop, power} x 3, each answer {power} x 3, STOP x 3 at each command but the
+    // reference run and in both moves, and the limit switch x 3 in these.
+    let points = (bytes + 4 + 38) * 11 + 6 * 3 + motions * 6 + 6 * 3 + (5 + 6) * 3 + 6 * 3;
     assert_eq!(plan.len(), points as u64);
     assert_eq!(plan.point(plan.len()), None);
     for number in 0..plan.len() {

@@ -61,6 +61,7 @@ mod profiles;
 mod record;
 mod recording;
 mod scenario;
+pub mod sweep;
 
 pub use builder::{Builder, Records, Terminal};
 pub use control::{Button, Control, Snapshot, View};

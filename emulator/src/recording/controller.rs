@@ -15,7 +15,7 @@ use crate::failure::Failure;
 pub(super) const WALL: &str = "wall";
 
 /// A controller at its line.
-pub(super) type PlayedDevice = Line<Controller>;
+pub(crate) type PlayedDevice = Line<Controller>;
 
 /// Another controller than the recorded one.
 #[derive(clap::Args)]
@@ -51,7 +51,7 @@ impl Site {
     /// # Errors
     ///
     /// What is wrong with its head, as a sentence.
-    pub(super) fn recorded(recording: &Recording) -> Result<Site, String> {
+    pub(crate) fn recorded(recording: &Recording) -> Result<Site, String> {
         let site = Site::of_head(&recording.head)?;
         site.knows_signals(recording)?;
         Ok(site)
@@ -141,6 +141,11 @@ impl Site {
         *one == other
     }
 
+    /// A controller at its line that has just been switched on.
+    pub(crate) fn fresh(&self) -> Result<PlayedDevice, Failure> {
+        self.device(&self.model, &self.machine, b"").map_err(Failure::midway)
+    }
+
     /// A controller into which the recording is played.
     pub(super) fn player(&self) -> Result<Player<PlayedDevice>, Failure> {
         Ok(Player::new(self.device(&self.model, &self.machine, b"").map_err(Failure::midway)?))
@@ -214,7 +219,7 @@ impl Site {
 
 /// What is given to a controller with these names: every signal is one of its own, with a value that it
 /// can have, and every fault one that it knows.
-pub(super) fn known(names: &Names, given: &Given) -> Result<OwnedInput, String> {
+pub(crate) fn known(names: &Names, given: &Given) -> Result<OwnedInput, String> {
     match given {
         Given::Signal { name, value } => {
             let signals = names.signals();

@@ -176,7 +176,7 @@ fn wrong(name: &str, line: &[u8], error: &ReadError) -> Failure {
 
 /// Something in a recording that was read that cannot be played, at one of its lines, with which the
 /// error begins.
-pub(super) fn unplayable(
+pub(crate) fn unplayable(
     path: &Path,
     recording: &Recording,
     error: impl std::fmt::Display,

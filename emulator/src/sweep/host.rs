@@ -1,0 +1,307 @@
+//! A sweep over a host command.
+
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Seek};
+#[cfg(unix)]
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::Path;
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+#[cfg(unix)]
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
+use vimc4::sweep::{Case, Exit, Found, Results, Session, Stand};
+use vimc4_device::{Fault, TimedInput};
+
+use super::Arguments;
+use super::folder::Folder;
+#[cfg(unix)]
+use super::guard::Guard;
+use super::{reel, report};
+use crate::failure::Failure;
+use crate::recording::controller::PlayedDevice;
+use crate::text::shown_in_line;
+
+/// So much of what a host prints is kept.
+const PRINTED: u64 = 1 << 16;
+
+/// How long a host may take without a fault.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How much longer it may take with one, and how long at least.
+const LONGER: u32 = 20;
+const SHORTEST: Duration = Duration::from_secs(2);
+
+/// What is needed to run a host.
+struct Runs<'a> {
+    arguments: &'a Arguments,
+    limit: Duration,
+    stand: Stand,
+    #[cfg(unix)]
+    guard: Guard,
+}
+
+/// A run of a host.
+struct Ran {
+    given: Vec<TimedInput>,
+    exit: Exit,
+    printed: Vec<u8>,
+}
+
+/// What a job hands over.
+struct Judged {
+    found: Found,
+    case: Case,
+    given: Vec<TimedInput>,
+    printed: Vec<u8>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    let stand = Stand::new(&arguments.model, &arguments.machine)?;
+    let mut runs = Runs {
+        arguments,
+        limit: arguments.limit.unwrap_or(PATIENCE),
+        stand,
+        #[cfg(unix)]
+        guard: Guard::start()
+            .map_err(|error| Failure::usage(format!("cannot start a process: {error}")))?,
+    };
+    let began = Instant::now();
+    let session = runs.clean()?;
+    // It was run twice.
+    let usual = (began.elapsed() / 2).saturating_mul(LONGER).max(SHORTEST);
+    runs.limit = arguments.limit.unwrap_or(usual);
+    let results = Results::of(session.fingerprint(), session.plan().len());
+    let mut folder = Folder::open(&arguments.out, arguments.shard, results, arguments.resume)?;
+    let numbers = arguments.shard.numbers(session.plan().len());
+    let open: Vec<u64> = numbers.filter(|number| !folder.results.has(*number)).collect();
+    let progress = report::progress(open.len() as u64);
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let jobs = arguments.jobs(4);
+    let ended = thread::scope(|scope| {
+        let (done, judged) = sync_channel::<Result<Judged, Failure>>(jobs);
+        for _ in 0..jobs {
+            let (done, next, failed) = (done.clone(), &next, &failed);
+            let (open, runs, session) = (&open, &runs, &session);
+            scope.spawn(move || {
+                while let Some(number) = open.get(next.fetch_add(1, Ordering::Relaxed))
+                    && !failed.load(Ordering::Relaxed)
+                {
+                    let Some(judged) = runs.judge(session, *number).transpose() else { continue };
+                    if done.send(judged).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(done);
+        for judged in judged {
+            progress.inc(1);
+            if let Err(failure) = judged.and_then(|it| runs.take(&mut folder, &session, it)) {
+                failed.store(true, Ordering::Relaxed);
+                return Err(failure);
+            }
+        }
+        Ok(())
+    });
+    progress.finish_and_clear();
+    ended?;
+    let results = folder.finish()?;
+    let words: Vec<String> =
+        arguments.command.iter().map(|word| shown_in_line(&word.to_string_lossy())).collect();
+    let (what, out) = (words.join(" "), &arguments.out);
+    report::print(&results, &report::About { what: &what, out, json: arguments.json })
+}
+
+impl Runs<'_> {
+    /// The host without a fault, twice: it has to succeed, and to do the same again.
+    fn clean(&self) -> Result<Session<PlayedDevice>, Failure> {
+        let mut sessions = Vec::new();
+        for _ in 0..2 {
+            let ran = self.host(&[], "without a fault")?;
+            if ran.exit != Exit::Code(0) {
+                let how = match ran.exit {
+                    Exit::Code(code) => format!("ends with exit code {code}"),
+                    Exit::Signal(signal) => format!("is ended by signal {signal}"),
+                    _ => format!("does not end within {:?}", self.limit),
+                };
+                let printed = String::from_utf8_lossy(&ran.printed);
+                let last = printed.lines().rfind(|line| !line.trim().is_empty());
+                let last =
+                    last.map_or_else(String::new, |line| format!(", having printed \"{line}\""));
+                return Err(Failure::usage(format!(
+                    "the host {how} without any fault{last}; make it pass first: it finds the controller \
+                     in VIMC4_PORT, or where {{port}} stands in its arguments"
+                )));
+            }
+            let session = self.stand.session(&ran.given, &self.arguments.choice(true))?;
+            if session.clean().to_controller.is_empty() {
+                return Err(Failure::usage(
+                    "the host has sent nothing to the controller; have it open the port that is named in \
+                     VIMC4_PORT, or where {port} stands in its arguments",
+                ));
+            }
+            sessions.push(session);
+        }
+        let (Some(two), Some(one)) = (sessions.pop(), sessions.pop()) else {
+            return Err(Failure::midway("the host was not run"));
+        };
+        if one.fingerprint() != two.fingerprint() {
+            let pairs = one.clean().exchanges.iter().zip(&two.clean().exchanges);
+            let differs = pairs.filter(|(one, two)| one != two).map(|(one, _)| &one.said).next();
+            let line = differs.map_or_else(String::new, |said| {
+                format!(", first at `{}`", vimc4_device::escape(said))
+            });
+            return Err(Failure::usage(format!(
+                "the host does something else each time it runs{line}; points have no meaning then: \
+                 make what it sends depend on nothing but what it hears"
+            )));
+        }
+        Ok(one)
+    }
+
+    /// Runs the host with the faults of a point.
+    fn judge(
+        &self,
+        session: &Session<PlayedDevice>,
+        number: u64,
+    ) -> Result<Option<Judged>, Failure> {
+        let Some(point) = session.plan().point(number) else { return Ok(None) };
+        let faults = session.plan().faults(session.clean(), &point);
+        let Ran { given, exit, printed } = self.host(&faults, &number.to_string())?;
+        let judged = session.judge(number, &given, exit);
+        Ok(judged.map(|(found, case)| Judged { found, case, given, printed }))
+    }
+
+    /// Takes note of what came of a point.
+    fn take(
+        &self,
+        folder: &mut Folder,
+        session: &Session<PlayedDevice>,
+        judged: Judged,
+    ) -> Result<(), Failure> {
+        let Judged { found, case, given, printed } = judged;
+        let mut is_smallest = false;
+        let smallest = || {
+            is_smallest = true;
+            Some(case.clone())
+        };
+        let rows = folder.results.add(found.point, &found.outcome, found.size, smallest);
+        if is_smallest {
+            let (model, machine) = (self.stand.model(), self.stand.machine());
+            let mut head = vimc4::recording_head(model, machine, "instant", "sweep");
+            // Equal sweeps have equal recordings.
+            head.began = None;
+            let recording = reel::record(head, session.device(), &given, &case.broken);
+            folder.keep(&case, &recording.write(), &printed)?;
+        }
+        folder.write(&rows)
+    }
+
+    /// Runs the host once, with a controller of its own.
+    fn host(&self, faults: &[Fault], point: &str) -> Result<Ran, Failure> {
+        let trial = self.stand.begin(faults)?;
+        let port = trial.emulator().port().map(Path::to_owned).unwrap_or_default();
+        let tcp =
+            trial.emulator().tcp_addr().map(|address| address.to_string()).unwrap_or_default();
+        let filled = |word: &OsString| -> OsString {
+            match word.to_str() {
+                Some(text) => {
+                    text.replace("{port}", &port.to_string_lossy()).replace("{tcp}", &tcp).into()
+                }
+                None => word.clone(),
+            }
+        };
+        let mut words = self.arguments.command.iter().map(filled);
+        let program = words.next().unwrap_or_default();
+        let cannot = |error: io::Error| cannot_run(&program, &error);
+        let mut printed = scratch().map_err(cannot)?;
+        let mut command = Command::new(&program);
+        command.args(words).env("VIMC4_PORT", &port).env("VIMC4_TCP", &tcp);
+        command.env("VIMC4_POINT", point).stdin(Stdio::null());
+        command.stdout(printed.try_clone().map_err(cannot)?);
+        command.stderr(printed.try_clone().map_err(cannot)?);
+        let exit = self.wait(&mut command).map_err(cannot)?;
+        // Ends the controller last, so that the host finds it as long as it runs.
+        let given = trial.end()?;
+        let mut text = Vec::new();
+        printed
+            .rewind()
+            .and_then(|()| printed.take(PRINTED).read_to_end(&mut text))
+            .map_err(cannot)?;
+        Ok(Ran { given, exit, printed: text })
+    }
+
+    /// Runs it to its end, or to the time limit. Nothing of it is left then.
+    #[cfg(unix)]
+    fn wait(&self, command: &mut Command) -> io::Result<Exit> {
+        self.guard.mark(command);
+        let mut child = command.process_group(0).spawn()?;
+        let group = Pid::from_child(&child);
+        self.guard.begins(group);
+        let (ended, ends) = channel();
+        let limit = self.limit;
+        let status = thread::scope(|scope| {
+            scope.spawn(move || {
+                // Not reaped yet, its number is still its own.
+                let options = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT;
+                let _ = waitid(WaitId::Pid(group), options);
+                let _ = ended.send(());
+            });
+            let in_time = ends.recv_timeout(limit) != Err(RecvTimeoutError::Timeout);
+            // What it has started goes with it.
+            let _ = kill_process_group(group, Signal::KILL);
+            in_time
+        });
+        let exited = child.wait()?;
+        self.guard.ends(group);
+        Ok(if status { exit(exited) } else { Exit::Hung })
+    }
+
+    /// The same without groups of processes.
+    #[cfg(not(unix))]
+    fn wait(&self, command: &mut Command) -> io::Result<Exit> {
+        let mut child = command.spawn()?;
+        let begun = Instant::now();
+        while begun.elapsed() < self.limit {
+            if let Some(status) = child.try_wait()? {
+                return Ok(exit(status));
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        child.kill()?;
+        child.wait()?;
+        Ok(Exit::Hung)
+    }
+}
+
+fn exit(status: ExitStatus) -> Exit {
+    #[cfg(unix)]
+    if let Some(signal) = status.signal() {
+        return Exit::Signal(signal);
+    }
+    Exit::Code(status.code().unwrap_or(1))
+}
+
+fn cannot_run(program: &OsStr, error: &io::Error) -> Failure {
+    let program = shown_in_line(&program.to_string_lossy());
+    Failure::usage(format!(
+        "cannot run {program}: {error}; name a program and its arguments behind `--`"
+    ))
+}
+
+/// A file for what a host prints; where the system allows it, nobody else sees it.
+fn scratch() -> io::Result<File> {
+    static FILES: AtomicUsize = AtomicUsize::new(0);
+    let number = FILES.fetch_add(1, Ordering::Relaxed);
+    let name = format!("vimc4-sweep-{}-{number}.txt", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    let file = OpenOptions::new().read(true).write(true).create_new(true).open(&path)?;
+    #[cfg(unix)]
+    std::fs::remove_file(&path)?;
+    Ok(file)
+}

@@ -1,0 +1,209 @@
+//! Sweeps: over recorded sessions and over host commands, killed, resumed and put together.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use rustix::process::{Pid, Signal, test_kill_process};
+use serde_json::Value;
+
+#[expect(dead_code, reason = "each test uses its part of it")]
+mod process;
+
+use process::{Process, run, until, vimc4};
+
+/// A recording in which an axis runs into its limit switch.
+const LIMIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/limit.jsonl");
+
+/// Says a line and heeds the answer, as a shell can.
+const CAREFUL: &str = "\
+exec 3<>\"$VIMC4_PORT\"
+for line in @07 @0R7 @0A80,900,0,900,0,900,0,900; do
+    printf '%s\\r' \"$line\" >&3
+    answer=$(timeout 30 head -c 1 <&3)
+    [ \"$answer\" = 0 ] || exit 1
+done
+";
+
+/// The files in a folder, with what is in them.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap());
+    let name = |file: &fs::DirEntry| file.file_name().into_string().unwrap();
+    files.map(|file| (name(&file), fs::read(file.path()).unwrap())).collect()
+}
+
+fn lines(folder: &Path, file: &str) -> usize {
+    fs::read_to_string(folder.join(file)).map_or(0, |text| text.lines().count())
+}
+
+#[test]
+fn a_recorded_session_gives_the_same_whoever_sweeps_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |arguments: &[&str]| {
+        let (code, said, errors) = run(folder.path(), &[&["sweep"], arguments].concat());
+        assert_eq!((code, errors.as_str()), (0, ""), "{said}");
+        said
+    };
+    // What can go wrong with STOP and switches alone: some hundred points.
+    let only = ["--only", "stop,limit-switch,delayed", "--modes", "transient"];
+    let of = |more: &[&str]| sweep(&[&[LIMIT], &only[..], more].concat());
+    let one = of(&["--jobs", "1", "--out", "one"]);
+    assert_eq!(of(&["--jobs", "3", "--out", "three"]), one);
+    let whole = files(&folder.path().join("one"));
+    assert_eq!(files(&folder.path().join("three")), whole);
+    // Shards, put together.
+    for shard in ["1/3", "2/3", "3/3"] {
+        of(&["--shard", shard, "--out", &shard[..1]]);
+    }
+    let merged = sweep(&["merge", "1", "3", "2", "--out", "merged"]);
+    assert_eq!(merged, one.split_once(": ").unwrap().1);
+    assert_eq!(files(&folder.path().join("merged")), whole);
+    // What is there is neither overwritten nor done again.
+    let again = [&["sweep", LIMIT], &only[..], &["--out", "one"]].concat();
+    let (code, _, errors) = run(folder.path(), &again);
+    assert!(code == 2 && errors.contains("has results already"), "{errors}");
+    assert_eq!(of(&["--out", "one", "--resume"]), one);
+    assert_eq!(files(&folder.path().join("one")), whole);
+    // Another session belongs elsewhere.
+    let other = ["sweep", LIMIT, "--only", "stop", "--out", "one", "--resume"];
+    let (code, _, errors) = run(folder.path(), &other);
+    assert!(code == 2 && errors.contains("of another session"), "{errors}");
+    // Every case happens again as it was found, and shows what it is about.
+    let cases: Vec<&String> = whole.keys().filter(|name| name.starts_with("case-")).collect();
+    assert!(cases.len() > 5, "{cases:?}");
+    for case in cases {
+        let file = format!("one/{case}");
+        assert!(lines(folder.path(), &file) <= 30, "{case}");
+        let (code, said, errors) = run(folder.path(), &["replay", &file]);
+        assert_eq!(code, 0, "{case}: {said}{errors}");
+    }
+}
+
+#[test]
+fn a_sweep_that_was_killed_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["sweep", LIMIT, "--modes", "transient", "--jobs", "1", "--json"];
+    let (code, whole, _) = run(folder.path(), &[&arguments[..], &["--out", "whole"]].concat());
+    assert_eq!(code, 0);
+    let results = "killed/results-1-of-1.jsonl";
+    let mut killed = Process::of(
+        vimc4(folder.path(), &[&arguments[..], &["--out", "killed"]].concat()).spawn().unwrap(),
+    );
+    until("nothing is found", || lines(folder.path(), results) > 10);
+    killed.signal(Signal::KILL);
+    killed.ended();
+    let resumed = [&arguments[..], &["--out", "killed", "--resume"]].concat();
+    let (code, said, errors) = run(folder.path(), &resumed);
+    assert_eq!(code, 0, "{errors}");
+    assert_eq!(said.replace("killed/", "whole/"), whole);
+    let here = files(&folder.path().join("killed"));
+    assert_eq!(here, files(&folder.path().join("whole")));
+}
+
+/// Sweeps a host that a shell is, and returns the exit code and the report.
+fn sweep(folder: &Path, arguments: &[&str], host: &str) -> (i32, Value) {
+    let all = [&["sweep", "--json"], arguments, &["--", "sh", "-c", host]].concat();
+    let (code, said, errors) = run(folder, &all);
+    let report = serde_json::from_str(&said);
+    assert!(report.is_ok(), "{code}: {said}{errors}");
+    (code, report.unwrap())
+}
+
+#[test]
+fn a_host_that_heeds_its_answers_is_told_from_one_that_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--only", "stop", "--modes", "transient", "--limit", "60s", "--out"];
+    let careful = [&arguments[..], &["careful"]].concat();
+    let (code, report) = sweep(folder.path(), &careful, CAREFUL);
+    assert_eq!((code, &report["bad"]), (0, &Value::from(0)), "{report}");
+    let careless = CAREFUL.replace("[ \"$answer\" = 0 ] || exit 1", ":");
+    let out = [&arguments[..], &["careless"]].concat();
+    let (code, report) = sweep(folder.path(), &out, &careless);
+    assert_eq!(code, 1, "{report}");
+    let bad = &report["outcomes"][0];
+    assert_eq!(bad["title"], "it reports success, but the machine is not where it should be");
+    assert_eq!(bad["heard"], "`F` as the answer to `@#A#,#,#,#,#,#,#,#`");
+    assert_eq!(bad["did"], "went on as if nothing had happened; exit code 0: success");
+    let should = bad["should"].as_str().unwrap();
+    assert!(should.contains("stopped by STOP"), "{should}");
+    let case = bad["recording"].as_str().unwrap();
+    assert!(lines(folder.path(), case) <= 30);
+    let (code, said, errors) = run(folder.path(), &["replay", case]);
+    assert_eq!(code, 0, "{said}{errors}");
+    // Jobs make no difference.
+    let alone = [&arguments[..], &["alone", "--jobs", "1"]].concat();
+    let (_, same) = sweep(folder.path(), &alone, &careless);
+    assert_eq!(same.to_string().replace("alone/", "careless/"), report.to_string());
+    assert_eq!(files(&folder.path().join("alone")), files(&folder.path().join("careless")));
+}
+
+#[test]
+fn a_host_that_hangs_is_ended_with_all_that_it_has_started() {
+    let folder = tempfile::tempdir().unwrap();
+    // It waits for an answer for ever, and so does what it has started.
+    let waits = "sleep 3000 & echo $! >> pids; exec 3<>\"$VIMC4_PORT\"; printf '@07\\r' >&3; head -c 1 <&3 > /dev/null";
+    let arguments = ["--only", "dropped", "--modes", "transient", "--limit", "3s", "--out", "out"];
+    let (code, report) = sweep(folder.path(), &arguments, waits);
+    assert_eq!(code, 1, "{report}");
+    assert_eq!(report["outcomes"][0]["title"], "it hangs");
+    let pids = fs::read_to_string(folder.path().join("pids")).unwrap();
+    let is_gone = |pid: &str| {
+        let pid = Pid::from_raw(pid.parse().unwrap()).unwrap();
+        test_kill_process(pid).is_err() || is_zombie(pid)
+    };
+    assert!(pids.lines().count() > 3);
+    until("something is left", || pids.lines().all(is_gone));
+}
+
+/// Whether a process has ended, and only its parent does not know yet.
+fn is_zombie(pid: Pid) -> bool {
+    let state = fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_nonzero()));
+    state.is_ok_and(|state| state.rsplit_once(')').is_some_and(|(_, rest)| rest.starts_with(" Z")))
+}
+
+#[test]
+fn nothing_is_left_of_a_sweep_that_was_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    // Without a fault it ends, with one it does not.
+    let host = "echo $$ >> pids; exec 3<>\"$VIMC4_PORT\"; printf '@07\\r' >&3; [ \"$VIMC4_POINT\" = 'without a fault' ] || exec sleep 3000";
+    let arguments = ["sweep", "--only", "dropped", "--limit", "1h", "--jobs", "2"];
+    let arguments = [&arguments[..], &["--", "sh", "-c", host]].concat();
+    let mut sweep = Process::of(vimc4(folder.path(), &arguments).spawn().unwrap());
+    until("no host runs", || lines(folder.path(), "pids") >= 4);
+    sweep.signal(Signal::KILL);
+    sweep.ended();
+    let pids = fs::read_to_string(folder.path().join("pids")).unwrap();
+    until("a host is left", || {
+        pids.lines().all(|pid| {
+            let pid = Pid::from_raw(pid.parse().unwrap()).unwrap();
+            test_kill_process(pid).is_err() || is_zombie(pid)
+        })
+    });
+}
+
+#[test]
+fn what_cannot_be_swept_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |arguments: &[&str]| {
+        let (code, said, errors) = run(folder.path(), &[&["sweep"], arguments].concat());
+        assert_eq!((code, said.as_str()), (2, ""), "{errors}");
+        errors
+    };
+    let fails = said(&["--", "sh", "-c", "echo no machine; exit 3"]);
+    assert!(
+        fails.contains("ends with exit code 3 without any fault, having printed \"no machine\""),
+        "{fails}"
+    );
+    let silent = said(&["--", "true"]);
+    assert!(silent.contains("has sent nothing"), "{silent}");
+    let chance = "printf '@0A%s,900\\r' $$ > \"$VIMC4_PORT\"";
+    let chance = said(&["--", "sh", "-c", chance]);
+    assert!(chance.contains("something else each time it runs, first at `@0A"), "{chance}");
+    let none = said(&["--", "./no-such-program"]);
+    assert!(none.contains("cannot run ./no-such-program"), "{none}");
+    assert!(said(&["--shard", "4/3", "--", "true"]).contains("is no shard"));
+    assert!(said(&[]).contains("required"));
+    assert!(said(&["merge", ".", "--out", "x"]).contains("no results in these folders"));
+}
