@@ -762,7 +762,10 @@ impl Recording {
     /// Ends it here, although the emulator may go on, and compresses it if its name says so. Returns
     /// every file of it.
     fn finish(&self, py: Python<'_>) -> PyResult<Vec<PathBuf>> {
-        let files = py.detach(|| self.0.finish());
+        let files = py.detach(|| {
+            self.0.end_here();
+            self.0.finish()
+        });
         match files.iter().find(|file| !file.exists()) {
             Some(file) => Err(PyOSError::new_err(format!("{} has been removed", file.display()))),
             None => Ok(files),

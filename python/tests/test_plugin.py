@@ -66,6 +66,7 @@ def test_a_controller_is_a_fixture(pytester):
     result = pytester.runpytest("--strict-markers")
     result.assert_outcomes(passed=5, errors=1)
     result.stdout.fnmatch_lines(["*there is no model `imc-s9`; built in are*"])
+    result.stdout.no_fnmatch_line("*raised in repr()*")
 
 
 def test_markers_are_explained(pytester):
@@ -108,11 +109,58 @@ def test_fails(port, vimc4, vimc4_start):
     # What passes leaves nothing.
     files = sorted(base.rglob("*.jsonl"))
     assert [file.name for file in files] == ["vimc4-2.jsonl", "vimc4.jsonl"]
+    assert all("end" in last_line(file) for file in files)
     lines = [json.loads(line) for line in files[1].read_text().splitlines()]
     assert lines[0]["from"] == f"pytest {Path(str(pytester.path)).name}.py::test_fails" or (
         lines[0]["from"].endswith("::test_fails")
     )
     assert "passes" not in result.stdout.str().replace("test_passes", "")
+
+
+def last_line(file):
+    return json.loads(file.read_text().splitlines()[-1])
+
+
+@pytest.mark.parametrize("policy", ["all", "failed"])
+def test_whoever_fails_leaves_a_recording(pytester, policy):
+    pytester.makeini(f"[pytest]\ntmp_path_retention_policy = {policy}")
+    pytester.makepyfile(
+        MOVES
+        + """
+@pytest.fixture
+def ends_badly(port):
+    yield
+    port.write(MOVE)
+    assert port.read() == b"F"
+
+def test_of_a_fixture(ends_badly):
+    pass
+
+def test_closes(vimc4, port):
+    port.write(MOVE)
+    assert port.read() == b"0"
+    vimc4.close()
+    assert False
+
+def test_has_ended(vimc4_start):
+    with vimc4_start() as emulator:
+        emulator.serial().write(MOVE)
+    assert False
+
+def test_closes_and_passes(vimc4):
+    vimc4.close()
+"""
+    )
+    base = pytester.path / "kept"
+    result = pytester.runpytest_subprocess("--basetemp", base)
+    result.assert_outcomes(passed=2, failed=2, errors=1)
+    # With that policy pytest removes the folder of a test that fails only after it.
+    names = ["test_closes0", "test_has_ended0"] + ["test_of_a_fixture0"] * (policy == "all")
+    files = sorted(base.rglob("*.jsonl"))
+    assert [file.parent.name for file in files] == names
+    assert all("end" in last_line(file) for file in files)
+    for file in files:
+        result.stdout.fnmatch_lines_random([f"vimc4 replay {file}"])
 
 
 def test_who_fails_in_a_fixture_shows_it_too(pytester):

@@ -27,6 +27,8 @@ from ._vimc4 import Coverage
 if TYPE_CHECKING:
     from typing import Protocol
 
+    from ._vimc4 import Recording
+
     class StartsEmulators(Protocol):
         """Starts an emulator: see `vimc4.Emulator`."""
 
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
 
 _EMULATORS: pytest.StashKey[list[Emulator]] = pytest.StashKey()
+_RECORDINGS: pytest.StashKey[list[Recording]] = pytest.StashKey()
+_FAILED: pytest.StashKey[bool] = pytest.StashKey()
 _AT_END: pytest.StashKey[Unmet | Unfinished] = pytest.StashKey()
 _UNMET: pytest.StashKey[list[tuple[str, str]]] = pytest.StashKey()
 
@@ -145,18 +149,22 @@ def vimc4_start(request: pytest.FixtureRequest) -> Iterator[StartsEmulators]:
     not said is as the marker ``vimc4`` has it. They end with the test, and are in its report."""
     node: pytest.Item = request.node
     marked = _marked(node)
-    emulators = node.stash.setdefault(_EMULATORS, [])
+    emulators = node.stash[_EMULATORS] = []
+    recordings = node.stash[_RECORDINGS] = []
 
     def start(*args: Any, **options: Any) -> Emulator:
         names = ("model", "machine", "time")
         options = marked | dict(zip(names, args)) | options
-        if "recording" not in options and "record_failure" not in options:
+        ours = "recording" not in options and "record_failure" not in options
+        if ours:
             number = f"-{len(emulators) + 1}" if emulators else ""
             folder = request.getfixturevalue("tmp_path")
-            options["record_failure"] = folder / f"vimc4{number}.jsonl"
+            options["recording"] = folder / f"vimc4{number}.jsonl"
             options.setdefault("recorded_by", f"pytest {node.nodeid}")
         emulator = Emulator(**options)
         emulators.append(emulator)
+        if ours and emulator.recording is not None:
+            recordings.append(emulator.recording)
         return emulator
 
     yield start
@@ -214,7 +222,10 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
+    if report.when == "setup":
+        item.stash[_FAILED] = False
     if report.failed:
+        item.stash[_FAILED] = True
         if call.when == "call" and call.excinfo is not None:
             error = call.excinfo.value
             # What has failed is not told twice.
@@ -226,6 +237,10 @@ def pytest_runtest_makereport(
                 report.longrepr = f"{place}{error}"
         for emulator in item.stash.get(_EMULATORS, []):
             report.sections += _sections(emulator)
+    # Whether all has gone well is known when its fixtures are taken down, too.
+    if report.when == "teardown" and not item.stash.get(_FAILED, True):
+        for recording in item.stash.get(_RECORDINGS, []):
+            recording.discard()
     return report
 
 
@@ -238,9 +253,14 @@ def _sections(emulator: Emulator) -> list[tuple[str, str]]:
     here."""
     title = _title(emulator)
     sections = [(f"{title}: conversation", emulator.conversation())]
-    if emulator.recording is not None and not emulator.closed:
+    if emulator.recording is not None:
         emulator.keep_recording()
-        files = emulator.recording.finish()
-        again = "\n".join(f"vimc4 replay {file}\nvimc4 console {file}" for file in files)
+        try:
+            files = emulator.recording.finish()
+        except OSError as error:
+            # Its folder may be gone already.
+            again = str(error)
+        else:
+            again = "\n".join(f"vimc4 replay {file}\nvimc4 console {file}" for file in files)
         sections.append((f"{title}: recording", again))
     return sections

@@ -75,6 +75,8 @@ struct Sheet {
     by: Option<(Source, Arc<str>)>,
     /// The controller is led cause by cause.
     led: bool,
+    /// When the controller has last told something.
+    told: Time,
     /// The controller has told its end.
     ends: bool,
     /// Why it is to end.
@@ -165,6 +167,7 @@ impl RecordingFile {
             names,
             by: None,
             led: false,
+            told: Time::ZERO,
             ends: false,
             cut: None,
             tell,
@@ -214,6 +217,16 @@ impl RecordingFile {
     #[must_use]
     pub fn is_open(&self) -> bool {
         self.sheet().file.is_some()
+    }
+
+    /// Ends it with what has been told so far, although the controller may go on. One that has ended
+    /// stays as it is.
+    pub fn end_here(&self) {
+        let mut sheet = self.sheet();
+        let at = sheet.told;
+        sheet.put(at, What::End("no more was to be recorded".to_owned()));
+        sheet.write();
+        sheet.file = None;
     }
 
     /// Closes it, and compresses it if its name says so. Returns every file of it.
@@ -359,6 +372,7 @@ impl Sheet {
     fn report(&mut self, report: &Report) {
         use vimc4_host::What as Told;
         let at = report.at;
+        self.told = at;
         match &report.what {
             Told::Input { by, input } => {
                 let by = self.by(by);
