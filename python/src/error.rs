@@ -1,6 +1,9 @@
 //! The errors of the library as exceptions of `vimc4._errors`, with the same words.
 
-use pyo3::exceptions::PyRuntimeError;
+use std::sync::OnceLock;
+use std::thread::{self, ThreadId};
+
+use pyo3::exceptions::{PyRuntimeError, PySystemExit};
 use pyo3::prelude::*;
 use vimc4::ControlError;
 
@@ -63,7 +66,7 @@ pub(crate) fn of_coverage_file(py: Python<'_>, error: &vimc4::CoverageFileError)
 /// What a running emulator does not do.
 pub(crate) fn of_control(py: Python<'_>, error: &ControlError) -> PyErr {
     let name = match error {
-        ControlError::Ended => "Ended",
+        ControlError::Ended => return ended(py, error.to_string()),
         ControlError::Deed(_) => "DeedError",
         ControlError::Never | ControlError::Unforeseen { .. } => "Never",
         ControlError::Late(_) => "Late",
@@ -73,6 +76,23 @@ pub(crate) fn of_control(py: Python<'_>, error: &ControlError) -> PyErr {
         _ => "ControlError",
     };
     raise(py, name, error.to_string())
+}
+
+/// The thread in which the program is ending.
+static LEAVING: OnceLock<ThreadId> = OnceLock::new();
+
+/// The program is ending in this thread. Others that are still there are daemons.
+pub(crate) fn leave() {
+    LEAVING.get_or_init(|| thread::current().id());
+}
+
+/// It runs no longer. A daemon that was left behind with it ends in silence, as it would with a real
+/// port: nobody can do anything about that any more.
+pub(crate) fn ended(py: Python<'_>, text: String) -> PyErr {
+    match LEAVING.get() {
+        Some(leaving) if *leaving != thread::current().id() => PySystemExit::new_err(()),
+        _ => raise(py, "Ended", text),
+    }
 }
 
 /// What was waited for was not there in time.

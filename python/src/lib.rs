@@ -58,6 +58,12 @@ mod _vimc4 {
     use super::sweep::{SweepResults, SweepSession};
     use super::*;
 
+    /// The program is ending.
+    #[pyfunction]
+    fn leave() {
+        error::leave();
+    }
+
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))

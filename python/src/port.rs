@@ -29,6 +29,8 @@ pub(crate) struct Port {
     alarms: Arc<Alarms>,
     /// Whether time passes only while this is read.
     leads_time: bool,
+    /// The process that it is of.
+    process: u32,
 }
 
 struct Line {
@@ -99,7 +101,7 @@ impl Line {
     /// Writes what there is room for, and says how much that was.
     fn poll_write(&mut self, bytes: &[u8], cx: &mut Context<'_>) -> Poll<Option<usize>> {
         let Some(port) = &mut self.port else { return Poll::Ready(None) };
-        if std::mem::take(&mut self.no_writing) {
+        if self.no_writing {
             return Poll::Ready(Some(0));
         }
         match Pin::new(port).poll_write(cx, bytes) {
@@ -138,14 +140,25 @@ impl Port {
             waiting: Vec::new(),
         };
         let (line, lines) = (Arc::new(Mutex::new(line)), Mutex::new(Some(lines)));
-        Port { line, clear, lines, control, alarms, leads_time }
+        let process = std::process::id();
+        Port { line, clear, lines, control, alarms, leads_time, process }
     }
 
-    fn is_open(&self) -> PyResult<()> {
+    fn is_open(&self, py: Python<'_>) -> PyResult<()> {
+        if self.is_elsewhere() {
+            let text = py.import("vimc4._errors")?.getattr("ELSEWHERE")?.extract()?;
+            return Err(error::raise(py, "Ended", text));
+        }
         match lock(&self.line).port {
             Some(_) => Ok(()),
             None => Err(PyOSError::new_err("the port is closed; open another one")),
         }
+    }
+
+    /// Whether this is a copy of the process, which has neither the emulator nor the threads that could
+    /// let go of a lock.
+    fn is_elsewhere(&self) -> bool {
+        self.process != std::process::id()
     }
 
     /// Reads where time stands still but for this: it passes up to the answer, or until nothing moves any
@@ -201,13 +214,25 @@ impl Port {
         wait(py, until, |cx| Pin::new(&mut journey).poll(cx).map(drop)).map(drop)
     }
 
-    /// Waits until a host that heeds CTS may send, with all that was sent so far taken in.
+    /// Waits until a host that heeds CTS may send, with all that was sent so far taken in, or the port is
+    /// closed, or writing is given up.
     fn wait_for_cts(&self, py: Python<'_>, until: Option<Instant>) -> PyResult<bool> {
         loop {
+            {
+                let line = lock(&self.line);
+                if line.no_writing || line.port.is_none() {
+                    return Ok(true);
+                }
+            }
             if answer(py, self.control.takes_more())? {
                 return Ok(true);
             }
             let changed = wait(py, until, |cx| {
+                let mut line = lock(&self.line);
+                if line.no_writing || line.port.is_none() {
+                    return Poll::Ready(());
+                }
+                line.waiting.push(cx.waker().clone());
                 lock(&self.clear.waiting).push(cx.waker().clone());
                 match self.clear.held.load(Ordering::Acquire) {
                     true => Poll::Pending,
@@ -232,7 +257,7 @@ impl Port {
         size: usize,
         timeout: Option<f64>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        self.is_open()?;
+        self.is_open(py)?;
         if self.leads_time && size > 0 {
             return Ok(PyBytes::new(py, &self.read_by_itself(py, size, timeout)?));
         }
@@ -247,7 +272,8 @@ impl Port {
     }
 
     /// Writes, and says how many bytes the line has taken within so many seconds: all of them, unless a
-    /// megabyte waits there, or CTS, if it is heeded, holds them back.
+    /// megabyte waits there, or CTS, if it is heeded, holds them back. Also says whether writing was given
+    /// up meanwhile.
     #[pyo3(signature = (data, timeout=None, heeds_cts=false))]
     fn write(
         &self,
@@ -255,8 +281,8 @@ impl Port {
         data: &[u8],
         timeout: Option<f64>,
         heeds_cts: bool,
-    ) -> PyResult<usize> {
-        self.is_open()?;
+    ) -> PyResult<(usize, bool)> {
+        self.is_open(py)?;
         self.alarms.ear().check(py)?;
         lock(&self.line).no_writing = false;
         let until = deadline(timeout);
@@ -271,12 +297,12 @@ impl Port {
                 Some(Some(0)) | None => break,
                 Some(Some(count)) => written += count,
                 Some(None) => {
-                    self.is_open()?;
-                    return Err(error::raise(py, "Ended", "the emulator has ended".to_owned()));
+                    self.is_open(py)?;
+                    return Err(error::ended(py, "the emulator has ended".to_owned()));
                 }
             }
         }
-        Ok(written)
+        Ok((written, lock(&self.line).no_writing))
     }
 
     /// What has come, at least a byte, to be awaited; nothing when nothing will come any more.
@@ -295,7 +321,7 @@ impl Port {
     /// How many bytes have come and are not read.
     #[getter]
     fn in_waiting(&self, py: Python<'_>) -> PyResult<usize> {
-        self.is_open()?;
+        self.is_open(py)?;
         self.alarms.ear().check(py)?;
         if self.leads_time && self.look(usize::MAX) == Err(0) {
             let answered = Condition::Answered { like: None };
@@ -311,8 +337,19 @@ impl Port {
     /// Whether the emulator has ended, and everything that it has sent is read.
     #[getter]
     fn ended(&self) -> bool {
+        if self.is_elsewhere() {
+            return true;
+        }
         let line = lock(&self.line);
         line.ended && line.kept.is_empty()
+    }
+
+    /// Raises that the emulator has ended, if it has, and everything that it has sent is read.
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        match self.ended() {
+            true => Err(error::ended(py, "the emulator has ended".to_owned())),
+            false => Ok(()),
+        }
     }
 
     /// Forgets what has come.
@@ -324,6 +361,9 @@ impl Port {
 
     /// Whoever waits in `read` gets what has come so far.
     fn cancel_read(&self) {
+        if self.is_elsewhere() {
+            return;
+        }
         let mut line = lock(&self.line);
         line.no_reading = true;
         line.wake();
@@ -331,6 +371,9 @@ impl Port {
 
     /// Whoever waits in `write` goes on.
     fn cancel_write(&self) {
+        if self.is_elsewhere() {
+            return;
+        }
         let mut line = lock(&self.line);
         line.no_writing = true;
         line.wake();
@@ -339,26 +382,30 @@ impl Port {
     /// Whether a host may send now, with all that it has sent so far taken in.
     #[getter]
     fn cts(&self, py: Python<'_>) -> PyResult<bool> {
+        self.is_open(py)?;
         answer(py, self.control.takes_more())
     }
 
     /// Switches one of the host's lines, `DTR` or `RTS`, or begins or ends a `BREAK`.
-    fn switch(&self, line: &str, on: bool) {
-        let Some(line) = ["DTR", "RTS", "BREAK"].into_iter().find(|name| *name == line) else {
-            return;
-        };
-        if let Some(lines) = &*lock(&self.lines) {
+    fn switch(&self, py: Python<'_>, line: &str, on: bool) -> PyResult<()> {
+        self.is_open(py)?;
+        let line = ["DTR", "RTS", "BREAK"].into_iter().find(|name| *name == line);
+        if let (Some(line), Some(lines)) = (line, &*lock(&self.lines)) {
             lines.switched(line, on);
         }
+        Ok(())
     }
 
     #[getter]
     fn closed(&self) -> bool {
-        lock(&self.line).port.is_none()
+        !self.is_elsewhere() && lock(&self.line).port.is_none()
     }
 
     /// Closes the line. Whoever waits for it goes on.
     fn close(&self) {
+        if self.is_elsewhere() {
+            return;
+        }
         let mut line = lock(&self.line);
         drop(line.port.take());
         line.kept.clear();
@@ -366,5 +413,15 @@ impl Port {
         drop(line);
         drop(lock(&self.lines).take());
         self.clear.set(true);
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        if self.is_elsewhere() {
+            // It belongs to the original, and who holds its locks is not here.
+            std::mem::forget((Arc::clone(&self.line), Arc::clone(&self.clear)));
+            std::mem::forget(std::mem::take(&mut self.lines));
+        }
     }
 }

@@ -1,8 +1,10 @@
 """The package as a whole: what is promised of types, errors, threads, signals and the end."""
 
+import copy
 import doctest
 import gc
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -256,6 +258,99 @@ def test_a_copy_of_the_process_has_no_emulators(tmp_path):
     first, *others = said.splitlines()
     assert "lives in the process that has started it" in first
     assert others == ["1000000000", "True True"]
+
+
+def test_a_copy_of_the_process_has_no_ports():
+    said = run(
+        """
+        import os, serial, sys, warnings, vimc4
+        warnings.simplefilter("ignore", DeprecationWarning)
+        emulator = vimc4.Emulator(name="mine", time="instant")
+        port, plain = emulator.serial(timeout=1), emulator.connect(timeout=1)
+        child = os.fork()
+        if child == 0:
+            def set_timeout():
+                port.timeout = 5
+
+            def set_rts():
+                port.rts = False
+
+            for use in (
+                lambda: port.write(b"@07\\r"), port.read, lambda: port.in_waiting, lambda: port.cts,
+                port.reset_input_buffer, set_timeout, set_rts, plain.read, lambda: plain.write(b"x"),
+            ):
+                try:
+                    print("quiet", use())
+                except (serial.SerialException, vimc4.Ended) as error:
+                    print(type(error).__name__, "lives in the process that has started it" in str(error))
+            print(emulator, port.dsr)
+            port.cancel_read()
+            port.cancel_write()
+            port.close()
+            plain.close()
+            print(port.is_open)
+            del port, plain
+            sys.exit(0)
+        assert os.waitpid(child, 0)[1] == 0
+        port.write(b"@07\\r")
+        print(port.read(), plain.read())
+        """
+    )
+    assert said.splitlines() == [
+        *["SerialException True"] * 7,
+        *["Ended True"] * 2,
+        "<vimc4.Emulator mine, in another process> False",
+        "False",
+        "b'0' b'0'",
+    ]
+
+
+def test_daemons_end_in_silence():
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(DAEMONS)], capture_output=True, text=True, timeout=120
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "waits\nwaits\nwaits\n", "")
+
+
+DAEMONS = """
+import threading, time, vimc4
+
+emulator = vimc4.Emulator(time="manual")
+port, other = emulator.serial(timeout=None), emulator.serial()
+
+def looks():
+    while True:
+        other.in_waiting
+        other.write(b"@0P\\r")
+        other.reset_input_buffer()
+
+def reads():
+    while True:
+        port.read(10**9)
+
+for what in (reads, looks, emulator.until_paused):
+    thread = threading.Thread(target=what, daemon=True)
+    thread.start()
+    print("waits")
+time.sleep(0.2)
+"""
+
+
+def test_an_emulator_is_not_copied():
+    with virtual.Emulator(time="instant") as emulator:
+        for way in (copy.copy, copy.deepcopy, pickle.dumps):
+            with pytest.raises(TypeError, match=r"snapshot\(\) keeps its state"):
+                way(emulator)
+        gc.collect()
+        assert not emulator.closed
+        assert emulator.now() == 0
+
+
+def test_one_that_has_not_started_can_be_shown():
+    emulator = virtual.Emulator.__new__(virtual.Emulator)
+    with pytest.raises(virtual.ProfileError):
+        emulator.__init__("imc-s9")
+    assert repr(emulator) == "<vimc4.Emulator that has not started>"
 
 
 def test_a_recording_stays_if_the_block_fails(tmp_path):

@@ -19,19 +19,20 @@ def port(vimc4):
 
 
 def test_nothing_of_pyserial_is_missing(port):
-    assert isinstance(port, serial.SerialBase)
+    assert isinstance(port, serial.Serial)
     assert isinstance(port, io.RawIOBase)
-    # What drivers use of a port is documented by pyserial; the rest of its class is of POSIX.
-    posix = {
-        "BAUDRATE_CONSTANTS",
-        "fd",
-        "nonblocking",
-        "set_input_flow_control",
-        "set_low_latency_mode",
-        "set_output_flow_control",
-    }
-    public = {name for name in dir(serial.Serial) if not name.startswith("_")} - posix
+    public = {name for name in dir(serial.Serial) if not name.startswith("_")}
     assert public <= set(dir(port))
+    # What pyserial does with a file is not done here.
+    of_files = {
+        name
+        for name in vars(serial.Serial)
+        if callable(getattr(serial.Serial, name)) and not name.startswith("__")
+    } - vars(type(port)).keys()
+    assert of_files <= {"_reset_input_buffer"}
+    for use in (port.set_input_flow_control, port.set_output_flow_control, port.nonblocking):
+        use()
+    port.set_low_latency_mode(True)
     for name in public:
         mine, theirs = (getattr(kind, name) for kind in (type(port), serial.Serial))
         if inspect.isfunction(theirs) and name not in ("fileno",):
@@ -76,6 +77,19 @@ def test_reading_waits_and_gives_up(port):
     port.inter_byte_timeout = 0.05
     assert port.read(100) == b"0" * 10
     assert port.read(0) == b""
+
+
+def test_any_number_of_bytes_may_be_asked_for(port):
+    assert port.read(-1) == port.read(-0.5) == b""
+    port.write(b"@0P\r")
+    assert port.read(1.0) == b"0"
+    assert port.read(1.5) == b"00"
+    port.timeout = 0.05
+    assert port.read(10**20) == b"0" * 16
+    with port.emulator.connect(timeout=0.05) as plain:
+        assert plain.read(-1) == b""
+        port.write(b"@0P\r")
+        assert plain.read(10**20) == b"0" * 19
 
 
 def test_buffers_are_emptied(port):
@@ -155,6 +169,35 @@ def test_cts_lets_a_writer_go_on(plotter):
         assert not writer.is_alive()
 
 
+@pytest.mark.parametrize("way", ["cancel_write", "close"])
+@pytest.mark.vimc4("smcu", "board-plotter", "manual")
+def test_a_writer_that_waits_for_cts_is_let_go(plotter, way):
+    port = plotter.serial(rtscts=True)
+    ended = []
+
+    def write():
+        try:
+            ended.append(port.write(b"PR10,0;" * 1_000))
+        except serial.SerialException as error:
+            ended.append(error)
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    while port.cts:
+        time.sleep(0.001)
+    # How many bytes still get in after CTS is off does not matter.
+    getattr(port, way)()
+    writer.join(60)
+    assert len(ended) == 1
+    if way == "close":
+        assert isinstance(ended[0], serial.PortNotOpenError)
+    else:
+        assert 0 < ended[0] < 7_000
+        # It is over with that.
+        plotter.run_until_idle()
+        assert port.write(b"PA0,0;") == 6
+
+
 def test_a_host_without_handshake_overruns_the_buffer(vimc4):
     with virtual.Emulator(time="manual") as emulator:
         port = emulator.serial()
@@ -167,7 +210,7 @@ def test_a_host_without_handshake_overruns_the_buffer(vimc4):
 def test_lines_of_the_host_are_reported(vimc4):
     reports = vimc4.reports("warning")
     with vimc4.serial() as port:
-        assert port.dsr and port.cd and not port.ri
+        assert port.dsr and not port.cd and not port.ri
         port.rts = False
         port.dtr = False
         assert (port.rts, port.dtr) == (False, False)
@@ -228,6 +271,10 @@ def test_the_end_of_an_emulator_is_the_end_of_its_port(vimc4):
         port.read()
     with pytest.raises(serial.SerialException, match="has ended"):
         port.write(b"@0P\r")
+    with pytest.raises(serial.SerialException, match="has ended"):
+        port.in_waiting
+    with pytest.raises(serial.SerialException, match="has ended"):
+        port.cts
     assert not port.dsr
     with pytest.raises(serial.SerialException, match="has ended"):
         vimc4.serial()
@@ -243,6 +290,7 @@ def test_the_end_of_an_emulator_is_the_end_of_its_port(vimc4):
         ("vimc4://imc-s8?time=fast", "`fast` is not a clock"),
         ("vimc4://imc-s8?line_pacing=yes", "line_pacing is 1 or 0"),
         ("vimc4://imc-s8/0", "write vimc4://MODEL"),
+        ("vimc4://imc4?time=instant&time=manual", "time is given twice, as instant and as manual"),
         ("vimc4://?emulator=nobody", "no emulator of the name nobody"),
         ("vimc4://imc4?emulator=nobody", "has its model"),
     ],
@@ -261,6 +309,19 @@ def test_an_address_is_opened_later():
         assert port.emulator.view()["machine"] == "mill"
         emulator = port.emulator
     assert emulator.closed
+
+
+def test_another_address_is_another_port(vimc4):
+    with vimc4.serial() as port:
+        with pytest.raises(serial.SerialException, match="could not open /dev/nonsense"):
+            port.port = "/dev/nonsense"
+        assert not port.is_open
+        with virtual.Emulator("imc-s8", time="instant") as other:
+            port.port = other.url
+            port.open()
+            assert port.emulator is other
+            port.port = vimc4.url
+            assert port.is_open and port.emulator is vimc4
 
 
 def test_it_does_without_pyserial(vimc4):

@@ -114,7 +114,7 @@ class _Line(asyncio.Transport):
         self._protocol.pause_writing()
         while self._out and not self._port.closed:
             await asyncio.sleep(0.01)
-            del self._out[: self._port.write(bytes(self._out), timeout=0)]
+            del self._out[: self._port.write(bytes(self._out), timeout=0)[0]]
         self._protocol.resume_writing()
         self._writer = None
         if self._closing:
@@ -125,7 +125,7 @@ class _Line(asyncio.Transport):
             return
         data = bytes(data)
         if not self._out:
-            data = data[self._port.write(data, timeout=0) :]
+            data = data[self._port.write(data, timeout=0)[0] :]
         if data:
             self._out += data
             if self._writer is None:

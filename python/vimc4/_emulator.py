@@ -11,7 +11,7 @@ import weakref
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator
 
 from . import _vimc4
-from ._errors import Ended, RecordingWarning
+from ._errors import ELSEWHERE, Ended, RecordingWarning
 from ._port import Port
 from ._scope import Fault, Marks, Said, Watched, raise_first, tell
 
@@ -216,7 +216,18 @@ class Emulator:
         self._core.ended().wait(timeout)
 
     def __repr__(self) -> str:
-        return f"<vimc4.Emulator {self.name}: {self._core.model}{', closed' if self.closed else ''}>"
+        core = self.__dict__.get("_core")
+        if core is None:
+            return "<vimc4.Emulator that has not started>"
+        if isinstance(core, _Elsewhere):
+            return f"<vimc4.Emulator {self.name}, in another process>"
+        return f"<vimc4.Emulator {self.name}: {core.model}{', closed' if core.closed else ''}>"
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError(
+            "an emulator is neither copied nor pickled: snapshot() keeps its state, and harness() is a copy "
+            "of its controller"
+        )
 
     # --- where it is ---
 
@@ -594,13 +605,11 @@ class _Elsewhere:
     closed = True
 
     def __getattr__(self, name: str) -> Any:
-        raise Ended(
-            "the emulator lives in the process that has started it, and this is a copy of that; "
-            "connect from here over its pseudo-terminal or TCP"
-        )
+        raise Ended(ELSEWHERE)
 
 
 def _close_all() -> None:
+    _vimc4.leave()
     for emulator in list(running.values()):
         try:
             emulator.close()

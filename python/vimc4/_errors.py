@@ -8,6 +8,13 @@ if TYPE_CHECKING:
     from typing import Literal
 
 
+ELSEWHERE = (
+    "the emulator lives in the process that has started it, and this is a copy of that; connect from here "
+    "over its pseudo-terminal or TCP"
+)
+"""What `Ended` says in a forked process."""
+
+
 class Error(Exception):
     """Something that an emulator cannot do. All others are this one, too."""
 

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import io
+import math
+import sys
 import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import _vimc4
+
+
+def whole(size: float) -> int:
+    """How many bytes are to be read where pyserial reads while there are fewer than ``size``."""
+    return max(0, math.ceil(min(size, sys.maxsize)))
 
 
 class Port(io.RawIOBase):
@@ -38,7 +45,7 @@ class Port(io.RawIOBase):
 
     def read(self, size: int = 1) -> bytes:
         """Reads ``size`` bytes; fewer if they do not come in time."""
-        return self._line.read(size, self.timeout)
+        return self._line.read(whole(size), self.timeout)
 
     def readinto(self, buffer: Any) -> int:
         """Reads into a buffer, and says how many bytes that were."""
@@ -60,7 +67,7 @@ class Port(io.RawIOBase):
 
     def write(self, data: Any) -> int:
         """Writes, and says how many bytes that were."""
-        return self._line.write(bytes(data), self.write_timeout)
+        return self._line.write(bytes(data), self.write_timeout)[0]
 
     @property
     def in_waiting(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import sys
 import time
@@ -12,8 +13,11 @@ from typing import TYPE_CHECKING, Any
 import serial
 
 from ._errors import Ended, Error, LineWarning
+from ._port import whole
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from ._emulator import Emulator
     from ._vimc4 import Port
 
@@ -27,14 +31,17 @@ _OPTIONS = {
 }
 
 
-class Serial(serial.SerialBase):  # type: ignore[misc]
+class Serial(serial.Serial):  # type: ignore[misc]
     """A serial port that leads to an emulator in this process."""
 
     is_open: bool
+    fd: int | None = None
 
     def __init__(self, *args: Any, emulator: Emulator | None = None, **kwargs: Any) -> None:
         self._emulator = emulator
         self._given = emulator is not None
+        # The address of the emulator.
+        self._address = None if emulator is None else emulator.url
         self._line: Port | None = None
         self._told: dict[str, bool] = {}
         super().__init__(*args, **kwargs)
@@ -53,9 +60,10 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
             raise serial.SerialException("Port must be configured before it can be used.")
         if self.is_open:
             raise serial.SerialException("Port is already open.")
-        if self._emulator is None:
+        if self._emulator is None or self._address != self._port:
             try:
                 self._emulator, self._given = _of_address(self._port)
+                self._address = self._port
             except (Error, ValueError) as error:
                 raise serial.SerialException(f"could not open {self._port}: {error}") from error
         try:
@@ -92,7 +100,8 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
 
     def _reconfigure_port(self) -> None:
         self._open_line
-        speed = self.emulator.baud
+        with _as_pyserial():
+            speed = self.emulator.baud
         if self._baudrate != speed:
             _warn(f"the port has {self._baudrate:,} baud, the controller has {speed:,}")
         if self._parity != serial.PARITY_NONE or self._bytesize != serial.EIGHTBITS:
@@ -103,17 +112,23 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
     @property
     def in_waiting(self) -> int:
         """How many bytes have come and are not read."""
-        return self._open_line.in_waiting
+        line = self._open_line
+        with _as_pyserial():
+            count = line.in_waiting
+            if count == 0:
+                line.check()
+        return count
 
     def read(self, size: int = 1) -> bytes:
         """Reads ``size`` bytes; fewer if they do not come in time."""
-        line = self._open_line
-        if self._inter_byte_timeout is None:
-            data = line.read(size, self._timeout)
-        else:
-            data = self._read_with_gaps(line, size)
-        if not data and size > 0 and line.ended:
-            raise serial.SerialException("the emulator has ended")
+        line, size = self._open_line, whole(size)
+        with _as_pyserial():
+            if self._inter_byte_timeout is None:
+                data = line.read(size, self._timeout)
+            else:
+                data = self._read_with_gaps(line, size)
+            if not data and size > 0:
+                line.check()
         return data
 
     def _read_with_gaps(self, line: Port, size: int) -> bytes:
@@ -130,12 +145,10 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
 
     def write(self, data: Any) -> int:
         """Writes, and says how many bytes that were."""
-        data = serial.to_bytes(data)
-        try:
-            written = self._open_line.write(data, self._write_timeout, bool(self._rtscts))
-        except Ended as error:
-            raise serial.SerialException(str(error)) from error
-        if written < len(data) and self._write_timeout != 0:
+        data, line = serial.to_bytes(data), self._open_line
+        with _as_pyserial():
+            written, given_up = line.write(data, self._write_timeout, bool(self._rtscts))
+        if written < len(data) and self._write_timeout != 0 and not given_up:
             raise serial.SerialTimeoutException("Write timeout")
         return written
 
@@ -151,7 +164,9 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
 
     def reset_input_buffer(self) -> None:
         """Forgets what has come and is not read."""
-        self._open_line.reset_input_buffer()
+        line = self._open_line
+        with _as_pyserial():
+            line.reset_input_buffer()
 
     def reset_output_buffer(self) -> None:
         """Nothing waits: what is written is on the line."""
@@ -163,13 +178,31 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
             self._line.cancel_read()
 
     def cancel_write(self) -> None:
-        """Whoever waits in `write` goes on."""
+        """Whoever waits in `write` goes on, with how much was written so far."""
         if self._line is not None:
             self._line.cancel_write()
 
     def fileno(self) -> int:
         """There is none: no operating system knows of this line."""
         raise io.UnsupportedOperation("fileno: the line is within the process; use Emulator(pty=True)")
+
+    # --- what pyserial has for the operating system only, of which nothing is to be done here ---
+
+    def set_input_flow_control(self, enable: bool = True) -> None:
+        """Nobody obeys XON and XOFF."""
+        self._open_line
+
+    def set_output_flow_control(self, enable: bool = True) -> None:
+        """Nobody obeys XON and XOFF."""
+        self._open_line
+
+    def set_low_latency_mode(self, low_latency_settings: bool) -> None:
+        """It is as fast as it can be."""
+        self._open_line
+
+    def nonblocking(self) -> None:
+        """There is no file to be set; ``timeout`` says how long reading waits."""
+        self._open_line
 
     # --- lines ---
 
@@ -182,16 +215,24 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
     def _switch(self, line: str, on: bool) -> None:
         # That DTR and RTS are on while the port is open, and there is no break, goes without saying.
         if self._told.get(line, line != "BREAK") != on:
-            self._open_line.switch(line, on)
+            port = self._open_line
+            with _as_pyserial():
+                port.switch(line, on)
             self._told[line] = on
 
     def _update_break_state(self) -> None:
         self._switch("BREAK", bool(self._break_state))
 
+    def send_break(self, duration: float = 0.25) -> None:
+        """A break of so many seconds."""
+        serial.SerialBase.send_break(self, duration)
+
     @property
     def cts(self) -> bool:
         """Whether a host may send now: off while the controller's buffer is full."""
-        return self._open_line.cts
+        line = self._open_line
+        with _as_pyserial():
+            return line.cts
 
     @property
     def dsr(self) -> bool:
@@ -200,14 +241,27 @@ class Serial(serial.SerialBase):  # type: ignore[misc]
 
     @property
     def cd(self) -> bool:
-        """Whether the controller is there: as long as the emulator runs."""
-        return not self._open_line.ended
+        """No carrier: a controller is no modem."""
+        self._open_line
+        return False
 
     @property
     def ri(self) -> bool:
         """Nobody rings."""
         self._open_line
         return False
+
+
+@contextlib.contextmanager
+def _as_pyserial() -> Iterator[None]:
+    """What the line raises, as pyserial does."""
+    try:
+        yield
+    except Ended as error:
+        raise serial.SerialException(str(error)) from error
+    except OSError:
+        # Somebody else has closed it meanwhile.
+        raise serial.PortNotOpenError() from None
 
 
 def _warn(text: str) -> None:
@@ -227,11 +281,15 @@ def _of_address(address: str) -> tuple[Emulator, bool]:
     from ._emulator import Emulator, running
 
     parts = urllib.parse.urlsplit(address)
-    options: dict[str, Any] = dict(
-        urllib.parse.parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query))
-    )
     if parts.scheme != "vimc4" or parts.path.strip("/"):
         raise ValueError("write vimc4://MODEL, as in vimc4://imc-s8?time=instant")
+    options: dict[str, Any] = {}
+    for option, text in urllib.parse.parse_qsl(
+        parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)
+    ):
+        if option in options:
+            raise ValueError(f"{option} is given twice, as {options[option]} and as {text}")
+        options[option] = text
     name = options.pop("emulator", None)
     if name is not None:
         if parts.netloc or options:
