@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -245,7 +246,8 @@ def processes(marker):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
-def test_nothing_is_left_of_what_is_killed(pytester):
+@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGTERM])
+def test_nothing_is_left_of_what_is_killed(pytester, by):
     where = pytester.path / "where.json"
     link = pytester.path / "controller"
     pytester.makepyfile(
@@ -276,11 +278,19 @@ def test_nothing_is_left_of_what_is_killed(pytester):
         socket.create_connection((host, port)).close()
         # A controller is no process of its own.
         assert processes(marker) == {started.pid}
+        terminal = select.poll()
+        end = os.open(pty, os.O_RDWR | os.O_NOCTTY)
+        terminal.register(end, 0)
+        assert terminal.poll(0) == []
+        started.send_signal(by)
+        started.wait()
     finally:
-        started.send_signal(signal.SIGKILL)
+        started.kill()
         started.wait()
     assert processes(marker) == set()
-    assert not os.path.exists(pty)
+    # Its name may belong to somebody else by now.
+    assert terminal.poll(0)[0][1] & select.POLLHUP
+    os.close(end)
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection((host, port))
     # The link that was asked for leads nowhere: nobody can take it for a controller, and the next
