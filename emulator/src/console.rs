@@ -199,11 +199,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 fn converse(session: &Rc<RefCell<Session>>, arguments: &Arguments) -> Result<ExitCode, Failure> {
     if let Some(file) = &arguments.script {
         let name = text::name(file);
-        let lines = match file.to_str() {
-            Some("-") => io::read_to_string(io::stdin()),
-            _ => fs::read_to_string(file),
-        };
-        let lines = lines.map_err(|error| {
+        let lines = script::text_of(file).map_err(|error| {
             Failure::usage(format!("cannot read {name}: {error}; name a file of console commands"))
         })?;
         script::script(&mut session.borrow_mut(), &name, &lines, 0)?;
@@ -238,6 +234,9 @@ fn open(arguments: &Arguments, cancel: Cancel, links: &Links) -> Result<Session,
         }
         let mut session = Session::new(debugger, machine, cancel);
         session.share = share;
+        if let Some(notice) = session.notice() {
+            let _ = writeln!(io::stderr(), "{}", text::shown(&notice));
+        }
         return Ok(session);
     }
     let machine = vimc4::machine(setup.machine())?;

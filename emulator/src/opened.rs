@@ -17,6 +17,7 @@ use crate::job::file;
 use crate::job::perform::said;
 use crate::job::source::{Reading, Site, takes_jobs};
 use crate::recording::controller::quirky;
+use crate::recording::history::is_recording;
 use crate::run::script::{Kind, Script, ScriptLine};
 use crate::setup::Setup;
 use crate::text;
@@ -108,6 +109,12 @@ pub(crate) fn read(
     ways: &Ways,
     wanted: Wanted<'_>,
 ) -> Result<Option<Program>, Failure> {
+    if is_recording(path, &file::beginning(path)) {
+        return Err(Failure::usage(format!(
+            "{} is a recording, or part of one, and no program; name it as a recording",
+            text::name(path)
+        )));
+    }
     let bytes = file::read(path, "a recording, a program, a list of commands, a plot or a job")?;
     setup.heed(path, &bytes)?;
     file::no_g_code(&text::name(path), &bytes)?;

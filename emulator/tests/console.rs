@@ -48,6 +48,49 @@ fn said(arguments: &[&str], typed: &str) -> String {
 // --- scripts ---
 
 #[test]
+fn a_broken_recording_is_opened_as_a_recording() {
+    let whole = fs::read(root().join("examples/limit.jsonl")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let first = whole.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    for broken in [
+        file("bom.jsonl", &[b"\xEF\xBB\xBF", &whole[..]].concat()),
+        file("headless.jsonl", &whole[first..]),
+        file("blank.jsonl", &[b" ", &whole[..]].concat()),
+    ] {
+        let output = console(&[&broken], "where\n");
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        assert!(!err.contains("unknown or malformed command"), "{broken}: {err}");
+        match output.status.code() {
+            Some(0) => assert!(out.contains("> where\n0ms on main"), "{broken}: {out}"),
+            _ => assert!(err.contains("line 1") && err.contains("recording"), "{broken}: {err}"),
+        }
+    }
+    // What was torn off while it was written is told of, and the rest is there.
+    let torn = file("torn.jsonl", &whole[..whole.len() - 20]);
+    let output = console(&[&torn], "goto end\n");
+    let lines = whole.iter().filter(|byte| **byte == b'\n').count();
+    let err = text(&output.stderr);
+    assert!(err.contains(&format!("Line {lines} was torn off")), "{err}");
+    assert_eq!(output.status.code(), Some(0));
+}
+
+#[test]
+fn an_endless_file_is_no_script() {
+    let output = console(&["imc4", "--pty", "none", "--tcp", "none"], "source /dev/zero\n");
+    let err = text(&output.stderr);
+    assert!(output.status.code() == Some(1) && err.contains("larger than 8 MiB"), "{err}");
+    let script = ["imc4", "--pty", "none", "--tcp", "none", "--script", "/dev/zero"];
+    let output = console(&script, "");
+    let err = text(&output.stderr);
+    assert!(output.status.code() == Some(2) && err.contains("larger than 8 MiB"), "{err}");
+}
+
+#[test]
 fn what_comes_through_a_pipe_is_carried_out_line_by_line() {
     let out = said(
         &["examples/commands.txt", "--machine", "mill"],

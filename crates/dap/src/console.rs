@@ -38,8 +38,8 @@ impl Session {
         let mut answered = None;
         let arrived =
             held.during(goes_forward, is_meant, progress, &mut |debugger, progress| {
-                let before = debugger.place();
-                answered = Some(match debugger.execute(text, progress) {
+                let (before, given) = (debugger.place(), debugger.history().usage().inputs);
+                let told = answered.insert(match debugger.execute(text, progress) {
                     // Text that is not a command may be an expression.
                     Err(error) => match value(debugger, text) {
                         Ok(value) => Ok(Answer::Value(value)),
@@ -47,9 +47,13 @@ impl Session {
                     },
                     answered => answered,
                 });
-                // Inputs take effect now, as far as they do so by themselves.
-                let now = debugger.now();
-                if debugger.place() == before {
+                // An input that was given takes effect now, as far as it does so by itself. Nothing
+                // else that is typed lets anything happen.
+                let is_given = matches!(told, Ok(Answer::Done))
+                    && debugger.history().usage().inputs > given
+                    && debugger.place() == before;
+                if is_given {
+                    let now = debugger.now();
                     debugger.history_mut().run_to(now);
                 }
             })?;

@@ -86,8 +86,13 @@ impl Session {
                  opens a program",
             ));
         }
-        self.is_attached = true;
-        self.open(configuration, progress)
+        let before = std::mem::replace(&mut self.is_attached, true);
+        let opened = self.open(configuration, progress);
+        if opened.is_err() {
+            // What is open is as it was.
+            self.is_attached = before;
+        }
+        opened
     }
 
     fn put_in(

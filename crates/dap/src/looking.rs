@@ -26,7 +26,7 @@ const APART: i64 = 0x100_0000;
 
 impl Session {
     pub(crate) fn threads(&mut self) -> Answered {
-        let threads = self.held.iter().enumerate();
+        let threads = self.held.iter().enumerate().filter(|(_, held)| !held.is_over);
         let threads: Vec<Value> = threads
             .map(|(number, held)| json!({ "id": number + 1, "name": held.opened.name }))
             .collect();

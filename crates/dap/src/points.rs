@@ -146,13 +146,16 @@ fn command(name: &str, debugger: &Debugger) -> Result<Trigger, String> {
 
 /// Error replies of these codes, with commas or blanks between them; all, if there are none.
 fn errors(codes: &str, debugger: &Debugger) -> Result<Trigger, String> {
-    let codes = codes.split([',', ' ']).filter(|code| !code.is_empty());
     let mut any = Vec::new();
-    for code in codes {
-        match debugger.read_trigger(&format!("answer error {code}")) {
-            Ok(Trigger::Condition(condition)) => any.push(condition),
-            Ok(_) => {}
-            Err(error) => return Err(error.to_string()),
+    for code in codes.split(',').filter(|_| !codes.trim().is_empty()) {
+        if code.trim().is_empty() {
+            return Err(format!("a code is missing in `{codes}`: they are as in 3, 5"));
+        }
+        for code in code.split_whitespace() {
+            let condition = debugger.error(code);
+            let condition = condition
+                .map_err(|right| format!("`{code}` is not {right}; several are as in 3, 5"))?;
+            any.push(condition);
         }
     }
     Ok(Trigger::Condition(match any.len() {

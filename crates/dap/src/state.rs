@@ -158,6 +158,9 @@ impl Session {
     /// A controller that stands still.
     pub(crate) fn resting(&mut self, number: i64) -> Result<&mut Held, Refusal> {
         let thread = self.thread(number)?;
+        if self.held.get(thread).is_some_and(|held| held.is_over) {
+            return Err(Refusal(format!("controller {number} has ended; restart begins again")));
+        }
         if self.is_on_its_way(thread) {
             return Err(Refusal(format!("controller {number} is on its way; pause comes first")));
         }
@@ -186,8 +189,13 @@ impl Session {
                 Refusal(format!("frame {frame} no longer exists; stackTrace has the present ones"))
             });
         }
-        let found = (0..self.held.len()).find(|thread| !self.is_on_its_way(*thread));
-        found.ok_or_else(|| Refusal::new("no controller is paused; pause one first"))
+        let found = (0..self.held.len())
+            .find(|thread| !self.is_on_its_way(*thread) && !self.held[*thread].is_over);
+        let are_over = self.held.iter().all(|held| held.is_over) && !self.held.is_empty();
+        found.ok_or_else(|| match are_over {
+            true => Refusal::new("the controllers have ended; restart begins again"),
+            false => Refusal::new("no controller is paused; pause one first"),
+        })
     }
 
     /// A line number as this client counts.

@@ -7,7 +7,7 @@ use vimc4_timeline::{Begins, Found, Progress};
 
 use crate::arguments::{Goto, Granularity, Lines, OfFrame, OfThread, Step};
 use crate::held::{Held, Placed, Text, Walk};
-use crate::message::Refusal;
+use crate::message::{Outgoing, Refusal};
 use crate::state::{Answered, DONE, Run, Session, Stage, answer};
 
 /// What is known of a run from outside.
@@ -142,6 +142,13 @@ impl Session {
         let Some(held) = self.held.get_mut(thread).filter(|held| !held.opened.is_file) else {
             return;
         };
+        if let Some(notice) = held.debugger().notice() {
+            let output = format!("{notice}\n");
+            self.out.push(Outgoing::event(
+                "output",
+                json!({ "category": "important", "output": output }),
+            ));
+        }
         let lines = held.opened.debugger.source().map_or(0, |source| source.lines.len());
         if std::mem::replace(&mut held.listed, lines) < lines {
             let source = self.source(thread, Text::Source);
@@ -295,6 +302,7 @@ impl Session {
         }
         self.stage = Stage::Ended;
         self.let_go_of_all();
+        self.held.iter_mut().for_each(|held| held.is_over = true);
         let error = Condition::Error { code: None };
         let has_failed = self.held.iter_mut().any(|held| {
             let history = held.debugger().history_mut();

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use vimc4_device::{Condition, Names, Time};
+use vimc4_timeline::Place;
 
 use crate::{Expression, Field};
 
@@ -37,7 +38,7 @@ pub enum Hits {
     /// Every hit.
     #[default]
     All,
-    /// This hit only, counted from 1.
+    /// This hit only, counted from 1 at the beginning of the history.
     Only(u64),
     /// This hit and all later ones, counted from 1.
     From(u64),
@@ -67,17 +68,24 @@ pub struct Breakpoint {
     pub trigger: Trigger,
     /// A condition that must hold too.
     pub condition: Option<Expression>,
-    /// Which hits count. Going back, every hit counts.
+    /// Which hits count, from the beginning of the history: the same ones forward and back.
     pub hits: Hits,
     /// Instead of stopping, log this text, with the values of expressions in braces.
     pub log: Option<String>,
     /// Whether it is enabled.
     pub is_enabled: bool,
-    /// How often it was hit going forward, with its condition true.
+    /// How often it was hit, with its condition true, on the way to where that was counted last.
     pub count: u64,
+    /// Where `count` was counted, if that is known.
+    pub(crate) counted: Option<Place>,
 }
 
 impl Breakpoint {
+    /// Whether not every hit counts.
+    pub(crate) fn is_limited(&self) -> bool {
+        self.is_enabled && self.hits != Hits::All
+    }
+
     /// Its description for people, with the names of a controller.
     #[must_use]
     pub fn describe(&self, names: &Names) -> String {

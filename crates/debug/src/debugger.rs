@@ -270,8 +270,9 @@ impl Debugger {
         self.last_breakpoint += 1;
         let id = BreakpointId(self.last_breakpoint);
         let Options { condition, hits, log } = options;
-        let (is_enabled, count) = (true, 0);
-        let breakpoint = Breakpoint { id, trigger, condition, hits, log, is_enabled, count };
+        let (is_enabled, count, counted) = (true, 0, None);
+        let breakpoint =
+            Breakpoint { id, trigger, condition, hits, log, is_enabled, count, counted };
         self.breakpoints.push(breakpoint);
         id
     }
@@ -316,6 +317,24 @@ impl Debugger {
                 Ok(expression) if expression.is_claim() => Ok(Trigger::Expression(expression)),
                 _ => Err(DebugError::new(error.to_string())),
             },
+        }
+    }
+
+    /// The replies that are this error. The errors of built-in models are known; one of a model of the
+    /// user's own can be any word.
+    ///
+    /// # Errors
+    ///
+    /// What would be right, if the model has no such error.
+    pub fn error(&self, code: &str) -> Result<Condition, String> {
+        let model = vimc4_catalogue::model(&self.device().view(self.now()).model);
+        if let Ok(model) = model {
+            let names = model.names(self.device().signals());
+            return names.error(Some(code)).map_err(|error| error.right().to_owned());
+        }
+        match !code.is_empty() && code.chars().all(|c| c.is_ascii_alphanumeric()) {
+            true => Ok(Condition::Error { code: Some(code.to_owned()) }),
+            false => Err("the code of an error".to_owned()),
         }
     }
 

@@ -88,6 +88,9 @@ impl Debugger {
                 Ok(Answer::Breakpoint(id, made.unwrap_or_default()))
             }
             "breakpoints" => {
+                if !self.count_hits(|_| true, progress) {
+                    return Err(DebugError::new("cancelled"));
+                }
                 let names = self.names();
                 let list = self.breakpoints().iter();
                 let list = list.map(|breakpoint| (breakpoint.clone(), breakpoint.describe(names)));
@@ -417,6 +420,7 @@ impl Debugger {
             log: options.log,
             is_enabled: true,
             count: 0,
+            counted: None,
         }];
         let (begin, heading) = (self.place(), self.history().heading());
         let source = self.source().cloned();

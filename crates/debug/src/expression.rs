@@ -22,6 +22,10 @@ use crate::{DebugError, Field};
 /// How deep brackets may be nested.
 const DEEPEST: u32 = 32;
 
+/// How many operators an expression may have: each makes the tree that is gone through a node deeper,
+/// in brackets or not.
+const OPERATORS_MAX: u32 = 256;
+
 /// Something that has a value at any moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
@@ -62,7 +66,7 @@ impl Expression {
     ///
     /// If the text is no expression, or names a field that does not exist.
     pub fn parse(text: &str, device: &Controller) -> Result<Expression, DebugError> {
-        let mut reader = Reader { rest: text, device, depth: 0, is_compared: false };
+        let mut reader = Reader { rest: text, device, depth: 0, operators: 0, is_compared: false };
         let root = reader.any()?;
         match reader.rest.trim() {
             "" => Ok(Expression { text: text.trim().to_owned(), root }),
@@ -215,6 +219,8 @@ struct Reader<'t> {
     rest: &'t str,
     device: &'t Controller,
     depth: u32,
+    /// How many operators have been read.
+    operators: u32,
     /// After a comparison, where a word may be text.
     is_compared: bool,
 }
@@ -223,7 +229,7 @@ impl<'t> Reader<'t> {
     fn any(&mut self) -> Result<Node, DebugError> {
         let mut node = self.all()?;
         while self.word("or") || self.symbol("||") {
-            node = pair(node, Operator::Or, self.all()?);
+            node = self.pair(node, Operator::Or, Reader::all)?;
         }
         Ok(node)
     }
@@ -231,7 +237,7 @@ impl<'t> Reader<'t> {
     fn all(&mut self) -> Result<Node, DebugError> {
         let mut node = self.none()?;
         while self.word("and") || self.symbol("&&") {
-            node = pair(node, Operator::And, self.none()?);
+            node = self.pair(node, Operator::And, Reader::none)?;
         }
         Ok(node)
     }
@@ -264,9 +270,9 @@ impl<'t> Reader<'t> {
         match OPERATORS.into_iter().find(|(symbol, _)| self.symbol(symbol)) {
             Some((_, operator)) => {
                 self.is_compared = true;
-                let other = self.sum();
+                let compared = self.pair(node, operator, Reader::sum);
                 self.is_compared = false;
-                Ok(pair(node, operator, other?))
+                compared
             }
             None => Ok(node),
         }
@@ -280,7 +286,7 @@ impl<'t> Reader<'t> {
                 () if self.symbol("-") => Operator::Minus,
                 () => return Ok(node),
             };
-            node = pair(node, operator, self.product()?);
+            node = self.pair(node, operator, Reader::product)?;
         }
     }
 
@@ -293,11 +299,16 @@ impl<'t> Reader<'t> {
                 () if self.symbol("%") => Operator::Rest,
                 () => return Ok(node),
             };
-            let other = self.one()?;
-            if operator != Operator::Times && other == Node::Constant(0.into()) {
+            node = self.pair(node, operator, Reader::one)?;
+            let is_zero = |node: &Node| match node {
+                Node::Pair(_, Operator::By | Operator::Rest, by) => {
+                    **by == Node::Constant(0.into())
+                }
+                _ => false,
+            };
+            if is_zero(&node) {
                 return Err(DebugError::new("division by 0"));
             }
-            node = pair(node, operator, other);
         }
     }
 
@@ -394,6 +405,22 @@ impl<'t> Reader<'t> {
         })
     }
 
+    /// What was read, an operator, and what is read behind it.
+    fn pair(
+        &mut self,
+        node: Node,
+        operator: Operator,
+        other: impl FnOnce(&mut Self) -> Result<Node, DebugError>,
+    ) -> Result<Node, DebugError> {
+        self.operators += 1;
+        if self.operators > OPERATORS_MAX {
+            return Err(DebugError::new(format!(
+                "too many operators in one expression: it has {OPERATORS_MAX} at most"
+            )));
+        }
+        Ok(Node::Pair(Box::new(node), operator, Box::new(other(self)?)))
+    }
+
     fn symbol(&mut self, symbol: &str) -> bool {
         let rest = self.rest.trim_start().strip_prefix(symbol);
         rest.map(|rest| self.rest = rest).is_some()
@@ -404,10 +431,6 @@ impl<'t> Reader<'t> {
         let ends = |rest: &&str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
         rest.filter(ends).map(|rest| self.rest = rest).is_some()
     }
-}
-
-fn pair(one: Node, operator: Operator, other: Node) -> Node {
-    Node::Pair(Box::new(one), operator, Box::new(other))
 }
 
 /// A text to log, with expressions in braces: `{x} at {at}`.

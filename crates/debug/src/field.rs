@@ -249,6 +249,10 @@ impl Field {
         let of_state: Vec<String> = match (self.axis, self.keys.as_slice()) {
             (Some(axis), _) => vec!["position".to_owned(), axis.to_string()],
             (None, [first, rest @ ..]) if first == STATE && !rest.is_empty() => rest.to_vec(),
+            // An axis as a whole is its position.
+            (None, [axes, name]) if axes == "axes" && is_axis(device, name) => {
+                return Field::parse(name, device)?.put(device, value);
+            }
             _ => {
                 return Err(DebugError::new(format!(
                     "`{}` is computed and cannot be set; what can is the position of an axis, and \
@@ -361,6 +365,11 @@ fn state_tree(state: &State) -> Value {
         }
         other => other,
     }
+}
+
+fn is_axis(device: &Controller, name: &str) -> bool {
+    let axes = device.view(device.now()).axes;
+    axes.iter().any(|axis| axis.name.eq_ignore_ascii_case(name))
 }
 
 fn is_signal(device: &Controller, name: &str) -> bool {

@@ -1,6 +1,6 @@
 //! Walking through the history.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use vimc4_catalogue::Controller;
 use vimc4_device::{CommandNumber, Condition, Event, Kinds, Output, Time};
@@ -9,7 +9,7 @@ use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sou
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::Debugger;
 use crate::stop::{Reason, Stop};
-use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk};
+use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, loops};
 use crate::{DebugError, Depth, Unit, Way};
 
 impl Debugger {
@@ -31,13 +31,21 @@ impl Debugger {
         self.find_by_hand();
         let (mut notes, mut made) = (Vec::new(), 0);
         let mut problems = VecDeque::new();
+        let heeds = depth != Depth::Into;
+        let from = self.place();
+        let mut passed = BTreeMap::new();
+        let mut open = loops(self.device()).len();
         while made < count {
             self.host_goes_on(way);
+            if heeds && way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
+                return self.stopped_after(Reason::Cancelled, notes, problems);
+            }
+            let begin = self.place();
             let end = self.end_of_way();
             let history = &mut self.history;
             let source = self.source.as_ref();
-            let mut walk = Walk::new(way).step(unit, depth, history.device(), source).telling();
-            if depth != Depth::Into {
+            let mut walk = Walk::new(way).step(unit, depth, open, source).telling();
+            if heeds {
                 walk = walk.heeding(&mut self.breakpoints, source);
             }
             let asked = self.feed.as_ref().filter(|_| way == Way::Forward);
@@ -48,9 +56,24 @@ impl Debugger {
                 Way::Back => history.seek_last(&mut walk, progress),
             };
             let is_beyond = is_beyond(history, asked);
-            let met = ids(&walk, history.now());
+            let mut met = ids(&walk, history.now());
+            let is_step = walk.is_step || met.is_empty();
             notes.append(&mut walk.notes);
             let went_wrong = walk.problems.take().unwrap_or_default().last;
+            let has_counted = heeds && way == Way::Forward;
+            if has_counted {
+                // Where a step pulse ends the step, hits after it may have been counted.
+                self.has_counted(begin, unit != Unit::Step);
+            }
+            if way == Way::Back && !met.is_empty() && found == Found::Here {
+                if !self.counted_back(&mut met, &mut passed, progress) {
+                    self.history.go_back_to(from);
+                    return self.stopped_after(Reason::Cancelled, notes, problems);
+                }
+                if met.is_empty() && !is_step {
+                    continue;
+                }
+            }
             self.host_hears(&went_wrong);
             problems.extend(went_wrong);
             problems.drain(..problems.len().saturating_sub(PROBLEMS_MAX));
@@ -58,6 +81,7 @@ impl Debugger {
                 Found::Here if is_beyond => self.asks_again(asked),
                 Found::Here if met.is_empty() => {
                     made += 1;
+                    open = loops(self.device()).len();
                     continue;
                 }
                 Found::Here => Reason::Breakpoints(met),
@@ -82,8 +106,14 @@ impl Debugger {
         self.find_by_hand();
         let mut notes = Vec::new();
         let mut problems = VecDeque::new();
+        let from = self.place();
+        let mut passed = BTreeMap::new();
         loop {
             self.host_goes_on(way);
+            if way == Way::Forward && !self.count_hits(Breakpoint::is_limited, progress) {
+                return self.stopped_after(Reason::Cancelled, notes, problems);
+            }
+            let begin = self.place();
             // A host that fills a buffer looks for room whenever a command leaves it.
             let feed = self.feed.as_ref().filter(|_| way == Way::Forward);
             let fills = feed.is_some_and(|feed| feed.streams(&self.history));
@@ -107,8 +137,20 @@ impl Debugger {
             let mut met = ids(&walk, history.now());
             notes.append(&mut walk.notes);
             let went_wrong = walk.problems.take().unwrap_or_default().last;
+            if way == Way::Forward {
+                self.has_counted(begin, true);
+            }
             self.host_hears(&went_wrong);
             problems.extend(went_wrong);
+            if way == Way::Back && found == Found::Here {
+                if !self.counted_back(&mut met, &mut passed, progress) {
+                    self.history.go_back_to(from);
+                    return self.stopped_after(Reason::Cancelled, notes, problems);
+                }
+                if met.is_empty() {
+                    continue;
+                }
+            }
             if fills {
                 self.breakpoints.pop();
                 met.retain(|id| *id != NOBODYS);
@@ -121,9 +163,8 @@ impl Debugger {
                 Found::Here => Reason::Breakpoints(met),
                 Found::GivenUp => Reason::Cancelled,
                 Found::Nowhere if way == Way::Back => {
-                    let first = self.history.branches().next().map(|branch| branch.first);
-                    let moment = first.unwrap_or_default();
-                    self.history.go_back_to(Place { branch: BranchId(0), moment });
+                    let beginning = self.beginning();
+                    self.history.go_back_to(beginning);
                     Reason::Beginning
                 }
                 Found::Nowhere if asked.is_some() => self.asks_again(asked),
@@ -281,6 +322,111 @@ impl Debugger {
         }))
     }
 
+    // --- counting hits ---
+
+    /// Counts how often some of the breakpoints were hit on the way to the present, as far as that
+    /// is not known. Says whether it was completed; what was counted by then is kept.
+    pub(crate) fn count_hits(
+        &mut self,
+        which: impl Fn(&Breakpoint) -> bool,
+        progress: &mut Progress<'_>,
+    ) -> bool {
+        let begin = self.place();
+        for number in 0..self.breakpoints.len() {
+            let own = &self.breakpoints[number];
+            if !which(own) || own.counted == Some(begin) {
+                continue;
+            }
+            let known = own.counted.filter(|place| self.is_on_the_way(*place, begin));
+            let count = if known.is_some() { own.count } else { 0 };
+            let mut counter =
+                [Breakpoint { hits: Hits::All, log: None, is_enabled: true, count, ..own.clone() }];
+            let from = known.unwrap_or_else(|| self.beginning());
+            self.history.go_back_to(from);
+            let source = self.source.as_ref();
+            let is_counted = loop {
+                let before = counter[0].count;
+                let mut walk = Walk::new(Way::Forward).heeding(&mut counter, source);
+                let found = self.history.seek_next(begin.moment.at, &mut walk, progress);
+                // More may happen at the same instant.
+                if is_after(self.history.present(), begin) {
+                    counter[0].count = before;
+                    break true;
+                }
+                match found {
+                    Found::Here => {}
+                    Found::Nowhere => break true,
+                    Found::GivenUp => break false,
+                }
+            };
+            let own = &mut self.breakpoints[number];
+            own.count = counter[0].count;
+            own.counted = Some(if is_counted { begin } else { self.history.present() });
+            self.history.go_back_to(begin);
+            if !is_counted {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// A walk forward has counted the hits on its way; `are_right`: those up to the present.
+    fn has_counted(&mut self, begin: Place, are_right: bool) {
+        let here = self.history.present();
+        for own in self.breakpoints.iter_mut().filter(|own| own.is_enabled) {
+            let is_known = are_right && own.counted == Some(begin);
+            own.counted = is_known.then_some(here);
+        }
+    }
+
+    /// Leaves of the breakpoints that a walk back has come to those of which this hit counts.
+    /// `passed` has the numbers of the hits that it has come to before. Says whether it was
+    /// completed.
+    fn counted_back(
+        &mut self,
+        met: &mut Vec<BreakpointId>,
+        passed: &mut BTreeMap<BreakpointId, u64>,
+        progress: &mut Progress<'_>,
+    ) -> bool {
+        let here = self.place();
+        for id in met.clone() {
+            let is_it = |own: &Breakpoint| own.id == id && own.is_limited();
+            let Some(number) = self.breakpoints.iter().position(is_it) else { continue };
+            if let Some(later) = passed.get(&id) {
+                let own = &mut self.breakpoints[number];
+                (own.count, own.counted) = (later.saturating_sub(1), Some(here));
+            } else if !self.count_hits(is_it, progress) {
+                return false;
+            }
+            let own = &self.breakpoints[number];
+            passed.insert(id, own.count);
+            if !own.hits.allow(own.count) {
+                met.retain(|met| *met != id);
+            }
+        }
+        true
+    }
+
+    /// Where everything begins.
+    fn beginning(&self) -> Place {
+        let first = self.history.branches().next().map(|branch| branch.first);
+        Place { branch: BranchId(0), moment: first.unwrap_or_default() }
+    }
+
+    /// Whether a place is on the way from the beginning to another.
+    fn is_on_the_way(&self, place: Place, to: Place) -> bool {
+        let branches: Vec<_> = self.history.branches().collect();
+        let mut way = Some(to);
+        while let Some(last) = way {
+            if last.branch == place.branch {
+                return place.moment <= last.moment;
+            }
+            let branch = branches.iter().find(|branch| branch.id == last.branch);
+            way = branch.and_then(|branch| branch.parted);
+        }
+        false
+    }
+
     // --- inside ---
 
     /// Goes on to a time, ignoring breakpoints.
@@ -430,6 +576,7 @@ fn leaves_the_buffer() -> Breakpoint {
         log: None,
         is_enabled: true,
         count: 0,
+        counted: None,
     }
 }
 
@@ -444,6 +591,12 @@ pub(crate) fn end_of(history: &History<Controller>) -> Time {
 fn is_beyond(history: &History<Controller>, place: Option<Place>) -> bool {
     let here = history.present();
     place.is_some_and(|place| here.branch == place.branch && here.moment > place.moment)
+}
+
+/// Whether a place comes after another on one way: a branch has a higher number than the one that it
+/// has left.
+fn is_after(place: Place, other: Place) -> bool {
+    (place.branch.0, place.moment) > (other.branch.0, other.moment)
 }
 
 /// The breakpoints that a walk has ended at, in order of their numbers.

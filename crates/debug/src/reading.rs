@@ -23,8 +23,14 @@ impl Debugger {
     #[must_use]
     pub fn with_reel(mut self, reel: Box<dyn Reel>) -> Debugger {
         let branch = self.history.heading();
-        let lists = false;
-        self.unread = Some(Unread { reel: Some(reel), branch, last: None, failure: None, lists });
+        self.unread = Some(Unread {
+            reel: Some(reel),
+            branch,
+            last: None,
+            failure: None,
+            notice: None,
+            lists: false,
+        });
         self
     }
 
@@ -47,6 +53,11 @@ impl Debugger {
     #[must_use]
     pub fn share_read(&self) -> Option<u32> {
         self.unread.as_ref()?.reel.as_ref()?.share()
+    }
+
+    /// What people should know of a recording that has been read to its end; told once.
+    pub fn notice(&mut self) -> Option<String> {
+        self.unread.as_mut()?.notice.take()
     }
 
     /// Reads on, at most this many entries or as long as `progress` allows. The present stays. A
@@ -81,7 +92,7 @@ impl Debugger {
         if let Some(unread) = &mut self.unread {
             match &read {
                 Read::More | Read::Cancelled => unread.reel = Some(reel),
-                Read::All => {}
+                Read::All => unread.notice = reel.notice(),
                 Read::Broken(why) => unread.failure = Some(why.clone()),
             }
         }

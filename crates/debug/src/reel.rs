@@ -23,6 +23,12 @@ pub trait Reel {
 
     /// How much of it has been read, in thousandths, if that is known.
     fn share(&self) -> Option<u32>;
+
+    /// What people should know of it once it is read to its end, in a sentence: what is missing of
+    /// it, for example.
+    fn notice(&self) -> Option<String> {
+        None
+    }
 }
 
 /// A recorded entry, for the controller at hand.
@@ -62,6 +68,8 @@ pub(crate) struct Unread {
     pub(crate) last: Option<CommandNumber>,
     /// Why reading cannot continue.
     pub(crate) failure: Option<String>,
+    /// What is to be told of it, once.
+    pub(crate) notice: Option<String>,
     /// Its commands are the lines of the source.
     pub(crate) lists: bool,
 }
@@ -69,7 +77,7 @@ pub(crate) struct Unread {
 impl Clone for Unread {
     fn clone(&self) -> Unread {
         let Unread { branch, last, lists, .. } = *self;
-        Unread { reel: None, branch, last, failure: self.failure.clone(), lists }
+        Unread { reel: None, branch, last, failure: self.failure.clone(), notice: None, lists }
     }
 }
 

@@ -232,7 +232,7 @@ pub static TABLE: &[Directive] = &[
                x+`, `signal stop changes`, `answer error 2` or `line 12`; an expression such as \
                `x.speed > 900000000` (speeds are in µHz, a millionth of a step per second), evaluated whenever \
                something happens and 32 times in each motion, so that what is true only for \
-               a moment may be missed; or `change FIELD`. With `log` it does not stop but notes TEXT, with the values of expressions in braces.",
+               a moment may be missed; or `change FIELD`. Hits are counted from the beginning of the history, so `hit 5` is the same place forward and back. With `log` it does not stop but notes TEXT, with the values of expressions in braces.",
         example: "break command @A if x > 1000",
         group: Group::Breakpoints,
         follows: Follows::Trigger,
@@ -241,7 +241,7 @@ pub static TABLE: &[Directive] = &[
         name: "breakpoints",
         short: Some("bl"),
         arguments: "",
-        about: "list breakpoints, and how often each has come",
+        about: "list breakpoints, and how often each has come up to here",
         more: "",
         example: "breakpoints",
         group: Group::Breakpoints,

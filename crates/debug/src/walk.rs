@@ -33,6 +33,8 @@ pub(crate) struct Walk<'w> {
     pub(crate) notes: Vec<Note>,
     /// The number of notes beyond the limit.
     pub(crate) left_out: u64,
+    /// Whether the step ends where the walk has stopped.
+    pub(crate) is_step: bool,
     /// How far the search between two acts got, if it was interrupted.
     looked_until: Option<Time>,
     /// What went wrong on the way, if that is wanted.
@@ -130,6 +132,7 @@ impl<'w> Walk<'w> {
             met,
             notes,
             left_out: 0,
+            is_step: false,
             looked_until: None,
             problems: None,
         }
@@ -141,15 +144,14 @@ impl<'w> Walk<'w> {
         self
     }
 
-    /// Stops where a step ends that begins here.
+    /// Stops where a step ends that began where so many loops were open.
     pub(crate) fn step(
         mut self,
         unit: Unit,
         depth: Depth,
-        device: &Controller,
+        open: usize,
         source: Option<&'w Source>,
     ) -> Walk<'w> {
-        let open = loops(device).len();
         self.step = Some(Stepping { unit, depth, open, source, before: Before::default() });
         self
     }
@@ -522,15 +524,20 @@ impl Sought<Controller> for Walk<'_> {
         self.looked_until = None;
         let stepped = self.step.as_mut().and_then(|step| step.between(device, until, which));
         if self.waiting.is_empty() {
+            self.is_step |= stepped.is_some();
             return stepped;
         }
         let met = self.met_between(device, until, which);
         let stepped = stepped.filter(|at| self.looked_until.is_none_or(|until| *at <= until));
         let instants = stepped.into_iter().chain(met);
-        match which {
+        let found = match which {
             Which::First => instants.min(),
             Which::Last => instants.max(),
+        };
+        if found.is_some() {
+            self.is_step = found == stepped;
         }
+        found
     }
 
     fn looked_until(&mut self) -> Option<Time> {
@@ -541,7 +548,8 @@ impl Sought<Controller> for Walk<'_> {
         if let Some(problems) = &mut self.problems {
             problems.saw(outputs);
         }
-        let mut found = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
+        let is_step = self.step.as_mut().is_some_and(|step| step.after(device, act, outputs));
+        let mut found = is_step;
         for number in 0..self.waiting.len() {
             if self.waiting[number].after(device, outputs)
                 && self.meets(number, device, device.now())
@@ -552,11 +560,15 @@ impl Sought<Controller> for Walk<'_> {
                 found = true;
             }
         }
+        if found {
+            self.is_step = is_step;
+        }
         found
     }
 
     fn at_the_beginning(&mut self, _: &Controller) -> bool {
         // Stepping back reaches the beginning, but nothing happens there.
+        self.is_step |= self.step.is_some();
         self.step.is_some()
     }
 }

@@ -614,6 +614,7 @@ impl Debugger {
             log: None,
             is_enabled: true,
             count: 0,
+            counted: None,
         }];
         let mut walk = Walk::new(Way::Back).heeding(&mut breakpoints, None);
         match self.history_mut().seek_last_or_here(&mut walk, progress) {

@@ -88,6 +88,74 @@ fn breakpoints_stop_both_ways() {
 }
 
 #[test]
+fn hits_are_counted_at_the_same_places_both_ways() {
+    for (hits, wanted) in [
+        ("hit 5", &[5][..]),
+        ("from 8", &[8, 9, 10]),
+        ("every 3", &[3, 6, 9]),
+        ("if x > 0 hit 2", &[3]),
+    ] {
+        let mut debugger = debugger("imc4", "bench");
+        debugger.give(Input::Bytes(b"@01\r"));
+        for _ in 0..10 {
+            debugger.give(Input::Bytes(b"@0A100,1000\r"));
+        }
+        run(&mut debugger, &["continue", "assert x = 1000", "goto start"]);
+        run(&mut debugger, &[&format!("break command @A {hits}")]);
+        let walk = |line: &str, debugger: &mut Debugger| {
+            let mut places = Vec::new();
+            while let Reason::Breakpoints(_) = stop(run(debugger, &[line])).why {
+                places.push(debugger.evaluate("x").unwrap().as_i64().unwrap() / 100 + 1);
+            }
+            places
+        };
+        assert_eq!(walk("continue", &mut debugger), wanted, "{hits}");
+        let back: Vec<i64> = wanted.iter().rev().copied().collect();
+        assert_eq!(walk("reverse", &mut debugger), back, "{hits}");
+        // As often as one goes there, by whatever way.
+        assert_eq!(walk("continue", &mut debugger), wanted, "{hits}");
+        run(&mut debugger, &["goto end", "goto +1s"]);
+        assert_eq!(walk("reverse", &mut debugger), back, "{hits}");
+        run(&mut debugger, &["next x = 650", "reverse", "next x = 650"]);
+        let behind: Vec<i64> = wanted.iter().copied().filter(|place| *place > 7).collect();
+        assert_eq!(walk("continue", &mut debugger), behind, "{hits}");
+    }
+}
+
+#[test]
+fn the_list_of_breakpoints_counts_hits_up_to_here() {
+    let mut debugger = moved();
+    run(&mut debugger, &["break command @A", "goto start"]);
+    for (walk, count) in [
+        ("continue", "1 time"),
+        ("continue", "2 times"),
+        ("reverse", "1 time"),
+        ("reverse", "0 times"),
+    ] {
+        run(&mut debugger, &[walk]);
+        let list = said(&mut debugger, "breakpoints");
+        assert!(list.contains(&format!("  {count}")), "{walk}: {list}");
+    }
+}
+
+#[test]
+fn a_long_expression_is_refused() {
+    let mut debugger = moved();
+    for chain in ["1+", "1*", "1 or ", "1 and "] {
+        let error = wrong(&mut debugger, &format!("print {}1", chain.repeat(60_000))).to_string();
+        assert!(error.contains("it has 256 at most"), "{error}");
+    }
+    for deep in ["(", "-"] {
+        let error = wrong(&mut debugger, &format!("print {}1", deep.repeat(60_000))).to_string();
+        assert!(error.contains("within each other"), "{error}");
+    }
+    assert_eq!(said(&mut debugger, &format!("print {}1", "1+".repeat(256))), "257");
+    wrong(&mut debugger, &format!("run until {}x = 1", "(".repeat(60_000)));
+    // This one is long, and not deep.
+    run(&mut debugger, &[&format!("run until {}x = 0", "x = 1 or ".repeat(60_000))]);
+}
+
+#[test]
 fn a_tracepoint_notes_and_nobody_stops() {
     let mut debugger = moved();
     let traced = said(&mut debugger, "trace command @A log x is {x}, speed {x.speed / 1000000}");

@@ -2,11 +2,13 @@
 
 use std::fs;
 use std::io::{self, BufRead, Read};
+use std::path::Path;
 use std::process::ExitCode;
 
 use super::screen;
 use super::session::{Outcome, Session, Wrong};
 use crate::failure::Failure;
+use crate::job::file::bounded;
 use crate::output;
 use crate::text;
 
@@ -31,6 +33,16 @@ fn drawn(session: &mut Session, outcome: Result<Outcome, Wrong>) -> Result<Outco
     let svg = screen::as_svg(session, size);
     fs::write(&file, svg).map_err(|error| Wrong::new(format!("cannot write {file}: {error}")))?;
     Ok(Outcome::Said(format!("written to {file}")))
+}
+
+/// No file of commands has more bytes.
+const LARGEST: u64 = 8 << 20;
+
+/// The text of a file of commands; `-` is standard input. A device or a pipe may have no end.
+pub(crate) fn text_of(file: &Path) -> io::Result<String> {
+    let bytes = bounded(file, LARGEST)?;
+    String::from_utf8(bytes)
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
 /// So many files may call each other.
@@ -82,7 +94,7 @@ pub(crate) fn called(session: &mut Session, file: &str, depth: u32) -> Result<Fl
     if depth >= DEEPEST {
         return Err(Failure::midway(format!("{file} calls itself; leave `source` out")));
     }
-    let lines = fs::read_to_string(file)
+    let lines = text_of(Path::new(file))
         .map_err(|error| Failure::midway(format!("cannot read {file}: {error}")))?;
     script(session, file, &lines, depth + 1)
 }

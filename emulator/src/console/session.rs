@@ -205,7 +205,12 @@ impl Session {
     /// The same, where an empty line does nothing. What is answered is remembered for the screen.
     pub(crate) fn carry_out_once(&mut self, line: &str) -> Result<Outcome, Wrong> {
         let line = line.trim();
-        let outcome = self.carry_out_unheard(line);
+        let mut outcome = self.carry_out_unheard(line);
+        if let Ok(Outcome::Said(said)) = &mut outcome
+            && let Some(notice) = self.debugger.notice()
+        {
+            *said = if said.is_empty() { notice } else { format!("{notice}\n{said}") };
+        }
         match &outcome {
             Ok(Outcome::Said(said)) if !line.is_empty() && !line.starts_with('#') => {
                 self.say(line, SaidKind::Typed);
@@ -340,6 +345,13 @@ impl Session {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         });
+    }
+
+    /// What is to be known of a recording that has been read to its end; the screen shows it, too.
+    pub(crate) fn notice(&mut self) -> Option<String> {
+        let notice = self.debugger.notice()?;
+        self.say(&notice, SaidKind::Answer);
+        Some(notice)
     }
 
     // --- a controller that runs ---

@@ -184,6 +184,7 @@ fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Re
     let opened = history::open(path, Commands::Listed).map_err(refused)?;
     let history::Opened { mut debugger, model, machine, controller, .. } = opened;
     debugger.stay_within(true);
+    let said = debugger.notice().unwrap_or_default();
     let name = match controller.as_str() {
         "" => format!("{} on {}", model.name(), machine.name),
         controller => controller.to_owned(),
@@ -196,6 +197,6 @@ fn of_recording(configuration: &Configuration, path: &Path) -> Result<Opened, Re
         is_file: false,
         statement: Unit::Line,
         live: None,
-        said: String::new(),
+        said,
     })
 }

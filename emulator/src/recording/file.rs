@@ -37,6 +37,11 @@ pub(crate) struct Lines {
     is_over: bool,
 }
 
+/// What is said of a line that was torn off.
+pub(super) fn torn_off(line: u32) -> String {
+    format!("Line {line} was torn off when it was written, and is left out.")
+}
+
 /// How much of a file has been read, while somebody reads it.
 #[derive(Clone, Debug)]
 pub(crate) struct Share {

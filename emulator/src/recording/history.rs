@@ -12,7 +12,7 @@ use vimc4_device::{Device, Names, OwnedInput, Time};
 use vimc4_timeline::recording::{Entry, Given, LineSort, What};
 
 use super::controller::{Site, known};
-use super::file::{Lines, Share};
+use super::file::{Lines, Share, torn_off};
 use crate::failure::Failure;
 use crate::text;
 
@@ -46,7 +46,10 @@ pub(crate) fn is_recording(path: &Path, beginning: &[u8]) -> bool {
     let compressed = path
         .extension()
         .is_some_and(|end| end.eq_ignore_ascii_case("gz") || end.eq_ignore_ascii_case("zst"));
-    compressed || beginning.starts_with(b"{\"recording\"")
+    // No program, plot or job begins like JSON: such a file is a recording, or what is left of one,
+    // and what is wrong with it is said when it is opened.
+    let text = beginning.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(beginning);
+    compressed || text.trim_ascii_start().starts_with(b"{\"")
 }
 
 /// Opens a recording, in the state in which it begins.
@@ -114,6 +117,10 @@ impl Reel for Tape {
 
     fn share(&self) -> Option<u32> {
         self.lines.share().thousandths()
+    }
+
+    fn notice(&self) -> Option<String> {
+        self.lines.reader().torn().map(torn_off)
     }
 }
 

@@ -138,7 +138,7 @@ fn report(
     }
     let mut said = String::new();
     if let Some(line) = recording.torn {
-        said += &format!("Line {line} was torn off when it was written, and is left out.\n");
+        said += &format!("{}\n", file::torn_off(line));
     }
     if !recording.is_whole() {
         said += "It has no end: the program that wrote it was killed, the disk was full, or it is still being written.\n";

@@ -725,7 +725,166 @@ fn jobs_stop_at_their_questions() {
     editor.ask("launch", json!({ "program": wrong }));
 }
 
+// --- what would harm a session ---
+
+#[test]
+fn no_expression_is_too_long_for_the_adapter() {
+    let mut editor = Editor::at_entry(drilling());
+    for chain in ["1+", "1*", "1-", "1 or ", "0 or ", "1 and ", "not ", "!", "-", "(", "x = 1 or "]
+    {
+        let expression = chain.repeat(60_000) + "1";
+        for context in ["watch", "hover", "repl"] {
+            let arguments = json!({ "expression": expression, "context": context });
+            if let Err(refused) = editor.try_to("evaluate", arguments) {
+                assert!(!refused.is_empty(), "{chain}");
+            }
+        }
+    }
+    let chain = "1+".repeat(8_000) + "1";
+    let refused = editor.refused("evaluate", json!({ "expression": chain }));
+    assert!(refused.contains("too many operators"), "{refused}");
+    let sum = "1+".repeat(200) + "1";
+    assert_eq!(editor.value(&sum), "201");
+    let set = editor.set_lines(
+        &example("commands.txt"),
+        json!([
+            { "line": 7, "condition": format!("{chain} = x") },
+            { "line": 7, "logMessage": format!("{{{chain}}}") },
+            { "line": 9 },
+        ]),
+    );
+    assert_eq!(set[0]["verified"], false);
+    assert!(text(&set[0]["message"]).contains("too many operators"), "{}", set[0]);
+    editor.walk("continue");
+    assert_eq!(editor.line(), 9);
+}
+
+#[test]
+fn what_is_typed_moves_nothing() {
+    for (configuration, most) in [
+        (json!({ "recording": example("limit.jsonl") }), 9),
+        (json!({ "recording": example("overlooked.jsonl") }), 6),
+        (drilling(), 3),
+        (
+            json!({ "program": example("board.plt"), "model": "smcu", "machine": "board-plotter" }),
+            3,
+        ),
+    ] {
+        let mut editor = Editor::at_entry(configuration.clone());
+        for step in 0..=most {
+            let before = (editor.value("at"), editor.stack(), editor.all("State"));
+            for typed in ["1+1", "help", "why", "x", "where", "breakpoints", "digest"] {
+                // There is not always something to ask why of.
+                let arguments = json!({ "expression": typed, "context": "repl" });
+                let _ = editor.try_to("evaluate", arguments);
+            }
+            let after = (editor.value("at"), editor.stack(), editor.all("State"));
+            assert_eq!(after, before, "{configuration} {step}");
+            assert!(
+                editor.events.iter().all(|(event, _)| event != "stopped"),
+                "{configuration} {step}: {:?}",
+                editor.events
+            );
+            editor.walk("next");
+        }
+    }
+    // Neither does it at the beginning, where one has come back to.
+    let mut editor = Editor::at_entry(drilling());
+    for step in ["next", "next", "stepBack", "stepBack"] {
+        editor.walk(step);
+    }
+    let before = editor.stack();
+    assert_eq!(editor.console("1+1"), "2");
+    assert_eq!(editor.stack(), before);
+}
+
+#[test]
+fn codes_that_no_error_has_are_refused() {
+    let mut editor = Editor::at_entry(json!({ "recording": example("limit.jsonl") }));
+    let set = |editor: &mut Editor, codes: &str| {
+        let option = json!({ "filterId": "errors", "condition": codes });
+        let set = editor.ask("setExceptionBreakpoints", json!({ "filterOptions": [option] }));
+        set["breakpoints"][0].clone()
+    };
+    for codes in ["~~", "abc", "3;5", "3,,5", "999", ",", "3,"] {
+        let told = set(&mut editor, codes);
+        assert_eq!(told["verified"], false, "{codes}");
+        assert!(text(&told["message"]).contains("3, 5"), "{codes}: {told}");
+    }
+    for codes in ["", " ", "2", "2, 3", "2 3", " 2 , 3 "] {
+        assert_eq!(set(&mut editor, codes)["verified"], true, "{codes}");
+    }
+}
+
+#[test]
+fn what_has_ended_goes_nowhere() {
+    let mut editor = Editor::at_entry(drilling());
+    let end = editor.walk("continue");
+    assert_eq!(end["description"], "The end: everything is done");
+    editor.ask("continue", json!({ "threadId": 1 }));
+    editor.event("terminated");
+    assert_eq!(editor.ask("threads", json!({}))["threads"], json!([]));
+    for request in ["continue", "reverseContinue", "next", "stepBack", "stepOut", "stackTrace"] {
+        let refused = editor.refused(request, json!({ "threadId": 1 }));
+        assert!(refused.contains("has ended; restart begins again"), "{request}: {refused}");
+    }
+    let refused = editor.refused("evaluate", json!({ "expression": "x" }));
+    assert!(refused.contains("have ended"), "{refused}");
+    assert!(editor.events.iter().all(|(event, _)| event != "stopped"), "{:?}", editor.events);
+    editor.ask("restart", json!({}));
+    assert_eq!(editor.event("stopped")["reason"], "entry");
+    assert_eq!(editor.ask("threads", json!({}))["threads"][0]["id"], 1);
+}
+
+#[test]
+fn an_attach_that_is_refused_changes_nothing() {
+    let mut editor = Editor::at_entry(drilling());
+    editor.refused("attach", json!({}));
+    editor.ask("restart", json!({}));
+    editor.event("stopped");
+    // Nor before anything is open.
+    let mut editor = Editor::new();
+    editor.refused("attach", json!({}));
+    editor.ask("launch", drilling());
+    editor.ask("configurationDone", json!({}));
+    editor.event("stopped");
+    editor.ask("restart", json!({}));
+    editor.event("stopped");
+}
+
+#[test]
+fn an_axis_is_set_where_it_is_listed() {
+    let mut editor = Editor::at_entry(drilling());
+    let axes = editor.scope("Axes");
+    let set = editor
+        .ask("setVariable", json!({ "variablesReference": axes, "name": "x", "value": "50" }));
+    assert_eq!((&set["value"], editor.value("x")), (&json!("50"), "50".to_owned()));
+    let axes = editor.scope("Axes");
+    let far = json!({ "variablesReference": axes, "name": "x", "value": "far" });
+    assert!(editor.refused("setVariable", far).contains("cannot be that"));
+}
+
 // --- several controllers, and recordings ---
+
+#[test]
+fn a_torn_recording_is_told_of() {
+    let whole = fs::read(example("limit.jsonl")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("torn.jsonl");
+    fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+    let lines = whole.iter().filter(|byte| **byte == b'\n').count();
+    let mut editor = Editor::at_entry(json!({ "recording": path }));
+    let told = editor.event("output");
+    assert!(text(&told["output"]).contains(&format!("Line {lines} was torn off")), "{told}");
+}
+
+#[test]
+fn a_recording_is_no_program() {
+    let mut editor = Editor::new();
+    let refused = editor.refused("launch", json!({ "program": example("limit.jsonl") }));
+    assert!(refused.contains("limit.jsonl is a recording"), "{refused}");
+    assert!(refused.len() < 200, "{refused}");
+}
 
 #[test]
 fn controllers_are_threads_and_go_each_by_itself() {
