@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use vimc4_device::{
-    Activity, Device, Fact, Input, Kinds, MemoryError, Output, Point, Running, Signal, SignalId,
-    Time, View,
+    Activity, Device, Fact, Fault, Input, Kinds, MemoryError, Output, Point, Running, Signal,
+    SignalId, Time, View,
 };
 use vimc4_plant::Machine;
 
@@ -145,6 +145,10 @@ impl Device for Controller {
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
         of!(Inner, &self.0, device => device.why_without_effect(signal, value))
+    }
+
+    fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
+        of!(Inner, &self.0, device => device.why_in_vain(fault))
     }
 
     fn is_idle(&self) -> bool {

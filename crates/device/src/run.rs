@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 
 use crate::facts::{Facts, first, lapse};
 use crate::{
-    AXES, Activity, Condition, Event, Fact, FaultView, Input, Kinds, Output, Point, RuleView,
-    Running, Signal, SignalId, Time, View,
+    AXES, Activity, Condition, Event, Fact, Fault, FaultView, Input, Kinds, Output, Point,
+    RuleView, Running, Signal, SignalId, Time, View,
 };
 
 /// How many causes a forecast follows before it gives up, so that it ends even for something that
@@ -173,6 +173,12 @@ pub trait Device {
     /// merely that it already had the value.
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
         let _ = (signal, value);
+        None
+    }
+
+    /// Why a fault cannot make a difference here, for people, if it cannot.
+    fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
+        let _ = fault;
         None
     }
 

@@ -2,7 +2,9 @@
 
 use std::borrow::Cow;
 
-use vimc4_device::{Device, Faulting, Input, Kinds, Ruling, SignalId, Time};
+use vimc4_device::{
+    Device, Fault, FaultStage, Faulting, Input, Kinds, Mishap, Ruling, SignalId, Time,
+};
 
 use crate::drive::Drive;
 use crate::report::{Deed, Effect, News, Source};
@@ -48,7 +50,12 @@ pub(crate) fn give<D: Device + Clone>(
 fn effect<D: Device>(rig: &mut Rig<D>, by: &Source, inputs: &[Input<'_>], at: Time) -> Effect {
     let changed = changes(rig, by, inputs, at);
     rig.disappoint();
+    let in_vain = match inputs {
+        [Input::Fault(Faulting::Begin(_, fault))] if changed => rig.device.why_in_vain(fault),
+        _ => None,
+    };
     match changed {
+        true if in_vain.is_some() => Effect::Nothing { why: in_vain },
         true => Effect::Something,
         false => Effect::Nothing { why: why_without_effect(&rig.device, inputs, at) },
     }
@@ -81,10 +88,24 @@ fn why_without_effect<D: Device>(
         signals.iter().any(|signal| signal.id == id && signal.value == Some(value))
     };
     let already = "it was so already";
+    let faults = device.faults();
+    let holds = |what: &dyn Fn(&Mishap) -> bool| {
+        faults.iter().any(|view| match &view.fault {
+            Fault::Machine(fault) => view.stage == FaultStage::Strikes && what(&fault.mishap),
+            _ => false,
+        })
+    };
+    let held = "a fault holds it; `faults` says which";
     match inputs {
+        [Input::Signal(set, _)]
+            if holds(&|it| matches!(it, Mishap::Hold { signal, .. } if signal == set)) =>
+        {
+            Some(held)
+        }
+        [Input::Power(_)] if holds(&|it| matches!(it, Mishap::Power)) => Some(held),
         [Input::Signal(signal, value)] if is_so(*signal, *value) => Some(already),
         [Input::Fault(Faulting::Begin(number, _))]
-            if device.faults().iter().all(|view| view.number != *number) =>
+            if faults.iter().all(|view| view.number != *number) =>
         {
             Some(NO_MORE_FAULTS)
         }

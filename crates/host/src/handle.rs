@@ -11,6 +11,7 @@ use vimc4_device::{
 
 use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
+use crate::deeds::NO_MORE_FAULTS;
 use crate::journey::{Journey, Wishes};
 use crate::pending::{ControlError, Pending};
 use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
@@ -135,8 +136,8 @@ impl<D: Device + Clone + 'static> Handle<D> {
             let faulting = Faulting::Begin(FaultNumber::NEXT, fault);
             let input = OwnedInput::Fault(faulting.clone());
             let effect = runner.act(&by, Deed::Fault(Box::new(faulting)), &[input.as_input()]);
-            if let Effect::Nothing { why: Some(why) } = effect {
-                return Err(ControlError::Unsupported(why));
+            if effect == (Effect::Nothing { why: Some(NO_MORE_FAULTS) }) {
+                return Err(ControlError::Unsupported(NO_MORE_FAULTS));
             }
             // It has the highest number, for it is the latest.
             let numbers = runner.device().faults().into_iter().map(|view| view.number);

@@ -150,6 +150,9 @@ impl Ending {
     }
 }
 
+/// This many steps stand for "without end": half a year at the highest speed.
+pub(crate) const ON_AND_ON: u64 = 1 << 40;
+
 /// Axes that look for their reference points, or one that leaves its switch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Referencing {
@@ -204,8 +207,11 @@ impl Referencing {
         whole.min(self.goal.unwrap_or(whole)).min(self.wrong.unwrap_or(whole))
     }
 
-    /// When the present phase ends.
+    /// When the present phase ends: never, where no switch is ahead.
     pub(crate) fn due(&self) -> Time {
-        self.began.after_nanos(self.segment.profile.time_of(self.last_step()))
+        match self.last_step() {
+            ON_AND_ON => Time::NEVER,
+            step => self.began.after_nanos(self.segment.profile.time_of(step)),
+        }
     }
 }

@@ -180,6 +180,10 @@ impl Device for Controller {
         self.0.why_ignored(PlantSignal::from_id(signal)?, value != 0)
     }
 
+    fn why_in_vain(&self, fault: &vimc4_device::Fault) -> Option<&'static str> {
+        self.0.state.plant.why_in_vain(fault)
+    }
+
     fn is_idle(&self) -> bool {
         self.0.state.is_idle()
     }

@@ -11,7 +11,7 @@ use vimc4_isel_wire::AxisSet;
 use vimc4_motion::{Path, Profile, Segment};
 use vimc4_plant::{End, Reference, Slide, Way};
 
-use crate::activity::{Activity, Phase, Purpose, Referencing};
+use crate::activity::{Activity, ON_AND_ON, Phase, Purpose, Referencing};
 use crate::axes::{AXES, AXIS_NAMES, along};
 use crate::firmware::Firmware;
 use crate::outcome::Outcome;
@@ -19,9 +19,6 @@ use crate::why::{By, Why};
 
 /// The order in which axes look for their reference points (99 2.2.2).
 const ORDER: [usize; AXES] = [2, 1, 0, 3];
-
-/// This many steps stand for "without end": half a year at the highest speed.
-const ON_AND_ON: i64 = 1 << 40;
 
 impl Firmware {
     /// Begins a reference run. In test mode nothing moves and the current point becomes the
@@ -96,8 +93,8 @@ impl Firmware {
             Phase::Approach if home => {
                 self.state.plant.way_to(axis, 0) * self.state.carriage_sign(axis)
             }
-            Phase::Approach => inwards * ON_AND_ON,
-            Phase::StepOut => -inwards * ON_AND_ON,
+            Phase::Approach => inwards * ON_AND_ON as i64,
+            Phase::StepOut => -inwards * ON_AND_ON as i64,
             Phase::Free => -inwards * i64::from(self.state.settings.free_steps[axis]),
         };
         let speed = match phase {

@@ -483,7 +483,9 @@ impl Controller {
         };
         let (begun, mut pushed) = (mishap.clone(), 0);
         self.change_machine(|plant| pushed = plant.begin_fault(number, begun, instead));
-        self.strikes(number, MachineStrike::Changed);
+        if mishap.strikes_at_once() {
+            self.strikes(number, MachineStrike::Changed);
+        }
         match mishap {
             Mishap::Push { axis, .. } => {
                 let axis = usize::from(*axis);

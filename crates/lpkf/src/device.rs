@@ -1,8 +1,8 @@
 //! The controller as a device.
 
 use vimc4_device::{
-    AXES, Activity, Device, Fact, Input, Kinds, Output, Point, Running, Signal, SignalId, Time,
-    View,
+    AXES, Activity, Device, Fact, Fault, Input, Kinds, Output, Point, Running, Signal, SignalId,
+    Time, View,
 };
 
 use crate::controller::Controller;
@@ -114,6 +114,10 @@ impl Device for Controller {
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
         self.state.why_ignored(signal, value)
+    }
+
+    fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
+        self.state.plant.why_in_vain(fault)
     }
 
     fn is_idle(&self) -> bool {

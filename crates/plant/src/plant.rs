@@ -74,6 +74,9 @@ pub struct Plant {
     /// Limit switches that are still pressed by their hysteresis, two bits an axis.
     #[serde(default, skip_serializing_if = "is_default")]
     kept: u16,
+    /// The axes whose motors have turned upwards last, a bit an axis: new backlash is on the other side.
+    #[serde(default, skip_serializing_if = "is_default")]
+    upwards: u8,
     #[serde(default, skip_serializing_if = "is_default")]
     under_way: UnderWay,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -123,6 +126,7 @@ impl Plant {
             held: 0,
             play: [0; AXES],
             kept: 0,
+            upwards: 0,
             under_way: UnderWay::default(),
             faults: Faults::default(),
         }
@@ -422,12 +426,28 @@ impl Plant {
             let gone = after.place - before.place + after.play - before.play;
             lost[axis] = offset[axis] - way.signs[axis] * gone;
         }
+        for axis in (0..AXES).filter(|axis| way.signs[*axis] != 0) {
+            let mut up = self.turned_upwards(axis);
+            let made = made.min(self.makes(axis));
+            let _: ControlFlow<()> = path.runs(axis, made, &mut up, &mut |up, run| {
+                if run.way != 0 {
+                    *up = way.signs[axis] * run.way > 0;
+                }
+                ControlFlow::Continue(())
+            });
+            self.upwards = self.upwards & !(1 << axis) | u8::from(up) << axis;
+        }
         let stood = self.under_way.stands.map(|stands| stands.is_some_and(|at| at < steps));
         for (axis, after) in after.into_iter().enumerate() {
             self.put(axis, after);
         }
         self.under_way.walked = steps;
         Followed { lost, stood }
+    }
+
+    /// Whether the motor of an axis has turned upwards last.
+    fn turned_upwards(&self, axis: usize) -> bool {
+        self.upwards >> axis & 1 == 1
     }
 
     /// Writes down how an axis stands.
@@ -466,6 +486,19 @@ impl Plant {
 
     // --- faults ---
 
+    /// Why a fault cannot make a difference on this machine, for people, if it cannot.
+    #[must_use]
+    pub fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
+        let Fault::Machine(fault) = fault else { return None };
+        match fault.mishap {
+            Mishap::Load { axis, .. } if self.machine.axis(axis.into()).motor.is_none() => Some(
+                "the machine profile does not say what the motor of this axis can, so no load is too \
+                 much for it",
+            ),
+            _ => None,
+        }
+    }
+
     /// A fault begins. When it ends it gives back what it replaced: the value of a signal that it
     /// holds, or the power. The carriages must have been [advanced](Plant::advance) to the present.
     /// Returns by how much a carriage was pushed.
@@ -483,6 +516,14 @@ impl Plant {
                 self.gear(axis).carry(&mut slide, steps.clamp(-FURTHEST, FURTHEST));
                 self.put(axis, slide);
                 pushed = slide.place - stood;
+                instead
+            }
+            Mishap::Backlash { axis, steps } => {
+                // The motor pushes the carriage the way it has turned last; the play is behind it.
+                let axis = usize::from(axis).min(AXES - 1);
+                if self.turned_upwards(axis) {
+                    self.play[axis] += i64::from(steps);
+                }
                 instead
             }
             _ => instead,

@@ -109,8 +109,12 @@ impl Framing {
                     let whole = (sub.len() <= LONGEST).then_some(Token::Subnegotiation(sub));
                     (State::Data, whole)
                 }
-                // Anything else is an error of the client's; what follows is data again.
-                _ => (State::Data, None),
+                // Anything else is an error of the client's. As what follows may be more of the same, all
+                // of it is left out, like a subnegotiation that is too long.
+                _ => {
+                    self.sub.resize(LONGEST + 1, 0);
+                    (State::Sub, None)
+                }
             },
         };
         self.state = state;

@@ -165,6 +165,18 @@ fn an_endless_subnegotiation_needs_bounded_memory_and_is_left_out() {
 }
 
 #[test]
+fn a_malformed_subnegotiation_is_left_out_as_a_whole() {
+    let mut server = server();
+    let (data, answer) = heard(&mut server, &[IAC, 250, 44, 1, IAC, 253, 1, IAC, 240]);
+    assert_eq!((data, answer), (vec![], vec![]));
+    assert_eq!(requests(&mut server), []);
+    assert_eq!(heard(&mut server, b"@07\r"), (b"@07\r".to_vec(), vec![]));
+    // The next one counts.
+    heard(&mut server, &sub(&[5, 8]));
+    assert_eq!(requests(&mut server), [Request::Dtr(true)]);
+}
+
+#[test]
 fn a_flood_of_questions_that_nobody_reads_the_answers_to_needs_bounded_memory() {
     let mut server = server();
     for _ in 0..100_000 {

@@ -85,6 +85,26 @@ fn time_that_jumps_comes_to_the_end_of_every_fault() {
 }
 
 #[test]
+fn an_order_without_effect_says_what_is_in_its_way() {
+    let emu = Emulator::builder().machine("mill").time(Clock::Manual).start().unwrap();
+    let names = emu.names().unwrap();
+    for (order, said) in [
+        ("fault load z 50", "ok, without effect: the machine profile does not say what the motor"),
+        ("fault hold overtemperature", "ok"),
+        ("set overtemperature 0", "ok, without effect: a fault holds it; `faults` says which"),
+        ("fault power-off", "ok"),
+        ("power on", "ok, without effect: a fault holds it; `faults` says which"),
+    ] {
+        let order = Order::read(order, &names).unwrap().unwrap();
+        let answer = emu.give(&order).unwrap();
+        assert!(
+            answer.starts_with(said) && (said != "ok" || answer == "ok"),
+            "{order:?}: {answer}"
+        );
+    }
+}
+
+#[test]
 fn a_snapshot_in_the_middle_of_faults_goes_on_as_they_did() {
     let (emu, mut port) = emulator();
     let faults = ["garble to-host 50% seed 9", "delay 30ms to-host every 3rd", "drop to-host 5%"];

@@ -86,6 +86,15 @@ pub enum Mishap {
     Power,
 }
 
+impl Mishap {
+    /// Whether the fault has an effect as soon as it begins. A jam, a load or a bouncing contact has
+    /// one only when an axis moves or the contact changes.
+    #[must_use]
+    pub fn strikes_at_once(&self) -> bool {
+        !matches!(self, Mishap::Jam(_) | Mishap::Load { .. } | Mishap::Bounce { .. })
+    }
+}
+
 /// What a faulty limit switch reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

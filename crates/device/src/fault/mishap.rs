@@ -47,21 +47,29 @@ impl Names {
                 Some(signal) => Ok(Mishap::Hold { signal: signal.id, value: 0 }),
                 None => Err(words.wrong("another kind: nothing here tells of the motor supply")),
             },
-            "hold" => self.a_signal(words).map(|signal| {
-                let known = self.signal_named(signal);
-                let value = match known {
-                    Some(known) => known.value_of(words.peek()),
-                    None => words.peek().parse().ok(),
-                };
-                if value.is_some() {
-                    words.word();
-                }
-                Mishap::Hold { signal, value: value.unwrap_or(1) }
-            }),
+            "hold" => self.hold(words),
             "bounce" => self.bounce(words),
             "power-off" => Ok(Mishap::Power),
             _ => return None,
         })
+    }
+
+    fn hold(&self, words: &mut Words<'_>) -> Result<Mishap, FaultError> {
+        let signal = self.a_signal(words)?;
+        let value = match self.signal_named(signal) {
+            Some(known) => {
+                let value = known.value_of(words.peek());
+                if value.is_none() && words.peek().parse::<i64>().is_ok() {
+                    return Err(words.wrong(known.values_in_words()));
+                }
+                value
+            }
+            None => words.peek().parse().ok(),
+        };
+        if value.is_some() {
+            words.word();
+        }
+        Ok(Mishap::Hold { signal, value: value.unwrap_or(1) })
     }
 
     fn switch(&self, words: &mut Words<'_>) -> Result<Mishap, FaultError> {

@@ -31,6 +31,9 @@ const KINDS: [(&str, &str); 12] = [
 const WHEN: &str = "once, `3 times`, always, `every 10th`, `3rd byte`, `5%`, `for 200ms`, \
                     `seed 7`, or `after` or `while` and a condition";
 
+/// The same of a fault of the machine.
+const OF_MACHINE: &str = "or nothing: `for 200ms`, or `after` or `while` and a condition";
+
 impl Names {
     /// Reads a fault.
     ///
@@ -105,7 +108,7 @@ impl Names {
         words: &mut Words<'_>,
     ) -> Result<MachineFault, FaultError> {
         let here = words.rest;
-        let when = self.read_when(None, words)?;
+        let when = self.read_when(None, OF_MACHINE, words)?;
         let plain = When {
             after: when.after.clone(),
             lasts: when.lasts,
@@ -136,28 +139,31 @@ impl Names {
             words.word();
         }
         let Some(way) = given.or(usual) else {
-            return Err(words.wrong("to-host, to-controller or both"));
+            return Err(words.wrong(match damage {
+                Damage::Parity(BadByte::AsIs) | Damage::Framing(BadByte::AsIs) => {
+                    "as-is, dropped, zero or marked, or to-host, to-controller or both"
+                }
+                _ => "to-host, to-controller or both",
+            }));
         };
-        let run = words.counted("bytes").or_else(|| words.counted("byte"));
-        let run = match run {
-            Some(0) => return Err(words.wrong("at least 1 byte")),
-            Some(run) => u32::try_from(run).unwrap_or(u32::MAX),
-            None => 1,
-        };
+        let run = words.counted(&["bytes", "byte"], "at least 1 byte")?;
+        let run = run.map_or(1, |run| u32::try_from(run).unwrap_or(u32::MAX));
         let often = if damage.lasts() { None } else { Some(1) };
-        Ok(LineFault { damage, way, run, when: self.read_when(often, words)? })
+        Ok(LineFault { damage, way, run, when: self.read_when(often, WHEN, words)? })
     }
 
     /// Reads when a fault strikes, up to the end: so `often` if nothing else is said.
     pub(super) fn read_when(
         &self,
         often: Option<u64>,
+        forms: &str,
         words: &mut Words<'_>,
     ) -> Result<When, FaultError> {
         let mut when = When::ALWAYS;
         // Naming which of many, or for how long, means more than the first one.
         let (mut times, mut first, mut many) = (None, None, false);
         while !words.is_empty() {
+            let here = words.rest;
             if words.take_if("after") || words.take_if("when") {
                 when.after = self.awaited(words)?;
             } else if words.take_if("while") {
@@ -169,15 +175,11 @@ impl Names {
                 }
                 when.during = Some(Box::new(condition));
                 words.rest = "";
-            } else if words.take_if("once") {
-                times = Some(Some(1));
-            } else if words.take_if("always") {
-                times = Some(None);
-            } else if let Some(number) = words.counted("times") {
-                if number == 0 {
-                    return Err(words.wrong("at least once"));
+            } else if let Some(often) = how_often(words)? {
+                if times.is_some() {
+                    return Err(words.wrong_at(here, "something else: how often is said already"));
                 }
-                times = Some(Some(number));
+                times = Some(often);
             } else if words.take_if("every") {
                 let right = "which of them, as in `every 10th`";
                 when.every = words.ordinal().ok_or_else(|| words.wrong(right))?;
@@ -193,7 +195,7 @@ impl Names {
             } else if let Some(nth) = words.nth_byte() {
                 first = Some(nth);
             } else {
-                return Err(words.wrong(WHEN));
+                return Err(words.amiss().unwrap_or_else(|| words.wrong(forms)));
             }
         }
         // Every tenth are the tenth, the twentieth and so on.
@@ -315,6 +317,17 @@ impl Names {
     }
 }
 
+/// How often a fault strikes, where that is said: `once`, `3 times`, or `always`, which is no number.
+fn how_often(words: &mut Words<'_>) -> Result<Option<Option<u64>>, FaultError> {
+    if words.take_if("once") {
+        return Ok(Some(Some(1)));
+    }
+    if words.take_if("always") {
+        return Ok(Some(None));
+    }
+    Ok(words.counted(&["times"], "at least once")?.map(Some))
+}
+
 /// All kinds of faults, and what each does.
 pub(crate) fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
     KINDS.into_iter().chain(mishap::KINDS)
@@ -327,7 +340,10 @@ fn damage(kind: &str, words: &mut Words<'_>) -> Option<Result<Damage, FaultError
         "garble" => garbling(words).map(Damage::Garble),
         "duplicate" => Ok(Damage::Duplicate),
         "delay" => words.time("delay 50ms").map(Damage::Delay),
-        "insert" => words.bytes().map(Damage::Insert),
+        "insert" => {
+            let right = r#"bytes, as in `insert \xFF` or `insert "0\r"`"#;
+            words.bytes(right).map(Damage::Insert)
+        }
         "split" => words.time("split 2ms").map(Damage::Split),
         "merge" => words.time("merge 16ms").map(Damage::Merge),
         "parity" => Ok(Damage::Parity(bad_byte(words))),
@@ -335,10 +351,11 @@ fn damage(kind: &str, words: &mut Words<'_>) -> Option<Result<Damage, FaultError
         "cut" => Ok(Damage::Cut),
         "break" => words.time("break 250ms").map(Damage::Break),
         "speed" => {
-            let right = "bits a second, as in `speed 9600`";
+            let here = words.rest;
             match words.take_parsed::<u32>() {
-                Some(speed @ 1..) => Ok(Damage::Speed(speed)),
-                _ => Err(words.wrong(right)),
+                Some(0) => Err(words.wrong_at(here, "at least 1 bit a second, as in `speed 9600`")),
+                Some(speed) => Ok(Damage::Speed(speed)),
+                None => Err(words.wrong("bits a second, as in `speed 9600`")),
             }
         }
         _ => return None,
@@ -359,9 +376,10 @@ fn garbling(words: &mut Words<'_>) -> Result<Garbling, FaultError> {
     }
     if words.take_if("into") {
         let here = words.rest;
-        return match words.bytes()?.as_ref() {
+        let right = r"one byte, as in `into ?` or `into \xFF`";
+        return match words.bytes(right)?.as_ref() {
             [byte] => Ok(Garbling::Into(*byte)),
-            _ => Err(words.wrong_at(here, r"one byte, as in `into ?` or `into \xFF`")),
+            _ => Err(words.wrong_at(here, right)),
         };
     }
     Ok(Garbling::Bit)

@@ -127,15 +127,44 @@ impl<'t> Words<'t> {
         self.take_parsed().ok_or_else(|| self.wrong(right))
     }
 
-    /// A number with a word behind it.
-    pub(super) fn counted(&mut self, unit: &str) -> Option<u64> {
+    /// A number from 1 on with one of these words behind it, if there is one. Of 0, and of a number that
+    /// is too large, it says so; `least` is said of 0.
+    pub(super) fn counted(
+        &mut self,
+        units: &[&str],
+        least: &str,
+    ) -> Result<Option<u64>, FaultError> {
         let here = self.rest;
-        let number = self.take_parsed();
-        if number.is_some() && self.take_if(unit) {
-            return number;
+        let number = self.word().unwrap_or_default();
+        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        if !is_number || !units.iter().any(|unit| self.take_if(unit)) {
+            self.rest = here;
+            return Ok(None);
         }
-        self.rest = here;
-        None
+        match number.parse() {
+            Ok(0) => Err(self.wrong_at(here, least)),
+            Ok(number) => Ok(Some(number)),
+            Err(_) => Err(self.wrong_at(here, "a smaller number, up to 18446744073709551615")),
+        }
+    }
+
+    /// What is wrong with a word that was meant for a probability or for one of many bytes.
+    pub(super) fn amiss(&self) -> Option<FaultError> {
+        let word = self.peek();
+        let digits = word.bytes().take_while(u8::is_ascii_digit).count();
+        let (number, end) =
+            word.split_at_checked(digits).filter(|(number, _)| !number.is_empty())?;
+        if let Some(percent) = word.strip_suffix('%') {
+            return Some(self.wrong(match percent.parse::<f64>() {
+                Ok(percent) if percent > 100.0 => "no more than 100%",
+                _ => "a probability with at most four places, as in `5%` or `0.5%`",
+            }));
+        }
+        if !["st", "nd", "rd", "th"].contains(&end) {
+            return None;
+        }
+        let nth = number.parse().unwrap_or(1).max(1);
+        Some(self.wrong(format!("which byte, as in `{} byte`", Nth(nth))))
     }
 
     /// The number that a word such as `10th` says.
@@ -186,8 +215,7 @@ impl<'t> Words<'t> {
     }
 
     /// Bytes as [`escape`] writes them, between quotation marks or up to a blank.
-    pub(super) fn bytes(&mut self) -> Result<Bytes, FaultError> {
-        let right = r#"bytes, as in `insert \xFF` or `insert "0\r"`"#;
+    pub(super) fn bytes(&mut self, right: &str) -> Result<Bytes, FaultError> {
         let (written, rest) = match self.rest.strip_prefix('"') {
             Some(quoted) => quoted.split_once('"').ok_or_else(|| self.wrong(right))?,
             None => self.rest.split_at(self.peek().len()),

@@ -176,9 +176,10 @@ impl Faults {
             let line = begun.fault.of_line();
             line.is_some_and(|line| matches!(line.damage, Damage::Speed(_)) && line.way.has(way))
         };
-        if sent != [reading.byte]
-            && let Some(begun) = self.list.iter_mut().rev().find(is_speed)
-        {
+        let other = self.speed(way, now, baud).is_some();
+        let begun = self.list.iter_mut().rev().find(is_speed);
+        if let Some(begun) = begun.filter(|_| other || sent != [reading.byte]) {
+            // Which of the sent characters it is made of, nobody can say: what was read counts.
             begun.struck += 1;
             let arrives = Bytes::copy_from_slice(&[reading.byte]);
             let strike = Strike::Line { way, sent: sent.into(), arrives, late: 0 };

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use self::faults::{Faults, ForDevice};
 use self::lane::{INSTANT, Lane};
 use crate::{
-    Activity, Device, Event, Fact, FaultNumber, FaultView, Faulting, Input, Kinds, Output,
+    Activity, Device, Event, Fact, Fault, FaultNumber, FaultView, Faulting, Input, Kinds, Output,
     OwnedInput, Point, RuleView, Ruling, Running, ScenarioNumber, Signal, SignalId, Time, View,
     Way,
 };
@@ -543,6 +543,10 @@ impl<D: Device> Device for Line<D> {
 
     fn why_without_effect(&self, signal: SignalId, value: i32) -> Option<&'static str> {
         self.device.why_without_effect(signal, value)
+    }
+
+    fn why_in_vain(&self, fault: &Fault) -> Option<&'static str> {
+        self.device.why_in_vain(fault)
     }
 
     /// The faults of the line, and those of the device with their state there.
