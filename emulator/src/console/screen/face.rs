@@ -74,6 +74,12 @@ struct Stage(DefaultTerminal);
 
 impl Stage {
     fn enter() -> io::Result<Stage> {
+        let before = panic::take_hook();
+        // What a panic says is read where it can be read.
+        panic::set_hook(Box::new(move |panic| {
+            leave();
+            before(panic);
+        }));
         enable_raw_mode()?;
         IS_ENTERED.store(true, Ordering::Relaxed);
         execute!(io::stdout(), EnterAlternateScreen)?;
@@ -96,6 +102,10 @@ pub(crate) fn leave() {
 impl Drop for Stage {
     fn drop(&mut self) {
         leave();
+        // In the middle of a panic there is no other hook to be had.
+        if !thread::panicking() {
+            let _ = panic::take_hook();
+        }
     }
 }
 
@@ -108,12 +118,6 @@ impl Drop for Stage {
 /// `is_first` says that no line console is behind it: then `q` quits the program.
 pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Failure> {
     let failed = |error: io::Error| Failure::usage(format!("cannot use the terminal: {error}"));
-    let before = panic::take_hook();
-    // What a panic says is read where it can be read.
-    panic::set_hook(Box::new(move |panic| {
-        leave();
-        before(panic);
-    }));
     let mut stage = Stage::enter().map_err(failed)?;
     // From now on another size is heard of.
     let _ = event::poll(Duration::ZERO);
@@ -189,7 +193,6 @@ pub(crate) fn run(session: &mut Session, is_first: bool) -> Result<Leaving, Fail
     };
     session.cancel.look = None;
     drop(stage);
-    let _ = panic::take_hook();
     Ok(leaving)
 }
 
@@ -576,4 +579,104 @@ fn complete(prompt: &mut Prompt, session: &Session) {
     prompt.text.replace_range(completion.from..cursor, &word);
     let before = prompt.text.get(..completion.from).unwrap_or_default().chars().count();
     prompt.cursor = before + word.chars().count();
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+    use std::fs::File;
+    use std::io::Read;
+    use std::os::fd::OwnedFd;
+    use std::process::{Command, Stdio};
+
+    use ratatui::layout::Position;
+    use ratatui::style::Style;
+    use rustix::fs::{Mode, OFlags};
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use rustix::termios::{Termios, Winsize, tcgetattr, tcsetwinsize};
+
+    use super::*;
+
+    /// In the test's other process, which has a terminal, this is set.
+    const IN_TERMINAL: &str = "VIMC4_TEST_PANICS_ON_STAGE";
+
+    const NAME: &str = "console::screen::face::tests::a_panic_gives_the_terminal_back";
+
+    #[test]
+    fn a_panic_gives_the_terminal_back() {
+        if env::var_os(IN_TERMINAL).is_some() {
+            panics_on_stage();
+        }
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+        grantpt(&near).unwrap();
+        unlockpt(&near).unwrap();
+        let name = ptsname(&near, Vec::new()).unwrap();
+        let open = || -> OwnedFd {
+            let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+            rustix::fs::open(name.as_c_str(), flags, Mode::empty()).unwrap()
+        };
+        let far = open();
+        let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
+        tcsetwinsize(&far, size).unwrap();
+        let before = modes(&tcgetattr(&far).unwrap());
+        let mut child = Command::new(env::current_exe().unwrap())
+            .args([NAME, "--exact", "--nocapture"])
+            .env(IN_TERMINAL, "1")
+            .env("TERM", "xterm-256color")
+            .stdin(Stdio::from(open()))
+            .stdout(Stdio::from(open()))
+            .stderr(Stdio::from(open()))
+            .spawn()
+            .unwrap();
+        let mut near = File::from(near);
+        let reader = thread::spawn(move || {
+            let mut seen = Vec::new();
+            // When nobody has the far end open any more there is an error.
+            let _ = near.read_to_end(&mut seen);
+            String::from_utf8_lossy(&seen).into_owned()
+        });
+        assert!(!child.wait().unwrap().success(), "it has panicked");
+        let after = modes(&tcgetattr(&far).unwrap());
+        drop(far);
+        let seen = reader.join().unwrap();
+        assert_eq!(after, before, "the modes of the terminal: {seen:?}");
+        let place = |text: &str| seen.find(text).unwrap_or_else(|| panic!("{text:?}: {seen:?}"));
+        let (entered, hidden) = (place("\u{1b}[?1049h"), place("\u{1b}[?25l"));
+        let (drawn, left) = (place("playing"), place("\u{1b}[?1049l"));
+        let said = place("in the middle of it");
+        assert!(entered < drawn && drawn < left && left < said, "{seen:?}");
+        let shown = seen[left..].find("\u{1b}[?25h").map(|at| left + at);
+        let is_shown = shown.is_some_and(|shown| hidden < shown && shown < said);
+        assert!(is_shown, "the cursor is seen again: {seen:?}");
+        // What is said begins at the left edge: each end of a line is a carriage return too.
+        assert!(seen[left..].contains("\r\n") && !seen[left..].contains("[?1049h"), "{seen:?}");
+    }
+
+    /// Draws something on the full screen, and panics with the terminal in its hands.
+    fn panics_on_stage() -> ! {
+        let mut stage = Stage::enter().unwrap();
+        let raw = modes(&tcgetattr(io::stdin()).unwrap());
+        let draw = stage.0.draw(|frame| {
+            let text = if raw.0 { "cooked" } else { "playing" };
+            frame.buffer_mut().set_string(0, 0, text, Style::new());
+            frame.set_cursor_position(Position::ORIGIN);
+        });
+        draw.unwrap();
+        stage.0.hide_cursor().unwrap();
+        panic!("in the middle of it");
+    }
+
+    /// Whether lines are edited, what is typed is shown, keys are signals, and ends of lines are
+    /// carriage returns too.
+    fn modes(of: &Termios) -> (bool, bool, bool, bool) {
+        use rustix::termios::{LocalModes, OutputModes};
+        let has = |mode| of.local_modes.contains(mode);
+        (
+            has(LocalModes::ICANON),
+            has(LocalModes::ECHO),
+            has(LocalModes::ISIG),
+            of.output_modes.contains(OutputModes::OPOST | OutputModes::ONLCR),
+        )
+    }
 }
