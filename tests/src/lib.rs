@@ -2,13 +2,15 @@
 //!
 //! [`behaviour`] makes the behaviour document from the fixture sessions, [`shown`] says what
 //! they show, [`fuzzing`] has what the fuzz targets do, [`jobs`] reads the fixture jobs,
-//! [`moments`] looks at what conditions are about, [`ncp_reference`] makes the reference of job files, and [`pieces`] has movements that take several
-//! motions. The sessions themselves are read and played by `vimc4-conform`.
+//! [`mishaps`] makes random sessions in which much goes wrong, [`moments`] looks at what conditions
+//! are about, [`ncp_reference`] makes the reference of job files, and [`pieces`] has movements that
+//! take several motions. The sessions themselves are read and played by `vimc4-conform`.
 #![forbid(unsafe_code)]
 
 pub mod behaviour;
 pub mod fuzzing;
 pub mod jobs;
+pub mod mishaps;
 pub mod moments;
 pub mod ncp_reference;
 pub mod pieces;

@@ -13,6 +13,7 @@ use vimc4_device::{
     Warning,
 };
 use vimc4_plant::Machine;
+use vimc4_tests::mishaps::{Act, Random, Session, any_session};
 
 /// A controller on a machine, an expression in TOML that differs from a built-in one.
 fn open(model: &str, machine: &str) -> Harness<Line<Controller>> {
@@ -370,123 +371,6 @@ fn a_carriage_is_pushed() {
 
 // --- any fault at any time ---
 
-/// Random numbers that are the same everywhere (splitmix64). A failing case names its seed.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn range(&mut self, low: i64, high: i64) -> i64 {
-        low + (self.next() % (high - low + 1) as u64) as i64
-    }
-
-    fn pick<'a>(&mut self, items: &[&'a str]) -> &'a str {
-        items[(self.next() % items.len() as u64) as usize]
-    }
-}
-
-/// A machine with ends, switches and motors that cannot everything.
-fn any_machine(random: &mut Random) -> String {
-    let mut text = Machine::builtin_toml("mill-4axis").expect("built in").to_owned();
-    for axis in ["x", "y", "z"] {
-        let mut keys = String::new();
-        if random.next().is_multiple_of(2) {
-            keys += &format!("backlash = {}\n", random.range(0, 30));
-        }
-        if random.next().is_multiple_of(2) {
-            keys += &format!("hysteresis = {}\n", random.range(0, 30));
-        }
-        if random.next().is_multiple_of(2) {
-            let (slow, fast) = (random.range(200, 4_000), random.range(4_001, 20_000));
-            keys += &format!("motor = {{ pull = [[{slow}, 300], [{fast}, 20]], start = 900 }}\n");
-        }
-        let table = format!("[axes.{axis}]\n");
-        text = text.replacen(&table, &(table.clone() + &keys), 1);
-    }
-    text
-}
-
-fn any_fault(random: &mut Random, model: &str, inputs: &[&str]) -> String {
-    let third = if model == "motionsystem" { "z0" } else { "z" };
-    let axis = random.pick(&["x", "y", third]);
-    let end = random.pick(&["-", "+"]);
-    let place = random.range(-1_500, 1_500);
-    let fault = match random.range(0, 10) {
-        0 => format!("switch {axis}{end} {}", random.pick(&["pressed", "released", "missing"])),
-        1 => format!("switch {axis}{end} late {}", random.range(0, 60)),
-        2 => format!("switch {axis} swapped"),
-        3 => format!("backlash {axis} {}", random.range(0, 60)),
-        4 => format!("load {axis} {}", random.range(0, 300)),
-        5 => format!("jam {axis}"),
-        6 => format!("push {axis} {place}"),
-        7 => format!("hold {}", random.pick(inputs)),
-        8 => {
-            format!("bounce limit {axis}{end} {} {}us", random.range(1, 5), random.range(1, 9_000))
-        }
-        9 => format!(
-            "bounce {} {} {}us",
-            random.pick(inputs),
-            random.range(1, 5),
-            random.range(1, 900)
-        ),
-        _ => "power-off".to_owned(),
-    };
-    let lasts = match random.range(0, 2) {
-        0 => format!(" for {}ms", random.range(1, 900)),
-        _ => String::new(),
-    };
-    let sense = random.pick(&["<", ">"]);
-    let when = match random.range(0, 3) {
-        0 => format!(" after {axis} {sense} {place}"),
-        1 => format!(" while {axis} {sense} {place}"),
-        2 => format!(" after at {}ms", random.range(0, 3_000)),
-        _ => String::new(),
-    };
-    fault + &lasts + &when
-}
-
-/// What is done to a controller, one thing after the other.
-enum Act {
-    Send(String),
-    Fault(String),
-    Set(String, i32),
-    Advance(Duration),
-}
-
-fn acts(random: &mut Random, model: &str, inputs: &[&str]) -> Vec<Act> {
-    let is_lpkf = model == "motionsystem" || model == "smcu";
-    let mut acts = vec![Act::Send(match is_lpkf {
-        true => "!ES1;!VU90000;!AS900;".to_owned(),
-        false => "@07\r".to_owned(),
-    })];
-    for _ in 0..random.range(3, 14) {
-        let mut way = || random.range(-2_000, 2_000);
-        let (x, y, z) = (way(), way(), way());
-        let speed = random.range(50, 15_000);
-        acts.push(match random.range(0, 7) {
-            0 | 1 if is_lpkf => Act::Send(format!("PR{x},{y};")),
-            0 | 1 => Act::Send(format!("@0A{x},{speed},{y},{speed},{z},{speed},0,300\r")),
-            2 if is_lpkf => Act::Send(format!("AR{},0,{};", x / 5, y / 3)),
-            2 => Act::Send(format!("@0y{},{speed},{},{},0,1,1\r", x.abs(), -y.abs() / 6, y / 3)),
-            3 if is_lpkf => Act::Send("!GO;!IS;".to_owned()),
-            3 => Act::Send("@0R7\r".to_owned()),
-            4 | 5 => Act::Fault(any_fault(random, model, inputs)),
-            6 if random.next().is_multiple_of(2) => {
-                Act::Fault(format!("end {}", random.range(1, 4)))
-            }
-            6 => Act::Set(random.pick(inputs).to_owned(), random.range(0, 1) as i32),
-            _ => Act::Advance(Duration::from_micros(random.range(0, 900_000) as u64)),
-        });
-    }
-    acts
-}
-
 /// Plays acts. Roughly that is with needless wake-ups, unwatched, and with the state written down and
 /// read again in between.
 fn play(model: &str, machine: &str, acts: &[Act], mut rough: Option<Random>) -> String {
@@ -525,7 +409,7 @@ fn play(model: &str, machine: &str, acts: &[Act], mut rough: Option<Random>) -> 
 /// What must make no difference.
 fn disturb(tried: &mut Harness<Line<Controller>>, rough: &mut Option<Random>) {
     let Some(random) = rough else { return };
-    if random.next().is_multiple_of(3) {
+    if random.number().is_multiple_of(3) {
         let state = tried.device().state();
         let written = serde_json::to_string(&state).expect("a state");
         tried.restore(serde_json::from_str(&written).expect("the same state"));
@@ -535,13 +419,7 @@ fn disturb(tried: &mut Harness<Line<Controller>>, rough: &mut Option<Random>) {
 
 fn try_case(seed: u64) {
     let mut random = Random(seed);
-    let machine = any_machine(&mut random);
-    let model = random.pick(&["imc-s8", "imc4", "motionsystem", "smcu"]);
-    let inputs: &[&str] = match model {
-        "motionsystem" | "smcu" => &["stop", "limit x+", "limit y-"],
-        _ => &["stop", "start", "estop", "power-ok", "overtemperature", "cover", "limit x+"],
-    };
-    let acts = acts(&mut random, model, inputs);
+    let Session { model, machine, acts } = any_session(&mut random);
     let smooth = play(model, &machine, &acts, None);
     let rough = play(model, &machine, &acts, Some(random));
     assert_eq!(smooth, rough, "{model}");

@@ -49,12 +49,20 @@ pub fn walk(data: &[u8]) {
     let mut debugger = Debugger::over(history);
     debugger.stay_within(true);
     let mut walker = Walker { debugger, chance };
-    for (_, unit, _) in Unit::NAMED {
-        walker.back_and_forward(unit);
-    }
-    let span = Duration::from_nanos(1 + walker.chance.below(50_000_000));
-    walker.back_and_forward(Unit::Time(span));
+    walker.by_every_unit();
     walker.found_from_both_sides();
+}
+
+/// From some places of a history, and by every unit, so many steps back and as many forward lead to
+/// where they began, to the same states on the way. Says how many steps of each unit were made back.
+///
+/// # Panics
+///
+/// If something does not hold.
+pub fn back_and_forward(history: History<Controller>, chance: Chance) -> Vec<(Unit, usize)> {
+    let mut debugger = Debugger::over(history);
+    debugger.stay_within(true);
+    Walker { debugger, chance }.by_every_unit()
 }
 
 /// What is done to the controller.
@@ -140,13 +148,19 @@ impl Walker {
         history.go_to_time(Time::from_nanos(at));
     }
 
-    fn back_and_forward(&mut self, unit: Unit) {
+    fn by_every_unit(&mut self) -> Vec<(Unit, usize)> {
+        let span = Duration::from_nanos(1 + self.chance.below(50_000_000));
+        let named = Unit::NAMED.into_iter().map(|(_, unit, _)| unit);
+        named.chain([Unit::Time(span)]).map(|unit| (unit, self.back_and_forward(unit))).collect()
+    }
+
+    fn back_and_forward(&mut self, unit: Unit) -> usize {
         self.anywhere();
         // From where such a step ends.
         if self.step(unit, Way::Forward).why != Reason::Step(unit)
             && self.step(unit, Way::Back).why != Reason::Step(unit)
         {
-            return;
+            return 0;
         }
         let mut trail = vec![self.here()];
         for _ in 0..1 + self.chance.below(STEPS_MAX) {
@@ -162,12 +176,14 @@ impl Walker {
         if let Some((place, _)) = trail.pop() {
             assert!(self.debugger.history_mut().go_back_to(place));
         }
+        let made = trail.len();
         for (place, state) in trail.into_iter().rev() {
             let stop = self.step(unit, Way::Forward);
             assert_eq!(stop.why, Reason::Step(unit), "to {place:?}");
             assert_eq!(self.debugger.place(), place, "a {unit} back and forward");
             assert_eq!(self.debugger.device().state(), state, "a {unit} to {place:?}");
         }
+        made
     }
 
     /// The same is found forward, backwards, and by somebody who leaves nothing out.

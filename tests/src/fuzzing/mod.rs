@@ -25,7 +25,7 @@ mod twins;
 pub use adapter::adapter;
 pub use chance::Chance;
 pub use conditions::{condition, fault};
-pub use debugging::{console, walk};
+pub use debugging::{back_and_forward, console, walk};
 pub use histories::history;
 pub use isel::{controller, flash, lexer, parser};
 pub use lpkf::{language, lpkf};
