@@ -15,8 +15,8 @@ use pyo3::types::PyDict;
 use vimc4::device::Device;
 use vimc4::{
     BreakpointId, Clock, Condition, Control, ControlError, Effect, Emulator, FaultNumber,
-    FaultStage, HostCommand, HostLines, Names, Order, Pause, Signal, SignalKind, SinkId, Step,
-    Terminal, Time, Traffic, Trial, Unmet, Verbosity, Watched,
+    FaultStage, HostCommand, HostLines, Names, Order, Pause, RuleStage, Scenario, ScenarioNumber,
+    Signal, SignalKind, SinkId, Step, Terminal, Time, Traffic, Trial, Unmet, Verbosity, Watched,
 };
 
 use crate::alarm::Alarms;
@@ -513,6 +513,63 @@ impl Core {
         self.pending(self.control.end_faults(), effect)
     }
 
+    /// Begins the rules of a text, one a line, and answers with the number of the scenario.
+    fn scenario(&self, py: Python<'_>, words: &str) -> PyResult<Pending> {
+        let names = self.names(py)?;
+        let several = words.trim().contains('\n');
+        let mut rules = Vec::new();
+        for (place, line) in words.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+            let rule = names.read_rule(line.trim()).map_err(|error| {
+                let whereabouts =
+                    if several { format!("line {}: ", place + 1) } else { String::new() };
+                error::raise(py, "ScenarioError", format!("{whereabouts}{error}"))
+            })?;
+            rules.push(rule);
+        }
+        self.begin_scenario(py, Scenario { rules })
+    }
+
+    /// The same with the rules of a file.
+    fn scenario_file(&self, py: Python<'_>, path: PathBuf) -> PyResult<Pending> {
+        let scenario = vimc4::scenario_file(path, self.names(py)?)
+            .map_err(|error| error::raise(py, "ScenarioError", error.to_string()))?;
+        self.begin_scenario(py, scenario)
+    }
+
+    fn rules(&self, py: Python<'_>) -> PyResult<Pending> {
+        let names = self.names(py)?.clone();
+        Ok(self.pending(self.control.rules(), move |py, views| {
+            let list: PyResult<Vec<_>> = views
+                .into_iter()
+                .map(|view| {
+                    let what = names.write_rule(&view.rule);
+                    let stage = match view.stage {
+                        RuleStage::Waits => "waits",
+                        RuleStage::Holds => "holds",
+                        RuleStage::Over => "over",
+                    };
+                    let id = view.id;
+                    let place = id.place.max(1);
+                    let of_it = (id.scenario.0, place, id.name, what, stage, view.acted);
+                    typed(py, "RuleView", of_it)
+                })
+                .collect();
+            Ok(list?.into_pyobject(py)?.unbind())
+        }))
+    }
+
+    fn end_scenario(&self, number: u32) -> Pending {
+        self.pending(self.control.end_scenario(ScenarioNumber(number)), effect)
+    }
+
+    fn end_scenarios(&self) -> Pending {
+        self.pending(self.control.end_scenarios(), effect)
+    }
+
+    fn reset(&self) -> Pending {
+        self.pending(self.control.reset(), effect)
+    }
+
     // --- what happens to it ---
 
     fn signals(&self) -> Pending {
@@ -706,6 +763,17 @@ impl Core {
     pub(crate) fn begin_fault(&self, py: Python<'_>, fault: vimc4::Fault) -> PyResult<()> {
         let begun = py.detach(|| self.control.fault(fault).wait());
         begun.map(drop).map_err(|error| error::of_control(py, &error))
+    }
+
+    /// A scenario without a rule would be a test of nothing.
+    fn begin_scenario(&self, py: Python<'_>, scenario: Scenario) -> PyResult<Pending> {
+        if scenario.rules.is_empty() {
+            let text = "there is no rule; write one, as in `when x > 1000: press stop`";
+            return Err(error::raise(py, "ScenarioError", text.to_owned()));
+        }
+        Ok(self.pending(self.control.scenario(scenario), |py, number| {
+            Ok(number.0.into_pyobject(py)?.into_any().unbind())
+        }))
     }
 
     /// What people call its axes and signals, asked once.

@@ -95,7 +95,7 @@ def test_async_methods_are_the_same():
     # What does not wait, or is there for those who wait.
     here_only = {
         "serial", "close", "stop", "unlink", "keep_recording", "cancel_all", "complete", "expect", "check",
-        "fault",
+        "fault", "scenario",
     }  # fmt: skip
     assert both - here_only == {name for name in dir(virtual.Aio) if not name.startswith("_")}
 

@@ -43,13 +43,14 @@ from ._errors import (
     ProfileError,
     RecordingError,
     RecordingWarning,
+    ScenarioError,
     Unfinished,
     Unmet,
 )
 from ._journal import Journal
 from ._port import Port
-from ._scope import Fault, Watched
-from ._types import Breakpoint, Command, Effect, FaultView, Move, Pause, Progress, Signal
+from ._scope import Fault, Scenario, Watched
+from ._types import Breakpoint, Command, Effect, FaultView, Move, Pause, Progress, RuleView, Signal
 from ._vimc4 import (
     Coverage,
     Expect,
@@ -111,6 +112,9 @@ __all__ = [
     "RecordingError",
     "RecordingWarning",
     "Reports",
+    "RuleView",
+    "Scenario",
+    "ScenarioError",
     "Sentence",
     "Signal",
     "Snapshot",

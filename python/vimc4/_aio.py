@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         FaultView,
         Pause,
         Report,
+        RuleView,
         Signal,
         Step,
         View,
@@ -260,6 +261,18 @@ class Aio:
     def faults(self) -> Pending[list[FaultView]]:
         """The present faults, and how often each has struck."""
         return self._core.faults()
+
+    def rules(self) -> Pending[list[RuleView]]:
+        """The rules of the present scenarios, and how often each has acted."""
+        return self._core.rules()
+
+    def end_scenarios(self) -> Pending[Effect]:
+        """Ends all scenarios, whoever has begun them."""
+        return self._core.end_scenarios()
+
+    def reset(self) -> Pending[Effect]:
+        """Ends all scenarios and all faults, whoever has begun them."""
+        return self._core.reset()
 
     def signals(self) -> Pending[list[Signal]]:
         """What can be pressed, turned and set."""

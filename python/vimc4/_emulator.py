@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator
 from . import _vimc4
 from ._errors import ELSEWHERE, Ended, RecordingWarning
 from ._port import Port
-from ._scope import Fault, Marks, Said, Watched, raise_first, tell
+from ._scope import Fault, Marks, Said, Scenario, Scoped, Watched, raise_first, tell
 
 if TYPE_CHECKING:
     from datetime import timedelta
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         FaultView,
         Pause,
         Report,
+        RuleView,
         Signal,
         Step,
         View,
@@ -95,6 +96,7 @@ class Emulator:
         recorded_by: str = "Python",
         name: str | None = None,
         on: Worker | None = None,
+        scenario: str | os.PathLike[str] | None = None,
     ) -> None:
         """Starts a controller.
 
@@ -120,6 +122,7 @@ class Emulator:
         :param recorded_by: who records, as the recording says it
         :param name: what it is called; without a name it has a number
         :param on: a thread that it shares with other emulators; it has one of its own otherwise
+        :param scenario: what happens when, from its first moment: see `scenario`
         """
         if recording is not None and record_failure is not None:
             raise ValueError("a recording either stays or stays only after a failure: give one file")
@@ -128,7 +131,7 @@ class Emulator:
         self.name = name
         self._watched: list[Watched] = []
         self._said: list[Said] = []
-        self._faults: list[Fault] = []
+        self._scoped: list[Scoped] = []
         self._failed_only = record_failure is not None
         self._core: _vimc4.Core = _vimc4.Core(
             model=model,
@@ -154,6 +157,12 @@ class Emulator:
             tried=self._tried,
         )
         running[name] = self
+        if scenario is not None:
+            try:
+                self.scenario(scenario)
+            except BaseException:
+                self.close()
+                raise
 
     @property
     def aio(self) -> Aio:
@@ -435,7 +444,7 @@ class Emulator:
         (b'0?', 1)
         []
         """
-        return Fault(self, words)
+        return Fault(self, self._core.fault(words).wait(), words)
 
     def faults(self) -> list[FaultView]:
         """The present faults, and how often each has struck."""
@@ -443,9 +452,51 @@ class Emulator:
 
     def end_faults(self) -> None:
         """Ends all faults, whoever has begun them."""
-        for fault in list(self._faults):
-            fault.end()
+        for scoped in list(self._scoped):
+            if isinstance(scoped, Fault):
+                scoped.end()
         self._core.end_faults().wait()
+
+    # --- what happens when ---
+
+    def scenario(self, scenario: str | os.PathLike[str]) -> Scenario:
+        """Things happen from now on as rules say, until it ends: ``with emulator.scenario("when x > 1000:
+        press stop"):``. The rules are those of the orders, one a line, or the name of a file of them,
+        which ends in ``.toml``.
+
+        >>> import vimc4
+        >>> with vimc4.Emulator(time="instant") as emulator:
+        ...     port = emulator.connect()
+        ...     with emulator.scenario("rule once when x > 100: press stop") as stops:
+        ...         written = port.write(b"@01\\r@0A1000,900\\r")
+        ...         port.read(2), stops.acted
+        ...     emulator.rules()
+        (b'0F', 1)
+        []
+        """
+        # No rule ends like that.
+        if isinstance(scenario, str) and not scenario.endswith(".toml"):
+            begun = self._core.scenario(scenario)
+        else:
+            begun = self._core.scenario_file(scenario)
+        return Scenario(self, begun.wait())
+
+    def rules(self) -> list[RuleView]:
+        """The rules of the present scenarios, and how often each has acted."""
+        return self._core.rules().wait()
+
+    def end_scenarios(self) -> None:
+        """Ends all scenarios, whoever has begun them."""
+        for scoped in self._scoped[::-1]:
+            if isinstance(scoped, Scenario):
+                scoped.end()
+        self._core.end_scenarios().wait()
+
+    def reset(self) -> None:
+        """Ends all scenarios and all faults, whoever has begun them."""
+        for scoped in self._scoped[::-1]:
+            scoped.end()
+        self._core.reset().wait()
 
     # --- what happens to it ---
 

@@ -55,6 +55,10 @@ class FaultError(Error, ValueError):
     """A text describes no fault. It says where it goes wrong, and what would be right there."""
 
 
+class ScenarioError(Error, ValueError):
+    """A text or a file has no rules. It says where it goes wrong, and what would be right there."""
+
+
 class Mistake(Error, ValueError):
     """What is expected could never be met, or never fail."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ._errors import ControlError, Ended, Unfinished, Unmet
 
@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
     from . import _vimc4
     from ._emulator import Emulator
-    from ._types import FaultView
+    from ._types import Effect, FaultView, RuleView
+
+
+_S = TypeVar("_S", bound="Scoped")
 
 
 class Said:
@@ -120,26 +123,84 @@ class Watched:
         )
 
 
-class Fault:
-    """Something that goes wrong, from `Emulator.fault` until `end`, the end of its ``with``, of its test
-    or of its emulator."""
+class Scoped:
+    """What goes wrong or happens until `end`, the end of its ``with``, of its test or of its emulator."""
 
     number: int
     """Its number, by which everybody else can end it."""
 
-    def __init__(self, emulator: Emulator, words: str) -> None:
+    def __init__(self, emulator: Emulator, number: int) -> None:
         self._emulator = emulator
+        self.number = number
+        emulator._scoped.append(self)
+
+    @property
+    def _lives(self) -> bool:
+        return self in self._emulator._scoped
+
+    def end(self) -> None:
+        """It ends. Once is enough."""
+        if not self._lives:
+            return
+        self._emulator._scoped.remove(self)
+        try:
+            # Both take effect, even if something that is not met is raised while they are waited for.
+            stands, ended = self._ask(), self._stop()
+            self._keep(stands.wait())
+            ended.wait()
+        except Ended:
+            # What has ended has neither faults nor scenarios.
+            pass
+
+    def _look(self) -> None:
+        if self._lives:
+            self._keep(self._ask().wait())
+
+    def _ask(self) -> _vimc4.Pending[list[Any]]:
+        """How all of its kind stand."""
+        raise NotImplementedError
+
+    def _keep(self, views: list[Any]) -> None:
+        """Remembers what of that is its own."""
+        raise NotImplementedError
+
+    def _stop(self) -> _vimc4.Pending[Effect]:
+        raise NotImplementedError
+
+    def __enter__(self: _S) -> _S:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.end()
+
+
+class Fault(Scoped):
+    """Something that goes wrong, from `Emulator.fault` until `end`, the end of its ``with``, of its test
+    or of its emulator."""
+
+    def __init__(self, emulator: Emulator, number: int, words: str) -> None:
+        super().__init__(emulator, number)
         self._words = words
         self._last: FaultView | None = None
-        self.number = emulator._core.fault(words).wait()
-        emulator._faults.append(self)
+
+    def _ask(self) -> _vimc4.Pending[list[Any]]:
+        return self._emulator._core.faults()
+
+    def _keep(self, views: list[FaultView]) -> None:
+        self._last = next((view for view in views if view.number == self.number), None)
+
+    def _stop(self) -> _vimc4.Pending[Effect]:
+        return self._emulator._core.end_fault(self.number)
 
     def view(self) -> FaultView | None:
         """How far it has come and how often it has struck; None if somebody else has ended it. One that
         has ended by itself or here is as it was at its end."""
-        if self in self._emulator._faults:
-            views = self._emulator._core.faults().wait()
-            self._last = next((view for view in views if view.number == self.number), None)
+        self._look()
         return self._last
 
     @property
@@ -153,34 +214,42 @@ class Fault:
         """Whether it will not strike any more: it has struck as often as it was to, its time is over, or
         it was ended."""
         view = self.view()
-        return view is None or self not in self._emulator._faults or view.stage == "over"
-
-    def end(self) -> None:
-        """It ends. Once is enough."""
-        if self not in self._emulator._faults:
-            return
-        try:
-            self.view()
-            self._emulator._core.end_fault(self.number).wait()
-        except Ended:
-            # What has ended has no faults.
-            pass
-        finally:
-            self._emulator._faults.remove(self)
-
-    def __enter__(self) -> Fault:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.end()
+        return view is None or not self._lives or view.stage == "over"
 
     def __repr__(self) -> str:
         return f"<vimc4.Fault {self.number}: {self._words}>"
+
+
+class Scenario(Scoped):
+    """Rules by which things happen, from `Emulator.scenario` until `end`, the end of its ``with``, of its
+    test or of its emulator. What they hold is set back then."""
+
+    def __init__(self, emulator: Emulator, number: int) -> None:
+        super().__init__(emulator, number)
+        self._last: list[RuleView] = []
+
+    def _ask(self) -> _vimc4.Pending[list[Any]]:
+        return self._emulator._core.rules()
+
+    def _keep(self, views: list[RuleView]) -> None:
+        self._last = [view for view in views if view.scenario == self.number]
+
+    def _stop(self) -> _vimc4.Pending[Effect]:
+        return self._emulator._core.end_scenario(self.number)
+
+    def rules(self) -> list[RuleView]:
+        """Its rules, how far each has come and how often it has acted; none if somebody else has ended
+        it. One that has ended here is as it was at its end."""
+        self._look()
+        return self._last
+
+    @property
+    def acted(self) -> int:
+        """How often its rules have acted, all together."""
+        return sum(view.acted for view in self.rules())
+
+    def __repr__(self) -> str:
+        return f"<vimc4.Scenario {self.number}>"
 
 
 class Marks:
@@ -189,7 +258,7 @@ class Marks:
     def __init__(self, emulators: Iterable[Emulator]) -> None:
         self._known: set[object] = set()
         for emulator in emulators:
-            self._known |= {*emulator._watched, *emulator._said, *emulator._faults}
+            self._known |= {*emulator._watched, *emulator._said, *emulator._scoped}
 
     def outcome(self, emulator: Emulator) -> list[Unmet | Unfinished]:
         """Ends what has been expected of an emulator since, and what has failed since, and says what of
@@ -212,10 +281,10 @@ class Marks:
                 unmet.append(Unfinished(said.place))
         return unmet
 
-    def end_faults(self, emulator: Emulator) -> None:
-        """Ends the faults that were begun since."""
-        for fault in [fault for fault in emulator._faults if fault not in self._known]:
-            fault.end()
+    def end_scoped(self, emulator: Emulator) -> None:
+        """Ends the faults and scenarios that were begun since, the last of them first."""
+        for scoped in [one for one in reversed(emulator._scoped) if one not in self._known]:
+            scoped.end()
 
 
 def raise_first(unmet: list[Unmet | Unfinished]) -> None:

@@ -72,6 +72,23 @@ class FaultView(NamedTuple):
     """How often it has struck."""
 
 
+class RuleView(NamedTuple):
+    """A rule that an emulator has."""
+
+    scenario: int
+    """The number of its scenario."""
+    place: int
+    """Which of the scenario's rules it is, from 1."""
+    name: str | None
+    """Its name, if it has one."""
+    rule: str
+    """What it is, as people type it."""
+    stage: Literal["waits", "holds", "over"]
+    """Whether it waits, holds what it has changed, or has acted as often as it was to."""
+    acted: int
+    """How often it has acted."""
+
+
 class Move(NamedTuple):
     """A motion: where it led, and the box that it stayed in. Places are in steps, X first."""
 

@@ -5,8 +5,8 @@
         port = vimc4.serial()
         ...
 
-What a test expects (``vimc4.expect()…watch()``) is checked at its end, and faults that it has begun end
-with it. A test that fails shows the conversation in its report, and leaves a recording that ``vimc4 replay``
+What a test expects (``vimc4.expect()…watch()``) is checked at its end, and faults and scenarios that it has
+begun end with it. A test that fails shows the conversation in its report, and leaves a recording that ``vimc4 replay``
 and ``vimc4 console`` open. Emulators live in the process of the test, on ports and in folders of their
 own: with ``pytest -n`` each worker has its own, and whatever ends the process ends them.
 """
@@ -204,7 +204,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 def _end_since(marks: Marks) -> list[tuple[Emulator, Unmet | Unfinished]]:
     emulators = list(running.values())
     for emulator in emulators:
-        marks.end_faults(emulator)
+        marks.end_scoped(emulator)
     return [(emulator, unmet) for emulator in emulators for unmet in marks.outcome(emulator)]
 
 
