@@ -1,9 +1,11 @@
-//! Conditions and faults as people type them.
+//! Conditions, faults and rules as people type them, and scenarios as files have them.
 
 use std::sync::LazyLock;
 
 use vimc4_catalogue::{Family, Model, bare, machine};
-use vimc4_device::{Condition, Device, Faulting, Names, Signal};
+use vimc4_device::{
+    Condition, Device, Faulting, Names, Rule, Ruling, Scenario, ScenarioNumber, Signal, Trigger,
+};
 
 /// The names of each built-in model's axes and signals, and those signals.
 static NAMES: LazyLock<Vec<(Names, Vec<Signal>)>> = LazyLock::new(|| {
@@ -107,8 +109,93 @@ pub(super) fn texts() -> Vec<Vec<u8>> {
     NAMES.iter().enumerate().map(forms).collect()
 }
 
+/// A text is refused with what would be right, or it is a rule or a file of rules that is written as what
+/// is read as the same.
+///
+/// # Panics
+///
+/// If something does not hold.
+pub fn scenario(data: &[u8]) {
+    let [which, text @ ..] = data else { return };
+    let (names, _) = &NAMES[usize::from(*which) % NAMES.len()];
+    let text = String::from_utf8_lossy(text);
+    let same = |ruling: Ruling| {
+        // TOML has no greater numbers.
+        let fits = |rule: &Rule| rule.times.is_none_or(|times| i64::try_from(times).is_ok());
+        if let Ruling::Begin(_, scenario) = &ruling
+            && scenario.rules.iter().all(fits)
+        {
+            let file = file(names, scenario);
+            assert_eq!(vimc4_catalogue::scenario(&file, names).as_ref(), Ok(scenario), "{file}");
+        }
+        let written = names.write_ruling(&ruling);
+        assert_eq!(names.read_ruling(&written).as_ref(), Ok(&ruling), "{written}");
+        let kept = serde_json::to_string(&ruling).unwrap_or_default();
+        assert_eq!(serde_json::from_str::<Ruling>(&kept).ok(), Some(ruling), "{kept}");
+    };
+    match names.read_ruling(&text) {
+        Ok(ruling) => same(ruling),
+        Err(error) => assert!(!error.right().is_empty() && error.at() <= text.len(), "{error}"),
+    }
+    match vimc4_catalogue::scenario(&text, names) {
+        Ok(scenario) => same(Ruling::Begin(ScenarioNumber(1), scenario)),
+        Err(error) => {
+            let inside = |span: &std::ops::Range<usize>| text.get(span.clone()).is_some();
+            assert!(error.span.as_ref().is_none_or(inside), "{error:?}");
+        }
+    }
+}
+
+/// A scenario as a file has it, each rule in its parts.
+fn file(names: &Names, scenario: &Scenario) -> String {
+    let mut rules = Vec::new();
+    for rule in &scenario.rules {
+        let (trigger, acts) = (names.write_trigger(&rule.trigger), names.write_acts(&rule.acts));
+        let mut table = toml::Table::new();
+        let mut has = |key: &str, value: &str| table.insert(key.to_owned(), value.into());
+        match (&rule.trigger, trigger.split_once(" every ")) {
+            (Trigger::Every { .. }, Some((first, span))) => {
+                has("at", first.trim_start_matches("at "));
+                has("every", span);
+            }
+            _ => {
+                let (word, rest) = trigger.split_once(' ').unwrap_or((&trigger, ""));
+                has(word, rest);
+            }
+        }
+        has("do", &acts);
+        rule.name.iter().for_each(|name| drop(has("name", name)));
+        let times = rule.times.and_then(|times| i64::try_from(times).ok());
+        times.map(|times| table.insert("times".to_owned(), times.into()));
+        rules.push(table);
+    }
+    toml::Table::from_iter([("rule".to_owned(), rules.into())]).to_string()
+}
+
+/// Every form of a rule, in each model's names.
+pub(super) fn scenarios() -> Vec<Vec<u8>> {
+    const FORMS: [&str; 12] = [
+        "when x > 1000: press stop",
+        "7 rule jam 3 times when 2nd @0A then 5ms then rule b: fault jam x; power off for 100ms",
+        "1\nat 2s: power off until idle\nat 1s every 20ms: fault drop to-host 5% until answered",
+        "while x > 5 and y < 3: fault cut",
+        "every 100ms: fault insert \"; x\" to-host after command \"a: b\"",
+        "end 3",
+        "end all",
+        "[[rule]]\nwhen = \"x > 5\"\ntimes = 1\ndo = \"power off for 1s; fault end all\"",
+        "[[rule]]\nname = \"a\"\nat = '2s'\nevery = \"20ms\"\ndo = \"power on\"",
+        "[[rule]]\nwhile = \"\"\"x > far\"\"\"\ndo = \"power off\"",
+        "[[rule]]\nat = \"1s\"\nwhen = \"idle\"\ndo = \"power\"",
+        "[[rule]]\nwhen = \"\\u0078 > 5\"\ndo = \"dance\"",
+    ];
+    let each = |number: u8| FORMS.map(|form| [&[number], form.as_bytes()].concat());
+    (0..NAMES.len()).flat_map(|number| each(number as u8)).collect()
+}
+
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
@@ -127,5 +214,63 @@ mod tests {
             let text = std::str::from_utf8(&text[1..]).unwrap();
             assert!(NAMES.iter().any(|names| reads(names, text)), "{text}");
         }
+    }
+
+    proptest! {
+        /// Random rules in words, as data and as a file are the same.
+        #[test]
+        fn files_say_what_orders_say(rules in prop::collection::vec(rules(), 1..5), number in 0..9_u32) {
+            let (names, _) = &NAMES[0];
+            let text = rules.join("\n");
+            let read = names.read_ruling(&text);
+            prop_assert!(read.is_ok(), "{}: {:?}", text, read);
+            scenario(&[&[0], format!("{number}\n{text}").as_bytes()].concat());
+        }
+    }
+
+    /// Rules as they are typed, of the first model.
+    fn rules() -> impl Strategy<Value = String> {
+        let pick = |words: &'static [&'static str]| prop::sample::select(words);
+        let names = pick(&["", "rule a ", "rule b once ", "rule once ", "rule c-1 7 times "]);
+        let conditions =
+            pick(&["x > 5", "idle", "x = -3 or y < 8", "command @0A", "answer \"a: b; c\""]);
+        let more = pick(&["", " then 5ms", " then rule a", " then 3rd answered then 1.5s"]);
+        let trigger = (0..5_u8, conditions, more, 1..5_000_u64, 1..5_000_u64).prop_map(
+            |(kind, condition, more, first, span)| match kind {
+                0 => format!("at {first}us"),
+                1 => format!("every {span}ms"),
+                2 => format!("at {first}ms every {span}ms"),
+                3 => "while x > 5 and y < 9".to_owned(),
+                _ => format!("when 2nd {condition}{more}"),
+            },
+        );
+        let act = pick(&[
+            "press stop",
+            "power off for 20ms",
+            "hold stop until idle",
+            "fault jam x for 3ms",
+            "fault insert \"; \\x22\" to-host after command \"b: c\"",
+            "fault end all",
+        ]);
+        let acts = prop::collection::vec(act, 1..4).prop_map(|acts| acts.join("; "));
+        (names, trigger, acts).prop_map(|(name, trigger, acts)| format!("{name}{trigger}: {acts}"))
+    }
+
+    #[test]
+    fn every_rule_and_file_is_read_by_a_model() {
+        let mut wrong = Vec::new();
+        for text in scenarios() {
+            let (names, _) = &NAMES[usize::from(text[0]) % NAMES.len()];
+            let text = std::str::from_utf8(&text[1..]).unwrap();
+            let reads =
+                names.read_ruling(text).is_ok() || vimc4_catalogue::scenario(text, names).is_ok();
+            if !reads {
+                wrong.push(text.to_owned());
+            }
+        }
+        // Those that are wrong on purpose, whatever the model.
+        wrong.sort();
+        wrong.dedup();
+        assert_eq!(wrong.len(), 3, "{wrong:#?}");
     }
 }

@@ -24,7 +24,7 @@ mod twins;
 
 pub use adapter::adapter;
 pub use chance::Chance;
-pub use conditions::{condition, fault};
+pub use conditions::{condition, fault, scenario};
 pub use debugging::{back_and_forward, console, walk};
 pub use histories::history;
 pub use isel::{controller, flash, lexer, parser};
@@ -42,7 +42,7 @@ use std::{fs, io};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 16] = [
+pub const TARGETS: [Target; 17] = [
     ("lexer", lexer),
     ("parser", parser),
     ("language", language),
@@ -50,6 +50,7 @@ pub const TARGETS: [Target; 16] = [
     ("profiles", profiles),
     ("condition", condition),
     ("fault", fault),
+    ("scenario", scenario),
     ("flash", flash),
     ("recording", recording),
     ("controller", controller),

@@ -44,6 +44,7 @@ pub fn seeds() -> Vec<Seed> {
         profiles(),
         conditions(),
         faults(),
+        scenarios(),
         recordings(),
         consoles(),
         adapters(),
@@ -220,6 +221,15 @@ fn conditions() -> Vec<Seed> {
         Seed { target: "condition", name, data }
     };
     conditions::texts().into_iter().enumerate().map(seed).collect()
+}
+
+/// Rules, and files of rules, with the names of every model.
+fn scenarios() -> Vec<Seed> {
+    let seed = |(number, data): (usize, Vec<u8>)| {
+        let name = format!("forms-{number}");
+        Seed { target: "scenario", name, data }
+    };
+    conditions::scenarios().into_iter().enumerate().map(seed).collect()
 }
 
 /// Faults with the names of every model.
