@@ -18,7 +18,7 @@ mod process;
 
 use process::{Process, VIMC4, pseudo_terminal, root};
 
-const PAGES: [(&str, &str); 16] = [
+const PAGES: [(&str, &str); 17] = [
     ("README.md", include_str!("../../README.md")),
     ("CONTRIBUTING.md", include_str!("../../CONTRIBUTING.md")),
     ("docs/conform.md", include_str!("../../docs/conform.md")),
@@ -32,6 +32,7 @@ const PAGES: [(&str, &str); 16] = [
     ("docs/profiles.md", include_str!("../../docs/profiles.md")),
     ("docs/python.md", include_str!("../../docs/python.md")),
     ("docs/recordings.md", include_str!("../../docs/recordings.md")),
+    ("docs/scenarios.md", include_str!("../../docs/scenarios.md")),
     ("docs/stepping.md", include_str!("../../docs/stepping.md")),
     ("docs/sweep.md", include_str!("../../docs/sweep.md")),
     ("docs/timing.md", include_str!("../../docs/timing.md")),
@@ -115,9 +116,10 @@ const PROGRAMS: [&str; 18] = [
 ];
 
 /// Command lines that end with another exit code than 0.
-const ENDS: [(&str, i32); 4] = [
+const ENDS: [(&str, i32); 5] = [
     ("vimc4 run examples/board.plt --model smcu --machine board-plotter --coverage", 2),
     ("vimc4 run examples/program.txt", 3),
+    ("vimc4 run examples/commands.txt --machine mill --scenario examples/scenario.toml", 1),
     ("vimc4 replay examples/limit.jsonl --quirk", 1),
     ("vimc4 diff drill.jsonl examples/limit.jsonl", 1),
 ];
