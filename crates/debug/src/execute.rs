@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use vimc4_device::{
-    CommandNumber, Deed, Device, Input, Order, OwnedInput, Sort, Time, Verb, escape,
-    parse_duration, unescape,
+    CommandNumber, Deed, Device, Fault, FaultNumber, Faulting, Input, MachineFault, Order,
+    OwnedInput, Sort, Time, Verb, When, escape, parse_duration, unescape,
 };
 use vimc4_timeline::Progress;
 
@@ -651,11 +651,40 @@ impl Debugger {
     }
 
     fn inputs_of(&self, deed: &Deed) -> Result<Vec<OwnedInput>> {
-        if let Deed::Fault(_) = deed {
-            return Err(DebugError::new(WITHOUT_LINE));
+        if let Deed::Fault(faulting) = deed {
+            return Ok(vec![OwnedInput::Fault(self.fault_of(faulting)?)]);
         }
         let inputs = deed.inputs(self.names().signals());
         inputs.map_err(|error| DebugError::new(error.to_string()))
+    }
+
+    /// A fault of the machine, which is there at once; the controller itself has those.
+    fn fault_of(&self, faulting: &Faulting) -> Result<Faulting> {
+        match faulting {
+            Faulting::Begin(number, fault @ Fault::Machine(MachineFault { when, .. })) => {
+                if *when != When::ALWAYS {
+                    return Err(DebugError::new(AT_ONCE));
+                }
+                let number = match *number {
+                    FaultNumber::NEXT => self.free_fault(),
+                    number => number,
+                };
+                Ok(Faulting::Begin(number, fault.clone()))
+            }
+            Faulting::Begin(..) => Err(DebugError::new(WITHOUT_LINE)),
+            end => Ok(end.clone()),
+        }
+    }
+
+    /// A number that no fault of any branch has.
+    fn free_fault(&self) -> FaultNumber {
+        let history = self.history();
+        let inputs = history.branches().flat_map(|branch| history.inputs(branch.id, 0));
+        let taken = inputs.filter_map(|given| match given.input {
+            OwnedInput::Fault(Faulting::Begin(FaultNumber(number), _)) => Some(number),
+            _ => None,
+        });
+        FaultNumber(taken.max().unwrap_or(0).saturating_add(1))
     }
 
     fn helped(&self) -> Answer {
@@ -672,9 +701,14 @@ impl From<&str> for DebugError {
     }
 }
 
-/// Why faults are refused here.
-const WITHOUT_LINE: &str = "what is debugged is the controller without its line, on which nothing goes \
-                            wrong; faults are for `serve`, the library and sessions";
+/// Why faults of the line, and rules, are refused here.
+const WITHOUT_LINE: &str = "what is debugged is the controller without its line: faults of the machine such \
+                            as `fault jam x`, and `fault end all`, work here; faults of the line and rules \
+                            are for `serve`, `run`, the library and sessions";
+
+/// Why a fault is refused that does not begin at once.
+const AT_ONCE: &str = "here a fault begins at once and lasts until `fault end all`: lead time to where it is \
+                       to begin, as with `run until x 1000`, and give it without `after`, `while` and `for`";
 
 /// The forms that a verb of the panel is typed in, with what each does.
 fn typed(verb: Verb) -> impl Iterator<Item = (String, String)> {
@@ -687,7 +721,6 @@ fn is_elsewhere(verb: Verb) -> bool {
         verb,
         Verb::Cancel
             | Verb::Erase
-            | Verb::Fault
             | Verb::Faults
             | Verb::When
             | Verb::While

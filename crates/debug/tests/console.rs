@@ -5,7 +5,7 @@
 mod drive;
 
 use vimc4_debug::{DebugError, Debugger, Reason, uninterrupted};
-use vimc4_device::Input;
+use vimc4_device::{Device, Input};
 
 use drive::{debugger, run, stop};
 
@@ -491,4 +491,35 @@ fn what_can_not_be_meant_is_refused() {
     assert!(debugger.breakpoints().is_empty() && debugger.watches().is_empty());
     let mut debugger = crate::debugger("imc4", "bench");
     assert_eq!(said(&mut debugger, "print signals.input 0.3"), "0");
+}
+
+/// The controller itself has the faults of its machine; those of the line are elsewhere.
+#[test]
+fn faults_of_the_machine_work_without_a_line() {
+    let mut debugger = moved();
+    run(&mut debugger, &["goto start", "next x = 400", "fault jam x", "continue", "assert idle"]);
+    let axis = |debugger: &Debugger| {
+        let view = debugger.device().view(debugger.now());
+        view.axes.first().map(|axis| (axis.position, axis.carriage)).unwrap()
+    };
+    let (position, carriage) = axis(&debugger);
+    assert_ne!(position, carriage, "the motor stands, the counter goes on");
+    // Like everything that is given, they come with the next walk.
+    run(&mut debugger, &["fault end all", "fault push x 40", "fault push x 2", "advance 1ms"]);
+    assert_eq!(axis(&debugger).1, carriage + 42);
+    // And of two at the same instant neither replaces the other.
+    run(
+        &mut debugger,
+        &["goto start", "next x = 400", "fault jam x", "fault backlash x 3", "continue"],
+    );
+    let (position, carriage) = axis(&debugger);
+    assert_ne!(position, carriage, "it is jammed all the same");
+    for (line, why) in [
+        ("fault drop to-host", "faults of the machine such as `fault jam x`"),
+        ("fault jam x after x > 5", "lead time to where it is to begin"),
+        ("when x > 5: press stop", "rules are for `serve`"),
+    ] {
+        let error = wrong(&mut debugger, line);
+        assert!(error.to_string().contains(why), "{line}: {error}");
+    }
 }
