@@ -45,6 +45,11 @@ impl Session {
                         Ok(value) => Ok(Answer::Value(value)),
                         Err(_) => Err(error),
                     },
+                    // An axis may be called like the short word for the end, which is the editor's.
+                    Ok(Answer::Quit) => match value(debugger, text) {
+                        Ok(value) => Ok(Answer::Value(value)),
+                        Err(_) => Ok(Answer::Quit),
+                    },
                     answered => answered,
                 });
                 // An input that was given takes effect now, as far as it does so by itself. Nothing

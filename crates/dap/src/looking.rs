@@ -45,7 +45,9 @@ impl Session {
             let Placed { frame, line } = placed;
             let name = match frame.kind {
                 FrameKind::Loop { left } => {
-                    format!("loop of line {}, {left} more: {}", frame.line.unwrap_or(0), frame.name)
+                    // As the editor counts, if the line is in the file.
+                    let number = line.map_or(0, |(_, line)| line);
+                    format!("loop of line {number}, {left} more: {}", frame.name)
                 }
                 FrameKind::Idle => format!("idle at {}", show_nanos(now.as_nanos())),
                 FrameKind::Line | FrameKind::Command(_) => frame.name,

@@ -1,6 +1,8 @@
 //! What is debugged, and how it is opened.
 
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use vimc4_debug::{Debugger, Unit};
 use vimc4_timeline::Progress;
@@ -33,7 +35,8 @@ pub struct Configuration {
     pub time: Option<String>,
     /// The file in which its flash memory is kept.
     pub flash: Option<String>,
-    /// Values of quirks, by their names.
+    /// Values of quirks, by their names: texts, numbers or true and false.
+    #[serde(deserialize_with = "quirks")]
     pub quirks: BTreeMap<String, String>,
     /// What the controller is called.
     pub name: Option<String>,
@@ -49,6 +52,19 @@ pub struct Configuration {
     pub no_debug: bool,
     /// Several controllers, each with its own attributes.
     pub controllers: Vec<Configuration>,
+}
+
+/// Quirks as `vimc4 models show` and recordings have them, or as texts.
+fn quirks<'d, D: Deserializer<'d>>(from: D) -> Result<BTreeMap<String, String>, D::Error> {
+    let quirks: BTreeMap<String, Value> = BTreeMap::deserialize(from)?;
+    let text = |(name, value): (String, Value)| match value {
+        Value::String(text) => Ok((name, text)),
+        Value::Bool(_) | Value::Number(_) => Ok((name, value.to_string())),
+        _ => Err(Error::custom(format!(
+            "quirks: the value of {name} is a text, a number, true or false"
+        ))),
+    };
+    quirks.into_iter().map(text).collect()
 }
 
 /// The attributes of a configuration: name, its type in JSON, and what it means.

@@ -105,7 +105,12 @@ impl Point {
             }
         }
         if self.on.is_empty() && self.message.is_none() {
-            self.message = Some("no program is open yet".to_owned());
+            let why = match (&self.spot, held.is_empty()) {
+                (_, true) => "no program is open yet",
+                (Spot::Line(..), false) => "no controller is given commands from this file",
+                (_, false) => "there is no such controller",
+            };
+            self.message = Some(why.to_owned());
         }
         // Where it waits in one controller it is not a fault that another does not know it.
         if !self.on.is_empty() {

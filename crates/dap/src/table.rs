@@ -93,7 +93,7 @@ pub const REQUESTS: [Row; 36] = [
     row("variables", Ask::Variables, "the parts of something"),
     row("setVariable", Ask::SetVariable, "a switch or a field; in the past that begins a branch"),
     row("setExpression", Ask::SetExpression, "the same, by the path of the field"),
-    row("evaluate", Ask::Evaluate, "an expression; in the console, any command of `vimc4 console`"),
+    row("evaluate", Ask::Evaluate, "an expression; in the console, any command of the debugger"),
     row("completions", Ask::Completions, "what can follow in the console"),
     row("continue", Ask::Continue, "on to the next breakpoint"),
     row("reverseContinue", Ask::ReverseContinue, "back to the last breakpoint"),

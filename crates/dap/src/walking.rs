@@ -1,7 +1,7 @@
 //! Controllers on their way, and where they stop.
 
 use serde_json::{Value, json};
-use vimc4_debug::{BreakpointId, Depth, Reason, Stop, Unit, Way, uninterrupted};
+use vimc4_debug::{BreakpointId, Depth, Reason, Stop, Trigger, Unit, Way, uninterrupted};
 use vimc4_device::{Condition, Device, Event, Output};
 use vimc4_timeline::{Begins, Found, Progress};
 
@@ -183,6 +183,8 @@ impl Session {
         // A run that starts at the end is meant to go beyond it.
         let again = is_end && held.end == Some(stop.place);
         held.end = is_end.then_some(stop.place);
+        let before = held.stop.as_ref().filter(|_| matches!(walk, Walk::Step(..)));
+        held.is_end_of_line = is_end && before.is_some_and(|before| before.place == stop.place);
         let activity = debugger.device().activity();
         held.stop = Some(stop.clone());
         let ends = |configuration: &crate::open::Configuration| {
@@ -254,9 +256,17 @@ impl Session {
         let reason = ORDER.into_iter().find(|reason| reasons.contains(reason));
         let reason = reason.unwrap_or("breakpoint");
         let error = error_in(&stop.outputs).filter(|_| reason == "exception");
-        let debugger = self.held.get(thread).map(|held| &held.opened.debugger);
-        let first = debugger.and_then(|debugger| {
+        let first = self.held.get(thread).and_then(|held| {
+            let debugger = &held.opened.debugger;
             let found = debugger.breakpoints().iter().find(|own| ids.contains(&own.id))?;
+            let mut found = found.clone();
+            // A line of a program that comes from a file is one of the file for its editor.
+            if let Trigger::Condition(Condition::Line { line: Some(line) }) = found.trigger
+                && let Some(of) = (line as usize).checked_sub(1)
+                && let Some(of) = held.opened.stored.get(of)
+            {
+                found.trigger = Trigger::SourceLine(*of);
+            }
             Some(found.describe(debugger.names()))
         });
         let text = error.map(|(code, why)| format!("error reply {code}: {why}"));

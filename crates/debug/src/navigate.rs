@@ -9,7 +9,7 @@ use vimc4_timeline::{Act, Begins, BranchId, Found, History, Place, Progress, Sou
 use crate::breakpoint::{Breakpoint, BreakpointId, Hits, Trigger};
 use crate::debugger::Debugger;
 use crate::stop::{Reason, Stop};
-use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, loops};
+use crate::walk::{PROBLEMS_MAX, Problems, Telling, Walk, is_in_program, loops};
 use crate::{DebugError, Depth, Unit, Way};
 
 impl Debugger {
@@ -27,6 +27,10 @@ impl Debugger {
         if let Unit::Time(span) = unit {
             let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
             return self.pass(way, nanos.saturating_mul(count), unit, progress);
+        }
+        if depth == Depth::Out && !is_in_program(self.device()) {
+            // Out of a list of commands is where it ends, or begins.
+            return self.go(way, None, progress);
         }
         self.find_by_hand();
         let (mut notes, mut made) = (Vec::new(), 0);

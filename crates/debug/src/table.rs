@@ -164,7 +164,7 @@ pub static TABLE: &[Directive] = &[
         name: "out",
         short: Some("u"),
         arguments: "",
-        about: "go on until the innermost open loop is left or, if none is open, the program",
+        about: "go on until the innermost open loop is left or, if none is open, the program or the list of commands",
         more: "`back out` goes back to before it was entered.",
         example: "out",
         group: Group::Going,

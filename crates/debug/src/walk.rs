@@ -213,7 +213,7 @@ pub(crate) fn loops(device: &Controller) -> Vec<LoopView> {
 }
 
 /// Whether the stored program runs.
-fn is_in_program(device: &Controller) -> bool {
+pub(crate) fn is_in_program(device: &Controller) -> bool {
     use vimc4_catalogue::isel::ProgramStatus;
     let details = device.details();
     let status = details.program().map(|program| program.status);

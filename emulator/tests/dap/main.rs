@@ -284,7 +284,7 @@ fn loops_are_frames_and_are_gone_over_into_and_out_of() {
     // The block of the loop is run again, and the loop is a frame around it.
     let stack = editor.stack();
     assert_eq!(stack[0].0, 3);
-    assert!(stack.len() > 1 && stack[1].1.starts_with("loop of line 3, "), "{stack:?}");
+    assert!(stack.len() > 1 && stack[1].1.starts_with("loop of line 4, "), "{stack:?}");
     assert_eq!(stack[1].0, 4, "the line of the file");
     let deep = stack.len();
     editor.walk("stepOut");
@@ -392,7 +392,8 @@ fn lines_have_conditions_hit_counts_and_log_messages() {
     // The same breakpoint on the way back, at the last time before.
     editor.walk("reverseContinue");
     editor.set_lines(&program, json!([{ "line": 3, "hitCondition": "3" }]));
-    editor.walk("continue");
+    let stopped = editor.walk("continue");
+    assert_eq!(stopped["text"], "line 3 of the file hit 3");
     let third = editor.value("y");
     editor.walk("reverseContinue");
     let set = editor.set_lines(
@@ -419,6 +420,7 @@ fn lines_have_conditions_hit_counts_and_log_messages() {
     }
     let elsewhere = editor.set_lines("/elsewhere.txt", json!([{ "line": 1 }]));
     assert_eq!(elsewhere[0]["verified"], false);
+    assert!(text(&elsewhere[0]["message"]).contains("commands from this file"), "{elsewhere:?}");
 }
 
 #[test]
@@ -616,6 +618,7 @@ fn what_is_typed_shifts_no_line() {
 fn the_console_has_the_commands_of_the_debugger() {
     let mut editor = Editor::at_entry(drilling());
     assert_eq!(editor.console("x + 5"), "5");
+    assert_eq!(editor.console("x"), "0", "and not the end");
     assert!(editor.console("help").contains("Forward and back"));
     assert!(
         editor
@@ -862,6 +865,41 @@ fn an_axis_is_set_where_it_is_listed() {
     let axes = editor.scope("Axes");
     let far = json!({ "variablesReference": axes, "name": "x", "value": "far" });
     assert!(editor.refused("setVariable", far).contains("cannot be that"));
+}
+
+#[test]
+fn one_steps_out_of_a_list_to_its_end_and_back_to_its_last_line() {
+    let mut editor = Editor::at_entry(drilling());
+    while editor.line() < 9 {
+        editor.walk("next");
+    }
+    editor.steps("next", "instruction");
+    let end = editor.walk("stepOut");
+    assert_eq!((&end["description"], editor.line()), (&json!("The end: everything is done"), 10));
+    for (program, last) in
+        [(drilling(), 10), (json!({ "program": example("plate.ncp"), "machine": "mill" }), 0)]
+    {
+        let mut editor = Editor::at_entry(program);
+        let mut lines = vec![editor.line()];
+        while editor.walk("next")["reason"] == "step" {
+            lines.push(editor.line());
+        }
+        assert!(last == 0 || lines.last() == Some(&last), "{lines:?}");
+        while editor.walk("stepBack")["reason"] == "step" && lines.len() > 1 {
+            assert_eq!(Some(editor.line()), lines.pop());
+        }
+        assert_eq!(lines.len(), 1);
+    }
+}
+
+#[test]
+fn quirks_are_as_profiles_have_them() {
+    let mut configuration = drilling();
+    configuration["quirks"] = json!({ "lost_steps": false });
+    Editor::at_entry(configuration.clone());
+    configuration["quirks"] = json!({ "lost_steps": [1] });
+    let refused = Editor::new().refused("launch", configuration);
+    assert!(refused.contains("quirks: the value of lost_steps"), "{refused}");
 }
 
 // --- several controllers, and recordings ---
