@@ -59,7 +59,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("", "vimc4 lines -- node", "emulator/tests/connect"),
     ("", "vimc4 lines -- mono", "emulator/tests/connect"),
     ("", "vimc4 lines --pty", "emulator/tests/connect: Wine and DOSBox"),
-    ("docs/sweep.md", "vimc4 sweep --machine", "needs pyserial; emulator/tests/recipes.rs"),
+    ("docs/sweep.md", "vimc4 sweep --modes", "needs pyserial; emulator/tests/recipes.rs"),
     ("docs/sweep.md", "vimc4 sweep --shard", "emulator/tests/sweep.rs"),
     ("", "vimc4 sweep merge", "emulator/tests/sweep.rs"),
     ("vimc4 sweep", "vimc4 sweep", "emulator/tests/sweep.rs and recipes.rs"),

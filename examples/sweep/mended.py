@@ -1,12 +1,8 @@
-"""Drills two holes: drill.py without its mistakes.
+"""Drills holes: drill.py without its mistakes.
 
 Whatever goes wrong, it either ends where it should or says that it does not."""
 
-import sys
-
 import serial
-
-HOLES = [(1_600, 800), (2_400, 1_600)]
 
 MEANINGS = {
     "2": "a limit switch was hit",
@@ -23,14 +19,17 @@ class Trouble(Exception):
 class Drill:
     def __init__(self, path):
         # An answer that takes longer than this is lost.
-        self.port = serial.Serial(path, 19_200, timeout=0.15)
-        self.start()
-
-    def start(self):
+        self.port = serial.Serial(path, 19_200, timeout=0.3)
         # Without its R, @0R7 is @07 and answered as well. It is made twice, so that one is made.
         for command in ("@07", "@0R7", "@0R7"):
             self.ask(command)
         self.expect((0, 0, 0))
+
+    def drill(self, holes):
+        """Drills these holes, and returns how many it has drilled."""
+        for x, y in holes:
+            self.move(x, y)
+        return len(holes)
 
     def ask(self, command, digits=0):
         """Sends a command and returns what follows the code of its answer."""
@@ -61,16 +60,3 @@ class Drill:
         """A number that lost a digit on its way is a number, too: only the position tells."""
         if self.position() != place:
             raise Trouble(f"it is not at {place}")
-
-
-def main(path):
-    drill = Drill(path)
-    for x, y in HOLES:
-        drill.move(x, y)
-
-
-if __name__ == "__main__":
-    try:
-        main(sys.argv[1])
-    except Trouble as trouble:
-        sys.exit(f"drill: {trouble}")

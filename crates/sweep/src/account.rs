@@ -143,6 +143,14 @@ impl<D: Device + Clone> Witness<D> {
         }
     }
 
+    /// The same without the events of the device, which cost more than the bytes: it takes note of what is
+    /// said and heard and of the end, but not of commands, motions or reasons.
+    pub(crate) fn quiet(mut self) -> Witness<D> {
+        self.harness = self.harness.watching(Kinds::NONE);
+        self.moving = None;
+        self
+    }
+
     /// A copy that goes on from here and lists no places. Of what was said and heard it has only the last.
     pub(crate) fn branch(&self) -> Witness<D> {
         let exchanges: Vec<Exchange> = self.account.exchanges.last().cloned().into_iter().collect();

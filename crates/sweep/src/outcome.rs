@@ -202,13 +202,18 @@ impl Outcome {
     }
 
     /// What it should have noticed and done, for people. `why` is what the controller knows of its
-    /// answer.
+    /// answer; an answer that is `late` comes with the next one.
     #[must_use]
-    pub fn should(&self, why: Option<&str>) -> Option<String> {
+    pub fn should(&self, why: Option<&str>, late: bool) -> Option<String> {
         let verdict = self.verdicts.first()?;
         let noticed = match self.cue.as_ref().map(|cue| &cue.heard) {
             None => "no answer tells it; only reading the position back, or a reference run, does"
                 .to_owned(),
+            Some(Heard::Nothing | Heard::Part) if late => {
+                "the answer comes later, before that to another command, and must not be taken for it; \
+                 throw away what is late before sending the next command"
+                    .to_owned()
+            }
             Some(Heard::Nothing | Heard::Part) => {
                 "an answer that does not come in time leaves open whether the command was done"
                     .to_owned()

@@ -4,7 +4,7 @@ use vimc4_device::{Device, FaultNumber, Faulting, MAX_CAUSES, OwnedInput, Time, 
 
 use crate::account::{Account, Witness, by_lines};
 use crate::outcome::{Exit, Outcome, part, whereabouts};
-use crate::plan::{Base, Choice, Plan, Point};
+use crate::plan::{Base, Choice, Harm, Plan, Point};
 use crate::results::{Case, key};
 
 /// So many causes may follow the last input; an endless program goes on for ever.
@@ -156,7 +156,8 @@ impl<D: Device + Clone> Session<D> {
         let parting = part(&self.clean, seen, before, exit);
         let heard = parting.cue.and_then(|cue| seen.exchanges.get(cue));
         let why = heard.and_then(|heard| heard.why.clone());
-        let mut should = parting.outcome.should(why.as_deref());
+        let late = point.harm == Harm::Delayed;
+        let mut should = parting.outcome.should(why.as_deref(), late);
         let moved = seen.unreferenced.iter().map(|(axis, _)| axis.as_str()).collect::<Vec<_>>();
         let line = seen
             .unreferenced
@@ -200,8 +201,10 @@ impl<D: Device + Clone> Session<D> {
         };
         let place = self.snapshots.partition_point(is_before);
         match place.checked_sub(1).and_then(|place| self.snapshots.get(place)) {
-            Some(snapshot) => Snapshot { witness: snapshot.witness.branch(), next: snapshot.next },
-            None => Snapshot { witness: Witness::new(self.start.clone(), false), next: 0 },
+            Some(snapshot) => {
+                Snapshot { witness: snapshot.witness.branch().quiet(), next: snapshot.next }
+            }
+            None => Snapshot { witness: Witness::new(self.start.clone(), false).quiet(), next: 0 },
         }
     }
 }

@@ -17,7 +17,7 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, wa
 use vimc4::sweep::{Case, Exit, Found, Results, Session, Stand};
 use vimc4_device::{Fault, TimedInput};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::folder::Folder;
 #[cfg(unix)]
 use super::guard::Guard;
@@ -262,20 +262,28 @@ impl Runs<'_> {
         Ok(if status { exit(exited) } else { Exit::Hung })
     }
 
-    /// The same without groups of processes.
+    /// The same where there are no groups of processes: the system ends all that the host has started.
     #[cfg(not(unix))]
     fn wait(&self, command: &mut Command) -> io::Result<Exit> {
         let mut child = command.spawn()?;
-        let begun = Instant::now();
-        while begun.elapsed() < self.limit {
-            if let Some(status) = child.try_wait()? {
-                return Ok(exit(status));
+        let number = child.id().to_string();
+        let (ended, ends) = channel();
+        thread::scope(|scope| {
+            // As long as the child is held there, its number is its own.
+            scope.spawn(move || ended.send(child.wait()));
+            match ends.recv_timeout(self.limit) {
+                Ok(status) => Ok(exit(status?)),
+                Err(RecvTimeoutError::Disconnected) => Err(io::ErrorKind::BrokenPipe.into()),
+                Err(RecvTimeoutError::Timeout) => {
+                    let mut kill = Command::new("taskkill");
+                    kill.args(["/F", "/T", "/PID", &number]);
+                    kill.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+                    // The host may have ended by itself meanwhile.
+                    kill.status()?;
+                    Ok(Exit::Hung)
+                }
             }
-            thread::sleep(Duration::from_millis(5));
-        }
-        child.kill()?;
-        child.wait()?;
-        Ok(Exit::Hung)
+        })
     }
 }
 

@@ -11,7 +11,7 @@ use vimc4_catalogue::Handling;
 use vimc4_device::{Device, Names, Time, TimedInput};
 use vimc4_timeline::recording::{Head, What};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::folder::Folder;
 use super::{reel, report};
 use crate::failure::Failure;
