@@ -54,6 +54,11 @@ fn faults_are_written_as_what_they_are_read_from() {
 }
 
 #[test]
+fn rules_are_written_as_what_they_are_read_from() {
+    replay("scenario");
+}
+
+#[test]
 fn flash_images_are_refused_or_work() {
     replay("flash");
 }
