@@ -69,6 +69,25 @@ impl Harness {
     }
 }
 
+/// What has come out, as dicts.
+pub(crate) fn told(py: Python<'_>, outputs: Vec<Output>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for output in outputs {
+        match output {
+            Output::Bytes(at, bytes) => {
+                let dict = PyDict::new(py);
+                dict.set_item("at", at.as_nanos())?;
+                dict.set_item("bytes", PyBytes::new(py, &bytes))?;
+                list.append(dict)?;
+            }
+            Output::Event(stamp, happened) => list.append(event(py, stamp, &happened)?)?,
+            // It is an event, too, for those who watch that.
+            Output::Flash(..) => {}
+        }
+    }
+    Ok(list)
+}
+
 #[pymethods]
 impl Harness {
     #[new]
@@ -196,22 +215,8 @@ impl Harness {
     /// Takes everything that has come out, in the order in which it happened, each with its time:
     /// `bytes` that leave on the line, and the events that are watched.
     fn drain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let outputs: Vec<Output> = lock(&self.driven).drain().collect();
-        let list = PyList::empty(py);
-        for output in outputs {
-            match output {
-                Output::Bytes(at, bytes) => {
-                    let dict = PyDict::new(py);
-                    dict.set_item("at", at.as_nanos())?;
-                    dict.set_item("bytes", PyBytes::new(py, &bytes))?;
-                    list.append(dict)?;
-                }
-                Output::Event(stamp, happened) => list.append(event(py, stamp, &happened)?)?,
-                // It is an event, too, for those who watch that.
-                Output::Flash(..) => {}
-            }
-        }
-        Ok(list)
+        let outputs = lock(&self.driven).drain().collect();
+        told(py, outputs)
     }
 
     /// Another one in the same state, with the same plans, that goes its own way from here.

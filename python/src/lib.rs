@@ -17,6 +17,7 @@ mod coverage;
 mod emulator;
 mod error;
 mod expect;
+mod group;
 mod harness;
 mod journal;
 mod pending;
@@ -42,6 +43,8 @@ mod _vimc4 {
     use super::expect::{
         Clauses, CommandClause, Expect, Expectation, Following, Must, Part, Sentence, Whenever,
     };
+    #[pymodule_export]
+    use super::group::{Group, GroupState, Member, World};
     #[pymodule_export]
     use super::harness::Harness;
     #[pymodule_export]

@@ -11,8 +11,6 @@ TWINS = {
     "Python": "Without pytest",
     "C": None,
     "In the same process": None,
-    # Rust alone has groups so far.
-    "Several controllers in one time": None,
 }
 
 

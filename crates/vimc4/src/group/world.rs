@@ -2,6 +2,8 @@
 
 use vimc4_device::{Device as _, SignalId, Time};
 
+use crate::control::View;
+
 use super::{Member, Seat};
 
 /// What the controllers of a [`Group`](super::Group) drive: a plant of the user's own, which takes part in
@@ -47,17 +49,28 @@ impl World<'_> {
         self.now
     }
 
+    /// The controllers, in the order in which they have joined.
+    pub fn members(&self) -> impl Iterator<Item = Member> {
+        (0..self.members.len()).map(Member)
+    }
+
+    /// A picture of a controller.
+    #[must_use]
+    pub fn view(&self, of: Member) -> View {
+        self.members[of.0].harness.device().view(self.now)
+    }
+
     /// The step counters of a controller's axes, X first.
     #[must_use]
     pub fn position(&self, of: Member) -> Vec<i64> {
-        let view = self.members[of.0].harness.device().view(self.now);
+        let view = self.view(of);
         view.axes.iter().map(|axis| axis.position).collect()
     }
 
     /// What an output port shows; `None` if there is none of this number.
     #[must_use]
     pub fn output(&self, of: Member, port: u16) -> Option<u8> {
-        let view = self.members[of.0].harness.device().view(self.now);
+        let view = self.view(of);
         view.ports.iter().find(|found| !found.input && found.port == port).map(|port| port.value)
     }
 

@@ -1,0 +1,154 @@
+"""Several controllers, and a simulation in Python, in one time."""
+
+import copy
+
+import pytest
+import vimc4 as virtual
+
+
+def test_the_mill_waits_until_the_feeder_has_fed():
+    group = virtual.Group()
+    feeder, mill = group.join("imc-s8"), group.join("imc-s8")
+    # Output bit 3 of the feeder says "fed".
+    group.wire((feeder, 0, 3), (mill, "input 0.3"))
+
+    # The mill's program waits as long as bit 3 of its port 0 is 0, and then moves.
+    group.send(mill, b"@01\r@0i\ro0,3,0,-1\r0400,400\r9\r")
+    group.set(mill, "start", 1)
+    group.set(mill, "start", 0)
+    group.send(feeder, b"@01\r@0A800,400\r@0B0,8\r")
+
+    # The feed takes two seconds. Meanwhile the mill has not moved.
+    group.run_until(feeder, "x = 400")
+    assert (group.position(feeder)[0], group.position(mill)[0]) == (400, 0)
+    group.run_until_idle()
+    assert (group.position(feeder)[0], group.position(mill)[0]) == (800, 400)
+
+
+class Oven:
+    """It is hot four seconds after its heater was switched on, and closes a contact then."""
+
+    heater = hot_at = None
+
+    def due(self):
+        return self.hot_at
+
+    def act(self, world):
+        self.hot_at = None
+        world.set(self.heater, "input 0.0", 1)
+
+    def output(self, member, port, value, world):
+        self.heater = member
+        self.hot_at = world.now + 4_000_000_000 if value & 1 else None
+
+
+def test_the_driver_waits_for_the_oven():
+    group = virtual.Group(Oven())
+    control = group.join("imc-s8")
+    group.send(control, b"@01\r@0B0,1\r")
+    heating, began = group.snapshot(), group.now
+    assert group.run_until_idle() - began == 4_000_000_000
+    group.send(control, b"@0b0\r")
+    assert group.take_bytes(control) == b"00001"
+
+    # Rolled back: what if the heater fails after three?
+    group.restore(heating)
+    group.advance("3s")
+    group.send(control, b"@0B0,0\r")
+    group.advance("60s")
+    group.send(control, b"@0b0\r")
+    assert group.take_bytes(control) == b"0000"
+
+
+class Raises:
+    """It goes wrong in one of its methods."""
+
+    def __init__(self, where, does):
+        self.where, self.does = where, does
+
+    def due(self):
+        return self.does() if self.where == "due" else 1_000 if self.where == "act" else None
+
+    def act(self, world):
+        if self.where == "act":
+            self.does(world)
+
+    def output(self, member, port, value, world):
+        if self.where == "output":
+            self.does(member, world)
+
+
+def fails(*_):
+    raise LookupError("broken")
+
+
+@pytest.mark.parametrize("where", ["due", "act", "output"])
+def test_what_a_simulation_raises_is_raised(where):
+    group = virtual.Group(Raises(where, fails))
+    with pytest.raises(LookupError, match="broken"):
+        member = group.join("imc-s8")
+        group.send(member, b"@01\r@0B0,1\r")
+        group.advance("1s")
+
+
+def test_a_simulation_that_is_wrong_is_told_so():
+    with pytest.raises(TypeError, match="has no method `due`"):
+        virtual.Group(object())
+    group = virtual.Group(Raises("output", lambda member, world: world.set(member, "bell", 1)))
+    member = group.join("imc-s8")
+    with pytest.raises(virtual.DeedError, match="no signal `bell`; there are .*input 0.0"):
+        group.send(member, b"@01\r@0B0,1\r")
+    group = virtual.Group(Raises("output", lambda member, world: group.position(member)))
+    member = group.join("imc-s8")
+    with pytest.raises(RuntimeError, match="the group is at work"):
+        group.send(member, b"@01\r@0B0,1\r")
+
+
+def test_a_simulation_sees_the_world():
+    seen = []
+
+    def see(member, world):
+        seen.append((world.now, world.position(member), world.output(member, 0), world.output(member, 77)))
+
+    group = virtual.Group(Raises("output", see))
+    member = group.join("imc-s8")
+    group.send(member, b"@01\r@0B0,5\r")
+    assert seen == [(0, group.position(member), 5, None)]
+
+
+def test_copies_go_their_own_way():
+    group = virtual.Group(Oven())
+    control = group.join("imc-s8", watching=["command"])
+    group.send(control, b"@01\r@0B0,1\r")
+    other = copy.copy(group)
+    assert copy.deepcopy(control) == control and hash(control) == hash(copy.copy(control))
+    other.run_until_idle()
+    assert (group.now, other.now) == (0, 4_000_000_000)
+    assert group.due == 4_000_000_000 and other.due is None
+    assert group.simulation.hot_at == 4_000_000_000 and other.simulation.hot_at is None
+    assert any(one.get("event") == "command" or "bytes" in one for one in group.drain(control))
+    assert group.step() == 4_000_000_000 and group.step() is None
+    assert group.view(control)["model"] and "Group of 1 at" in repr(group)
+
+
+def test_mistakes_are_errors():
+    group, another = virtual.Group(), virtual.Group()
+    member = group.join("imc-s8")
+    stranger = another.join("imc-s8")
+    with pytest.raises(ValueError, match="another group"):
+        group.send(stranger, b"@01\r")
+    with pytest.raises(virtual.DeedError, match="no output port 9"):
+        group.wire((member, 9, 0), (member, "input 0.0"))
+    with pytest.raises(virtual.DeedError, match="no signal `bell`"):
+        group.set(member, "bell", 1)
+    with pytest.raises(virtual.ConditionError):
+        group.run_until(member, "x =")
+    with pytest.raises(virtual.ProfileError):
+        group.join("no-such-model")
+    state = group.snapshot()
+    later = group.copy().join("imc-s8")
+    with pytest.raises(ValueError, match="another group"):
+        group.position(later)
+    group.join("imc-s8")
+    with pytest.raises(virtual.ControlError, match="this is the state of a group of 1"):
+        group.restore(state)
