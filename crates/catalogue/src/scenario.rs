@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 use toml::Spanned;
-use vimc4_device::{Names, RuleError, RulePart, Scenario};
+use vimc4_device::{MOST_RULES, Names, RuleError, RulePart, Scenario};
 use vimc4_plant::{ProfileError, parse_profile};
 
 /// A file: rules, in parts.
@@ -56,6 +56,15 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
     let mut scenario = Scenario::new();
     for table in file.rule {
         let span = table.span();
+        if scenario.rules.len() >= MOST_RULES {
+            return Err(ProfileError {
+                message: "this is rule 1,001, and a controller has no more than 1,000 at once"
+                    .to_owned(),
+                help: "leave out rules, or let one act several times with `when` or `every`"
+                    .to_owned(),
+                span: Some(span),
+            });
+        }
         let Table { name, times, at, every, when, during, acts } = table.into_inner();
         let triggers = [("at", at), ("every", every), ("when", when), ("while", during)];
         let given: Vec<(&str, Spanned<String>)> =

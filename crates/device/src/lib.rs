@@ -52,8 +52,8 @@ pub use outbox::Outbox;
 pub use output::{CommandNumber, FlashChange, Output, Stamp};
 pub use run::{Beginnings, Device, Forecast, Foresight, MAX_CAUSES};
 pub use scenario::{
-    Act, Awaits, Cue, Lasts, Rule, RuleError, RuleId, RuleNews, RulePart, RuleStage, RuleView,
-    Ruling, Scenario, ScenarioNumber, Trigger,
+    Act, Awaits, Cue, Lasts, MOST_RULES, Rule, RuleError, RuleId, RuleNews, RulePart, RuleStage,
+    RuleView, Ruling, Scenario, ScenarioNumber, Trigger,
 };
 pub use signal::{Signal, SignalId, SignalKind};
 pub use text::{escape, said, unescape, unescape_first};

@@ -8,8 +8,9 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 use vimc4_device::{
-    Act, Awaits, Condition, Cue, Deed, Device, Event, Harness, Input, Kinds, Lasts, Line, Names,
-    Output, Rule, RuleNews, RuleStage, Ruling, Scenario, ScenarioNumber, Time, Trigger,
+    Act, Awaits, Condition, Cue, Deed, Device, Event, Harness, Input, Kinds, Lasts, Line,
+    MOST_RULES, Names, Output, Rule, RuleNews, RuleStage, Ruling, Scenario, ScenarioNumber, Time,
+    Trigger,
 };
 
 use cart::Cart;
@@ -129,6 +130,64 @@ fn what_somebody_else_has_changed_stays() {
     cart.input(Input::Power(true));
     order(&mut cart, "end all");
     assert!(cart.device().view(ms(12)).powered);
+}
+
+/// It is what was done last that counts, not the value that came of it.
+#[test]
+fn the_last_hand_on_a_switch_decides() {
+    let powered = |cart: &Harness<Line<Cart>>| cart.device().view(cart.device().now()).powered;
+    // By hand to where it is already: it stays, even when the rule ends.
+    let mut cart1 = cart(&["at 1ms: power off for 5ms"]);
+    cart1.run_to(ms(2));
+    assert_eq!(cart1.device().rules()[0].stage, RuleStage::Holds);
+    cart1.input(Input::Power(false));
+    assert_eq!(cart1.device().rules()[0].stage, RuleStage::Over);
+    cart1.run_to(ms(10));
+    assert!(!powered(&cart1));
+
+    // One rule holds it above another; it goes back when the last of them lets it go, in whichever
+    // order they do.
+    for (first, second) in [(5, 8), (8, 5)] {
+        let below = format!("at 1ms: power off for {}ms", first - 1);
+        let above = format!("at 2ms: power off for {}ms", second - 2);
+        let mut cart = cart(&[&below, &above]);
+        for now in 0..12 {
+            cart.run_to(ms(now));
+            assert_eq!(powered(&cart), !(1..8).contains(&now), "{first} {now}");
+        }
+    }
+    // What an ended rule had made of it never comes back.
+    let mut cart2 = cart(&["at 1ms: power off for 4ms", "at 2ms: power on for 6ms"]);
+    for now in 0..12 {
+        cart2.run_to(ms(now));
+        assert_eq!(powered(&cart2), now != 1, "{now}");
+    }
+}
+
+#[test]
+fn a_rule_too_many_does_not_begin_and_those_over_give_way() {
+    let numbers = |cart: &Harness<Line<Cart>>| {
+        cart.device().rules().iter().map(|view| view.id.scenario.0).collect::<Vec<_>>()
+    };
+    let mut cart = cart(&["rule once when x = 0: release stop"]);
+    for _ in 1..MOST_RULES {
+        order(&mut cart, "when x > 900: release stop");
+    }
+    assert_eq!(numbers(&cart).len(), MOST_RULES);
+    // The first is over.
+    order(&mut cart, "when x > 901: release stop");
+    assert_eq!((numbers(&cart).len(), numbers(&cart)[0]), (MOST_RULES, 2));
+    let before = cart.device().state();
+    order(&mut cart, "when x > 902: release stop");
+    assert_eq!(cart.device().state(), before);
+    // One that takes the place of another needs no other place; two do.
+    order(&mut cart, "2 when x > 903: release stop");
+    let before = cart.device().state();
+    order(&mut cart, "2\nwhen x > 904: release stop\nwhen x > 905: release stop");
+    assert_eq!(cart.device().state(), before);
+    order(&mut cart, "end 7");
+    order(&mut cart, "when x > 906: release stop");
+    assert_eq!(numbers(&cart).last(), Some(&1_002));
 }
 
 #[test]

@@ -14,6 +14,10 @@ use crate::rig::Rig;
 pub(crate) const NO_MORE_FAULTS: &str =
     "no more than 1,000 faults at once; end those that are no longer needed";
 
+/// Why there are not more rules than [`MOST_RULES`](vimc4_device::MOST_RULES).
+pub(crate) const NO_MORE_RULES: &str =
+    "no more than 1,000 rules at once; end those that are no longer needed";
+
 /// Performs a deed on the device, and tells its source whether it has had any effect.
 pub(crate) fn act<D: Device + Clone>(
     drive: &mut Drive<D>,
@@ -109,6 +113,7 @@ fn why_without_effect<D: Device>(
         {
             Some(NO_MORE_FAULTS)
         }
+        [Input::Rule(Ruling::Begin(..))] => Some(NO_MORE_RULES),
         [Input::Fault(Faulting::End(_))] => Some("there is no such fault"),
         [Input::Fault(Faulting::EndAll)] => Some("nothing is wrong"),
         [Input::Rule(Ruling::End(_))] => Some("there is no such rule"),

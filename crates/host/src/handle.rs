@@ -11,7 +11,7 @@ use vimc4_device::{
 
 use crate::breakpoints::BreakpointView;
 use crate::clock::Clock;
-use crate::deeds::NO_MORE_FAULTS;
+use crate::deeds::{NO_MORE_FAULTS, NO_MORE_RULES};
 use crate::journey::{Journey, Wishes};
 use crate::pending::{ControlError, Pending};
 use crate::report::{BreakpointId, Effect, Sink, SinkId, Source};
@@ -154,7 +154,10 @@ impl<D: Device + Clone + 'static> Handle<D> {
                 return Ok(ScenarioNumber::NEXT);
             }
             let ruling = Ruling::Begin(ScenarioNumber::NEXT, scenario);
-            runner.do_to(&by, &[Input::Rule(&ruling)]);
+            let effect = runner.do_to(&by, &[Input::Rule(&ruling)]);
+            if effect == (Effect::Nothing { why: Some(NO_MORE_RULES) }) {
+                return Err(ControlError::Unsupported(NO_MORE_RULES));
+            }
             // It has the highest number, for it is the latest.
             let numbers = runner.device().rules().into_iter().map(|view| view.id.scenario);
             Ok(numbers.max().unwrap_or_default())

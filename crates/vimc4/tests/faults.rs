@@ -67,6 +67,36 @@ fn one_fault_too_many_is_refused_and_ends_no_other() {
     assert_eq!(ask(&emu, &mut port, "@01\r"), "0");
 }
 
+#[test]
+fn what_a_person_sets_to_what_a_rule_holds_stays() {
+    let (emu, _port) = emulator();
+    let give = |words: &str| {
+        let order = Order::read(words, &emu.names().unwrap()).unwrap().unwrap();
+        emu.give(&order).unwrap()
+    };
+    let rule = emu.scenario("every 1s: input 0.3 1 until never").unwrap();
+    emu.advance(Duration::from_secs(1)).unwrap();
+    assert_eq!(give("input 0.3 1"), "ok");
+    drop(rule);
+    assert_eq!(give("input 0.3 1"), "ok, without effect: it was so already");
+}
+
+#[test]
+fn one_rule_too_many_is_refused_and_ends_no_other() {
+    let (emu, _port) = emulator();
+    for _ in 0..vimc4::MOST_RULES {
+        emu.scenario("when x > 900: press stop").unwrap().keep();
+    }
+    let refused = emu.scenario("when x > 901: press stop").err().unwrap().to_string();
+    assert!(refused.starts_with("no more than 1,000 rules at once"), "{refused}");
+    let order = Order::read("when x > 902: press stop", &emu.names().unwrap()).unwrap().unwrap();
+    assert_eq!(emu.give(&order).unwrap_err().to_string(), refused);
+    let many = "[[rule]]\nwhen = \"x > 1\"\ndo = \"press stop\"\n".repeat(1_001);
+    let error = vimc4_catalogue::scenario(&many, &emu.names().unwrap()).unwrap_err();
+    assert!(error.message.contains("rule 1,001"), "{error:?}");
+    assert_eq!(error.span.unwrap().start, many.len() - many.len() / 1_001);
+}
+
 /// Time that jumps from one thing to the next takes the end of a fault for such a thing, whatever the
 /// fault.
 #[test]

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use self::faults::{Faults, ForDevice};
 use self::lane::{INSTANT, Lane};
+use self::rules::Rules;
 use crate::{
     Activity, Device, Event, Fact, Fault, FaultNumber, FaultView, Faulting, Input, Kinds, Output,
     OwnedInput, Point, RuleView, Ruling, Running, ScenarioNumber, Signal, SignalId, Time, View,
@@ -290,6 +291,11 @@ impl<D: Device> Line<D> {
                     ScenarioNumber::NEXT => ScenarioNumber(scenarios.0.saturating_add(1)),
                     number => number,
                 };
+                let rules = faults.as_deref().map(|faults| &faults.rules);
+                let count = scenario.rules.len();
+                if !rules.unwrap_or(&Rules::default()).has_room_for(number, count) {
+                    return;
+                }
                 *scenarios = (*scenarios).max(number);
                 let rules = &mut faults.get_or_insert_default().rules;
                 rules.begin(number, scenario.clone(), &self.device, &mut news)
@@ -446,7 +452,12 @@ impl<D: Device> Device for Line<D> {
                 self.device.accept(Input::Wake, at);
                 self.rule(ruling);
             }
-            input => self.disturb(input, at),
+            input => {
+                if let Some(faults) = &mut self.wires.faults {
+                    faults.rules.yield_to(&input);
+                }
+                self.disturb(input, at);
+            }
         }
         self.collect();
     }

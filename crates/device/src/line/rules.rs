@@ -3,13 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Act, Awaits, Breakpoint, Condition, Deed, Device, Event, FaultNumber, Faulting, Kinds, Lasts,
-    Names, Output, OwnedInput, Rule, RuleId, RuleNews, RuleStage, RuleView, Scenario,
-    ScenarioNumber, SignalId, Time, Trigger,
+    Act, Awaits, Breakpoint, Condition, Deed, Device, Event, FaultNumber, Faulting, Input, Kinds,
+    Lasts, MOST_RULES, Names, Output, OwnedInput, Rule, RuleId, RuleNews, RuleStage, RuleView,
+    Scenario, ScenarioNumber, SignalId, Time, Trigger,
 };
-
-/// So many rules a device has at once; the scenario of one more is cut.
-const MOST: usize = 1_000;
 
 /// So often a rule acts at one instant. Two rules that call each other would never let time go on.
 const MOST_AT_ONCE: u32 = 100;
@@ -145,7 +142,19 @@ impl Rules {
 
     // --- beginning and ending ---
 
-    /// Begins the rules of a scenario; one of that number ends.
+    /// Whether so many rules of a scenario of this number can begin now.
+    pub(super) fn has_room_for(&self, number: ScenarioNumber, rules: usize) -> bool {
+        let stay = |begun: &&Begun| begun.id.scenario != number && !self.is_done(begun);
+        self.list.iter().filter(stay).count() + rules <= MOST_RULES
+    }
+
+    /// Whether nothing is left of a rule that could make a difference.
+    fn is_done(&self, begun: &Begun) -> bool {
+        begun.stage == Stage::Over && !self.held.iter().any(|held| begun.holds(held))
+    }
+
+    /// Begins the rules of a scenario, for which there [is room](Rules::has_room_for); one of that
+    /// number ends.
     pub(super) fn begin<D: Device>(
         &mut self,
         number: ScenarioNumber,
@@ -154,10 +163,10 @@ impl Rules {
         news: &mut Vec<Output>,
     ) -> Vec<OwnedInput> {
         let inputs = self.end(Some(number), device, news);
+        self.make_room_for(scenario.rules.len(), device.now(), news);
         let place = self.list.partition_point(|begun| begun.id.scenario < number);
         let single = scenario.rules.len() == 1;
-        let room = MOST.saturating_sub(self.list.len());
-        let begun = scenario.rules.into_iter().take(room).enumerate().map(|(nth, rule)| {
+        let begun = scenario.rules.into_iter().enumerate().map(|(nth, rule)| {
             let nth = u32::try_from(nth).unwrap_or(u32::MAX).saturating_add(1);
             let nth = if single { 0 } else { nth };
             let id = RuleId { scenario: number, place: nth, name: rule.name.clone() };
@@ -170,6 +179,19 @@ impl Rules {
         let begun: Vec<Begun> = begun.collect();
         self.list.splice(place..place, begun);
         inputs
+    }
+
+    /// Rules that are over give way to so many others, the oldest first.
+    fn make_room_for(&mut self, rules: usize, now: Time, news: &mut Vec<Output>) {
+        let mut surplus = (self.list.len() + rules).saturating_sub(MOST_RULES);
+        for begun in std::mem::take(&mut self.list) {
+            if surplus > 0 && self.is_done(&begun) {
+                surplus -= 1;
+                tell(news, now, &begun.id, RuleNews::Ends);
+            } else {
+                self.list.push(begun);
+            }
+        }
     }
 
     /// Ends the scenario of this number, or all.
@@ -415,21 +437,24 @@ impl Rules {
             ahead.give(input);
         }
         for change in changes {
-            let again = self.held.iter_mut().find(|held| {
-                mine(held)
-                    && match (&held.change, &change) {
-                        (Change::Signal { signal, .. }, Change::Signal { signal: same, .. }) => {
-                            signal == same
-                        }
-                        (Change::Power { .. }, Change::Power { .. }) => true,
-                        _ => false,
-                    }
-            });
-            if let Some(held) = again {
+            let same = |held: &Held| held.change.is_of_same(&change);
+            let latest = self.held.iter().rposition(same);
+            let again = self.held.iter().position(|held| mine(held) && same(held));
+            if let Some(held) =
+                again.filter(|_| again == latest).and_then(|at| self.held.get_mut(at))
+            {
                 // What was before it held this the first time is what is set back.
                 held.change.takes(&change);
                 held.until = until.clone();
-            } else if change.is_one() {
+                continue;
+            }
+            if let Some(again) = again {
+                // It is above the others from now on.
+                let before = self.held.remove(again);
+                self.close_gap(again, &before.change);
+            }
+            // As long as another holds this, it is held even if it was so already.
+            if change.is_one() || latest.is_some() {
                 let RuleId { scenario, place, .. } = *id;
                 self.held.push(Held { scenario, place, act: nth, change, until: until.clone() });
             }
@@ -437,17 +462,45 @@ impl Rules {
         begun
     }
 
+    /// Something that was held up to now, below those from this place on, is not any more. Returns
+    /// whether another holds the same: what was before it, it will be after that one.
+    fn close_gap(&mut self, place: usize, gone: &Change) -> bool {
+        let above = self.held.iter_mut().skip(place).find(|held| held.change.is_of_same(gone));
+        match (above.map(|held| &mut held.change), gone) {
+            (Some(Change::Signal { before, .. }), Change::Signal { before: below, .. }) => {
+                *before = *below;
+                true
+            }
+            (Some(Change::Power { before, .. }), Change::Power { before: below, .. }) => {
+                *before = *below;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Somebody else does something to the device: it stays, whatever rules have held there.
+    pub(super) fn yield_to(&mut self, input: &Input<'_>) {
+        self.held.retain(|held| match (&held.change, input) {
+            (Change::Signal { signal, .. }, Input::Signal(given, _)) => signal != given,
+            (Change::Power { .. }, Input::Power(_)) => false,
+            _ => true,
+        });
+    }
+
     /// Sets back what is held and meant, the latest first, so far as it still is what it was set to.
     fn set_back<D: Device>(&mut self, ahead: &mut Ahead<'_, D>, is_meant: impl Fn(&Held) -> bool) {
         let mut signals: Vec<(SignalId, i32)> = Vec::new();
         let mut power = None;
-        let mut kept = Vec::new();
-        for held in std::mem::take(&mut self.held).into_iter().rev() {
-            if !is_meant(&held) {
-                kept.push(held);
+        for place in (0..self.held.len()).rev() {
+            if !self.held.get(place).is_some_and(&is_meant) {
                 continue;
             }
-            match held.change {
+            let Held { change, .. } = self.held.remove(place);
+            if self.close_gap(place, &change) {
+                continue;
+            }
+            match change {
                 Change::Signal { signal, before, now } => {
                     let known = signals.iter_mut().find(|(known, _)| *known == signal);
                     match known {
@@ -466,8 +519,6 @@ impl Rules {
                 }
             }
         }
-        kept.reverse();
-        self.held = kept;
         for (signal, value) in signals {
             if ahead.signal(signal) != Some(value) {
                 ahead.give(OwnedInput::Signal(signal, value));
@@ -502,6 +553,15 @@ impl Change {
             Change::Signal { before, now, .. } => before != now,
             Change::Power { before, now } => before != now,
             Change::Fault(_) => true,
+        }
+    }
+
+    /// Whether the other is a change of the same thing.
+    fn is_of_same(&self, other: &Change) -> bool {
+        match (self, other) {
+            (Change::Signal { signal, .. }, Change::Signal { signal: same, .. }) => signal == same,
+            (Change::Power { .. }, Change::Power { .. }) => true,
+            _ => false,
         }
     }
 

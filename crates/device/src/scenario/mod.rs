@@ -33,6 +33,10 @@ pub(crate) use text::{RuleTexts, help_on_rules, read_rule, read_ruling};
 
 use crate::{Condition, Deed, FaultNumber};
 
+/// The most rules that a device has at once, those of all its scenarios together. Those that are over
+/// give way to others, the oldest first; a scenario for whose rules there is no room does not begin.
+pub const MOST_RULES: usize = 1_000;
+
 /// What happens around a device, and when.
 ///
 /// ```
@@ -269,7 +273,8 @@ impl fmt::Display for ScenarioNumber {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ruling {
-    /// A scenario begins, with this number. One that has the number already ends.
+    /// A scenario begins, with this number, unless there would be more rules than [there can
+    /// be](MOST_RULES). One that has the number already ends.
     Begin(ScenarioNumber, Scenario),
     /// The scenario of this number ends, if there is one: what its rules hold is set back.
     End(ScenarioNumber),
