@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         write(path, &lcov.tracefile)?;
     }
     if !arguments.missing {
-        return output::print(&coverage.table());
+        return output::print(&Coverage::table(&coverage));
     }
     output::print(&coverage.missing().iter().map(|line| format!("{line}\n")).collect::<String>())
 }

@@ -194,12 +194,14 @@ impl Debugger {
 
     // --- what came by hand ---
 
-    /// Bytes come by hand that no line of the source is of: so many commands get numbers of their own.
-    pub(crate) fn keep_by_hand(&mut self, bytes: &[u8]) {
-        if self.source.is_none() || self.feed.is_none() {
-            return;
-        }
-        let last = self.executing().map_or(0, |command| command.number.0.get());
+    /// Whether commands that come by hand have to be told from those of the source.
+    pub(crate) fn heeds_hands(&self) -> bool {
+        self.source.is_some() && self.feed.is_some()
+    }
+
+    /// Bytes come by hand that no line of the source is of: so many commands get numbers of their own,
+    /// behind that of the command that was executed last.
+    pub(crate) fn keep_by_hand(&mut self, bytes: &[u8], last: u64) {
         let present = self.place();
         let own = self.by_hand.entry(present.branch).or_default();
         let kept = own.last().map_or(0, |(_, number)| number.0.get());

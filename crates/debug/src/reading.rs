@@ -152,8 +152,11 @@ impl Debugger {
             let _ = self.read_until(|own| !own.history.is_at_end(), &mut uninterrupted);
         }
         self.history.give(input);
-        if let Input::Bytes(bytes) = input {
-            self.keep_by_hand(bytes);
+        if let Input::Bytes(bytes) = input
+            && self.heeds_hands()
+        {
+            let last = self.executing().map_or(0, |command| command.number.0.get());
+            self.keep_by_hand(bytes, last);
         }
     }
 

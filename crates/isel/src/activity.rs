@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{Point, Segment, Time};
+use vimc4_device::{Activity as Doing, Point, Segment, Time};
 use vimc4_isel_wire::{BitTest, Op, PortTest};
 use vimc4_motion::Path;
 
@@ -212,6 +212,29 @@ impl Referencing {
         match self.last_step() {
             ON_AND_ON => Time::NEVER,
             step => self.began.after_nanos(self.segment.profile.time_of(step)),
+        }
+    }
+}
+
+impl Purpose {
+    /// What a motion for this is.
+    pub(crate) fn moving(self) -> Doing {
+        match self {
+            Purpose::Program => Doing::ProgramMove,
+            Purpose::SelfTest => Doing::SelfTest,
+            Purpose::Command(_) | Purpose::Answered(_) => Doing::Move,
+        }
+    }
+}
+
+impl Referencing {
+    /// What it is doing.
+    pub(crate) fn doing(&self) -> Doing {
+        match self.phase {
+            _ if !self.whole => Doing::LeavingLimitSwitch,
+            Phase::Approach => Doing::ReferenceTowardsSwitch,
+            Phase::StepOut => Doing::ReferenceOutOfSwitch,
+            Phase::Free => Doing::ReferenceFreeSteps,
         }
     }
 }

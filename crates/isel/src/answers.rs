@@ -2,7 +2,7 @@
 
 use bytes::Bytes;
 use vimc4_device::{Event, Kinds};
-use vimc4_isel_wire::{Mode, Op, Reply, table};
+use vimc4_isel_wire::{Mode, Op, Reply};
 
 use crate::activity::Purpose;
 use crate::firmware::Firmware;
@@ -116,8 +116,7 @@ impl Firmware {
     }
 
     pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
-        let specs = table(self.state.model.command_set.dialect(), mode);
-        specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+        self.state.model.mnemonic(mode, op)
     }
 
     // --- ends without an answer ---

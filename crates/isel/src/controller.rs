@@ -108,7 +108,7 @@ impl Device for Controller {
     }
 
     fn activity(&self) -> vimc4_device::Activity {
-        self.0.doing()
+        self.0.state.doing()
     }
 
     fn details(&self) -> Details {

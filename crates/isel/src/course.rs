@@ -11,7 +11,7 @@ impl Firmware {
     /// A command is taken from the line.
     pub(crate) fn finds(&mut self, mnemonic: &'static str) {
         if self.wants(Kinds::COURSE) {
-            let situation = match self.doing() {
+            let situation = match self.state.doing() {
                 Doing::Idle if self.state.remainder.is_some() => Situation::StoppedMotion,
                 doing => Situation::Doing(doing),
             };
@@ -22,7 +22,7 @@ impl Firmware {
     /// A line of a program is executed.
     pub(crate) fn line_finds(&mut self, op: Op) {
         if self.wants(Kinds::COURSE) {
-            let mnemonic = self.mnemonic(Mode::Stored, op);
+            let mnemonic = self.state.model.mnemonic(Mode::Stored, op);
             let situation = self.in_program(Doing::ProgramLine);
             self.emit(Event::Course(Course::Finds { mnemonic: mnemonic.into(), situation }));
         }
@@ -33,7 +33,7 @@ impl Firmware {
         if self.wants(Kinds::COURSE)
             && let Some(job) = self.under_way()
         {
-            self.job_struck(job, cause, self.doing());
+            self.job_struck(job, cause, self.state.doing());
         }
     }
 
@@ -52,7 +52,7 @@ impl Firmware {
                 Purpose::SelfTest => (Op::SelfTest, Situation::Doing(doing)),
                 Purpose::Program => (Op::Start, self.in_program(doing)),
             };
-            let mnemonic = self.mnemonic(Mode::Direct, op).into();
+            let mnemonic = self.state.model.mnemonic(Mode::Direct, op).into();
             self.emit(Event::Course(Course::Stops { mnemonic, cause, situation }));
         }
     }

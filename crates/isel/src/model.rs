@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
-use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions};
+use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions, Mode, Op, table};
 use vimc4_plant::{ProfileError, profiles};
 
 use crate::wiring::{Ports, Wire};
@@ -446,6 +446,12 @@ profiles! { Model, Model::check, [
 ] }
 
 impl Model {
+    /// The stable mnemonic of a command; `?` for one that the model does not have.
+    pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
+        let specs = table(self.command_set.dialect(), mode);
+        specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+    }
+
     /// How a line is read while these axes are set; `line` is its place in the data field, from 0,
     /// if it is to be stored.
     pub(crate) fn context(&self, axes: AxisSet, line: Option<u32>) -> Context<'_> {

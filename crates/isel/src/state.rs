@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use vimc4_device::{CommandNumber, Point, Time};
+use vimc4_device::{Activity as Doing, CommandNumber, Point, Time};
 use vimc4_isel_wire::{AxisSet, BitTest, Context, Direction, LineBuffer, Plane};
 use vimc4_motion::{Ramp, Running};
 use vimc4_plant::{Machine, Plant, Slide, Way};
@@ -286,6 +286,30 @@ impl State {
     }
 
     // --- the present activity ---
+
+    /// What the controller is doing.
+    pub(crate) fn doing(&self) -> Doing {
+        if !self.powered {
+            return Doing::Off;
+        }
+        match &self.activity {
+            Activity::Moving(moving) => moving.job.moving(),
+            Activity::Referencing(run) => run.doing(),
+            Activity::Waiting { what, .. } => match what {
+                Wait::Boot | Wait::PowerUp => Doing::StartingUp,
+                Wait::Erase | Wait::PanelErase => Doing::Erasing,
+                Wait::Delay => Doing::ProgramDelay,
+                Wait::Line => Doing::ProgramLine,
+                Wait::Port => Doing::ProgramWaitsForPort,
+                Wait::Character => Doing::ProgramWaitsForCharacter,
+                Wait::Forever => Doing::ProgramHaltedOnItself,
+            },
+            Activity::Echo => Doing::Echo,
+            Activity::Idle if self.storing => Doing::Storing,
+            Activity::Idle if self.run.is_some() => Doing::ProgramStopped,
+            Activity::Idle => Doing::Idle,
+        }
+    }
 
     /// A program runs and is not halted.
     pub(crate) fn is_running(&self) -> bool {

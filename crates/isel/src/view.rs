@@ -8,7 +8,6 @@ use vimc4_device::{
 use vimc4_isel_wire::{Command, Plane};
 use vimc4_plant::{End, PlantSignal};
 
-use crate::activity::{Activity, Phase, Purpose, Referencing, Wait};
 use crate::axes::{AXES, AXIS_NAMES, wrap};
 use crate::firmware::Firmware;
 use crate::model::Model;
@@ -113,29 +112,6 @@ pub struct LoopView {
     pub left: u32,
 }
 
-impl Purpose {
-    /// What a motion for this is.
-    pub(crate) fn moving(self) -> Doing {
-        match self {
-            Purpose::Program => Doing::ProgramMove,
-            Purpose::SelfTest => Doing::SelfTest,
-            Purpose::Command(_) | Purpose::Answered(_) => Doing::Move,
-        }
-    }
-}
-
-impl Referencing {
-    /// What it is doing.
-    pub(crate) fn doing(&self) -> Doing {
-        match self.phase {
-            _ if !self.whole => Doing::LeavingLimitSwitch,
-            Phase::Approach => Doing::ReferenceTowardsSwitch,
-            Phase::StepOut => Doing::ReferenceOutOfSwitch,
-            Phase::Free => Doing::ReferenceFreeSteps,
-        }
-    }
-}
-
 impl Firmware {
     pub(crate) fn picture(&self, at: Time) -> View<Details> {
         let state = &self.state;
@@ -166,7 +142,7 @@ impl Firmware {
             model: state.model.name.clone(),
             machine: state.plant.machine().name.clone(),
             powered: state.powered,
-            activity: self.doing(),
+            activity: self.state.doing(),
             waits_for: self.awaited(),
             baud: state.baud,
             received: Fill {
@@ -229,36 +205,12 @@ impl Firmware {
         }
     }
 
-    pub(crate) fn doing(&self) -> Doing {
-        let state = &self.state;
-        if !state.powered {
-            return Doing::Off;
-        }
-        match &state.activity {
-            Activity::Moving(moving) => moving.job.moving(),
-            Activity::Referencing(run) => run.doing(),
-            Activity::Waiting { what, .. } => match what {
-                Wait::Boot | Wait::PowerUp => Doing::StartingUp,
-                Wait::Erase | Wait::PanelErase => Doing::Erasing,
-                Wait::Delay => Doing::ProgramDelay,
-                Wait::Line => Doing::ProgramLine,
-                Wait::Port => Doing::ProgramWaitsForPort,
-                Wait::Character => Doing::ProgramWaitsForCharacter,
-                Wait::Forever => Doing::ProgramHaltedOnItself,
-            },
-            Activity::Echo => Doing::Echo,
-            Activity::Idle if state.storing => Doing::Storing,
-            Activity::Idle if state.run.is_some() => Doing::ProgramStopped,
-            Activity::Idle => Doing::Idle,
-        }
-    }
-
     /// What the controller waits for, unless something is due.
     fn awaited(&self) -> Option<WaitsFor> {
         if self.state.deadline().is_some() {
             return None;
         }
-        Some(match self.doing() {
+        Some(match self.state.doing() {
             Doing::Off => WaitsFor::Power,
             Doing::Idle if self.state.remainder.is_some() => WaitsFor::StoppedMotion,
             Doing::Idle => WaitsFor::Command,

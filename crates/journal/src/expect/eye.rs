@@ -134,10 +134,10 @@ impl Eye {
     /// The kinds of events that can make a difference to it.
     pub(super) fn kinds(&self) -> Kinds {
         match self {
-            Eye::When(parts) => {
-                parts.iter().fold(Kinds::NONE, |kinds, part| kinds.and(changes(&part.condition)))
-            }
-            Eye::Command { .. } => Kinds::COMMAND.and(Kinds::ANSWER),
+            Eye::When(parts) => parts
+                .iter()
+                .fold(Kinds::NONE, |kinds, part| Kinds::and(kinds, changes(&part.condition))),
+            Eye::Command { .. } => Kinds::and(Kinds::COMMAND, Kinds::ANSWER),
         }
     }
 
@@ -177,13 +177,13 @@ fn names_a_time(condition: &Condition) -> bool {
 fn changes(condition: &Condition) -> Kinds {
     match condition {
         Condition::All(parts) | Condition::Any(parts) => {
-            parts.iter().fold(Kinds::NONE, |kinds, part| kinds.and(changes(part)))
+            parts.iter().fold(Kinds::NONE, |kinds, part| Kinds::and(kinds, changes(part)))
         }
         Condition::AxisAt { .. }
         | Condition::AxisBelow { .. }
         | Condition::AxisAbove { .. }
         | Condition::Outside { .. } => Kinds::MOTION,
-        Condition::PortBit { .. } => Kinds::PORT.and(Kinds::SIGNAL),
+        Condition::PortBit { .. } => Kinds::and(Kinds::PORT, Kinds::SIGNAL),
         Condition::SignalIs { .. } => Kinds::SIGNAL,
         // Neither is followed: such expectations are refused.
         Condition::Limit { .. } | Condition::Idle => Kinds::NONE,

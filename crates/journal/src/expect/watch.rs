@@ -119,7 +119,7 @@ impl Watch {
         check::expectation(&expected, names, start)?;
         let course = Course::of(&expected, start.at());
         let mut kinds = Kinds::NONE;
-        course.each(|eye| kinds = kinds.and(eye.kinds()));
+        course.each(|eye| kinds = Kinds::and(kinds, eye.kinds()));
         let now = start.at();
         let mut watch = Watch { expected, before, now, course, kinds, next: None, failed: None };
         // What holds at the beginning becomes true then.

@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows a clock, a thread or a file.
 
+mod member;
 mod world;
 
 use std::collections::VecDeque;
@@ -16,7 +17,10 @@ use vimc4_device::{
 
 use crate::control::View;
 
+pub use member::Member;
 pub use world::{Simulation, World};
+
+use member::Seat;
 
 /// Several controllers, and a simulation of what they drive, in one time.
 ///
@@ -50,19 +54,6 @@ pub struct Group<S = ()> {
     members: Vec<Seat>,
     wires: Vec<Wire>,
     simulation: S,
-}
-
-/// A controller of the group that it has joined, and of its copies. Another group panics that has fewer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Member(usize);
-
-/// A controller, and what has come out of it.
-#[derive(Clone, Debug)]
-struct Seat {
-    harness: Harness<Controller>,
-    /// The kinds of events that are kept.
-    kept: Kinds,
-    outputs: VecDeque<Output>,
 }
 
 /// An output bit that drives a signal.

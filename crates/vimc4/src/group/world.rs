@@ -4,7 +4,7 @@ use vimc4_device::{Device as _, SignalId, Time};
 
 use crate::control::View;
 
-use super::{Member, Seat};
+use super::member::{Member, Seat};
 
 /// What the controllers of a [`Group`](super::Group) drive: a plant of the user's own, which takes part in
 /// their time.
