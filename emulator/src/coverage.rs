@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "OUT")]
     html: Option<PathBuf>,
     /// Write a tracefile of lcov for viewers of coverage, and beside it OUT.txt, the text of the commands
-    /// that it is about
+    /// that it is about, which it names by its absolute path
     #[arg(long, value_name = "OUT")]
     lcov: Option<PathBuf>,
 }
@@ -60,21 +60,76 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let Some(coverage) = whole else { return Err(Failure::usage("no file is given")) };
+    let source = arguments.lcov.as_ref().map(|path| {
+        let mut source = path.clone().into_os_string();
+        source.push(".txt");
+        PathBuf::from(source)
+    });
+    let outputs = [&arguments.html, &arguments.lcov, &source].into_iter().flatten();
+    none_twice(&arguments.files, outputs)?;
     if let Some(path) = &arguments.html {
         write(path, &coverage.html())?;
     }
-    if let Some(path) = &arguments.lcov {
-        let mut source = path.clone().into_os_string();
-        source.push(".txt");
-        let source = PathBuf::from(source);
-        let lcov = coverage.lcov(&source.display().to_string());
-        write(&source, &lcov.source)?;
+    if let (Some(path), Some(source)) = (&arguments.lcov, &source) {
+        // Viewers read the tracefile in a folder of their own.
+        let absolute = std::path::absolute(source).unwrap_or_else(|_| source.clone());
+        let lcov = coverage.lcov(&absolute.display().to_string());
+        write(source, &lcov.source)?;
         write(path, &lcov.tracefile)?;
     }
     if !arguments.missing {
         return output::print(&Coverage::table(&coverage));
     }
     output::print(&coverage.missing().iter().map(|line| format!("{line}\n")).collect::<String>())
+}
+
+/// Refuses to write over what was read, or over what is written as well.
+fn none_twice<'a>(
+    inputs: &[PathBuf],
+    outputs: impl Iterator<Item = &'a PathBuf>,
+) -> Result<(), Failure> {
+    let mut named: Vec<Identity> = inputs.iter().map(|path| Identity::of(path)).collect();
+    for path in outputs {
+        let identity = Identity::of(path);
+        if named.contains(&identity) {
+            return Err(Failure::usage(format!(
+                "{} is named twice, and would be overwritten; write into a file of another name, \
+                 and beside OUT of --lcov leave OUT.txt free",
+                path.display()
+            )));
+        }
+        named.push(identity);
+    }
+    Ok(())
+}
+
+/// Which file a path leads to, however it is written.
+#[derive(PartialEq, Eq)]
+enum Identity {
+    /// The device and the number of a file that is there, which hard links share.
+    #[cfg(unix)]
+    Number(u64, u64),
+    /// The whole path.
+    Path(PathBuf),
+}
+
+impl Identity {
+    fn of(path: &Path) -> Identity {
+        #[cfg(unix)]
+        if let Ok(metadata) = fs::metadata(path) {
+            use std::os::unix::fs::MetadataExt;
+            return Identity::Number(metadata.dev(), metadata.ino());
+        }
+        Identity::Path(fs::canonicalize(path).unwrap_or_else(|_| {
+            // A file that is not there yet, in a folder that is.
+            let folder = match path.parent() {
+                Some(folder) if folder != Path::new("") => folder,
+                _ => Path::new("."),
+            };
+            let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+            folder.join(path.file_name().unwrap_or_default())
+        }))
+    }
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {

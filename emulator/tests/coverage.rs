@@ -142,3 +142,97 @@ fn a_file_that_cannot_be_used_is_refused_before_anything_begins() {
     assert_eq!(fs::read_to_string(at("imc4.json")).unwrap(), before);
     assert_eq!(fs::read_to_string(at("other.json")).unwrap(), "{}");
 }
+
+/// A folder with the coverage of a few commands, and what `vimc4 coverage` says there.
+fn covered() -> (tempfile::TempDir, impl Fn(&[&str]) -> (Option<i32>, String)) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    fs::write(path.join("axes.txt"), "@01\n@0A5,900\n").unwrap();
+    let run = ["run", "axes.txt", "--coverage", "met.json"];
+    assert!(vimc4(&path, &run).output().unwrap().status.success());
+    let coverage = move |arguments: &[&str]| {
+        let output = vimc4(&path, &[&["coverage"], arguments].concat()).output().unwrap();
+        (output.status.code(), text(&output))
+    };
+    (folder, coverage)
+}
+
+#[test]
+fn no_output_is_written_over_an_input_or_another_output() {
+    let (folder, coverage) = covered();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("sub")).unwrap();
+    symlink(at("met.json"), at("link.json")).unwrap();
+    fs::hard_link(at("met.json"), at("hard.json")).unwrap();
+    fs::copy(at("met.json"), at("table.txt")).unwrap();
+    let before = fs::read(at("met.json")).unwrap();
+    let whole = at("met.json");
+    for (arguments, twice) in [
+        (["met.json", "--html", "met.json"].as_slice(), "met.json"),
+        (&["met.json", "--lcov", "met.json"], "met.json"),
+        (&["met.json", "--html", "sub/../met.json"], "sub/../met.json"),
+        (&["met.json", "--html", whole.to_str().unwrap()], whole.to_str().unwrap()),
+        (&["met.json", "--html", "link.json"], "link.json"),
+        (&["link.json", "--html", "met.json"], "met.json"),
+        (&["met.json", "--html", "hard.json"], "hard.json"),
+        // The text of the commands stands beside the tracefile.
+        (&["table.txt", "--lcov", "table"], "table.txt"),
+        (&["met.json", "--html", "same.out", "--lcov", "same.out"], "same.out"),
+        (&["met.json", "--html", "./same.out", "--lcov", "sub/../same.out"], "sub/../same.out"),
+        (&["met.json", "--html", "same.txt", "--lcov", "same"], "same.txt"),
+    ] {
+        let files = fs::read_dir(folder.path()).unwrap().count();
+        let (code, said) = coverage(arguments);
+        assert_eq!(code, Some(2), "{arguments:?} {said}");
+        // Lines are folded where they are long.
+        let said = said.replace([' ', '\n', '│', '↳'], "");
+        assert!(said.contains(&format!("{twice}isnamedtwice")), "{arguments:?} {said}");
+        assert_eq!(fs::read(at("met.json")).unwrap(), before, "{arguments:?}");
+        assert_eq!(fs::read(at("table.txt")).unwrap(), before, "{arguments:?}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), files, "{arguments:?}");
+    }
+    let (code, said) = coverage(&["met.json", "--html", "a.html", "--lcov", "a.info"]);
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn the_tracefile_names_its_text_from_wherever_it_is_read() {
+    let (folder, coverage) = covered();
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    assert_eq!(coverage(&["met.json", "--lcov", "sub/x.info"]).0, Some(0));
+    let tracefile = fs::read_to_string(folder.path().join("sub/x.info")).unwrap();
+    let named = tracefile.lines().find_map(|line| line.strip_prefix("SF:")).unwrap();
+    assert!(Path::new(named).is_absolute(), "{named}");
+    assert_eq!(
+        fs::canonicalize(named).unwrap(),
+        fs::canonicalize(folder.path().join("sub/x.info.txt")).unwrap()
+    );
+}
+
+/// `vimc4` with no more memory than it needs, so that a test that fails does not take the computer's.
+fn with_little_memory(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("ulimit -v 4000000; exec \"$0\" {line}"), VIMC4]);
+    let output = shell.current_dir(folder).stdin(Stdio::null()).output().unwrap();
+    (output.status.code(), text(&output).replace("\n  │ ", " "))
+}
+
+#[test]
+fn what_never_ends_is_no_file_of_coverage() {
+    let (folder, _) = covered();
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    for (line, said) in [
+        ("run axes.txt --coverage /dev/zero", "it is not a regular file"),
+        ("run axes.txt --coverage /dev/full", "it is not a regular file"),
+        ("run axes.txt --coverage pipe", "it is not a regular file"),
+        ("serve --pty none --tcp 0 --coverage /dev/full", "it is not a regular file"),
+        ("coverage /dev/zero", "it is longer than 64 MiB"),
+    ] {
+        let (code, text) = with_little_memory(folder.path(), line);
+        assert_eq!(code, Some(2), "{line}: {text}");
+        assert!(text.contains(said), "{line}: {text}");
+    }
+    // What others have written may come through a pipe.
+    let (code, text) = with_little_memory(folder.path(), "coverage /dev/stdin < met.json");
+    assert_eq!(code, Some(0), "{text}");
+}

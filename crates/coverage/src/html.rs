@@ -64,13 +64,17 @@ fn add(page: &mut String, command: &Command) {
         _ if met == possible => "all",
         _ => "some",
     };
+    // Some rows are in no section of a manual.
+    let section = match command.section.as_str() {
+        "" => String::new(),
+        section => format!("<span class=\"kind\">{}</span>", escape(section)),
+    };
     let _ = writeln!(
         page,
-        "<details><summary class=\"{class}\"><code>{}</code> {} <span class=\"kind\">{}</span>\
+        "<details><summary class=\"{class}\"><code>{}</code> {} {section}\
          <span class=\"n\">{met} of {possible}</span></summary><table>",
         escape(command.name()),
         escape(&command.title),
-        escape(&command.section),
     );
     let kinds =
         [("answer", &command.answers), ("state", &command.states), ("stop", &command.stops)];

@@ -179,6 +179,9 @@ fn a_page_and_a_tracefile_have_every_point() {
     assert_eq!(page.matches("<details>").count(), coverage.commands.len());
     // Nothing is fetched from elsewhere, and nothing of a title is taken for a tag.
     assert!(!page.contains("http") && !page.contains("<script"));
+    // Commands that are in no section say nothing of one; validators warn of empty elements.
+    assert!(coverage.commands.iter().any(|command| command.section.is_empty()));
+    assert!(!page.contains("></span>"), "an empty element");
     let rows = page.matches("<td class=\"kind\">").count();
     assert_eq!(rows, points - coverage.commands.len());
 }

@@ -93,7 +93,8 @@ pub enum CoverageFileError {
 /// If it cannot be read, or holds something else.
 pub fn read_coverage(path: impl AsRef<Path>) -> Result<Coverage, CoverageFileError> {
     let path = path.as_ref();
-    let text = fs::read_to_string(path)
+    let text = File::open(path)
+        .and_then(bounded)
         .map_err(|source| CoverageFileError::Read { path: path.to_owned(), source })?;
     parse(path, &text)
 }
@@ -127,9 +128,8 @@ pub fn read_coverage(path: impl AsRef<Path>) -> Result<Coverage, CoverageFileErr
 pub fn add_coverage(path: impl AsRef<Path>, met: &Coverage) -> Result<Coverage, CoverageFileError> {
     let path = path.as_ref();
     let failed = |source| failed(path, source);
-    let mut file = locked(path).map_err(failed)?;
-    let mut text = String::new();
-    file.read_to_string(&mut text).map_err(failed)?;
+    let file = locked(path).map_err(failed)?;
+    let text = bounded(&file).map_err(failed)?;
     let mut whole = met.clone();
     // It has just been created, or whoever did so was killed.
     if !text.trim().is_empty() {
@@ -141,6 +141,22 @@ pub fn add_coverage(path: impl AsRef<Path>, met: &Coverage) -> Result<Coverage, 
     // Only now may others have it.
     drop(file);
     Ok(whole)
+}
+
+/// Longer than any file of coverage.
+const LONGEST: u64 = 64 << 20;
+
+/// What is in a file, which may be a pipe that never ends.
+fn bounded(file: impl Read) -> io::Result<String> {
+    let mut text = String::new();
+    file.take(LONGEST + 1).read_to_string(&mut text)?;
+    match text.len() as u64 > LONGEST {
+        true => Err(io::Error::other(format!(
+            "it is longer than {} MiB, so it is no coverage",
+            LONGEST >> 20
+        ))),
+        false => Ok(text),
+    }
 }
 
 fn parse(path: &Path, text: &str) -> Result<Coverage, CoverageFileError> {
@@ -155,6 +171,10 @@ fn failed(path: &Path, source: io::Error) -> CoverageFileError {
 /// The file, opened and kept from others that would add to it.
 fn locked(path: &Path) -> io::Result<File> {
     loop {
+        // Devices and pipes cannot be replaced, and some never end.
+        if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
+            return Err(io::Error::other("it is not a regular file"));
+        }
         let file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         match file.lock() {
