@@ -62,7 +62,8 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let covering = arguments.world.covering(&model)?;
     let driver = Driver::new(controller, meter, arguments.loops).recording(tape).covering(covering);
     let report = RunReport::new(&arguments, &script);
-    let mut session = Session { handling, driver, report, stored: Vec::new() };
+    let mut session =
+        Session { handling, driver, report, stored: Vec::new(), unanswered: Vec::new() };
     let starts = arguments.world.press.iter().any(|(button, _)| button == "start");
     let outside = Outside { signals, starts, scenario, time: arguments.time };
     let axes = arguments.axes.or(script.axes).unwrap_or(7);

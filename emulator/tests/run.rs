@@ -747,6 +747,32 @@ fn a_line_for_another_controller_says_why_it_has_no_answer() {
     assert_eq!(json["answers"][1]["answer"], Value::Null, "{json}");
     assert_eq!(json["answers"][1]["why"], why, "{json}");
     assert!(json["answers"][2].get("why").is_none(), "{json}");
+    assert_eq!((&json["ended"], &json["line"]), (&json!("error"), &json!(2)), "{json}");
+    assert_eq!(ended(&text), "every command was sent, but 1 was not answered");
+    assert_eq!(vimc4(&file, "").status.code(), Some(1));
+}
+
+/// A host waits for its answer, and so does a run: what rules do meanwhile happens.
+#[test]
+fn a_command_that_loses_its_answer_is_no_success() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cut.txt");
+    fs::write(&file, "@07\n@0A3000,2000,0,900,0,900,0,900\n@0P\n").unwrap();
+    let rules = "[[rule]]\nname=\"p\"\nwhen=\"x > 500\"\ntimes=1\ndo=\"power off for 100ms\"\n\
+                 [[rule]]\nwhen=\"rule p then 300ms\"\ndo=\"hold stop for 50ms\"\n";
+    let scenario = folder.path().join("power.toml");
+    fs::write(&scenario, rules).unwrap();
+    let arguments = format!("--for 30s --scenario {}", scenario.display());
+    let output = vimc4(&file, &arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{text}");
+    assert!(ended(&text).ends_with("line 2 (`@0A3000,2000,0,900,0,900,0,900`) was never answered"));
+    assert!(text.contains("(no answer)") && !text.contains("@0P"), "{text}");
+    assert!(text.contains("hold stop"), "the rule that follows acts: {text}");
+    let json = vimc4(&file, &format!("{arguments} --json"));
+    let json: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((&json["ended"], &json["line"]), (&json!("waits"), &json!(2)), "{json}");
+    assert!(json["time_ns"].as_u64().unwrap() > SECOND / 2, "{json}");
 }
 
 #[test]

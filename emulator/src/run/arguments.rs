@@ -31,7 +31,8 @@ with the value of the profile that would take them, and the exit code is 1. So a
 lower-case letters, which are none.
 
 It ends with the last command or with the program; then the exit code is 0. An error reply ends it
-with 1. It ends with 3 after --for, after --loops, or at once when nothing more can happen.",
+with 1; with 1 it also ends if commands were for another controller. It ends with 3 after --for, after
+--loops, or at once when nothing more can happen: a command that is never answered is such an end.",
     after_long_help = "\
 Examples:
   vimc4 run examples/commands.txt --machine mill

@@ -22,6 +22,8 @@ pub(super) struct Session {
     pub(super) report: RunReport,
     /// The lines of the file that the controller has stored, in order.
     pub(super) stored: Vec<ScriptLine>,
+    /// Where in the file commands stand that are for another controller.
+    pub(super) unanswered: Vec<Option<usize>>,
 }
 
 impl Session {
@@ -48,11 +50,11 @@ impl Session {
             Some(ProgramStatus::Valid) if self.driver.rounds.last().is_none() => {
                 self.start(outside)
             }
-            Some(ProgramStatus::Incomplete) => {
+            Some(ProgramStatus::Incomplete) if self.unanswered.is_empty() => {
                 let text = "every command was answered, but the program lacks its final 9";
                 Ok(End::of(Why::Done, text))
             }
-            _ => Ok(End::of(Why::Done, "every command was answered")),
+            _ => Ok(self.all_sent()),
         }
     }
 
@@ -127,15 +129,25 @@ impl Session {
                     }
                 });
             }
-            if self.driver.device().is_idle() {
+            // Without an answer a host waits on, unless the line is for another controller.
+            let idle = self.driver.device().is_idle();
+            if idle && (answered.is_some() || ignored.is_some()) {
                 let took = self.driver.now() - at;
                 let answer = answered.as_ref();
                 let why = answer.map_or(ignored.as_deref(), |answer| answer.why.as_deref());
                 self.report.answer(Answer { line, answer, why, at, took, meaning });
+                if answered.is_none() {
+                    self.unanswered.push(line.number);
+                }
                 return Ok(answered);
             }
             if let Err(halt) = self.driver.advance() {
-                return Err(self.halted(halt, Some(line)));
+                if !idle {
+                    return Err(self.halted(halt, Some(line)));
+                }
+                let took = self.driver.now() - at;
+                self.report.answer(Answer { line, answer: None, why: None, at, took, meaning });
+                return Err(self.never_answered(halt, line));
             }
             self.report.progress(self.driver.now());
         }
@@ -217,6 +229,28 @@ impl Session {
         };
         let text = format!("{at} was answered {early}{refusal}");
         Err(End { line: line.number, ..End::of(Why::Error, text) })
+    }
+
+    /// The end of a list of commands that were all sent.
+    fn all_sent(&self) -> End {
+        let text = match self.unanswered.len() {
+            0 => return End::of(Why::Done, "every command was answered"),
+            1 => "every command was sent, but 1 was not answered".to_owned(),
+            count => format!("every command was sent, but {count} were not answered"),
+        };
+        End { line: self.unanswered.first().copied().flatten(), ..End::of(Why::Error, text) }
+    }
+
+    /// The end of a host that waits for an answer from a controller that has forgotten the command.
+    fn never_answered(&mut self, halt: Halt, line: &ScriptLine) -> End {
+        let mut end = self.halted(halt, Some(line));
+        if end.why == Why::Waits {
+            end.text = format!("{} was never answered", self.report.place(line));
+            let help = "a host that waits for the answer waits for ever: what was done to the \
+                        controller before is said above";
+            end.help.push(help.to_owned());
+        }
+        end
     }
 
     /// Why nothing goes on.
