@@ -421,7 +421,9 @@ fn happenings() -> impl Strategy<Value = Vec<(u64, Happening)>> {
 #[expect(clippy::disallowed_methods, reason = "the length of a test run is set from outside")]
 fn cases() -> ProptestConfig {
     let cases = std::env::var("VIMC4_CASES").ok().and_then(|cases| cases.parse().ok());
-    ProptestConfig { cases: cases.unwrap_or(300), ..ProptestConfig::default() }
+    // A condition that is no state is drawn again, the more often the more cases there are.
+    let max_local_rejects = u32::MAX;
+    ProptestConfig { cases: cases.unwrap_or(300), max_local_rejects, ..ProptestConfig::default() }
 }
 
 proptest! {
