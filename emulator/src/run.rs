@@ -55,7 +55,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<ExitCode, Failure> {
     let script = Script::of(&arguments.file, &bytes, &handling)?;
     let controller = Controller::new(&model, Arc::clone(&machine), b"").map_err(Failure::midway)?;
     let signals = arguments.world.signals(&controller)?;
-    let scenario = arguments.world.scenario(&controller)?;
+    let scenario = arguments.world.scenario(&model, &controller)?;
     let mut meter = Meter::new(&machine);
     meter.trace = Trace::wanted(arguments.world.trace.as_deref(), model.axis_names())?;
     let tape = arguments.world.tape(&model, &machine)?;

@@ -294,6 +294,16 @@ pub(crate) async fn start(
     let workers = workers(count)?;
     let model = vimc4::model(&arguments.model)?;
     let machine = vimc4::machine(&arguments.machine)?;
+    // A file that is wrong is found before anything else is touched.
+    let scenario = match &arguments.scenario {
+        Some(file) => {
+            let builder = Emulator::builder().with_model(model.clone());
+            let controller = builder.with_machine(Arc::clone(&machine)).record(false).start()?;
+            let names = controller.control().names().await.map_err(Failure::midway)?;
+            Some(vimc4::scenario_file(file, &names)?)
+        }
+        None => None,
+    };
     if let Some(path) = &arguments.coverage {
         coverage::begin(path, &model)?;
     }
@@ -344,10 +354,8 @@ pub(crate) async fn start(
         let emulator = builder.start()?;
         let control = emulator.control().by("--scenario");
         emulators.push(emulator);
-        if let Some(file) = &arguments.scenario {
-            let names = control.names().await.map_err(Failure::midway)?;
-            let scenario = vimc4::scenario_file(file, &names)?;
-            control.scenario(scenario).await.map_err(Failure::midway)?;
+        if let Some(scenario) = &scenario {
+            control.scenario(scenario.clone()).await.map_err(Failure::midway)?;
         }
         // Thousands take a while, during which the user may cancel.
         yield_now().await;

@@ -838,6 +838,55 @@ fn a_scenario_goes_as_its_page_shows() {
     assert!(page.contains(rules), "{rules}");
 }
 
+/// What is wrong with a file of rules is said with its place, before anything else is touched.
+#[test]
+fn a_wrong_scenario_is_found_first() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("commands.txt"), "@07\n").unwrap();
+    let rule = |name: &str, when: &str| {
+        format!("[[rule]]\nname = \"{name}\"\nwhen = \"{when}\"\ndo = \"press stop\"\n")
+    };
+    let cases: [(Vec<u8>, &str); 11] = [
+        (rule("a", "rule nosuch").into(), "line 3: there is no rule `nosuch`"),
+        (rule("a", "rule a").into(), "line 3: it can never act: it waits for rule `a`"),
+        ((rule("a", "rule b") + &rule("b", "rule a")).into(), "line 3: it can never act"),
+        ((rule("a", "x > 1") + &rule("a", "x > 2")).into(), "line 7: there are two rules `a`"),
+        (rule("a", "@PU").into(), "line 3: `when @PU` is wrong at `@PU`"),
+        (rule("a", "@ZZZ").into(), "line 3: `when @ZZZ` is wrong at `@ZZZ`"),
+        (b"# nothing\n".to_vec(), "there is no rule in it"),
+        ((rule("a", "x > 1") + "times = -1\n").into(), "line 5: `times` is a whole number"),
+        (b"[[rule]]\nat = 2024-01-01\ndo = \"press stop\"\n".to_vec(), "line 2: `at` is a text"),
+        (b"[[rule]]\nat = \"2s\"\ndo = \"\xe4\"\n".to_vec(), "line 3: byte 26 of the file, 0xe4"),
+        (b"[[rule]]\nat = \"2s\"\ndoes = \"x\"\n".to_vec(), "line 3: unknown field `does`"),
+    ];
+    for (text, said) in cases {
+        fs::write(folder.path().join("wrong.toml"), text).unwrap();
+        let run = ["run", "commands.txt", "--scenario", "wrong.toml"];
+        let serve = [
+            "serve",
+            "--tcp",
+            "none",
+            "--scenario",
+            "wrong.toml",
+            "--record",
+            "a.jsonl",
+            "--coverage",
+            "a.json",
+            "--flash",
+            "a.flash",
+        ];
+        for arguments in [&run[..], &serve[..]] {
+            let (code, _, error) = in_folder(folder.path(), arguments);
+            assert_eq!(code, 2, "{said}: {error}");
+            assert!(error.contains(said), "{said}: {error}");
+            assert!(!error.contains("built-in profile"), "{error}");
+        }
+        for left in ["a.jsonl", "a.json", "a.flash"] {
+            assert!(!folder.path().join(left).exists(), "{left}");
+        }
+    }
+}
+
 /// A recording has the scenario, and a replay does the same.
 #[test]
 fn a_scenario_is_recorded_and_replayed() {

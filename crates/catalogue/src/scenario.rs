@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use serde::Deserialize;
-use toml::Spanned;
-use vimc4_device::{MOST_RULES, Names, RuleError, RulePart, Scenario};
+use toml::{Spanned, Value};
+use vimc4_device::{Awaits, Cue, MOST_RULES, Names, Rule, RuleError, RulePart, Scenario, Trigger};
 use vimc4_plant::{ProfileError, parse_profile};
 
 /// A file: rules, in parts.
@@ -19,15 +19,104 @@ struct File {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Table {
-    name: Option<Spanned<String>>,
-    times: Option<Spanned<u64>>,
-    at: Option<Spanned<String>>,
-    every: Option<Spanned<String>>,
-    when: Option<Spanned<String>>,
+    name: Option<Spanned<Value>>,
+    times: Option<Spanned<Value>>,
+    at: Option<Spanned<Value>>,
+    every: Option<Spanned<Value>>,
+    when: Option<Spanned<Value>>,
     #[serde(rename = "while")]
-    during: Option<Spanned<String>>,
+    during: Option<Spanned<Value>>,
     #[serde(rename = "do")]
-    acts: Spanned<String>,
+    acts: Spanned<Value>,
+}
+
+const KEYS: &str = "a rule is a table `[[rule]]` with one of `at`, `every`, `when` and `while` (or `at` and \
+                    `every`), `do`, and perhaps `name` and `times`";
+
+/// The text of a value.
+fn text_of(key: &str, value: Spanned<Value>) -> Result<Spanned<String>, ProfileError> {
+    let span = value.span();
+    match value.into_inner() {
+        Value::String(text) => Ok(Spanned::new(span, text)),
+        _ => Err(ProfileError {
+            message: format!("`{key}` is a text"),
+            help: format!("put it between quotation marks, as in `{key} = \"{}\"`", example(key)),
+            span: Some(span),
+        }),
+    }
+}
+
+fn example(key: &str) -> &'static str {
+    match key {
+        "name" => "slips",
+        "at" => "2s",
+        "every" => "100ms",
+        "do" => "press stop",
+        _ => "x > 1000",
+    }
+}
+
+/// How often.
+fn count_of(value: &Spanned<Value>) -> Result<u64, ProfileError> {
+    let number = value.get_ref().as_integer().and_then(|number| u64::try_from(number).ok());
+    number.filter(|number| *number > 0).ok_or_else(|| ProfileError {
+        message: "`times` is a whole number, 1 at least".to_owned(),
+        help: "write how often it acts at most, as in `times = 3`".to_owned(),
+        span: Some(value.span()),
+    })
+}
+
+/// That nothing is accepted which can never come: rules that wait for others that are not there, or
+/// that only call each other, and names that two of them have.
+fn check_names(rules: &[(Rule, Range<usize>)]) -> Result<(), ProfileError> {
+    let wrong = |message: String, help: &str, span: &Range<usize>| {
+        Err(ProfileError { message, help: help.to_owned(), span: Some(span.clone()) })
+    };
+    let mut names: Vec<&str> = Vec::new();
+    for (rule, span) in rules {
+        let Some(name) = &rule.name else { continue };
+        if names.contains(&name.as_str()) {
+            return wrong(format!("there are two rules `{name}`"), "give it another name", span);
+        }
+        names.push(name);
+    }
+    let heard = |rule: &Rule| -> Vec<String> {
+        let Trigger::When(cues) = &rule.trigger else { return Vec::new() };
+        let name = |cue: &Cue| match &cue.awaits {
+            Awaits::Rule(name) => Some(name.clone()),
+            _ => None,
+        };
+        cues.iter().filter_map(name).collect()
+    };
+    for (rule, span) in rules {
+        if let Some(name) = heard(rule).iter().find(|name| !names.contains(&name.as_str())) {
+            let help = "write the name of a rule of this file";
+            return wrong(format!("there is no rule `{name}`"), help, span);
+        }
+    }
+    // Those that can act, and then those that can act because those can.
+    let mut can: Vec<&str> = Vec::new();
+    loop {
+        let before = can.len();
+        for (rule, _) in rules {
+            if let Some(name) = rule.name.as_deref()
+                && !can.contains(&name)
+                && heard(rule).iter().all(|name| can.contains(&name.as_str()))
+            {
+                can.push(name);
+            }
+        }
+        if can.len() == before {
+            break;
+        }
+    }
+    for (rule, span) in rules {
+        if let Some(name) = heard(rule).iter().find(|name| !can.contains(&name.as_str())) {
+            let message = format!("it can never act: it waits for rule `{name}`, and that for it");
+            return wrong(message, "let one of them wait for something else", span);
+        }
+    }
+    Ok(())
 }
 
 /// Reads a scenario for a controller with these names from the TOML of a file.
@@ -52,8 +141,17 @@ struct Table {
 /// If it is not TOML, has unknown or missing keys, or something that is no rule: what is wrong, where,
 /// and what would be right.
 pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
-    let file: File = parse_profile(text)?;
+    let file: File =
+        parse_profile(text).map_err(|error| ProfileError { help: KEYS.to_owned(), ..error })?;
+    if file.rule.is_empty() {
+        return Err(ProfileError {
+            message: "there is no rule in it".to_owned(),
+            help: KEYS.to_owned(),
+            span: None,
+        });
+    }
     let mut scenario = Scenario::new();
+    let mut spans = Vec::new();
     for table in file.rule {
         let span = table.span();
         if scenario.rules.len() >= MOST_RULES {
@@ -67,8 +165,15 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
         }
         let Table { name, times, at, every, when, during, acts } = table.into_inner();
         let triggers = [("at", at), ("every", every), ("when", when), ("while", during)];
-        let given: Vec<(&str, Spanned<String>)> =
-            triggers.into_iter().filter_map(|(word, text)| Some((word, text?))).collect();
+        let mut given: Vec<(&str, Spanned<String>)> = Vec::new();
+        for (word, value) in triggers {
+            if let Some(value) = value {
+                given.push((word, text_of(word, value)?));
+            }
+        }
+        let acts = text_of("do", acts)?;
+        let name = name.map(|name| text_of("name", name)).transpose()?;
+        let times = times.map(|times| Ok((count_of(&times)?, times.span()))).transpose()?;
         let words: Vec<&str> = given.iter().map(|(word, _)| *word).collect();
         if !matches!(words.as_slice(), [_] | ["at", "every"]) {
             return Err(ProfileError {
@@ -88,13 +193,13 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
         }
         let rule = names.read_rule_of(
             name.as_ref().map(|name| name.get_ref().as_str()),
-            times.as_ref().map(|times| *times.get_ref()),
+            times.as_ref().map(|(times, _)| *times),
             &trigger,
             acts.get_ref(),
         );
         let rule = rule.map_err(|(part, error)| match part {
             RulePart::Name => wrong(text, &error, 0, name.as_ref().map(Spanned::span)),
-            RulePart::Times => wrong(text, &error, 0, times.as_ref().map(Spanned::span)),
+            RulePart::Times => wrong(text, &error, 0, times.as_ref().map(|(_, span)| span.clone())),
             RulePart::Do => wrong(text, &error, 0, Some(acts.span())),
             RulePart::Trigger => {
                 let place = places.iter().rev().find(|(begin, _)| error.at() >= *begin);
@@ -102,8 +207,12 @@ pub fn scenario(text: &str, names: &Names) -> Result<Scenario, ProfileError> {
                 wrong(text, &error, begin, Some(span))
             }
         })?;
+        let place = given.first().map_or(span, |(_, trigger)| trigger.span());
+        spans.push(place);
         scenario.rules.push(rule);
     }
+    let placed: Vec<_> = scenario.rules.iter().cloned().zip(spans).collect();
+    check_names(&placed)?;
     Ok(scenario)
 }
 

@@ -165,6 +165,31 @@ fn the_last_hand_on_a_switch_decides() {
 }
 
 #[test]
+fn a_device_becomes_idle_once_however_many_bytes_come() {
+    let mut cart = cart(&["when idle: release stop"]);
+    cart.send(b"p\rp\rm10\rp\rp\r");
+    cart.run_to(ms(50));
+    cart.send(b"p\rp\r");
+    let at: Vec<u64> = acts(&mut cart).into_iter().map(|(at, _)| at).collect();
+    assert_eq!(at, [0, 10, 50]);
+}
+
+#[test]
+fn orders_are_told_apart_with_and_without_blanks() {
+    let names = Names::of(cart(&[]).device());
+    let rule = names.read_rule("at 1ms: press stop;release stop ;hold stop").unwrap();
+    assert_eq!(rule.to_string(), "at 1ms: press stop; release stop; hold stop");
+    for (wrong, place, right) in [
+        ("at 1ms: press stop;;press stop", "", "what is done"),
+        ("at 1ms: hold stop for 1s until idle", "until idle", "one of the two"),
+    ] {
+        let error = names.read_rule(wrong).unwrap_err();
+        assert!(error.right().contains(right), "{error}");
+        assert!(place.is_empty() || &wrong[error.at()..] == place, "{error}");
+    }
+}
+
+#[test]
 fn a_rule_too_many_does_not_begin_and_those_over_give_way() {
     let numbers = |cart: &Harness<Line<Cart>>| {
         cart.device().rules().iter().map(|view| view.id.scenario.0).collect::<Vec<_>>()

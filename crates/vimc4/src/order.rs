@@ -3,7 +3,10 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use vimc4_device::{Condition, Order, Ruling, faults_in_words, position_in_words, rules_in_words};
+use vimc4_device::{
+    Awaits, Condition, Cue, Order, Ruling, Scenario, Trigger, faults_in_words, position_in_words,
+    rules_in_words,
+};
 use vimc4_host::{ControlError, Effect};
 
 use crate::control::Control;
@@ -68,7 +71,20 @@ impl Control {
                 Box::pin(async move { Ok(faults_in_words(&faults.await?, &names.await?)) })
             }
             Order::Rule(Ruling::Begin(_, scenario)) => {
-                answer(self.scenario(scenario.clone()), |number| format!("ok, rule {number}"))
+                let heard = heard(scenario);
+                let (number, rules) = (self.scenario(scenario.clone()), self.rules());
+                Box::pin(async move {
+                    let (number, rules) = (number.await?, rules.await?);
+                    let is_there = |name: &&String| {
+                        rules.iter().any(|view| {
+                            view.id.name.as_ref() == Some(*name) && view.id.scenario != number
+                        })
+                    };
+                    Ok(match heard.iter().find(|name| !is_there(name)) {
+                        Some(name) => format!("ok, rule {number}; there is no rule `{name}` yet"),
+                        None => format!("ok, rule {number}"),
+                    })
+                })
             }
             Order::Rule(Ruling::End(number)) => {
                 answer(self.end_scenario(*number), |effect| said(&effect))
@@ -95,6 +111,19 @@ impl Control {
             }
         }
     }
+}
+
+/// The names of the rules that others wait for.
+fn heard(scenario: &Scenario) -> Vec<String> {
+    let cues = scenario.rules.iter().filter_map(|rule| match &rule.trigger {
+        Trigger::When(cues) => Some(cues.iter()),
+        _ => None,
+    });
+    let name = |cue: &Cue| match &cue.awaits {
+        Awaits::Rule(name) => Some(name.clone()),
+        _ => None,
+    };
+    cues.flatten().filter_map(name).collect()
 }
 
 /// That something changed nothing is worth a word.

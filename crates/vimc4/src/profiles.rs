@@ -89,10 +89,28 @@ fn read_as<T>(
 fn parse_file<T>(
     what: &'static str,
     path: &Path,
-    text: String,
+    bytes: Vec<u8>,
     parse: impl Fn(&str) -> Result<T, ProfileError>,
 ) -> Result<T, Error> {
-    parse(&text).map_err(|error| {
+    let (text, parsed) = match String::from_utf8(bytes) {
+        Ok(text) => {
+            let parsed = parse(&text);
+            (text, parsed)
+        }
+        Err(error) => {
+            // Up to there the text is the same.
+            let at = error.utf8_error().valid_up_to();
+            let byte = error.as_bytes().get(at).copied().unwrap_or_default();
+            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+            let error = ProfileError {
+                message: format!("byte {} of the file, {byte:#04x}, is not UTF-8", at + 1),
+                help: "save the file as text in UTF-8".to_owned(),
+                span: Some(at..at + '\u{fffd}'.len_utf8()),
+            };
+            (text, Err(error))
+        }
+    };
+    parsed.map_err(|error| {
         Error::Profile(Box::new(ProfileFileError {
             what,
             path: PathBuf::from(path),
@@ -104,9 +122,9 @@ fn parse_file<T>(
 }
 
 /// Reads a file that is no larger than a profile can be; a device may have no end.
-fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let read = File::open(path)?.take(LARGEST).read_to_string(&mut text)?;
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut text = Vec::new();
+    let read = File::open(path)?.take(LARGEST).read_to_end(&mut text)?;
     if u64::try_from(read).is_ok_and(|read| read == LARGEST) {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is too large for a profile"));
     }

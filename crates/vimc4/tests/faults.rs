@@ -82,6 +82,19 @@ fn what_a_person_sets_to_what_a_rule_holds_stays() {
 }
 
 #[test]
+fn a_rule_that_waits_for_one_not_there_says_so() {
+    let (emu, _port) = emulator();
+    let give = |words: &str| {
+        let order = Order::read(words, &emu.names().unwrap()).unwrap().unwrap();
+        emu.give(&order).unwrap()
+    };
+    assert_eq!(give("when rule zzz: press stop"), "ok, rule 1; there is no rule `zzz` yet");
+    assert_eq!(give("rule zzz when x > 1: press stop"), "ok, rule 2");
+    assert_eq!(give("when rule zzz: press stop"), "ok, rule 3");
+    assert!(Order::read("when @PU: press stop", &emu.names().unwrap()).is_err());
+}
+
+#[test]
 fn one_rule_too_many_is_refused_and_ends_no_other() {
     let (emu, _port) = emulator();
     for _ in 0..vimc4::MOST_RULES {

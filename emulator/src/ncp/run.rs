@@ -103,7 +103,7 @@ pub(crate) fn carry_out(arguments: &Arguments, text: &str) -> Result<ExitCode, F
         Controller::new(&site.model, Arc::clone(&site.machine), b"").map_err(Failure::midway)?;
     let outside = Outside {
         signals: arguments.world.signals(&controller)?,
-        scenario: arguments.world.scenario(&controller)?,
+        scenario: arguments.world.scenario(&site.model, &controller)?,
         starts: false,
         time: arguments.time,
     };

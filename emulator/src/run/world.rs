@@ -84,9 +84,13 @@ impl World {
     }
 
     /// What will happen when something else does; nothing without a file.
-    pub(crate) fn scenario(&self, device: &impl Device) -> Result<Scenario, Failure> {
+    pub(crate) fn scenario(
+        &self,
+        model: &Model,
+        device: &impl Device,
+    ) -> Result<Scenario, Failure> {
         match &self.scenario {
-            Some(file) => Ok(vimc4::scenario_file(file, &Names::of(device))?),
+            Some(file) => Ok(vimc4::scenario_file(file, &model.names(device.signals()))?),
             None => Ok(Scenario::new()),
         }
     }

@@ -27,7 +27,12 @@ impl Vocabulary {
         if let Some(line) = rest.strip_prefix('@') {
             rest = format!("@{}", line.trim_start_matches(|c: char| c.is_ascii_digit()));
         }
-        let begins = |known: &String| known.starts_with(&rest) || rest.starts_with(letters(known));
+        // Numbers follow a mnemonic; another letter makes it another command.
+        let is_of = |known: &String| {
+            let behind = rest.strip_prefix(letters(known));
+            behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_alphabetic()))
+        };
+        let begins = |known: &String| known.starts_with(&rest) || is_of(known);
         like == UNKNOWN || self.commands.iter().chain(&self.spellings).any(begins)
     }
 

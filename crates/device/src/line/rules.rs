@@ -31,6 +31,10 @@ struct Begun {
     /// How often it has acted at an instant.
     #[serde(default)]
     at_once: (Time, u32),
+    /// When the device was idle last as it waits for. Between two bytes that take no time it does not
+    /// become idle anew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    rested: Option<Time>,
 }
 
 /// How far a rule has come.
@@ -171,8 +175,14 @@ impl Rules {
             let nth = if single { 0 } else { nth };
             let id = RuleId { scenario: number, place: nth, name: rule.name.clone() };
             tell(news, device.now(), &id, RuleNews::Begins);
-            let mut begun =
-                Begun { id, rule, stage: Stage::Over, acted: 0, at_once: (Time::ZERO, 0) };
+            let mut begun = Begun {
+                id,
+                rule,
+                stage: Stage::Over,
+                acted: 0,
+                at_once: (Time::ZERO, 0),
+                rested: None,
+            };
             begun.start(device);
             begun
         });
@@ -655,6 +665,9 @@ impl Begun {
                 Awaits::Condition(condition) => {
                     let is_so = (counts || step > from) && device.holds(condition, [].iter());
                     if is_so && cue.times <= 1 {
+                        if is_rest(condition) {
+                            self.rested = Some(device.now());
+                        }
                         step += 1;
                         continue;
                     }
@@ -727,6 +740,11 @@ impl Begun {
                     if !breakpoint.look(device, rest.iter()) {
                         return false;
                     }
+                    if is_rest(breakpoint.condition())
+                        && self.rested.replace(now).is_some_and(|rested| rested == now)
+                    {
+                        return false;
+                    }
                     let is_there = |length: &usize| {
                         device.holds(breakpoint.condition(), rest.iter().take(*length))
                     };
@@ -762,6 +780,17 @@ impl Begun {
         let next = *step + 1;
         *met >= cue.times && self.has_come(next, device)
     }
+}
+
+/// Whether this is a state in which the device rests.
+fn is_rest(condition: &Condition) -> bool {
+    let mentions = |parts: &[Condition]| parts.iter().any(is_rest);
+    !condition.has_happenings()
+        && match condition {
+            Condition::Idle => true,
+            Condition::All(parts) | Condition::Any(parts) => mentions(parts),
+            _ => false,
+        }
 }
 
 fn tell(news: &mut Vec<Output>, at: Time, rule: &RuleId, what: RuleNews) {

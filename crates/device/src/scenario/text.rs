@@ -261,7 +261,9 @@ fn acts(body: Part<'_>, names: &Names, read_deed: ReadDeed<'_>) -> Result<Vec<Ac
     let mut acts = Vec::new();
     let mut rest = body;
     loop {
-        let end = rest.find_sign(';').unwrap_or(rest.text.len());
+        let is_end = |at: &usize| rest.text.get(*at..).is_some_and(|text| text.starts_with(';'));
+        let bare = bare(rest.text).find(is_end);
+        let end = bare.unwrap_or(rest.text.len());
         acts.push(act(rest.piece(0..end), names, read_deed)?);
         rest = rest.behind(end + 1);
         if rest.text.is_empty() {
@@ -412,6 +414,10 @@ fn act(part: Part<'_>, names: &Names, read_deed: ReadDeed<'_>) -> Result<Act, Ru
     if let Some(at) = part.find_word("until") {
         lasts = Some(Lasts::Until(condition(part.behind(at + "until".len()), names)?));
         done = part.piece(0..at);
+        if part.first() != "fault" && done.find_word("for").is_some() {
+            let right = "`for` and a time, or `until` and a condition: one of the two";
+            return Err(part.wrong_at(at, right));
+        }
     } else if part.first() != "fault"
         && let Some(at) = part.find_word("for")
     {
