@@ -246,7 +246,7 @@ impl Firmware {
                 (false, false) => Loss::AtEnd,
             };
             if how == Loss::Stalled
-                && let Some(number) = self.state.plant.makes_stand(axis)
+                && let Some(number) = followed.because[axis]
             {
                 self.strikes(number, MachineStrike::Stands(axis as u8, name.to_owned()));
             }

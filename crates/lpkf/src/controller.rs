@@ -350,7 +350,7 @@ impl Controller {
         for (axis, (&steps, stood)) in lost.filter(|(_, (steps, _))| **steps != 0) {
             let name = Axis::from_index(axis).map_or("?", |axis| self.state.axis_name(axis));
             let how = if stood { Loss::Stalled } else { Loss::AtEnd };
-            if stood && let Some(fault) = self.state.plant.makes_stand(axis) {
+            if stood && let Some(fault) = followed.because[axis] {
                 self.strikes(fault, MachineStrike::Stands(axis as u8, name.to_owned()));
             }
             let warning = self.state.plant.machine().steps_lost(axis, name, -steps, how);

@@ -75,7 +75,8 @@ pub struct Plant {
     #[serde(default, skip_serializing_if = "is_default")]
     kept: u16,
     /// The axes whose motors have turned upwards last, a bit an axis: new backlash is on the other side.
-    #[serde(default, skip_serializing_if = "is_default")]
+    /// It is always written, so that a state from before it was kept is known.
+    #[serde(default)]
     upwards: u8,
     #[serde(default, skip_serializing_if = "is_default")]
     under_way: UnderWay,
@@ -91,6 +92,8 @@ pub struct Followed {
     pub lost: Point,
     /// Whether the motor stalled.
     pub stood: [bool; AXES],
+    /// The fault that made it stall, if one did.
+    pub because: [Option<FaultNumber>; AXES],
 }
 
 /// What a bouncing contact does.
@@ -442,7 +445,10 @@ impl Plant {
             self.put(axis, after);
         }
         self.under_way.walked = steps;
-        Followed { lost, stood }
+        let because = std::array::from_fn(|axis| {
+            (stood[axis] && !self.faults.is_empty()).then(|| self.faults.makes_stand(axis))?
+        });
+        Followed { lost, stood, because }
     }
 
     /// Whether the motor of an axis has turned upwards last.
@@ -563,12 +569,6 @@ impl Plant {
             Faulting::End(number) => (vec![*number], None),
             Faulting::EndAll => (self.faults.numbers(), None),
         }
-    }
-
-    /// The fault that blocks the motor of an axis, if one does.
-    #[must_use]
-    pub fn makes_stand(&self, axis: usize) -> Option<FaultNumber> {
-        self.faults.makes_stand(axis)
     }
 
     /// Whether a fault holds a signal that is being set. The new value takes effect when the fault

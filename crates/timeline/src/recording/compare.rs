@@ -182,7 +182,7 @@ pub fn check<D: Device + Clone>(
             }
             What::State { by: None, state: written } if begun && field.is_none() => {
                 let read = state(written).map_err(|why| StateError { line: entry.line, why })?;
-                let due = differing_state(&player, entry, read, &mut field);
+                let due = differing_state(&player, entry, written, read, &mut field);
                 if field.is_some() {
                     other.get_or_insert_with(|| side(&player));
                 }
@@ -229,11 +229,16 @@ pub fn check<D: Device + Clone>(
     Ok(Divergence { difference, bytes, inputs, end })
 }
 
+/// Fields that states have only since a later version of the program. A state that was written down
+/// without one says nothing about it.
+const LATER: [&str; 1] = ["upwards"];
+
 /// Compares a recorded state with the present one, after everything that is due at that instant.
 /// Returns what the recorded controller still had to send at that instant.
 fn differing_state<D: Device + Clone>(
     player: &Player<D>,
     entry: &Entry,
+    written: &Value,
     read: D::State,
     field: &mut Option<FieldDifference>,
 ) -> Vec<(Time, u8)> {
@@ -244,7 +249,12 @@ fn differing_state<D: Device + Clone>(
     }
     let (one, other) = (recorded.device().state(), player.device().state());
     if one != other {
-        *field = alike(&one, &other, &[]).map(|(name, one, other)| FieldDifference {
+        let [mut one, mut other] = written_down([&one, &other]);
+        for unknown in LATER.into_iter().filter(|name| !mentions(written, name)) {
+            leave_out(&mut one, unknown);
+            leave_out(&mut other, unknown);
+        }
+        *field = first_field("", &one, &other).map(|(name, one, other)| FieldDifference {
             at: entry.at,
             line: entry.line,
             field: name,
@@ -402,14 +412,40 @@ pub fn alike<S: serde::Serialize>(
     other: &S,
     aside: &[(Value, Value)],
 ) -> Option<(String, Value, Value)> {
-    // Every state can be written down.
-    let [mut one, mut other] =
-        [one, other].map(|state| serde_json::to_value(state).unwrap_or_default());
+    let [mut one, mut other] = written_down([one, other]);
     for (mine, others) in aside {
         exchange(&mut one, mine, &Value::Null);
         exchange(&mut other, others, &Value::Null);
     }
     first_field("", &one, &other)
+}
+
+/// Every state can be written down.
+fn written_down<S: serde::Serialize>(states: [&S; 2]) -> [Value; 2] {
+    states.map(|state| serde_json::to_value(state).unwrap_or_default())
+}
+
+/// Whether a field of this name is anywhere in a value.
+fn mentions(value: &Value, name: &str) -> bool {
+    match value {
+        Value::Object(fields) => {
+            fields.contains_key(name) || fields.values().any(|value| mentions(value, name))
+        }
+        Value::Array(values) => values.iter().any(|value| mentions(value, name)),
+        _ => false,
+    }
+}
+
+/// Takes the fields of this name out of a value.
+fn leave_out(value: &mut Value, name: &str) {
+    match value {
+        Value::Object(fields) => {
+            fields.remove(name);
+            fields.values_mut().for_each(|value| leave_out(value, name));
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| leave_out(value, name)),
+        _ => {}
+    }
 }
 
 /// The first field in which two values differ, with its value in each.
