@@ -808,7 +808,9 @@ fn happening(
     let bare = is_known(text)
         && !text.is_empty()
         && text.chars().all(|c| c.is_ascii_graphic() && is_of_word(c))
-        && !text.ends_with([':', ';'])
+        && !text.ends_with(':')
+        // It parts orders.
+        && !text.contains(';')
         && !RESERVED.iter().any(|word| word.eq_ignore_ascii_case(text));
     if bare {
         return write!(f, " {text}");
