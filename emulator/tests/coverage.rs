@@ -105,7 +105,8 @@ fn several_controllers_and_several_runs_are_added_up() {
 fn a_run_that_is_interrupted_keeps_what_it_has_met() {
     let folder = tempfile::tempdir().unwrap();
     // For ever: the time and the number of rounds are not limited, and nothing waits.
-    fs::write(folder.path().join("endless.txt"), "040,400\n0-40,400\n30,-2\n9\n").unwrap();
+    let endless = "040,400,0,400,0,400,0,400\n0-40,400,0,400,0,400,0,400\n30,-2\n9\n";
+    fs::write(folder.path().join("endless.txt"), endless).unwrap();
     let run = ["run", "endless.txt", "--loops", "4000000000", "--for", "9999h"];
     let mut run = vimc4(folder.path(), &[&run[..], &["--coverage", "coverage.json"]].concat());
     let mut run = Process::of(run.stdout(Stdio::null()).spawn().unwrap());
