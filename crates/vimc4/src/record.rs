@@ -50,6 +50,8 @@ pub(crate) struct Memory {
     /// The present state of things, as long as anything is expected.
     present: Picture,
     pub(crate) watches: Vec<Watching>,
+    /// When one of them has to be checked next.
+    due: Option<Time>,
     /// The number of the next expectation.
     next: u64,
     /// How many of the oldest commands can no longer be waited for.
@@ -133,6 +135,7 @@ impl Record {
             journal: Journal::new(start, MEMORY),
             present: Picture::default(),
             watches: Vec::new(),
+            due: None,
             next: 0,
             passed: 0,
             awaited: Vec::new(),
@@ -168,8 +171,10 @@ impl Record {
         watching.tell(journal);
         watches.push(watching);
         *known = present;
+        let id = *next;
+        memory.find_due();
         self.0.watched.store(true, Ordering::Release);
-        Ok(*next)
+        Ok(id)
     }
 
     /// Removes an expectation. Returns it, with all time passed up to `now`.
@@ -185,7 +190,9 @@ impl Record {
         let at = journal.until();
         let outcome = || watching.watch.outcome(at, journal, &watching.names);
         let failure = watching.failure.clone().or_else(outcome);
-        Some(Ended { failure, expected: watching.watch.expected().in_words(&watching.names) })
+        let expected = watching.watch.expected().in_words(&watching.names);
+        memory.find_due();
+        Some(Ended { failure, expected })
     }
 
     /// Every entry is whole at any time, so a panic elsewhere is no reason to stop.
@@ -233,6 +240,7 @@ impl Memory {
             watching.watch.pass(present, at);
             watching.tell(journal);
         }
+        self.find_due();
     }
 
     /// Keeps an event, and checks it against the expectations.
@@ -253,13 +261,24 @@ impl Memory {
             return;
         }
         let Some(entry) = journal.entries().next_back() else { return };
-        for Watching { watch, .. } in watches.iter_mut() {
-            watch.pass(present, entry.at);
+        let mut moved = false;
+        if self.due.is_some_and(|due| due <= entry.at) {
+            for watching in watches.iter_mut() {
+                watching.watch.pass(present, entry.at);
+                watching.tell(journal);
+            }
+            moved = true;
         }
         present.apply(entry);
         for watching in watches {
-            watching.watch.see(present, entry);
-            watching.tell(journal);
+            let before = watching.watch.due();
+            if watching.watch.see(present, entry) {
+                watching.tell(journal);
+                moved |= watching.watch.due() != before;
+            }
+        }
+        if moved {
+            self.find_due();
         }
     }
 
@@ -276,9 +295,8 @@ impl Memory {
         }
     }
 
-    /// When an expectation has to be checked next.
-    fn due(&self) -> Option<Time> {
-        self.watches.iter().filter_map(|watching| watching.watch.due()).min()
+    fn find_due(&mut self) {
+        self.due = self.watches.iter().filter_map(|watching| watching.watch.due()).min();
     }
 
     /// Answers with the first command of this name after the one that was waited for last.
@@ -367,7 +385,7 @@ impl Sink for Recorder {
     }
 
     fn due(&self) -> Option<Time> {
-        if self.0.is_watched() { self.0.lock().due() } else { None }
+        if self.0.is_watched() { self.0.lock().due } else { None }
     }
 
     fn passes(&mut self, at: Time) {

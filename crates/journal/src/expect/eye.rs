@@ -137,7 +137,16 @@ impl Eye {
             Eye::When(parts) => parts
                 .iter()
                 .fold(Kinds::NONE, |kinds, part| Kinds::and(kinds, changes(&part.condition))),
+            Eye::Command { reply: None, .. } => Kinds::COMMAND,
             Eye::Command { .. } => Kinds::and(Kinds::COMMAND, Kinds::ANSWER),
+        }
+    }
+
+    /// Whether it may have to be checked between two events.
+    pub(super) fn is_timed(&self) -> bool {
+        match self {
+            Eye::When(parts) => !parts.iter().all(|part| only_happens(&part.condition)),
+            Eye::Command { .. } => false,
         }
     }
 
@@ -163,6 +172,19 @@ impl Part {
     fn new(condition: &Condition) -> Part {
         Part { condition: condition.clone(), since: None }
     }
+}
+
+/// Whether something comes only with an event.
+fn only_happens(condition: &Condition) -> bool {
+    matches!(
+        condition,
+        Condition::Command { .. }
+            | Condition::Answered { .. }
+            | Condition::Answer { .. }
+            | Condition::Error { .. }
+            | Condition::Line { .. }
+            | Condition::SignalChanges { .. }
+    )
 }
 
 fn names_a_time(condition: &Condition) -> bool {

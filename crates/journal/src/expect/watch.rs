@@ -23,6 +23,8 @@ pub struct Watch {
     course: Course,
     /// The kinds of events that can make a difference.
     kinds: Kinds,
+    /// Whether the passing of time can make one too.
+    timed: bool,
     /// When it has to be checked next, if nothing happens before.
     next: Option<Time>,
     failed: Option<Failed>,
@@ -119,9 +121,14 @@ impl Watch {
         check::expectation(&expected, names, start)?;
         let course = Course::of(&expected, start.at());
         let mut kinds = Kinds::NONE;
-        course.each(|eye| kinds = Kinds::and(kinds, eye.kinds()));
+        let mut timed = has_deadlines(&expected);
+        course.each(|eye| {
+            kinds = Kinds::and(kinds, eye.kinds());
+            timed |= eye.is_timed();
+        });
         let now = start.at();
-        let mut watch = Watch { expected, before, now, course, kinds, next: None, failed: None };
+        let mut watch =
+            Watch { expected, before, now, course, kinds, timed, next: None, failed: None };
         // What holds at the beginning becomes true then.
         watch.look(start, None);
         watch.next = watch.next_look(start);
@@ -171,18 +178,20 @@ impl Watch {
         }
     }
 
-    /// Something has happened, which is in the picture already.
-    pub fn see(&mut self, picture: &Picture, entry: &Entry) {
+    /// Something has happened, which is in the picture already. Says whether it was something that can
+    /// make a difference.
+    pub fn see(&mut self, picture: &Picture, entry: &Entry) -> bool {
         let matters = match &entry.what {
             What::Event(event) => self.kinds.contain(event.kind()),
             deed => Picture::is_set_anew_by(deed),
         };
         if self.failed.is_some() || !matters {
-            return;
+            return false;
         }
         self.now = entry.at;
         self.look(picture, Some(entry));
         self.next = self.next_look(picture);
+        true
     }
 
     /// It is over, at this time: why it is not met, if it is not.
@@ -316,7 +325,7 @@ impl Watch {
     }
 
     fn next_look(&self, picture: &Picture) -> Option<Time> {
-        if self.failed.is_some() {
+        if self.failed.is_some() || !self.timed {
             return None;
         }
         let now = self.now;
@@ -325,6 +334,13 @@ impl Watch {
         // An event exactly at the deadline is in time.
         let late = self.deadline().map(|deadline| deadline.after_nanos(1));
         next.into_iter().chain(late).min().filter(|at| *at != Time::NEVER)
+    }
+}
+
+fn has_deadlines(expected: &Expectation) -> bool {
+    match expected {
+        Expectation::Order(stages) => stages.iter().any(|stage| stage.within.is_some()),
+        Expectation::Rule(rule) => matches!(rule.then, Then::Follows { .. }),
     }
 }
 
