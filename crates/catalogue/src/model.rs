@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use serde::Deserialize;
-use vimc4_device::{Ability, Deed, Device, Model as _, Verb};
+use vimc4_device::{Ability, Deed, Device, Model as _, PortView, Verb, View};
 use vimc4_plant::{ProfileError, parse_profile};
 
-use crate::list::{Family, Model, both, by, of};
+use crate::list::{Details, Family, Model, both, by, of};
 
 /// What every profile has.
 #[derive(Deserialize)]
@@ -77,6 +77,25 @@ impl Model {
     #[must_use]
     pub fn abilities(&self) -> Vec<Ability> {
         of!(Model, self, model => model.abilities())
+    }
+
+    /// Whether the motors have current and whether the spindle is switched on, as a view of one of its
+    /// controllers shows it.
+    #[must_use]
+    pub fn drives(&self, view: &View<Details>) -> [bool; 2] {
+        match (self, &view.details) {
+            (Model::Isel(model), Details::Isel(details)) => {
+                let spindle = model.spindle_bit().is_some_and(|(port, bit)| {
+                    let is_it = |found: &&PortView| !found.input && found.port == port;
+                    view.ports.iter().find(is_it).is_some_and(|found| found.value >> bit & 1 == 1)
+                });
+                [details.motors_on, spindle]
+            }
+            #[cfg(feature = "lpkf")]
+            (Model::Lpkf(_), Details::Lpkf(details)) => [view.powered, details.spindle],
+            #[cfg(feature = "lpkf")]
+            _ => [false; 2],
+        }
     }
 
     /// Whether its commands are the same.

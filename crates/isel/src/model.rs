@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use vimc4_isel_wire::{AxisSet, Context, Dialect, Fractions, Mode, Op, table};
 use vimc4_plant::{ProfileError, profiles};
 
-use crate::wiring::{Ports, Wire};
+use crate::wiring::{Output, Ports, Wire};
 
 /// A model of controller. Every value that the manuals leave open is in here, so that the owner of
 /// a real controller can correct it without touching code.
@@ -450,6 +450,16 @@ impl Model {
     pub(crate) fn mnemonic(&self, mode: Mode, op: Op) -> &'static str {
         let specs = table(self.command_set.dialect(), mode);
         specs.iter().find(|spec| spec.op == op).map_or("?", |spec| spec.mnemonic)
+    }
+
+    /// The output port and the bit of it that switch the spindle, if there is one.
+    #[must_use]
+    pub fn spindle_bit(&self) -> Option<(u16, u8)> {
+        self.ports.write.iter().find_map(|(port, wires)| {
+            let mut bits = (0..).zip(wires);
+            let spindle = bits.find(|(_, wire)| **wire == Wire::Output(Output::SPINDLE));
+            spindle.map(|(bit, _)| (*port, bit))
+        })
     }
 
     /// How a line is read while these axes are set; `line` is its place in the data field, from 0,
